@@ -1,0 +1,1 @@
+"""What a person touches: the command line, the session, the recorder and the benches."""

@@ -1,0 +1,89 @@
+"""What the controller asks of the robot for one control period, and what it is asked to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+from pinocchio import SE3
+
+Array: TypeAlias = npt.NDArray[np.float64]
+
+N_ARM = 7
+"""Number of arm joints."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Command:
+    """Velocities of base and arm for one control period."""
+
+    base_twist: Array
+    """(3,) vx, vy, ω in the base frame [m/s, m/s, rad/s]; vy is 0 on a differential drive."""
+    qd: Array
+    """(7,) arm joint velocities [rad/s]."""
+
+    @classmethod
+    def stop(cls) -> Command:
+        """The command to stand still."""
+        return cls(base_twist=np.zeros(3), qd=np.zeros(N_ARM))
+
+    def is_finite(self) -> bool:
+        """True if every component is a finite number."""
+        return bool(np.isfinite(self.base_twist).all() and np.isfinite(self.qd).all())
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PoseGoal:
+    """Bring the end effector to a pose in the world, base and arm moving as one."""
+
+    wTe: SE3
+    """Desired end-effector pose in the world."""
+    twist: Array = field(default_factory=lambda: np.zeros(6))
+    """(6,) velocity of the goal itself, linear then angular, in world axes [m/s, rad/s]."""
+    speed: float = 1.0
+    """Largest end-effector speed [m/s]."""
+    turn_rate: float = 1.5
+    """Largest end-effector rotation rate [rad/s]."""
+    position_tolerance: float = 0.01
+    """Arrived when nearer than this [m] ..."""
+    orientation_tolerance: float = np.deg2rad(2.0)
+    """... and turned less than this away [rad]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PostureGoal:
+    """Bring the arm to joint positions, the base held."""
+
+    q: Array
+    """(7,) desired joint positions [rad]."""
+    tolerance: float = 0.01
+    """Arrived when every joint is nearer than this [rad]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BaseGoal:
+    """Bring the base to a pose on the floor, the arm held."""
+
+    wTb: SE3
+    """Desired base pose in the world."""
+    position_tolerance: float = 0.05
+    """Arrived when nearer than this [m] ..."""
+    heading_tolerance: float = np.deg2rad(5.0)
+    """... and turned less than this away [rad]."""
+
+
+MotionGoal: TypeAlias = PoseGoal | PostureGoal | BaseGoal
+
+
+class KinematicState(Protocol):
+    """What the controller needs to know of the robot; `hw.RobotState` is one."""
+
+    @property
+    def wTb(self) -> SE3:
+        """Base pose in the world."""
+
+    @property
+    def q(self) -> Array:
+        """(7,) arm joint positions [rad]."""

@@ -1,0 +1,60 @@
+"""What perception is given, described by shape alone so that any camera's frame will do."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+from pinocchio import SE3
+
+
+class Intrinsics(Protocol):
+    """Pinhole camera: pixel (u, v) of a point (x, y, z) is (fx x/z + cx, fy y/z + cy)."""
+
+    @property
+    def fx(self) -> float:
+        """Focal length along u [px]."""
+
+    @property
+    def fy(self) -> float:
+        """Focal length along v [px]."""
+
+    @property
+    def cx(self) -> float:
+        """Principal point, u [px]."""
+
+    @property
+    def cy(self) -> float:
+        """Principal point, v [px]."""
+
+
+class Frame(Protocol):
+    """A depth image, its camera and where that was; `hw.DepthFrame` is one."""
+
+    @property
+    def depth(self) -> npt.NDArray[np.float32]:
+        """(H, W) depth along the optical axis [m]; NaN where missing."""
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        """The camera's pinhole model."""
+
+    @property
+    def wTc(self) -> SE3:
+        """Camera in the world at capture; z along the optical axis, x right, y down."""
+
+    @property
+    def stamp(self) -> float:
+        """When it was captured [s]."""
+
+
+class Workspace(Protocol):
+    """Where grasps are wanted; `behaviours.Region` is one."""
+
+    def contains(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+        """Which of the (N, 3) world points [m] lie inside: (N,) booleans."""
+
+    @property
+    def floor(self) -> float:
+        """Height of what the objects stand on, in the world [m]."""

@@ -1,0 +1,87 @@
+"""A robot that does exactly what it is told, to run the controller in a loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+
+from controller import (
+    READY,
+    Command,
+    HolisticController,
+    MotionGoal,
+    StepReport,
+    robot_model,
+)
+
+
+def tool_pose(x: float, y: float, z: float, yaw: float = 0.0, tilt: float = 0.0) -> SE3:
+    """Hand pointing down, turned by yaw about the world's z and tilted forward."""
+    return SE3(pin.rpy.rpyToMatrix(np.pi, tilt, yaw), np.array([x, y, z]))
+
+
+@dataclass
+class State:
+    wTb: SE3 = field(default_factory=SE3.Identity)
+    q: np.ndarray = field(default_factory=READY.copy)
+
+
+def move(state: State, command: Command, dt: float = 0.01) -> None:
+    """What a perfect robot does in one period."""
+    vx, vy, w = command.base_twist * dt
+    state.wTb = state.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
+    state.q = state.q + command.qd * dt
+
+
+@dataclass
+class Run:
+    """Everything that happened on the way to a goal."""
+
+    commands: list[Command]
+    postures: list[np.ndarray]
+    reports: list[StepReport]
+    state: State
+
+    @property
+    def arrived(self) -> bool:
+        return self.reports[-1].arrived
+
+
+def run_to(
+    goal: MotionGoal | None,
+    *,
+    robot: str = "frankie",
+    state: State | None = None,
+    last: Command | None = None,
+    seconds: float = 20.0,
+    controller: HolisticController | None = None,
+) -> Run:
+    """Step the controller until it arrives or the time is over."""
+    controller = controller or HolisticController(robot_model(robot))
+    dt = controller.settings.period
+    state = state or State()
+    run = Run([last or Command.stop()], [state.q.copy()], [], state)
+    for _ in range(round(seconds / dt)):
+        command, report = controller.step(state, goal, run.commands[-1])
+        run.commands.append(command)
+        run.reports.append(report)
+        if report.arrived:
+            break
+        move(state, command, dt)
+        run.postures.append(state.q.copy())
+    return run
+
+
+def assert_within_limits(run: Run, robot: str) -> None:
+    """No speed, acceleration or position limit passed in any sample."""
+    model = robot_model(robot)
+    velocities = np.array([model.velocities(command) for command in run.commands])
+    assert (np.abs(velocities) <= model.speed_limits + 1e-12).all()
+    accelerations = np.diff(velocities, axis=0) / 0.01
+    assert (np.abs(accelerations) <= model.acceleration_limits + 1e-9).all()
+    postures = np.array(run.postures)
+    assert (postures >= model.limits.q_min).all()
+    assert (postures <= model.limits.q_max).all()

@@ -1,0 +1,149 @@
+"""The controller in a loop: it arrives, keeps every limit, and refuses nonsense."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from motion import State, assert_within_limits, move, run_to, tool_pose
+from pinocchio import SE3
+
+from controller import (
+    READY,
+    BaseGoal,
+    Command,
+    GoalError,
+    HolisticController,
+    PoseGoal,
+    PostureGoal,
+    robot_model,
+)
+
+ROBOTS = ["frankie", "omni"]
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize(
+    "wTe",
+    [
+        tool_pose(2.935, 0.0, 0.85),
+        tool_pose(0.0, -2.0, 0.7, yaw=-np.pi / 2),
+        tool_pose(-2.0, 1.0, 0.6, yaw=np.pi, tilt=0.3),
+        tool_pose(0.7, 0.1, 0.6, yaw=0.5),
+    ],
+)
+def test_reaches_position_and_orientation_within_all_limits(robot, wTe):
+    run = run_to(PoseGoal(wTe=wTe), robot=robot)
+    assert run.arrived
+    reached = robot_model(robot).wTe(run.state.wTb, run.state.q)
+    assert np.linalg.norm(reached.translation - wTe.translation) <= 0.01
+    assert np.linalg.norm(pin.log3(reached.rotation.T @ wTe.rotation)) <= np.deg2rad(2.0)
+    assert_within_limits(run, robot)
+
+
+def test_a_wrong_orientation_is_not_an_arrival():
+    here = robot_model("frankie").bTe(READY)
+    turned = SE3(here.rotation @ pin.utils.rotate("z", 0.5), here.translation)
+    controller = HolisticController(robot_model("frankie"))
+    _, report = controller.step(State(), PoseGoal(wTe=turned), Command.stop())
+    assert report.position_error == pytest.approx(0.0, abs=1e-12)
+    assert not report.arrived
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_a_goal_equal_to_the_pose_gives_a_small_finite_command(robot):
+    model = robot_model(robot)
+    goal = PoseGoal(wTe=model.bTe(READY))
+    command, report = HolisticController(model).step(State(), goal, Command.stop())
+    assert report.arrived
+    assert report.solved
+    assert command.is_finite()
+    assert np.abs(model.velocities(command)).max() < 0.05
+
+
+def test_keeps_the_hand_still_while_the_base_finds_its_place():
+    """Arrived, the controller goes on improving the posture, without leaving the goal."""
+    goal = PoseGoal(wTe=tool_pose(1.5, 0.4, 0.7))
+    run = run_to(goal)
+    controller = HolisticController(robot_model("frankie"))
+    state, last = run.state, run.commands[-1]
+    for _ in range(300):
+        last, report = controller.step(state, goal, last)
+        move(state, last)
+        assert report.position_error < 0.01
+
+
+def test_without_a_goal_it_brakes_to_rest_within_the_acceleration_limits():
+    moving = Command(base_twist=np.array([0.9, 0.0, -0.8]), qd=np.full(7, 1.0))
+    run = run_to(None, last=moving, seconds=1.0)
+    assert_within_limits(run, "frankie")
+    assert not robot_model("frankie").velocities(run.commands[-1]).any()
+
+
+def test_a_posture_is_reached_by_all_joints_together_with_the_base_held():
+    goal = PostureGoal(q=READY + np.array([0.5, -0.4, 0.3, 0.6, -0.2, 0.7, -0.1]))
+    run = run_to(goal)
+    assert run.arrived
+    np.testing.assert_allclose(run.state.q, goal.q, atol=goal.tolerance)
+    assert run.state.wTb.isApprox(SE3.Identity())
+    assert_within_limits(run, "frankie")
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("target", [(2.0, 0.0, 0.0), (-1.0, 0.5, 1.2), (0.0, 1.5, 3.0), (0, 0, 2)])
+def test_the_base_drives_to_a_pose_with_the_arm_held(robot, target):
+    x, y, heading = target
+    wTb = SE3(pin.rpy.rpyToMatrix(0.0, 0.0, float(heading)), np.array([x, y, 0.0]))
+    run = run_to(BaseGoal(wTb=wTb), robot=robot, seconds=30.0)
+    assert run.arrived
+    np.testing.assert_array_equal(run.state.q, READY)
+    assert_within_limits(run, robot)
+
+
+def test_a_moving_goal_is_followed_without_lag_when_its_velocity_is_known():
+    controller = HolisticController(robot_model("frankie"))
+    state, last, dt = State(), Command.stop(), controller.settings.period
+    start, velocity = np.array([1.0, 0.2, 0.7]), np.array([0.2, 0.1, 0.0])
+    errors = []
+    for k in range(800):
+        wTe = tool_pose(*(start + velocity * k * dt))
+        goal = PoseGoal(wTe=wTe, twist=np.array([*velocity, 0.0, 0.0, 0.0]))
+        last, report = controller.step(state, goal, last)
+        move(state, last)
+        errors.append(report.position_error)
+    assert max(errors[-200:]) < 0.01
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    robot=st.sampled_from(ROBOTS),
+    seed=st.integers(0, 2**31),
+    scale=st.sampled_from([1e-9, 1e-3, 1.0, 1e3, 1e9]),
+)
+def test_every_finite_input_gives_a_finite_command_within_limits(robot, seed, scale):
+    rng = np.random.default_rng(seed)
+    model = robot_model(robot)
+    q = rng.uniform(model.limits.q_min - 0.3, model.limits.q_max + 0.3)
+    goal = PoseGoal(wTe=SE3(pin.exp3(rng.normal(size=3)), rng.normal(size=3) * scale))
+    last = model.command(rng.uniform(-1.0, 1.0, model.n) * model.speed_limits)
+    command, report = HolisticController(model).step(State(q=q), goal, last)
+    assert command.is_finite()
+    assert report.solved
+    step = model.velocities(command) - model.velocities(last)
+    assert (np.abs(step) <= model.acceleration_limits * 0.01 + 1e-12).all()
+    inside = (q > model.limits.q_min) & (q < model.limits.q_max)
+    assert (np.abs(command.qd) <= model.limits.qd + 1e-12)[inside].all()
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_numbers_that_are_not_finite_are_refused_by_name(bad):
+    controller = HolisticController(robot_model("frankie"))
+    stop = Command.stop()
+    wrong = tool_pose(1.0, 0.0, 0.7)
+    wrong.translation = np.array([1.0, bad, 0.7])
+    with pytest.raises(GoalError, match="goal pose must be finite"):
+        controller.step(State(), PoseGoal(wTe=wrong), stop)
+    with pytest.raises(GoalError, match="joint positions must be finite"):
+        controller.step(State(q=np.full(7, bad)), None, stop)
+    with pytest.raises(GoalError, match="goal posture must be finite"):
+        controller.step(State(), PostureGoal(q=np.full(7, bad)), stop)

@@ -1,0 +1,100 @@
+"""The quadratic programme against solutions that were found another way."""
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear, minimize
+
+from controller import READY, ControllerSettings, robot_model
+from controller.bounds import velocity_bounds
+from controller.holistic import Solver, assemble, look
+
+
+def programmes(robot: str, count: int):
+    """Random but realistic programmes, with bounds that often bind."""
+    rng = np.random.default_rng(5)
+    model, settings = robot_model(robot), ControllerSettings()
+    for _ in range(count):
+        q = rng.uniform(model.limits.q_min, model.limits.q_max)
+        last = rng.uniform(-0.3, 0.3, model.n) * model.speed_limits
+        bounds = velocity_bounds(model, settings, q, last)
+        situation = look(model, q)
+        twist, error = rng.normal(size=6), float(rng.uniform(0.0, 4.0))
+        yield (
+            model,
+            settings,
+            situation,
+            twist,
+            error,
+            assemble(model, settings, situation, twist, error, bounds),
+        )
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+def test_solver_finds_the_minimiser(robot):
+    """A box-constrained programme is a bounded least-squares problem: |L (x + P⁻¹c)|², P = LᵀL."""
+    solver = Solver()
+    at_bounds = 0
+    for *_, programme in programmes(robot, 100):
+        L = np.linalg.cholesky(programme.P).T
+        target = -L @ np.linalg.solve(programme.P, programme.c)
+        box = (programme.lower, programme.upper + 1e-9)  # lsq_linear wants lower < upper
+        reference = lsq_linear(L, target, box, tol=1e-14).x
+        x = solver.solve(programme)
+        assert x is not None
+        assert (x >= programme.lower).all()
+        assert (x <= programme.upper).all()
+        np.testing.assert_allclose(x, reference, atol=1e-5)
+        at_bounds += int((x <= programme.lower + 1e-6).sum() + (x >= programme.upper - 1e-6).sum())
+    assert at_bounds > 100  # otherwise the bounds were not tested
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+def test_programme_without_slack_variables_is_the_papers(robot):
+    """The same minimiser as eq. 6 with the slack as variables and the twist as equality."""
+    for model, settings, situation, twist, error, programme in programmes(robot, 5):
+        n, n_base = model.n, model.n_base
+        weight = 1.0 / max(error, settings.smallest_error)
+        Q = np.diag(
+            [settings.base_effort * weight] * n_base + [settings.arm_effort] * 7 + [weight] * 6
+        )
+        C = np.zeros(n + 6)
+        C[n_base:n] = -settings.manipulability_gain * situation.gradient
+        turning = 0 if robot == "frankie" else 2
+        C[turning] = -settings.heading_gain * situation.heading_error
+        equality = np.hstack([situation.J, np.eye(6)])
+        start = np.concatenate([np.zeros(n), twist])
+        answer = minimize(
+            lambda x, Q=Q, C=C: 0.5 * x @ Q @ x + C @ x,
+            start,
+            jac=lambda x, Q=Q, C=C: Q @ x + C,
+            bounds=[*zip(programme.lower, programme.upper, strict=True), *[(-50.0, 50.0)] * 6],
+            constraints={
+                "type": "eq",
+                "fun": lambda x, A=equality, v=twist: A @ x - v,
+                "jac": lambda x, A=equality: A,
+            },
+            method="SLSQP",
+            options={"ftol": 1e-14, "maxiter": 500},
+        )
+        x = Solver().solve(programme)
+        np.testing.assert_allclose(x, answer.x[:n], atol=2e-4)
+
+
+def test_dampers_follow_the_papers_equation():
+    """Eq. 13: η (ρ - ρ_s)/(ρ_i - ρ_s) inside the influence distance."""
+    model, settings = robot_model("frankie"), ControllerSettings()
+    q = READY.copy()
+    q[0] = model.limits.q_max[0] - 0.3
+    last = np.zeros(model.n)
+    last[2] = 0.33
+    _, upper = velocity_bounds(model, settings, q, last)
+    expected = (0.3 - settings.damper_stop) / (settings.damper_influence - settings.damper_stop)
+    assert upper[2] == pytest.approx(expected)
+
+
+def test_a_joint_outside_its_limit_is_led_back_inside():
+    model, settings = robot_model("frankie"), ControllerSettings()
+    q = READY.copy()
+    q[3] = model.limits.q_min[3] - 0.1
+    lower, upper = velocity_bounds(model, settings, q, np.zeros(model.n))
+    assert 0.0 < lower[5] <= upper[5] <= 0.2

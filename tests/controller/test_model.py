@@ -1,0 +1,123 @@
+"""Kinematics against numbers that were published or can be computed another way."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from pinocchio import SE3
+
+from controller import READY, ROBOTS, Command, RobotModel, manipulability, robot_model
+
+
+@pytest.fixture(params=sorted(ROBOTS))
+def model(request) -> RobotModel:
+    return robot_model(request.param)
+
+
+def random_postures(model: RobotModel, count: int, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(
+        model.limits.q_min, model.limits.q_max, size=(count, 7)
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "position"),
+    [("frankie", [0.634047, 0.0, 0.792630]), ("omni", [0.484047, 0.0, 0.692630])],
+)
+def test_ready_posture_is_where_the_published_model_has_it(name, position):
+    bTe = robot_model(name).bTe(READY)
+    np.testing.assert_allclose(bTe.translation, position, atol=1e-6)
+    rotation = [[0.995004, 0.0, 0.099833], [0.0, -1.0, 0.0], [0.099833, 0.0, -0.995004]]
+    np.testing.assert_allclose(bTe.rotation, rotation, atol=1e-6)
+
+
+def test_forward_kinematics_is_the_product_of_the_published_transforms(model):
+    """The arm's modified Denavit-Hartenberg table, multiplied out by hand."""
+    table = [  # a, d, alpha of the joints in order
+        (0.0, 0.333, 0.0),
+        (0.0, 0.0, -np.pi / 2),
+        (0.0, 0.316, np.pi / 2),
+        (0.0825, 0.0, np.pi / 2),
+        (-0.0825, 0.384, -np.pi / 2),
+        (0.0, 0.0, np.pi / 2),
+        (0.088, 0.0, np.pi / 2),
+    ]
+    for q in random_postures(model, 20):
+        T = model.description.bTa.homogeneous
+        for (a, d, alpha), angle in zip(table, q, strict=True):
+            ca, sa, c, s = np.cos(alpha), np.sin(alpha), np.cos(angle), np.sin(angle)
+            T = T @ np.array(
+                [
+                    [c, -s, 0, a],
+                    [s * ca, c * ca, -sa, -d * sa],
+                    [s * sa, c * sa, ca, d * ca],
+                    [0, 0, 0, 1],
+                ]
+            )
+        c = np.cos(np.pi / 4)
+        T = T @ np.array([[c, c, 0, 0], [-c, c, 0, 0], [0, 0, 1, 0.107 + 0.1034], [0, 0, 0, 1]])
+        np.testing.assert_allclose(model.bTe(q).homogeneous, T, atol=1e-12)
+
+
+def test_jacobian_is_the_derivative_of_the_pose(model):
+    step = 1e-6
+    for q in random_postures(model, 10):
+        _, J = model.jacobian(q)
+        for axis in range(model.n):
+            velocities = np.zeros(model.n)
+            velocities[axis] = 1.0
+            moved = model.command(velocities)
+            ahead, behind = (
+                model.wTe(drift(moved, sign * step), q + sign * step * moved.qd) for sign in (1, -1)
+            )
+            linear = (ahead.translation - behind.translation) / (2 * step)
+            angular = pin.log3(ahead.rotation @ behind.rotation.T) / (2 * step)
+            np.testing.assert_allclose(J[:, axis], [*linear, *angular], atol=1e-8)
+
+
+def drift(command: Command, dt: float) -> SE3:
+    vx, vy, w = command.base_twist * dt
+    return pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
+
+
+def test_manipulability_gradient_is_its_derivative(model):
+    step = 1e-6
+    for q in random_postures(model, 20):
+        m, gradient = manipulability(model.arm_jacobian(q)[1])
+        assert m == pytest.approx(
+            float(np.prod(np.linalg.svd(model.arm_jacobian(q)[1])[1])), rel=1e-9
+        )
+        for joint in range(7):
+            d = np.eye(7)[joint] * step
+            ahead, _ = manipulability(model.arm_jacobian(q + d)[1])
+            behind, _ = manipulability(model.arm_jacobian(q - d)[1])
+            assert gradient[joint] == pytest.approx((ahead - behind) / (2 * step), abs=1e-7)
+
+
+def test_manipulability_of_the_ready_posture_is_the_published_one(model):
+    m, gradient = manipulability(model.arm_jacobian(READY)[1])
+    assert m == pytest.approx(0.0838, abs=1e-4)
+    np.testing.assert_allclose(gradient, [0, -0.0026268, 0, 0.0406398, 0, -0.0273384, 0], atol=1e-7)
+
+
+def test_a_singular_arm_has_no_gradient(model):
+    m, gradient = manipulability(np.zeros((6, 7)))
+    assert m == 0.0
+    assert not gradient.any()
+
+
+def test_command_and_velocities_are_inverse(model):
+    velocities = np.arange(1.0, model.n + 1.0)
+    np.testing.assert_array_equal(model.velocities(model.command(velocities)), velocities)
+
+
+def test_links_end_in_the_end_effector(model):
+    wTb = SE3(pin.rpy.rpyToMatrix(0.0, 0.0, 0.7), np.array([1.0, -2.0, 0.0]))
+    links = model.link_poses(wTb, READY)
+    assert len(links) == 9
+    tool = links[-1] * SE3(np.eye(3), np.array([0.0, 0.0, 0.1034]))
+    assert tool.isApprox(model.wTe(wTb, READY), 1e-12)
+
+
+def test_an_unknown_robot_is_refused():
+    with pytest.raises(KeyError):
+        robot_model("fetch")
