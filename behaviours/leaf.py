@@ -2,20 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import ClassVar
 
 import py_trees
 from py_trees.common import Status
 
 from behaviours.context import Context
+from controller import MotionGoal, StepReport
+from hw import HardwareError
+
+
+class LeafCrashedError(Exception):
+    """A leaf raised an exception: a mistake in its code, not in the task.
+
+    Args:
+        leaf: name of the node.
+        error: what it raised.
+    """
+
+    def __init__(self, leaf: str, error: Exception) -> None:
+        super().__init__(f"{type(error).__name__}: {error}")
+        self.leaf = leaf
 
 
 class Leaf(py_trees.behaviour.Behaviour):
     """A behaviour that sets goals and reads the state, and never commands motion itself.
 
-    A subclass names itself by `key`, and declares what a task file may say about it as the
-    keyword-only parameters of its constructor: their annotations are the types, their defaults
-    the defaults, the `Args:` section of the constructor's class their descriptions.
+    A subclass names itself by `key` and declares what a task file may say about it as the
+    keyword-only parameters of its constructor: their annotations are the types, their defaults the
+    defaults, the `Args:` section of the class their descriptions.
 
     Args:
         name: the node's name in the tree.
@@ -28,6 +44,20 @@ class Leaf(py_trees.behaviour.Behaviour):
     def __init__(self, name: str, context: Context) -> None:
         super().__init__(name)
         self.context = context
+
+    def tick(self) -> Iterator[py_trees.behaviour.Behaviour]:
+        """Tick once.
+
+        Raises:
+            LeafCrashedError: the leaf raised an exception; it says which leaf.
+            HardwareError: as it is; that is not the leaf's mistake.
+        """
+        try:
+            yield from super().tick()
+        except (HardwareError, LeafCrashedError):
+            raise
+        except Exception as error:
+            raise LeafCrashedError(self.name, error) from error
 
     def running(self, message: str) -> Status:
         """Say what is under way."""
@@ -43,3 +73,43 @@ class Leaf(py_trees.behaviour.Behaviour):
         """End badly, saying why."""
         self.feedback_message = reason
         return Status.FAILURE
+
+    def fault(self) -> str | None:
+        """What keeps the robot from moving, in words; None if nothing does."""
+        return "; ".join(fault.text for fault in self.context.state.faults) or None
+
+    def pursue(self, goal: MotionGoal, phase: str = "") -> StepReport | None:
+        """Leave a goal for the coming period.
+
+        Args:
+            goal: where to go.
+            phase: which part of the behaviour it belongs to.
+
+        Returns:
+            What the controller said about the goal of the tick before; None if that was not this
+            leaf's or belonged to another phase.
+        """
+        context = self.context
+        context.goal, context.goal_of = goal, (self, phase)
+        return context.report if context.report_of == (self, phase) else None
+
+
+class Progress:
+    """Notices when a motion no longer comes nearer to its goal.
+
+    Args:
+        patience: how long an error may stay without getting smaller [s].
+        step: smallest improvement that counts [m or rad].
+    """
+
+    def __init__(self, patience: float = 2.5, step: float = 0.005) -> None:
+        self._patience = patience
+        self._step = step
+        self._best = float("inf")
+        self._since = 0.0
+
+    def stalled(self, error: float, now: float) -> bool:
+        """Whether the best error so far is older than the patience allows."""
+        if error < self._best - self._step:
+            self._best, self._since = error, now
+        return now - self._since > self._patience

@@ -6,6 +6,7 @@ the kinematic simulator; drivers of real hardware stand beside it. A task never 
 
 from hw.clock import Clock, SimClock, WallClock, stopwatch
 from hw.interfaces import (
+    HAND_OPENING,
     DepthFrame,
     Fault,
     FaultKind,
@@ -16,6 +17,7 @@ from hw.interfaces import (
 )
 
 __all__ = [
+    "HAND_OPENING",
     "Clock",
     "DepthFrame",
     "Fault",

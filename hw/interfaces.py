@@ -16,6 +16,10 @@ Array = npt.NDArray[np.float64]
 DepthImage = npt.NDArray[np.float32]
 
 
+HAND_OPENING = 0.08
+"""Distance between the finger pads of the Franka Hand when it is fully open [m]."""
+
+
 class HardwareError(Exception):
     """The robot cannot be reached, read or commanded."""
 

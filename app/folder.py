@@ -1,0 +1,56 @@
+"""The folder that a run leaves: recording, summary, commands, and the task and options as run."""
+
+from __future__ import annotations
+
+import json
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+RECORDING = "recording.rrd"
+SUMMARY = "summary.json"
+COMMANDS = "commands.npy"
+"""(ticks, 11) float64: stamp [s], base twist (3), joint velocities (7) as they were applied."""
+
+
+class FolderError(Exception):
+    """The folder of a run cannot be made."""
+
+
+def make_folder(root: Path, task: str, text: str, options: dict[str, Any]) -> Path:
+    """A new folder `<time>-<task>` with the task file and the options of the run in it.
+
+    Args:
+        root: where to make it; made too if need be.
+        task: name of the task.
+        text: the task file.
+        options: what a person chose, for `options.json`.
+
+    Raises:
+        FolderError: it cannot be written.
+    """
+    stamp = datetime.now().strftime("%Y-%m-%d-%H%M%S")
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        number = 1
+        folder = root / f"{stamp}-{task}"
+        while folder.exists():
+            number += 1
+            folder = root / f"{stamp}-{task}-{number}"
+        folder.mkdir()
+        (folder / "task.yaml").write_text(text, encoding="utf-8")
+        options_text = json.dumps(options, indent=2, default=str)
+        (folder / "options.json").write_text(options_text + "\n", encoding="utf-8")
+    except OSError as error:
+        raise FolderError(
+            f"{root}: cannot keep the run here ({error.strerror}); choose another with --record"
+        ) from error
+    return folder
+
+
+def write_commands(folder: Path, commands: npt.NDArray[np.float64]) -> None:
+    """Keep every command that the robot applied."""
+    np.save(folder / COMMANDS, commands)

@@ -1,0 +1,1 @@
+"""Where the grasp network's weights come from: rendered scenes, training, evaluation."""

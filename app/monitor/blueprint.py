@@ -1,0 +1,130 @@
+"""Where everything is on the screen: tree left, history in the middle, world right."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from rerun.blueprint import archetypes, encodings
+
+from app.monitor.snapshot import NodeInfo, SceneView
+from app.monitor.tree_panel import ROW, pill_boxes
+from hw.sim.shapes import Plane
+
+_PLOT_WINDOW = 20.0
+_HISTORY_WINDOW = 45.0
+_TRAIL_WINDOW = 8.0
+_FEWEST_ROWS = 22
+"""A small tree is drawn as large as one of so many nodes, so that its labels fit its pills."""
+
+_BACKGROUND = (24, 26, 31)
+
+
+def blueprint(tree: Sequence[NodeInfo], scene: SceneView) -> rrb.Blueprint:
+    """The layout for a run of `tree` in `scene`."""
+    history = rrb.StateTimelineView(
+        origin="/status", name="history", time_view=_last(_HISTORY_WINDOW)
+    )
+    signals = rrb.Tabs(
+        rrb.Vertical(
+            _plot("joint_velocity", "joint velocities / limits", (-1.05, 1.05)),
+            _plot("base_twist", "base velocity"),
+            name="velocities",
+        ),
+        rrb.Vertical(
+            _plot("error", "distance to the goal"), _plot("manipulability"), name="controller"
+        ),
+        rrb.Vertical(_plot("slack"), _plot("tick", "computing time"), name="loop"),
+        active_tab=0,
+    )
+    camera = rrb.Spatial2DView(
+        origin="/world/camera", name="depth and grasp quality", background=_BACKGROUND
+    )
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(_tree(tree), _now(), row_shares=[5, 1]),
+            rrb.Vertical(history, _log(), row_shares=[2, 1]),
+            rrb.Vertical(
+                _scene(scene),
+                rrb.Horizontal(camera, signals, column_shares=[1, 1.3]),
+                row_shares=[1.25, 1],
+            ),
+            column_shares=[1, 1.15, 1.75],
+        ),
+        rrb.TimePanel(state="collapsed", timeline="t", play_state="playing"),
+        rrb.BlueprintPanel(state="hidden"),
+        rrb.SelectionPanel(state="hidden"),
+        auto_views=False,
+    )
+
+
+def _last(seconds: float) -> archetypes.TimeAxis:
+    """The seconds before the cursor, and a tenth of that after it."""
+    relative = rrb.TimeRangeBoundary.cursor_relative
+    window = rr.TimeRange(start=relative(seconds=-seconds), end=relative(seconds=seconds / 10))
+    return archetypes.TimeAxis(view_range=window)
+
+
+def _plot(
+    signal: str, name: str | None = None, values: tuple[float, float] | None = None
+) -> rrb.TimeSeriesView:
+    return rrb.TimeSeriesView(
+        origin=f"/signals/{signal}",
+        name=name or signal,
+        axis_x=_last(_PLOT_WINDOW),
+        axis_y=None if values is None else rrb.ScalarAxis(range=values),
+        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop),
+    )
+
+
+def _tree(tree: Sequence[NodeInfo]) -> rrb.Spatial2DView:
+    left, height, width = pill_boxes(tree).T
+    bounds = rrb.VisualBounds2D(
+        x_range=(-ROW, float((left + width).max()) + ROW / 2),
+        y_range=(-ROW, max(float(height[-1]) + ROW, ROW * _FEWEST_ROWS)),
+    )
+    return rrb.Spatial2DView(
+        origin="/tree", name="tree", visual_bounds=bounds, background=_BACKGROUND
+    )
+
+
+def _now() -> rrb.TextDocumentView:
+    return rrb.TextDocumentView(origin="/now", name="now")
+
+
+def _log() -> rrb.TextLogView:
+    """Times and levels are in the text: the viewer's own columns are too narrow to read."""
+    columns = archetypes.TextLogColumns(
+        timeline_columns=[encodings.TimelineColumn(name, visible=False) for name in ("t", "tick")],
+        text_log_columns=[encodings.TextLogColumn(encodings.TextLogColumnKind.Body)],
+    )
+    return rrb.TextLogView(origin="/log", name="log", columns=columns)
+
+
+def _scene(scene: SceneView) -> rrb.Spatial3DView:
+    parts = [part for part in scene.fixtures if not isinstance(part.shape, Plane)]
+    points = np.array([[0.0, 0.0, 0.0], *(part.pose.translation for part in parts)])
+    low, high = points.min(axis=0), points.max(axis=0)
+    target = np.append((low + high)[:2] / 2.0, 0.5)
+    reach = max(float(np.linalg.norm((high - low)[:2])), 2.0)
+    eye = target + reach * np.array([-0.3, -0.7, 0.5])
+    relative = rrb.TimeRangeBoundary.cursor_relative
+    trail = rrb.VisibleTimeRanges(
+        timeline="t", start=relative(seconds=-_TRAIL_WINDOW), end=relative()
+    )
+    return rrb.Spatial3DView(
+        origin="/world",
+        name="scene",
+        contents=["+ $origin/**", "- /world/camera/quality", "- /world/camera/grasps"],
+        overrides={
+            "world/trail": trail,
+            "world/camera/depth": rr.DepthImage.from_fields(
+                colormap="viridis", point_fill_ratio=0.6
+            ),
+        },
+        background=_BACKGROUND,
+        line_grid=rrb.LineGrid3D(visible=True, spacing=0.5, color=(70, 74, 82)),
+        eye_controls=rrb.EyeControls3D(position=eye, look_target=target),
+    )

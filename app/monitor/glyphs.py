@@ -1,0 +1,66 @@
+"""Colours and characters of the pictures: a status is told by both, and no glyph is missing.
+
+The viewer's font is Inter. Without a window the viewer stops on a character that the font lacks, so
+every text from outside (names, messages) goes through `safe` first.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from py_trees.common import Status
+
+Colour = tuple[int, int, int]
+
+STATUS_COLOUR = MappingProxyType(
+    {
+        Status.RUNNING: (52, 120, 230),
+        Status.SUCCESS: (38, 140, 64),
+        Status.FAILURE: (214, 58, 48),
+        Status.INVALID: (72, 77, 86),
+    }
+)
+STATUS_GLYPH = MappingProxyType(
+    {Status.RUNNING: "▶", Status.SUCCESS: "✔", Status.FAILURE: "✗", Status.INVALID: "·"}
+)
+KIND_GLYPH = MappingProxyType(
+    {
+        "sequence": "→",
+        "reactive_sequence": "⇒",
+        "fallback": "?",
+        "reactive_fallback": "?",
+        "parallel": "‖",
+        "forever": "↻",
+        "until": "↻",
+        "retry": "↻",
+        "repeat": "↻",
+        "invert": "¬",
+        "timeout": "◇",
+    }
+)
+"""A mark for composites and modifiers; leaves have none."""
+
+MISSING = "□"
+"""Stands for a character that the font may lack."""
+
+SYMBOLS = frozenset("→⇒↻↺↔◇◆○●□■△▲▶▷✔✓✗×·•‖⚠★¬°±…–—“”‘’²³½≤≥≠≈∞√∑ΩµÅ€")
+LETTERS = (
+    (0x20, 0x7E),
+    (0xC0, 0x148),
+    (0x14A, 0x17E),
+    (0x391, 0x3A1),
+    (0x3A3, 0x3CE),
+    (0x410, 0x44F),
+)
+"""First and last code point of what the font has without a gap: Latin, Greek and Cyrillic."""
+
+
+def safe(text: str) -> str:
+    """The text in one line of characters that the viewer can draw."""
+    line = " ".join(text.split())
+    return "".join(
+        character
+        if character in SYMBOLS or any(low <= ord(character) <= high for low, high in LETTERS)
+        else MISSING
+        for character in line
+    )

@@ -1,0 +1,101 @@
+"""Keeps a run as a recording that the Rerun viewer opens with everything in its place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.monitor.every import Every
+from app.monitor.feed import Feed
+from app.monitor.snapshot import NodeInfo, SceneView, Snapshot
+
+if TYPE_CHECKING:
+    from controller import RobotModel
+
+_DEPTH_PERIOD = 0.2
+"""Depth images are kept no oftener than this [s]."""
+
+_PATIENCE = 30.0
+
+
+class RecorderError(Exception):
+    """A recording cannot be written, or is not complete."""
+
+
+class Recorder:
+    """Writes snapshots to a file, from a thread of its own.
+
+    Args:
+        path: the file to write; its folder exists.
+        tree: the nodes of the tree, in preorder.
+        model: kinematics of the robot; the recorder's alone, since the thread uses it.
+        scene: what the world looks like.
+        lossless: whether `record` waits for a slow disk (simulation) or drops the oldest
+            snapshots instead (hardware).
+
+    Raises:
+        RecorderError: the file cannot be written.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        tree: Sequence[NodeInfo],
+        model: RobotModel,
+        scene: SceneView,
+        lossless: bool,
+    ) -> None:
+        from app.monitor.writer import Writer  # Rerun takes a second to import
+
+        self._path = path
+        try:
+            self._writer = Writer(path, tree=tree, model=model, scene=scene)
+        except (OSError, RuntimeError) as error:
+            raise RecorderError(
+                f"{path}: cannot write the recording ({error}); "
+                "give a folder that exists, may be written to and has room"
+            ) from error
+        self._feed: Feed[Snapshot] = Feed(self._writer.write, lossless=lossless)
+        self._depth = Every(_DEPTH_PERIOD)
+        self._closed = False
+
+    @property
+    def dropped(self) -> int:
+        """Snapshots that were lost because the disk was too slow."""
+        return self._feed.dropped
+
+    def record(self, snapshot: Snapshot) -> None:
+        """Keep a snapshot; never raises, and does nothing after an error or `close`."""
+        if snapshot.frame is not None and not self._depth.due(snapshot.stamp):
+            snapshot = replace(snapshot, frame=None, detection=None)
+        self._feed.put(snapshot)
+
+    def close(self) -> None:
+        """Write what is left and close the file. May be called twice.
+
+        Raises:
+            RecorderError: the recording is not complete; said once.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        if not self._feed.close(_PATIENCE):
+            raise RecorderError(
+                f"{self._path}: the disk did not take the rest of the recording within "
+                f"{_PATIENCE:.0f} s; the file ends early"
+            )
+        error = self._feed.error
+        try:
+            self._writer.close()
+        except Exception as closing_error:  # Rerun raises many kinds
+            error = error or closing_error
+        if error is not None:
+            from_disk = isinstance(error, OSError | RuntimeError)
+            why = "is the disk full?" if from_disk else "please report this."
+            raise RecorderError(
+                f"{self._path}: the recording ends early ({type(error).__name__}: {error}); "
+                f"{why} The run itself was not touched"
+            ) from error

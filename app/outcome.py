@@ -1,0 +1,38 @@
+"""How a run ended, and what that means for whoever called it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+EXIT_BAD_INPUT = 2
+"""A file, a name or an option is wrong; nothing has moved."""
+
+
+class End(Enum):
+    """The ways a run can end."""
+
+    SUCCESS = "success"
+    FAILURE = "failure"
+    """The tree failed."""
+    CRASH = "crash"
+    """A node of the tree raised an exception."""
+    HARDWARE = "hardware fault"
+    """The robot could not be read or commanded any more."""
+    INTERRUPTED = "interrupted"
+
+    @property
+    def exit_code(self) -> int:
+        """What the process tells the shell."""
+        return {"success": 0, "failure": 1, "crash": 1, "hardware fault": 3}.get(self.value, 130)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """How a run ended."""
+
+    end: End
+    reason: str
+    """For people: what was achieved or what went wrong."""
+    node: str = ""
+    """The node that failed or crashed; empty if none did."""

@@ -1,0 +1,159 @@
+"""The loop: read the robot, tick the tree, step the controller, pass the gate; again.
+
+It is the only place that commands motion. Whatever happens, an end of the tree, an exception in a
+leaf, an interrupt, the robot is brought to rest within its limits before `run` returns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import py_trees
+from py_trees.common import Status
+
+from app.measure import Measurements
+from app.outcome import End, Outcome
+from behaviours import Context, LeafCrashedError
+from controller import Command, GoalError, HolisticController, StepReport
+from hw import HardwareError, RobotState, stopwatch
+from hw.gate import Gate
+from trees.language import nodes_in_order
+
+_LONGEST_STOP = 3.0
+"""Coming to rest is given up after this [s]."""
+_AT_REST = 1e-3
+"""Slower than this is at rest [m/s or rad/s]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tick:
+    """One turn of the loop, for whoever watches."""
+
+    number: int
+    state: RobotState
+    applied: Command
+    report: StepReport
+    context: Context
+    seconds: float
+    """Real time it took, without perception [s]."""
+
+
+class Session:
+    """Runs one tree on one robot.
+
+    Args:
+        root: the built tree.
+        context: what its leaves share.
+        controller: turns their goal into velocities.
+        gate: stands before the robot.
+        measurements: what is measured on the way.
+        watch: called after every tick.
+        interrupted: whether a person wants it to end; asked every tick.
+    """
+
+    def __init__(
+        self,
+        *,
+        root: py_trees.behaviour.Behaviour,
+        context: Context,
+        controller: HolisticController,
+        gate: Gate,
+        measurements: Measurements,
+        watch: Callable[[Tick], None],
+        interrupted: Callable[[], bool],
+    ) -> None:
+        self._root = root
+        self._context = context
+        self._controller = controller
+        self._gate = gate
+        self._measurements = measurements
+        self._watch = watch
+        self._interrupted = interrupted
+        self._number = 0
+        self._period = controller.settings.period
+
+    def run(self) -> Outcome:
+        """Tick until the tree ends or something else does, and bring the robot to rest."""
+        outcome = self._guarded(self._run_tree)
+        rest = self._guarded(self._come_to_rest)
+        self._root.stop(Status.INVALID)
+        if rest.end is not End.SUCCESS:
+            self._context.robot.stop()
+            return rest if outcome.end is End.SUCCESS else outcome
+        return outcome
+
+    def _guarded(self, part: Callable[[], Outcome]) -> Outcome:
+        """Run a part of the session and put a name to whatever it raises."""
+        try:
+            return part()
+        except LeafCrashedError as error:
+            return Outcome(end=End.CRASH, reason=str(error), node=error.leaf)
+        except GoalError as error:
+            leaf = self._context.goal_of
+            name = str(getattr(leaf[0], "name", "")) if leaf else ""
+            return Outcome(end=End.CRASH, reason=str(error), node=name)
+        except HardwareError as error:
+            return Outcome(end=End.HARDWARE, reason=str(error))
+
+    def _run_tree(self) -> Outcome:
+        while not self._interrupted():
+            self._tick(self._root.tick_once)
+            if self._root.status is Status.SUCCESS:
+                return Outcome(end=End.SUCCESS, reason=self._root.feedback_message)
+            if self._root.status is not Status.RUNNING:
+                node = failed_node(self._root)
+                return Outcome(end=End.FAILURE, reason=node.feedback_message, node=node.name)
+        return Outcome(end=End.INTERRUPTED, reason="interrupted by a person")
+
+    def _come_to_rest(self) -> Outcome:
+        """Tick without the tree until nothing moves."""
+        for _ in range(round(_LONGEST_STOP / self._period)):
+            state = self._tick(lambda: None)
+            if max(np.abs(state.base_twist).max(), np.abs(state.qd).max()) < _AT_REST:
+                return Outcome(end=End.SUCCESS, reason="at rest")
+        return Outcome(
+            end=End.HARDWARE, reason=f"the robot still moves after {_LONGEST_STOP:g} s of braking"
+        )
+
+    def _tick(self, tick_tree: Callable[[], None]) -> RobotState:
+        """One turn of the loop; returns the reading that it began with."""
+        context, clock = self._context, self._context.clock
+        begun, looked = stopwatch(), context.eyes.seconds
+        state = context.robot.read()
+        self._measurements.reading(state)
+        context.begin_tick(state)
+        tick_tree()
+        command, report = self._controller.step(state, context.goal, self._gate.applied)
+        applied = self._gate.send(command, state, clock.now())
+        context.end_tick(report)
+        seconds = stopwatch() - begun - (context.eyes.seconds - looked)
+        self._measurements.command(state.stamp, applied)
+        self._measurements.ticks_s.append(seconds)
+        self._watch(
+            Tick(
+                number=self._number,
+                state=state,
+                applied=applied,
+                report=report,
+                context=context,
+                seconds=seconds,
+            )
+        )
+        self._number += 1
+        clock.sleep_until(self._number * self._period)
+        return state
+
+
+def failed_node(root: py_trees.behaviour.Behaviour) -> py_trees.behaviour.Behaviour:
+    """The deepest node that made a failed tree fail: down the last failed child of each node."""
+    node = root
+    while failed := [child for child in node.children if child.status is Status.FAILURE]:
+        node = failed[-1]
+    return node
+
+
+def tree_nodes(root: py_trees.behaviour.Behaviour) -> list[py_trees.behaviour.Behaviour]:
+    """The nodes of a tree, parents before children."""
+    return [place.node for place in nodes_in_order(root)]

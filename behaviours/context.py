@@ -1,0 +1,51 @@
+"""What the leaves of one tree share: what they read, and the one motion goal that they leave."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from pinocchio import SE3
+
+from behaviours.eyes import Eyes
+from behaviours.log import TaskLog
+from controller import MotionGoal, RobotModel, StepReport
+from hw import Clock, Robot, RobotState
+
+
+@dataclass(kw_only=True, eq=False)
+class Context:
+    """Handed to every leaf when the tree is built; the session keeps it up to date.
+
+    The session writes `state` and `report` before a tick and takes `goal` after it. Leaves write
+    `goal`; of the robot they use the fingers and the recovery from faults, never its motion.
+    """
+
+    robot: Robot
+    model: RobotModel
+    clock: Clock
+    eyes: Eyes
+    state: RobotState
+    """This tick's reading."""
+    goal: MotionGoal | None = None
+    """Where to go in the coming period; None comes to rest."""
+    goal_of: tuple[object, str] | None = None
+    """The leaf that left the goal, and its phase."""
+    report: StepReport | None = None
+    """What the controller said about the last goal."""
+    report_of: tuple[object, str] | None = None
+    """The leaf whose goal the report is about, and its phase."""
+    log: TaskLog = field(default_factory=TaskLog)
+
+    @property
+    def wTe(self) -> SE3:
+        """End effector in the world, as read this tick."""
+        return self.model.wTe(self.state.wTb, self.state.q)
+
+    def begin_tick(self, state: RobotState) -> None:
+        """Take a reading; without a new goal the robot will come to rest."""
+        self.state = state
+        self.goal, self.goal_of = None, None
+
+    def end_tick(self, report: StepReport) -> None:
+        """Take what the controller said about the goal that the tick left."""
+        self.report, self.report_of = report, self.goal_of

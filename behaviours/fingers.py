@@ -1,0 +1,53 @@
+"""Opening the hand, and whether it holds something."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from py_trees.common import Status
+
+from behaviours.leaf import Leaf
+from behaviours.retreat_check import CLOSED
+from hw import HAND_OPENING
+
+_OPEN = 0.95 * HAND_OPENING
+
+
+class OpenGripper(Leaf):
+    """Open the fingers fully and wait until they are.
+
+    Fails when the robot has a fault or the fingers stop before they are open.
+    """
+
+    key: ClassVar[str] = "open_gripper"
+
+    def initialise(self) -> None:
+        """Start to open, unless the fingers are open already."""
+        self._since = self.context.clock.now()
+        if self.context.state.gripper_width < _OPEN:
+            self.context.robot.grip(HAND_OPENING, 20.0)
+
+    def update(self) -> Status:
+        """One tick."""
+        if fault := self.fault():
+            return self.failure(fault)
+        state = self.context.state
+        if state.gripper_width >= _OPEN:
+            return self.success("open")
+        if state.gripper_moving or self.context.clock.now() <= self._since:
+            return self.running(f"opening, {1000 * state.gripper_width:.0f} mm")
+        return self.failure(f"the fingers stopped at {1000 * state.gripper_width:.0f} mm")
+
+
+class HoldingObject(Leaf):
+    """Succeeds if the fingers rest on something: neither closed, nor fully open."""
+
+    key: ClassVar[str] = "holding_object"
+
+    def update(self) -> Status:
+        """One tick."""
+        state = self.context.state
+        width = f"{1000 * state.gripper_width:.0f} mm between the fingers"
+        if CLOSED <= state.gripper_width < _OPEN and not state.gripper_moving:
+            return self.success(width)
+        return self.failure(f"nothing held, {width}")

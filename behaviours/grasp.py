@@ -1,0 +1,132 @@
+"""Closed-loop grasping: follow one grasp with the camera, lock it, go down, close the fingers."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours.context import Context
+from behaviours.leaf import Leaf, Progress
+from behaviours.names import Region
+from controller import PoseGoal, StepReport
+from perception import GraspEstimate
+
+_LAST_STANDOFF = 0.12
+"""Height over the grasp where the hand waits until the goal is locked and it is above it [m]."""
+_ABOVE_POSITION, _ABOVE_ANGLE = 0.006, np.deg2rad(3.0)
+"""How well the hand must stand over the locked grasp before it goes down [m, rad]."""
+_FINGER_ROOM = 0.02
+"""Opening beyond the width of the object while the fingers go down [m]."""
+
+
+class Grasp(Leaf):
+    """Grasp the best thing seen in a region, following it until the camera is near.
+
+    Ends when the fingers have closed; whether they hold something is for `retreat_check` to say.
+    Fails when no grasp is seen, the hand does not get there, or the robot has a fault.
+
+    Args:
+        within: region of the task file that the grasp must lie in.
+        lock_distance_m: nearer than this to the camera the goal no longer moves [m].
+        force_n: force of the fingers [N].
+        patience_s: give up after not seeing a grasp for this long [s].
+    """
+
+    key: ClassVar[str] = "grasp"
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        within: Region,
+        lock_distance_m: float = 0.25,
+        force_n: float = 20.0,
+        patience_s: float = 1.5,
+    ) -> None:
+        super().__init__(name, context)
+        self._within = within
+        self._lock_distance = lock_distance_m
+        self._force = force_n
+        self._patience = patience_s
+
+    def initialise(self) -> None:
+        """Start to look."""
+        self._begun = self._seen = self.context.clock.now()
+        self._phase = self._follow
+        self._progress = Progress()
+        self.context.eyes.tracker.lock_distance = self._lock_distance
+        self.context.eyes.lose()
+
+    def update(self) -> Status:
+        """One tick of the phase that the grasp is in."""
+        if fault := self.fault():
+            self.context.eyes.reject()
+            return self.failure(fault)
+        return self._phase()
+
+    def terminate(self, new_status: Status) -> None:
+        """Follow nothing any longer."""
+        self.context.eyes.lose()
+
+    def _follow(self) -> Status:
+        """Keep over the grasp that perception follows, until it is locked and below the hand."""
+        eyes, now = self.context.eyes, self.context.clock.now()
+        grasp = eyes.follow(self._within)
+        if grasp is None:
+            if now - self._seen > self._patience:
+                reason = eyes.detection.reason if eyes.detection else "no camera frame"
+                return self.failure(f"no grasp for {self._patience:g} s: {reason or 'none kept'}")
+            return self.running("looking for a grasp")
+        self._seen = now
+        above = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -_LAST_STANDOFF]))
+        report = self.pursue(PoseGoal(wTe=above, speed=0.5), "follow")
+        if report is None:
+            return self.running(f"following a grasp of quality {grasp.quality:.2f}")
+        if self._stalled(report):
+            eyes.reject()
+            return self.failure(f"cannot get above the grasp, {report.position_error:.3f} m short")
+        if not eyes.tracker.locked:
+            return self.running(f"following, {report.position_error:.3f} m to go")
+        if report.position_error > _ABOVE_POSITION or report.orientation_error > _ABOVE_ANGLE:
+            return self.running(f"locked, {report.position_error:.3f} m to go")
+        self.context.robot.grip(grasp.width + _FINGER_ROOM, self._force)
+        self._locked = grasp
+        self._progress = Progress()
+        self._phase = self._descend
+        return self._descend()
+
+    def _descend(self) -> Status:
+        """Straight down on the locked grasp."""
+        goal = PoseGoal(wTe=self._locked.wTg, speed=0.25, position_tolerance=0.004)
+        report = self.pursue(goal, "descend")
+        if report is None or not report.arrived:
+            if report is not None and self._stalled(report):
+                self.context.eyes.reject()
+                return self.failure(f"stopped {report.position_error:.3f} m before the grasp")
+            return self.running("going down")
+        self._note(self._locked)
+        self.context.robot.grip(0.0, self._force)
+        self._closing_since = self.context.clock.now()
+        self._phase = self._close
+        return self.running("closing")
+
+    def _close(self) -> Status:
+        """Wait for the fingers, the hand at rest."""
+        state, now = self.context.state, self.context.clock.now()
+        if state.gripper_moving or now <= self._closing_since:
+            return self.running(f"closing, {1000 * state.gripper_width:.0f} mm")
+        self.context.log.attempt(self._begun, now)
+        return self.success(f"closed at {1000 * state.gripper_width:.0f} mm")
+
+    def _stalled(self, report: StepReport) -> bool:
+        error = report.position_error + 0.3 * report.orientation_error
+        return self._progress.stalled(error, self.context.clock.now())
+
+    def _note(self, grasp: GraspEstimate) -> None:
+        log = self.context.log
+        log.last_grasp = grasp.wTg
+        log.grip_height = float(grasp.wTg.translation[2]) - self._within.floor

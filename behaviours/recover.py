@@ -1,0 +1,82 @@
+"""Come back to a known state after anything: clear faults, rise, fold the arm to a posture."""
+
+from __future__ import annotations
+
+from math import degrees
+from typing import ClassVar
+
+import numpy as np
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours.context import Context
+from behaviours.leaf import Leaf, Progress
+from behaviours.names import Posture
+from controller import PoseGoal, PostureGoal
+
+
+class Recover(Leaf):
+    """Clear what a program may clear, lift the hand out of harm's way, fold the arm.
+
+    Fails on a fault that a person must clear, on faults that come back at once three times, and
+    when the arm cannot reach the posture.
+
+    Args:
+        arm: joint positions to come back to; `ready` is always there.
+        rise_m: lift the hand this far before the arm folds [m].
+    """
+
+    key: ClassVar[str] = "recover"
+    _MOST_FAULTS = 3
+
+    def __init__(self, name: str, context: Context, *, arm: Posture, rise_m: float = 0.15) -> None:
+        super().__init__(name, context)
+        self._arm = arm
+        self._rise = rise_m
+
+    def initialise(self) -> None:
+        """Start anew, from wherever the hand is now."""
+        self.context.eyes.lose()
+        self._faults = 0
+        self._rising = True
+        self._progress = Progress(patience=1.0)
+        here = self.context.wTe
+        above = here.translation + np.array([0.0, 0.0, self._rise])
+        self._above = SE3(here.rotation, above)
+
+    def update(self) -> Status:
+        """One tick."""
+        context = self.context
+        for fault in context.state.faults:
+            if not fault.clearable:
+                return self.failure(f"{fault.text}: clear it by hand, then run the task again")
+        if fault_text := self.fault():
+            self._faults += 1
+            if self._faults > self._MOST_FAULTS:
+                return self.failure(f"cleared {self._MOST_FAULTS} times, and again: {fault_text}")
+            context.robot.recover()
+            return self.running(f"clearing: {fault_text}")
+        return self._lift() if self._rising else self._fold()
+
+    def _lift(self) -> Status:
+        goal = PoseGoal(wTe=self._above, speed=0.3, position_tolerance=0.03)
+        report = self.pursue(goal, "rise")
+        if np.abs(self.context.state.q - self._arm.q).max() < 0.05:
+            self._rising = False  # already folded: nothing to rise out of
+        elif report is not None:
+            stuck = self._progress.stalled(report.position_error, self.context.clock.now())
+            self._rising = not (report.position_error <= goal.position_tolerance or stuck)
+        if not self._rising:
+            self._progress = Progress(patience=2.0)
+        return self.running("rising")
+
+    def _fold(self) -> Status:
+        report = self.pursue(PostureGoal(q=self._arm.q), "fold")
+        if report is None:
+            return self.running(f"folding to {self._arm.name}")
+        if report.arrived:
+            return self.success(f"arm {self._arm.name}")
+        left = degrees(report.orientation_error)
+        if self._progress.stalled(report.orientation_error, self.context.clock.now()):
+            return self.failure(f"arm stopped {left:.0f}° before {self._arm.name}")
+        return self.running(f"folding to {self._arm.name}, {left:.0f}° to go")

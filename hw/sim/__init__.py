@@ -1,0 +1,34 @@
+"""The simulated world: what there is, what a depth camera sees of it, what the fingers can hold.
+
+`load_scene` makes a `World` from a scene file and a seed; `DepthRenderer` and `D435Noise` look
+at it; `World` decides by contact geometry what closing the fingers does. It knows nothing of time.
+"""
+
+from hw.sim.hand import OPENING
+from hw.sim.layout import load_scene
+from hw.sim.noise import D435Noise
+from hw.sim.objects import SimObject
+from hw.sim.render import DepthRenderer
+from hw.sim.scene import SceneError, scene_names
+from hw.sim.shapes import Box, Capsule, Cylinder, Placed, Plane, Sphere
+from hw.sim.squeeze import Reason
+from hw.sim.world import GraspOutcome, World
+
+__all__ = [
+    "OPENING",
+    "Box",
+    "Capsule",
+    "Cylinder",
+    "D435Noise",
+    "DepthRenderer",
+    "GraspOutcome",
+    "Placed",
+    "Plane",
+    "Reason",
+    "SceneError",
+    "SimObject",
+    "Sphere",
+    "World",
+    "load_scene",
+    "scene_names",
+]

@@ -1,0 +1,111 @@
+"""What a RealSense D435 makes of a perfect depth image.
+
+Depth comes from the disparity between two imagers: d = fx·baseline / z. So the noise is made where
+it arises: disparity is off by a fraction of a pixel and comes in steps, surfaces that only one
+imager sees are missing, and so are depth edges, speckles and whatever is too near or too far.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from hw.interfaces import Intrinsics
+
+DepthImage = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, kw_only=True)
+class D435Noise:
+    """Noise of a stereo depth camera; the defaults are those of a D435 at 640 x 480."""
+
+    baseline: float = 0.05
+    """Distance between the two imagers [m]."""
+    disparity_noise: float = 0.08
+    """Standard deviation of the disparity [px]; alike for 2 x 2 neighbours."""
+    disparity_step: float = 1.0 / 32.0
+    """Disparity comes in steps of this [px]."""
+    min_range: float = 0.175
+    """Nothing nearer is seen [m]."""
+    max_range: float = 3.0
+    """Nothing farther is seen [m]."""
+    edge_step: float = 0.02
+    """Neighbours that differ by more than this are at an edge [m] ..."""
+    edge_loss: float = 0.7
+    """... and each pixel there is lost with this probability."""
+    speckle: float = 0.008
+    """Share of pixels lost in small patches."""
+
+    def apply(
+        self, depth: DepthImage, intrinsics: Intrinsics, rng: np.random.Generator
+    ) -> DepthImage:
+        """A noisy copy of a perfect depth image.
+
+        Args:
+            depth: (H, W) depth along the optical axis [m], NaN where nothing.
+            intrinsics: the camera that `depth` was rendered for.
+            rng: where the randomness comes from.
+
+        Returns:
+            (H, W) depth in whole millimetres [m], NaN where missing.
+        """
+        far = np.nan_to_num(depth, nan=1e3)
+        scale = np.float32(intrinsics.fx * self.baseline)
+        disparity: DepthImage = scale / far
+        seen = (far >= self.min_range) & (far <= self.max_range)
+        seen &= ~_hidden_from_the_other_imager(disparity)
+        lost = _edges(far, self.edge_step) & (_uniform(rng, depth.shape, 1) < self.edge_loss)
+        lost |= _uniform(rng, depth.shape, 4) < self.speckle
+        seen &= ~lost
+        disparity += np.float32(self.disparity_noise) * _normal(rng, depth.shape, 2)
+        step = np.float32(self.disparity_step)
+        disparity = np.maximum(np.rint(disparity / step), np.float32(1.0)) * step
+        millimetres = np.rint(scale / disparity * np.float32(1000.0))
+        return np.where(seen, millimetres / np.float32(1000.0), np.float32(np.nan))
+
+
+def _hidden_from_the_other_imager(disparity: DepthImage) -> npt.NDArray[np.bool_]:
+    """Pixels left of a nearer surface that the right imager has in front of them.
+
+    Column u is seen by the right imager at u - d; anything further right that lands at or left of
+    it stands before it.
+    """
+    column = np.arange(disparity.shape[1], dtype=np.float32) - disparity
+    leftmost = np.minimum.accumulate(column[:, ::-1], axis=1)[:, ::-1]
+    hidden = np.zeros(disparity.shape, dtype=np.bool_)
+    hidden[:, :-1] = leftmost[:, 1:] <= column[:, :-1]
+    return hidden
+
+
+def _edges(depth: DepthImage, step: float) -> npt.NDArray[np.bool_]:
+    """Pixels on either side of a jump in depth of more than `step` [m]."""
+    edges = np.zeros(depth.shape, dtype=np.bool_)
+    jump = np.abs(np.diff(depth, axis=1)) > step
+    edges[:, 1:] |= jump
+    edges[:, :-1] |= jump
+    jump = np.abs(np.diff(depth, axis=0)) > step
+    edges[1:] |= jump
+    edges[:-1] |= jump
+    return edges
+
+
+def _uniform(rng: np.random.Generator, shape: tuple[int, ...], block: int) -> DepthImage:
+    """(H, W) numbers of [0, 1), alike within square blocks."""
+    return _spread(rng.random(_blocks(shape, block), dtype=np.float32), shape, block)
+
+
+def _normal(rng: np.random.Generator, shape: tuple[int, ...], block: int) -> DepthImage:
+    """(H, W) numbers of zero mean and unit deviation, alike within square blocks."""
+    return _spread(rng.standard_normal(_blocks(shape, block), dtype=np.float32), shape, block)
+
+
+def _blocks(shape: tuple[int, ...], block: int) -> tuple[int, int]:
+    return -(-shape[0] // block), -(-shape[1] // block)
+
+
+def _spread(values: DepthImage, shape: tuple[int, ...], block: int) -> DepthImage:
+    if block == 1:
+        return values
+    return np.repeat(np.repeat(values, block, 0), block, 1)[: shape[0], : shape[1]]

@@ -1,0 +1,214 @@
+"""Depth images by ray casting: every primitive is solved for exactly, in its screen rectangle.
+
+A ray through pixel (u, v) is t·(x, y, 1) in the camera frame, so that t is the depth itself. Seen
+from a primitive's frame the ray starts at o and runs along d, and the entry into the primitive is
+the smaller root of a linear or quadratic equation in t. The image is worked on in strips of rows,
+because temporaries that stay in the processor's cache are about three times as fast.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Literal, TypeAlias, overload
+
+import numpy as np
+import numpy.typing as npt
+from pinocchio import SE3
+
+from hw.interfaces import Intrinsics
+from hw.sim.shapes import Box, Capsule, Cylinder, Placed, Plane, Shape, Sphere, half_extents
+
+Image: TypeAlias = npt.NDArray[np.float32]
+Ids: TypeAlias = npt.NDArray[np.int16]
+Entry: TypeAlias = Callable[[Any, Image, Image, Image, Image], Image]
+
+NEAR = 0.01
+"""Surfaces nearer to the image plane than this are not seen [m]."""
+
+STRIP_ROWS = 120
+"""Rows worked on at a time."""
+
+_SIGNS = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float)
+_EDGES = np.array(
+    [(a, b) for a in range(8) for b in range(a) if (_SIGNS[a] != _SIGNS[b]).sum() == 1]
+)
+
+
+class DepthRenderer:
+    """Renders depth images of placed primitives for one pinhole camera.
+
+    Args:
+        intrinsics: size of the image and pinhole model.
+    """
+
+    def __init__(self, intrinsics: Intrinsics) -> None:
+        self._intrinsics = intrinsics
+        u = np.arange(intrinsics.width)
+        v = np.arange(intrinsics.height)
+        self._x: Image = ((u - intrinsics.cx) / intrinsics.fx).astype(np.float32)[None, :]
+        self._y: Image = ((v - intrinsics.cy) / intrinsics.fy).astype(np.float32)[:, None]
+
+    @overload
+    def render(
+        self, shapes: Sequence[Placed], wTc: SE3, with_ids: Literal[False] = False
+    ) -> Image: ...
+
+    @overload
+    def render(
+        self, shapes: Sequence[Placed], wTc: SE3, with_ids: Literal[True]
+    ) -> tuple[Image, Ids]: ...
+
+    def render(
+        self, shapes: Sequence[Placed], wTc: SE3, with_ids: bool = False
+    ) -> Image | tuple[Image, Ids]:
+        """What the camera sees.
+
+        Surfaces are seen from outside: a primitive that holds the camera is invisible.
+
+        Args:
+            shapes: primitives with poses in the world.
+            wTc: camera in the world; z along the optical axis, x right, y down.
+            with_ids: whether to tell also which primitive each pixel shows.
+
+        Returns:
+            (H, W) depth along the optical axis [m], NaN where nothing; with `with_ids` also the
+            (H, W) index into `shapes` of the nearest primitive, -1 where nothing.
+        """
+        size = (self._intrinsics.height, self._intrinsics.width)
+        depth = np.full(size, np.inf, dtype=np.float32)
+        ids = np.full(size, -1, dtype=np.int16) if with_ids else None
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            visible = self._visible(shapes, wTc)
+            for top in range(0, size[0], STRIP_ROWS):
+                bottom = min(top + STRIP_ROWS, size[0])
+                for index, shape, rotation, origin, (u0, u1, v0, v1) in visible:
+                    rows = slice(max(v0, top), min(v1, bottom))
+                    if rows.start >= rows.stop:
+                        continue
+                    x, y = self._x[:, u0:u1], self._y[rows]
+                    along = [r[0] * x + (r[1] * y + r[2]) for r in rotation]
+                    entry = _ENTRY[type(shape)](shape, origin, *along)
+                    window = depth[rows, u0:u1]
+                    nearest = (entry > NEAR) & (entry < window)
+                    np.copyto(window, entry, where=nearest)
+                    if ids is not None:
+                        np.copyto(ids[rows, u0:u1], np.int16(index), where=nearest)
+        depth[np.isinf(depth)] = np.nan
+        return depth if ids is None else (depth, ids)
+
+    def _visible(
+        self, shapes: Sequence[Placed], wTc: SE3
+    ) -> list[tuple[int, Shape, Image, Image, tuple[int, int, int, int]]]:
+        """What may show: index, shape, rotation sRc, camera in the shape's frame, rectangle."""
+        if not shapes:
+            return []
+        wRs = np.array([s.pose.rotation for s in shapes])
+        sRc = wRs.transpose(0, 2, 1) @ wTc.rotation
+        cPs = (np.array([s.pose.translation for s in shapes]) - wTc.translation) @ wTc.rotation
+        origins = -np.einsum("nij,nj->ni", sRc, cPs)
+        half = np.array([half_extents(s.shape) for s in shapes])
+        rectangles = self._rectangles(half, sRc, cPs)
+        rays, starts = sRc.astype(np.float32), origins.astype(np.float32)
+        return [
+            (i, s.shape, rays[i], starts[i], (u0, u1, v0, v1))
+            for i, (s, (u0, u1, v0, v1)) in enumerate(zip(shapes, rectangles, strict=True))
+            if u0 < u1 and v0 < v1
+        ]
+
+    def _rectangles(
+        self, half: npt.NDArray[np.float64], sRc: npt.NDArray[np.float64], cPs: Any
+    ) -> list[list[int]]:
+        """(N, 4) u0, u1, v0, v1 around each box cut at the near plane; all of it if endless."""
+        camera = self._intrinsics
+        corners = (_SIGNS * np.where(np.isinf(half), 0.0, half)[:, None, :]) @ sRc + cPs[:, None]
+        a, b = corners[:, _EDGES[:, 0]], corners[:, _EDGES[:, 1]]
+        cut = (NEAR - a[..., 2:]) / (b[..., 2:] - a[..., 2:])
+        crossing = a + cut * (b - a)
+        points = np.concatenate([corners, crossing], axis=1)
+        seen = np.concatenate([corners[..., 2] >= NEAR, (cut[..., 0] > 0) & (cut[..., 0] < 1)], 1)
+        z = np.maximum(points[..., 2], 0.5 * NEAR)
+        bounds = []
+        for axis, f, c, size in (
+            (0, camera.fx, camera.cx, camera.width),
+            (1, camera.fy, camera.cy, camera.height),
+        ):
+            pixel = f * points[..., axis] / z + c
+            low = np.where(seen, pixel, np.inf).min(axis=1)
+            high = np.where(seen, pixel, -np.inf).max(axis=1)
+            bounds += [
+                np.clip(np.floor(low), 0, size).astype(int),
+                np.clip(np.ceil(high) + 1, 0, size).astype(int),
+            ]
+        rectangles = np.stack(bounds, axis=1)
+        rectangles[np.isinf(half[:, 0])] = (0, camera.width, 0, camera.height)
+        return rectangles.tolist()  # type: ignore[no-any-return]
+
+
+def _box(box: Box, o: Image, dx: Image, dy: Image, dz: Image) -> Image:
+    """Where a ray has entered all three slabs and left none."""
+    entry, leave = np.full_like(dx, -np.inf), np.full_like(dx, np.inf)
+    for start, along, half in zip(o, (dx, dy, dz), box.half, strict=True):
+        inverse = 1.0 / along
+        one, two = (-np.float32(half) - start) * inverse, (np.float32(half) - start) * inverse
+        np.maximum(entry, np.minimum(one, two), out=entry)
+        np.minimum(leave, np.maximum(one, two), out=leave)
+    entry[entry > leave] = np.inf
+    return entry
+
+
+def _ball(radius: float, o: Image, dx: Image, dy: Image, dz: Image) -> Image:
+    a = dx * dx + dy * dy + dz * dz
+    b = o[0] * dx + o[1] * dy + o[2] * dz
+    root = np.sqrt(b * b - a * (o @ o - np.float32(radius * radius)))
+    entry: Image = (-b - root) / a
+    entry[np.isnan(entry)] = np.inf
+    return entry
+
+
+def _tube(radius: float, half: float, o: Image, dx: Image, dy: Image, dz: Image) -> Image:
+    """Round side of a cylinder, without its ends."""
+    a = dx * dx + dy * dy
+    b = o[0] * dx + o[1] * dy
+    root = np.sqrt(b * b - a * (o[0] * o[0] + o[1] * o[1] - np.float32(radius * radius)))
+    entry: Image = (-b - root) / a
+    entry[~(np.abs(o[2] + entry * dz) <= np.float32(half))] = np.inf
+    return entry
+
+
+def _sphere(sphere: Sphere, o: Image, dx: Image, dy: Image, dz: Image) -> Image:
+    return _ball(sphere.radius, o, dx, dy, dz)
+
+
+def _cylinder(cylinder: Cylinder, o: Image, dx: Image, dy: Image, dz: Image) -> Image:
+    entry = _tube(cylinder.radius, cylinder.half_length, o, dx, dy, dz)
+    half = np.float32(cylinder.half_length)
+    if abs(o[2]) > half:  # only then can a ray come in through an end, and only the near one
+        end = (np.sign(o[2]) * half - o[2]) / dz
+        x, y = o[0] + end * dx, o[1] + end * dy
+        end[~(x * x + y * y <= np.float32(cylinder.radius**2))] = np.inf
+        np.minimum(entry, end, out=entry)
+    return entry
+
+
+def _capsule(capsule: Capsule, o: Image, dx: Image, dy: Image, dz: Image) -> Image:
+    entry = _tube(capsule.radius, capsule.half_length, o, dx, dy, dz)
+    for end in (-capsule.half_length, capsule.half_length):
+        from_end = o - np.array([0.0, 0.0, end], dtype=np.float32)
+        np.minimum(entry, _ball(capsule.radius, from_end, dx, dy, dz), out=entry)
+    return entry
+
+
+def _plane(_: Plane, o: Image, dx: Image, dy: Image, dz: Image) -> Image:
+    if o[2] <= 0.0:
+        return np.full_like(dz, np.inf)
+    entry: Image = -o[2] / dz
+    return entry
+
+
+_ENTRY: dict[type, Entry] = {
+    Box: _box,
+    Sphere: _sphere,
+    Cylinder: _cylinder,
+    Capsule: _capsule,
+    Plane: _plane,
+}

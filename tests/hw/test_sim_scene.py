@@ -1,0 +1,165 @@
+"""Scenes: what the files give, and what bad ones are told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pinocchio import SE3
+
+from hw.sim import Placed, SceneError, World, load_scene, scene_names
+from hw.sim.contact import separation
+from hw.sim.household import KINDS, MAX_HEIGHT, MAX_LENGTH, make_object
+from hw.sim.shapes import reach
+
+GOOD = """\
+container:
+  centre: [3.0, 0.0]
+table:
+  centre: [0.0, 1.6]
+objects:
+  count: 2
+"""
+
+
+def gap(one: list[Placed], other: list[Placed]) -> float:
+    return min(separation(a, b)[0] for a in one for b in other)
+
+
+def narrowest(parts: list[Placed]) -> float:
+    """Smallest extent of any part across any horizontal direction [m]."""
+    angles = np.linspace(0.0, np.pi, 180, endpoint=False)
+    return min(
+        reach(part, along) + reach(part, -along)
+        for part in parts
+        for along in np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
+    )
+
+
+def test_household_single_and_clutter_are_shipped() -> None:
+    assert scene_names() == ["clutter", "household", "single"]
+    assert [len(load_scene(name, 0).objects) for name in scene_names()] == [15, 10, 1]
+
+
+@pytest.mark.parametrize("name", ["household", "clutter"])
+@pytest.mark.parametrize("seed", range(10))
+def test_objects_lie_in_the_container_apart_from_each_other(name: str, seed: int) -> None:
+    world = load_scene(name, seed)
+    walls = [f for f in world.fixtures if f.name == "container/wall"]
+    for i, thing in enumerate(world.objects):
+        parts = thing.placed()
+        assert thing.reach(np.array([0.0, 0.0, -1.0])) == pytest.approx(-0.456)
+        assert world.resting_on(thing) == "container"
+        assert gap(parts, walls) >= 0.012
+        assert all(gap(parts, other.placed()) >= 0.006 for other in world.objects[:i])
+        x, y, _ = thing.pose.translation
+        assert abs(x - 3.0) < 0.22
+        assert abs(y) < 0.18
+    assert len({thing.name for thing in world.objects}) == len(world.objects)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_can_be_grasped_and_is_neither_long_nor_high(kind: str) -> None:
+    rng = np.random.default_rng(7)
+    up, along = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+    for _ in range(30):
+        thing = make_object("it", kind, (0.015, 0.07), (0.03, 0.5), rng)
+        assert 0.015 - 1e-9 <= narrowest(thing.placed()) <= 0.07 + 1e-9
+        assert thing.reach(up) + thing.reach(-up) <= MAX_HEIGHT + 1e-9
+        assert thing.reach(-up) == pytest.approx(0.0, abs=1e-9)
+        assert thing.reach(along) + thing.reach(-along) <= MAX_LENGTH + 1e-9
+        assert 0.03 <= thing.mass <= 0.5
+
+
+def test_the_same_seed_gives_the_same_world() -> None:
+    def everything(world: World) -> list[object]:
+        return [
+            (o.name, o.mass, o.friction, o.pose.homogeneous.tolist(), [p.shape for p in o.parts])
+            for o in world.objects
+        ]
+
+    assert everything(load_scene("household", 3)) == everything(load_scene("household", 3))
+    assert everything(load_scene("household", 3)) != everything(load_scene("household", 4))
+
+
+def test_container_and_table_stand_where_the_scene_says() -> None:
+    world = load_scene("household", 0)
+    top = {f.name: reach(f, np.array([0.0, 0.0, 1.0])) for f in world.fixtures[1:]}
+    assert top["table/top"] == pytest.approx(0.5)
+    assert top["container/floor"] == pytest.approx(0.456)
+    assert top["container/wall"] == pytest.approx(0.506)
+    inside = Placed(world.fixtures[3].shape, SE3.Identity())
+    assert inside.shape == world.fixtures[4].shape
+    walls = [f.pose.translation[:2] for f in world.fixtures if f.name == "container/wall"]
+    assert np.ptp(walls, axis=0) == pytest.approx([0.446, 0.366])
+
+
+def test_a_scene_file_of_ones_own_with_a_fixture(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        GOOD + "fixtures:\n  - {name: shelf, centre: [1, 1, 0.5], size: [1, 0.2, 0.02],"
+        " yaw_deg: 90}\n"
+    )
+    world = load_scene(path, 0)
+    assert len(world.objects) == 2
+    shelf = world.fixtures[-1]
+    assert shelf.name == "shelf"
+    assert reach(shelf, np.array([0.0, 1.0, 0.0])) == pytest.approx(1.5)
+
+
+def test_widths_and_kinds_are_kept_to(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text(GOOD.replace("2", "6") + "  kinds: [ball, can]\n  width_mm: [30, 40]\n")
+    for thing in load_scene(str(path), 0).objects:
+        assert thing.name.split()[0] in ("ball", "can")
+        assert 0.03 <= narrowest(thing.placed()) <= 0.04
+
+
+def test_an_unknown_scene_is_told_which_there_are() -> None:
+    with pytest.raises(
+        SceneError, match=r"no scene 'houshold': did you mean 'household'\?"
+    ) as told:
+        load_scene("houshold", 0)
+    assert "clutter, household, single" in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (GOOD.replace("count", "cuont"), "6:3: objects.cuont: unknown key: did you mean 'count'?"),
+        (GOOD.replace("count: 2", "count: -1"), "6:3: objects.count: input should be greater"),
+        (GOOD.replace("count: 2", "kinds: [bal]"), "no kind of object 'bal': did you mean 'ball'?"),
+        (
+            GOOD.replace("count: 2", "width_mm: [70, 15]"),
+            "6:3: objects.width_mm: give the smallest",
+        ),
+        (GOOD.replace("[3.0, 0.0]", "[3.0, left]"), "2:17: container.centre.1: input should be"),
+        (GOOD.replace("  centre: [3.0, 0.0]", "  wall_height: 0.1"), "1:1: container.centre: is m"),
+        (GOOD + "fixtures:\n  - {name: a}\n", "8:5: fixtures.0.centre: is missing"),
+        ("table: {centre: [0, 0]}\n", "1:1: container: is missing: add it under the top level"),
+        ("table: [\n", "2:1: not YAML"),
+        ("", "1:1: scene: "),
+        ("- 1\n", "1:1: scene: "),
+        (GOOD.replace("count: 2", "count: 40"), "40 do not fit into the container"),
+        (
+            GOOD.replace("2", "2\n  kinds: [mug]\n  width_mm: [50, 60]"),
+            "none of mug comes 50 to 60",
+        ),
+    ],
+)
+def test_a_bad_scene_is_told_where_and_how_to_mend_it(text: str, told: str, tmp_path: Path) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_text(text)
+    with pytest.raises(SceneError) as error:
+        load_scene(path, 0)
+    assert told in str(error.value)
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_scene_that_cannot_be_read_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "binary.yaml"
+    path.write_bytes(b"\xff\xfe\x00\xd8")
+    with pytest.raises(SceneError, match="cannot be read"):
+        load_scene(path, 0)

@@ -1,0 +1,191 @@
+"""What the hand does to the world: carrying, dropping, running into things."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from pinocchio import SE3, exp3
+
+from hw.sim import Box, Cylinder, Placed, Plane, SimObject, Sphere, World, load_scene
+from hw.sim.contact import separation
+from hw.sim.shapes import half_extents
+
+TURNED_DOWN = np.diag([1.0, -1.0, -1.0])
+FLOOR = Placed(Plane(), SE3.Identity(), "floor")
+TABLE = Placed(Box((0.3, 0.2, 0.02)), SE3(np.eye(3), np.array([0.0, 0.0, 0.48])), "table/top")
+TABLE_TOP = 0.5
+
+
+def hand_at(x: float, y: float, z: float) -> SE3:
+    return SE3(TURNED_DOWN, np.array([x, y, z]))
+
+
+def box(x: float, y: float, z: float, name: str = "box", half: float = 0.02) -> SimObject:
+    return SimObject(
+        name=name,
+        parts=(Placed(Box((half, half, half)), SE3.Identity(), name),),
+        mass=0.1,
+        pose=SE3(np.eye(3), np.array([x, y, z])),
+    )
+
+
+def picked(world: World, wTe: SE3) -> World:
+    outcome = world.close_fingers(wTe, 0.08, 20.0)
+    assert outcome.holding is not None, outcome.reason
+    return world
+
+
+def test_what_is_held_moves_with_the_hand() -> None:
+    thing = box(0.0, 0.0, 0.02)
+    world = picked(World([FLOOR], [thing]), hand_at(0.0, 0.0, 0.03))
+    before = hand_at(0.0, 0.0, 0.03).actInv(thing.pose)
+    after = SE3(exp3(np.array([0.3, 0.2, 1.0])) @ TURNED_DOWN, np.array([0.4, -0.2, 0.9]))
+    world.carry(after)
+    assert after.actInv(thing.pose).isApprox(before)
+    assert world.resting_on(thing) == "hand"
+    shown = [s for s in world.shapes() if s.name == "box"]
+    assert shown[0].pose.isApprox(thing.pose)
+
+
+def test_closing_again_keeps_what_is_held() -> None:
+    world = picked(World([FLOOR], [box(0.0, 0.0, 0.02)]), hand_at(0.0, 0.0, 0.03))
+    outcome = world.close_fingers(hand_at(0.0, 0.0, 0.03), 0.04, 20.0)
+    assert outcome.holding == "box"
+    assert outcome.width == pytest.approx(0.04, abs=2e-4)
+
+
+@pytest.mark.parametrize(
+    ("x", "top", "support"),
+    [(0.0, TABLE_TOP, "table"), (0.31, TABLE_TOP, "table"), (0.6, 0.0, "floor")],
+    ids=["table", "over the edge of the table", "floor"],
+)
+def test_a_released_object_falls_onto_what_is_below(x: float, top: float, support: str) -> None:
+    thing = box(0.0, 0.0, TABLE_TOP + 0.02)
+    world = picked(World([FLOOR, TABLE], [thing]), hand_at(0.0, 0.0, TABLE_TOP + 0.03))
+    world.carry(hand_at(x, 0.0, 0.8))
+    world.open_fingers()
+    assert world.held is None
+    assert thing.pose.translation == pytest.approx([x, 0.0, top + 0.02], abs=2e-4)
+    assert world.resting_on(thing) == support
+
+
+def test_a_released_object_stays_on_another_and_is_carried_by_the_table() -> None:
+    lower, upper = (
+        box(0.1, 0.0, TABLE_TOP + 0.02, "lower"),
+        box(0.0, 0.0, TABLE_TOP + 0.02, "upper"),
+    )
+    world = picked(World([FLOOR, TABLE], [lower, upper]), hand_at(0.0, 0.0, TABLE_TOP + 0.03))
+    world.carry(hand_at(0.11, 0.01, 0.8))
+    world.open_fingers()
+    assert upper.pose.translation[2] == pytest.approx(TABLE_TOP + 0.06, abs=2e-4)
+    assert world.resting_on(upper) == "table"
+
+
+def test_an_object_released_inside_another_comes_to_lie_on_it() -> None:
+    lower, upper = (
+        box(0.1, 0.0, TABLE_TOP + 0.02, "lower"),
+        box(0.0, 0.0, TABLE_TOP + 0.02, "upper"),
+    )
+    world = picked(World([FLOOR, TABLE], [lower, upper]), hand_at(0.0, 0.0, TABLE_TOP + 0.03))
+    world.carry(hand_at(0.105, 0.0, TABLE_TOP + 0.04))
+    world.open_fingers()
+    assert separation(upper.placed()[0], lower.placed()[0])[0] > -1e-5
+    assert world.resting_on(upper) == "table"
+
+
+def test_a_round_object_falls_until_it_touches() -> None:
+    ball = SimObject(
+        name="ball",
+        parts=(Placed(Sphere(0.02), SE3.Identity()),),
+        mass=0.1,
+        pose=SE3(np.eye(3), np.array([0.0, 0.0, 0.02])),
+    )
+    post = Placed(Cylinder(0.01, 0.1), SE3(np.eye(3), np.array([0.5, 0.0, 0.1])), "post")
+    world = picked(World([FLOOR, post], [ball]), hand_at(0.0, 0.0, 0.025))
+    world.carry(hand_at(0.515, 0.0, 0.6))
+    world.open_fingers()
+    # The ball's centre is 5 mm beyond the post's rim, so it hangs √(20² - 5²) mm above it.
+    assert ball.pose.translation[2] == pytest.approx(0.2 + np.sqrt(0.02**2 - 0.005**2), abs=2e-4)
+
+
+def test_something_in_the_air_rests_on_nothing() -> None:
+    thing = box(0.0, 0.0, 0.3)
+    assert World([FLOOR], [thing]).resting_on(thing) == ""
+
+
+def test_leaning_on_a_wall_is_not_resting_on_it() -> None:
+    wall = Placed(Box((0.005, 0.2, 0.2)), SE3(np.eye(3), np.array([0.0255, 0.0, 0.2])), "wall")
+    thing = box(0.0, 0.0, 0.02)
+    assert World([wall, FLOOR], [thing]).resting_on(thing) == "floor"
+
+
+def test_an_open_hand_around_an_object_does_not_collide() -> None:
+    world = World([FLOOR], [box(0.0, 0.0, 0.02)])
+    assert world.collision(hand_at(0.0, 0.0, 0.02), 0.08) is None
+
+
+@pytest.mark.parametrize(
+    ("wTe", "width", "hit"),
+    [
+        (hand_at(0.0, 0.0, 0.02), 0.034, "box"),
+        (hand_at(0.0, 0.045, 0.02), 0.08, "box"),
+        (hand_at(0.3, 0.0, 0.005), 0.08, "floor"),
+        (hand_at(0.3, 0.0, 0.0065), 0.08, None),
+        (hand_at(0.0, 0.5, 0.1), 0.08, "shelf"),
+        (hand_at(0.0, 0.0, 0.5), 0.08, None),
+    ],
+    ids=["squeezed", "finger inside", "floor", "skims the floor", "palm at shelf", "free"],
+)
+def test_the_hand_collides_with_what_it_presses_into(
+    wTe: SE3, width: float, hit: str | None
+) -> None:
+    shelf = Placed(Box((0.5, 0.01, 0.01)), SE3(np.eye(3), np.array([0.0, 0.58, 0.18])), "shelf")
+    world = World([FLOOR, shelf], [box(0.0, 0.0, 0.02)])
+    assert world.collision(wTe, width) == hit
+
+
+def test_what_is_held_collides_with_fixtures_but_not_with_objects() -> None:
+    thing, other = box(0.0, 0.0, 0.02), box(0.2, 0.0, 0.02, "other")
+    world = picked(World([FLOOR], [thing, other]), hand_at(0.0, 0.0, 0.03))
+    assert world.collision(hand_at(0.0, 0.0, 0.03), 0.04) is None
+    low = hand_at(0.1, 0.0, 0.022)
+    world.carry(low)
+    assert world.collision(low, 0.04) == "floor"
+    above = hand_at(0.2, 0.0, 0.06)
+    world.carry(above)
+    assert world.collision(above, 0.04) is None
+
+
+def test_the_hand_collides_with_container_and_table_of_a_scene() -> None:
+    world = load_scene("single", 0)
+    assert world.collision(hand_at(3.0, 0.14, 0.5), 0.08) == "container/wall"
+    assert world.collision(hand_at(0.0, 1.6, 0.5), 0.08) == "table/top"
+    assert world.collision(hand_at(1.5, 0.8, 0.8), 0.08) is None
+
+
+def test_picking_every_object_of_a_scene_brings_it_to_the_table() -> None:
+    """A hand that knows where things are empties the container."""
+    world = load_scene("household", 0)
+    for index, thing in enumerate(world.objects):
+        assert any(
+            world.collision(wTe, 0.08) is None
+            and world.close_fingers(wTe, 0.08, 40.0).holding == thing.name
+            for wTe in top_grasps(thing)
+        ), f"{thing.name} cannot be grasped"
+        world.carry(hand_at(-0.5 + 0.1 * index, 1.6, 0.8))
+        world.open_fingers()
+        assert world.resting_on(thing) == "table"
+
+
+def top_grasps(thing: SimObject) -> Iterator[SE3]:
+    """Poses above the middle and either end of each part, turned all ways."""
+    for part in thing.placed():
+        half = np.array(half_extents(part.shape))
+        along = part.pose.rotation[:, half.argmax()] * half.max()
+        for where in (0.0, 0.6, -0.6):
+            x, y, z = part.pose.translation + where * along
+            for yaw in np.linspace(0.0, np.pi, 12, endpoint=False):
+                turn = exp3(np.array([0.0, 0.0, yaw])) @ TURNED_DOWN
+                yield SE3(turn, np.array([x, y, max(z, 0.456 + 0.01)]))

@@ -1,0 +1,253 @@
+"""What composites and modifiers do, tick by tick, in simulated time."""
+
+from __future__ import annotations
+
+import pytest
+from py_trees.common import Status
+from tree_toys import Run
+
+
+@pytest.fixture
+def run(tmp_path):
+    return lambda tree: Run(tmp_path, tree)
+
+
+def test_sequence_continues_where_it_was_and_stops_at_the_first_failure(run):
+    tree = run("""
+sequence:
+  - {name: a, play: {script: S}}
+  - {name: b, play: {script: RRF}}
+  - {name: c, play: {script: S}}
+""")
+    assert tree.ticks(3) == "RRF"
+    assert tree.events == ["a begins", "a ends S", "b begins", "b ends F"]
+    assert tree.root.feedback_message == "b: said F"
+
+
+def test_sequence_starts_from_its_first_child_after_it_has_ended(run):
+    tree = run("sequence: [{name: a, play: {script: S}}, {name: b, play: {script: FS}}]")
+    assert tree.ticks(2) == "FS"
+    assert tree.begun("a") == 2
+
+
+def test_fallback_takes_the_first_success(run):
+    tree = run("""
+fallback:
+  - {name: a, play: {script: RF}}
+  - {name: b, play: {script: RS}}
+  - {name: c, play: {script: S}}
+""")
+    assert tree.ticks(3) == "RRS"
+    assert tree.begun("a") == 1
+    assert tree.begun("c") == 0
+
+
+def test_fallback_fails_with_the_last_reason(run):
+    tree = run("fallback: [{name: a, play: {script: F}}, {name: b, play: {script: F}}]")
+    assert tree.ticks(1) == "F"
+    assert tree.root.feedback_message == "b: said F"
+
+
+def test_reactive_sequence_halts_the_action_when_its_guard_fails(run):
+    tree = run("""
+reactive_sequence:
+  - {name: guard, play: {script: SSF}}
+  - {name: action, play: {script: R}}
+""")
+    assert tree.ticks(3) == "RRF"
+    assert tree.events.count("action ends I") == 1
+    assert tree.root.feedback_message == "guard: said F"
+
+
+def test_sequence_does_not_ask_a_guard_again(run):
+    tree = run("sequence: [{name: guard, play: {script: SF}}, {name: action, play: {script: R}}]")
+    assert tree.ticks(3) == "RRR"
+    assert tree.begun("guard") == 1
+
+
+def test_reactive_fallback_returns_to_an_earlier_child(run):
+    tree = run("""
+reactive_fallback:
+  - {name: first, play: {script: FR}}
+  - {name: second, play: {script: R}}
+""")
+    assert tree.ticks(2) == "RR"
+    assert tree.events.count("second ends I") == 1
+
+
+def test_parallel_waits_for_all_and_does_not_repeat_what_is_done(run):
+    tree = run("parallel: [{name: a, play: {script: S}}, {name: b, play: {script: RRS}}]")
+    assert tree.ticks(3) == "RRS"
+    assert tree.begun("a") == 1
+
+
+def test_parallel_fails_with_any_child_and_halts_the_others(run):
+    tree = run("parallel: [{name: a, play: {script: R}}, {name: b, play: {script: RF}}]")
+    assert tree.ticks(2) == "RF"
+    assert tree.events == ["a begins", "b begins", "b ends F", "a ends I"]
+    assert tree.root.feedback_message == "b: said F"
+
+
+def test_forever_starts_again_after_each_failure_and_ends_with_success(run):
+    tree = run(
+        "forever: {sequence: [{name: a, play: {script: S}}, {name: b, play: {script: FRFS}}]}"
+    )
+    assert tree.ticks(4) == "RRRS"
+    assert tree.begun("a") == 3
+
+
+def test_forever_says_why_it_starts_again(run):
+    tree = run("forever: {name: b, play: {script: FS}}")
+    tree.ticks(1)
+    assert tree.root.feedback_message == "starting again after b: said F"
+
+
+def test_until_works_until_its_question_is_answered_with_success(run):
+    tree = run("""
+until:
+  - {name: question, play: {script: RFFS}}
+  - {name: work, play: {script: RSS}}
+  - {name: more, play: {script: S}}
+""")
+    assert tree.ticks(5) == "RRRRS"
+    assert [event for event in tree.events if "begins" in event] == [
+        *("question begins", "work begins", "more begins"),
+        *("question begins", "work begins", "more begins"),
+        "question begins",
+    ]
+    assert tree.root.feedback_message == "question: said S"
+
+
+def test_until_fails_with_its_work(run):
+    tree = run("""
+until:
+  - {name: question, play: {script: F}}
+  - {name: work, play: {script: SF}}
+""")
+    assert tree.ticks(2) == "RF"
+    assert tree.root.feedback_message == "work: said F"
+
+
+def test_retry_makes_one_attempt_a_tick_and_then_gives_up(run):
+    tree = run("{name: grip, retry: 3, play: {script: F}}")
+    assert tree.ticks(3) == "RRF"
+    assert tree.begun("grip") == 3
+    assert tree.root.feedback_message == "gave up after attempt 3: grip: said F"
+
+
+def test_retry_ends_with_the_first_success_and_counts_anew_in_the_next_round(run):
+    tree = run("{name: grip, retry: 2, play: {script: FSFFS}}")
+    assert tree.ticks(5) == "RSRFS"
+
+
+def test_retry_restarts_a_composite_from_its_first_child(run):
+    tree = run(
+        "{retry: 2, sequence: [{name: a, play: {script: S}}, {name: b, play: {script: FS}}]}"
+    )
+    assert tree.ticks(2) == "RS"
+    assert tree.begun("a") == 2
+
+
+def test_a_child_that_comes_back_invalid_has_failed(run):
+    assert run("{retry: 2, play: {script: I}}").ticks(2) == "RF"
+    assert run("{invert: true, play: {script: I}}").ticks(1) == "S"
+    assert run("sequence: [play: {script: I}]").ticks(1) == "F"
+    assert run("parallel: [play: {script: I}]").ticks(1) == "F"
+
+
+def test_repeat_needs_every_round_to_succeed(run):
+    assert run("{repeat: 3, play: {script: SRSS}}").ticks(4) == "RRRS"
+    assert run("{repeat: 2, play: {script: S}}").ticks(4) == "RSRS"
+    failing = run("{repeat: 3, name: turn, play: {script: SF}}")
+    assert failing.ticks(2) == "RF"
+    assert failing.root.feedback_message == "round 2 of 3: turn: said F"
+
+
+def test_invert_swaps_outcomes_and_leaves_running_alone(run):
+    assert run("{invert: true, play: {script: RFS}}").ticks(3) == "RSF"
+    assert run("{invert: false, play: {script: RFS}}").ticks(3) == "RFS"
+
+
+def test_timeout_counts_simulated_time_and_halts_what_is_late(run):
+    tree = run("{name: slow, timeout_s: 0.05, play: {script: R}}")
+    assert tree.ticks(6) == "RRRRRF"
+    assert tree.events == ["slow begins", "slow ends I"]
+    assert tree.root.feedback_message == "not done within 0.05 s (slow: said R)"
+
+
+def test_timeout_leaves_a_child_in_time_alone(run):
+    assert run("{timeout_s: 0.05, play: {script: RRRRS}}").ticks(5) == "RRRRS"
+
+
+def test_each_attempt_has_the_whole_timeout(run):
+    tree = run("{retry: 2, timeout_s: 0.02, name: slow, play: {script: R}}")
+    assert tree.ticks(6) == "RRRRRF"
+    assert tree.begun("slow") == 2
+
+
+@pytest.mark.parametrize(
+    "modifiers",
+    [
+        "repeat: 2, retry: 2, invert: true",
+        "invert: true, retry: 2, repeat: 2",
+        "retry: 2, repeat: 2, invert: true",
+    ],
+)
+def test_the_order_of_modifiers_in_the_file_means_nothing(run, modifiers):
+    # Inverted first: F F is S S, and S F is F S; so the second round takes two attempts.
+    tree = run(f"{{{modifiers}, play: {{script: FSF}}}}")
+    assert tree.ticks(3) == "RRS"
+
+
+def test_a_halt_reaches_every_running_leaf_once_and_no_other(run):
+    tree = run("""
+sequence:
+  - {name: done, play: {script: S}}
+  - retry: 2
+    timeout_s: 9
+    parallel:
+      - {name: finished, play: {script: S}}
+      - {name: a, play: {script: R}}
+      - forever: {name: b, play: {script: R}}
+  - {name: later, play: {script: S}}
+""")
+    tree.ticks(2)
+    tree.events.clear()
+    tree.root.stop(Status.INVALID)
+    tree.root.stop(Status.INVALID)
+    assert tree.events == ["a ends I", "b ends I"]
+    assert all(node.status is Status.INVALID for node in tree.root.iterate())
+
+
+def test_a_halted_tree_starts_from_its_beginning(run):
+    tree = run("sequence: [{name: a, play: {script: S}}, {name: b, play: {script: RS}}]")
+    tree.ticks(1)
+    tree.root.stop(Status.INVALID)
+    assert tree.ticks(1) == "S"
+    assert tree.begun("a") == 2
+
+
+def test_an_exception_passes_through_and_a_halt_still_reaches_the_running(run):
+    tree = run("""
+retry: 3
+parallel:
+  - {name: a, play: {script: R}}
+  - {name: b, play: {script: X}}
+""")
+    with pytest.raises(RuntimeError, match=r"^b broke$"):
+        tree.ticks(1)
+    tree.root.stop(Status.INVALID)
+    assert tree.events == ["a begins", "b begins", "a ends I"]
+
+
+def test_the_root_says_why_it_failed_with_the_names_that_people_gave(run):
+    tree = run("""
+sequence:
+  - name: pick
+    retry: 2
+    sequence:
+      - {name: grasp the cup, play: {script: F}}
+""")
+    assert tree.ticks(2) == "RF"
+    assert tree.root.feedback_message == "gave up after attempt 2: pick: grasp the cup: said F"
+    assert tree.root.tip().name == "grasp the cup"

@@ -1,0 +1,361 @@
+"""Every mistake is reported at its place, with the way to mend it."""
+
+from __future__ import annotations
+
+import pytest
+from tree_toys import TOYS
+
+from trees.language import Severity, TaskFileError, check, load
+
+HEAD = """\
+task: toy
+params:
+  count: {default: 3, description: how many}
+  speed: {default: 1.5}
+poses:
+  home: {xyz: [1, 2, 3], rpy_deg: [180, 0, 0]}
+  dock: {base: [0, 0], heading_deg: 90}
+  folded: {joints_deg: [0, -17, 0, -126, 0, 115, 45]}
+regions:
+  box: {centre: [0, 0, 0.5], size: [1, 1, 0.2]}
+tree:
+"""
+FIRST = HEAD.count("\n") + 1
+"""The line of the file on which the tree begins."""
+
+
+def errors(folder, text: str, **options) -> list[str]:
+    path = folder / "t.yaml"
+    path.write_text(text)
+    found = check(path, leaves=TOYS, **options)
+    return [
+        str(mistake).removeprefix(f"{path}:")
+        for mistake in found
+        if mistake.severity is Severity.ERROR
+    ]
+
+
+TREE_MISTAKES = {
+    "unknown node": (
+        "- navigte: {to: home}",
+        "0:3: unknown node `navigte`; did you mean `navigate`?",
+    ),
+    "unknown node unlike any": (
+        "- zzz",
+        "0:3: unknown node `zzz`; known here: `fallback`, `forever`, `grasp`, `navigate`, "
+        "`open_gripper`, `parallel`, `place`, `play`, `reactive_fallback`, `reactive_sequence`, "
+        "`recover`, `region_empty`, `retreat_check`, `sequence`, `until`",
+    ),
+    "unknown parameter": (
+        "- grasp: {within: box, lock_distance: 0.2}",
+        "0:24: `grasp` has no parameter `lock_distance`; did you mean `lock_distance_m`?",
+    ),
+    "parameter of a leaf without any": (
+        "- open_gripper: {wide: true}",
+        "0:18: `open_gripper` has no parameter `wide`; it takes none: remove it",
+    ),
+    "modifier below a leaf": (
+        "- grasp: {within: box, retry: 3}",
+        "0:24: `grasp` has no parameter `retry`; `retry` belongs beside `grasp`, not below it",
+    ),
+    "parameter beside a leaf": (
+        "- navigate:\n  to: home",
+        "1:3: `to` stands beside `navigate`, and is a parameter of it; indent it below `navigate:`",
+    ),
+    "unknown modifier": (
+        "- open_gripper:\n  retyr: 3",
+        "1:3: unknown key `retyr` beside `open_gripper`; did you mean `retry`?",
+    ),
+    "missing parameter": (
+        "- navigate",
+        "0:3: `navigate` lacks `to` (a tool pose or a base pose: where the hand or the base goes);"
+        " write `navigate: {to: ...}` (known: `dock`, `home`)",
+    ),
+    "wrong type": (
+        "- navigate: {to: home, timeout_s: soon}",
+        "0:35: `timeout_s` (give up after this [s]): expected a number, got the text `soon`;"
+        " write a number",
+    ),
+    "truth value for a number": (
+        "- navigate: {to: home, timeout_s: true}",
+        "0:35: `timeout_s` (give up after this [s]): expected a number, got `true`; write a number",
+    ),
+    "yes is text": (
+        "- grasp: {within: box, careful: yes}",
+        "0:33: `careful`: expected true or false, got the text `yes`; write true or false",
+    ),
+    "not one of the choices": (
+        "- grasp: {within: box, side: middle}",
+        "0:30: `side`: expected `left` or `right`, got the text `middle`; write `left` or `right`",
+    ),
+    "infinite number": (
+        "- navigate: {to: home, timeout_s: .inf}",
+        "0:35: `timeout_s` (give up after this [s]): expected a number, got the number `inf`;"
+        " write a finite number",
+    ),
+    "list for a value": (
+        "- grasp: {within: [box]}",
+        "0:19: `within` (where to look): expected a region, got a list; write a single value",
+    ),
+    "scalar for parameters": (
+        "- grasp: box",
+        "0:10: `grasp` takes a mapping of parameters, not the text `box`;"
+        " write `grasp: {within: ...}` (known: `box`)",
+    ),
+    "unknown pose": (
+        "- navigate: {to: hme}",
+        "0:18: `to` (where the hand or the base goes): no tool pose or base pose is called `hme`;"
+        " did you mean `home`? (known: `dock`, `home`)",
+    ),
+    "unknown region": (
+        "- grasp: {within: crate}",
+        "0:19: `within` (where to look): no region is called `crate`; known: `box`",
+    ),
+    "unknown posture": (
+        "- recover: {arm: zzz}",
+        "0:18: `arm`: no posture is called `zzz`; known: `folded`, `ready`",
+    ),
+    "pose of the wrong kind": (
+        "- navigate: {to: folded}",
+        "0:18: `to` (where the hand or the base goes): `folded` is a posture,"
+        " expected a tool pose or a base pose; known: `dock`, `home`",
+    ),
+    "two nodes in an item": (
+        "- open_gripper:\n  retreat_check:",
+        "1:3: two nodes in one item: `open_gripper` and `retreat_check`;"
+        " begin each with its own `- ` in the list of a composite",
+    ),
+    "no node in an item": (
+        "- name: pick",
+        "0:3: this item says nothing to do;"
+        " add a node key, for example `fallback`, `forever`, `grasp`",
+    ),
+    "list for a node": (
+        "- [open_gripper]",
+        "0:3: expected a node, got a list;"
+        " write `sequence:` above a list, and `node: {...}` for a single node",
+    ),
+    "empty composite": (
+        "- fallback:",
+        "0:3: `fallback` is empty; add a node below it, or remove it",
+    ),
+    "empty list": (
+        "- parallel: []",
+        "0:3: `parallel` is empty; add a node below it, or remove it",
+    ),
+    "children without a list": (
+        "- sequence:\n    open_gripper:",
+        "1:5: the children of `sequence` are a list, not a mapping; begin each child with `- `",
+    ),
+    "question without work": (
+        "- until: [open_gripper]",
+        "0:3: `until` needs at least 2 children, got 1; give it a question, then the work to do",
+    ),
+    "forever with two": (
+        "- forever: [open_gripper, retreat_check]",
+        "0:3: `forever` takes one child, got 2; put them in a `sequence:` below it",
+    ),
+    "no attempt": (
+        "- open_gripper:\n  retry: 0",
+        "1:10: `retry`: must be at least 1, got the number `0`; write one that is at least 1",
+    ),
+    "half a round": (
+        "- open_gripper:\n  repeat: 1.5",
+        "1:11: `repeat`: expected a whole number, got the number `1.5`; write a whole number",
+    ),
+    "no time": (
+        "- open_gripper:\n  timeout_s: 0",
+        "1:14: `timeout_s`: must be greater than 0, got the number `0`;"
+        " write one that is greater than 0",
+    ),
+    "unusable name": (
+        "- open_gripper:\n  name: a/b",
+        "1:9: `name` cannot be the text `a/b`; write a line of text without `/`",
+    ),
+    "parameter of the wrong type": (
+        "- open_gripper:\n  retry: $speed",
+        "1:10: `retry`: expected a whole number, got the number `1.5`, the value of `$speed`;"
+        " write a whole number",
+    ),
+    "unknown task parameter": (
+        "- open_gripper:\n  retry: $cuont",
+        "1:10: the task has no parameter `cuont`; did you mean `count`?",
+    ),
+    "dollar without a name": (
+        "- play: {script: $5}",
+        "0:18: `$5` begins with `$` and is not a parameter; write `$` and the name of a parameter",
+    ),
+}
+
+
+@pytest.mark.parametrize(("item", "message"), TREE_MISTAKES.values(), ids=TREE_MISTAKES)
+def test_mistake_in_the_tree(tmp_path, item, message):
+    indented = "\n".join(f"    {line}" for line in item.splitlines())
+    # Messages count lines from the item, and columns as if it were not indented.
+    line, column, text = message.split(":", 2)
+    expected = f"{FIRST + 1 + int(line)}:{4 + int(column)}:{text}"
+    assert errors(tmp_path, f"{HEAD}  sequence:\n{indented}\n") == [expected]
+
+
+def test_a_message_is_one_line_whatever_it_quotes(tmp_path):
+    [found] = errors(tmp_path, 'task: "a\\n\\e[31m b' + "c" * 1000 + '"\ntree: open_gripper\n')
+    assert found.startswith("1:7: `a [31m bccc")
+    assert found.isprintable()
+    assert len(found) < 600
+
+
+TREE = "tree: open_gripper\n"
+
+FILE_MISTAKES = {
+    "no task": (TREE, "1:1: the file lacks `task`; add `task`"),
+    "no tree": ("task: toy\n", "1:1: the file lacks `tree`; add `tree`"),
+    "unknown section": (
+        "task: toy\npose: {}\n" + TREE,
+        "2:1: the file has no key `pose`; did you mean `poses`?",
+    ),
+    "a list": ("- a", "1:1: the file is a mapping, not a list; write `task`, `tree` with their"),
+    "task name": (
+        "task: ../x\n" + TREE,
+        "1:7: `../x` cannot name a task; use letters, digits and `_`, and begin with a letter",
+    ),
+    "task number": ("task: 5\n" + TREE, "1:7: `task` is a text, not the number `5`; write one"),
+    "poses as a list": (
+        "task: toy\nposes: [a]\n" + TREE,
+        "2:8: `poses` is a mapping of names, not a list; indent `name: ...` below `poses:`",
+    ),
+    "pose without anything": (
+        "task: toy\nposes:\n  a:\n" + TREE,
+        "3:3: pose `a` does not say where it is; write one of `xyz` and `rpy_deg`,"
+        " `base` and `heading_deg`, `joints_deg`",
+    ),
+    "pose of two kinds": (
+        "task: toy\nposes: {a: {xyz: [0, 0, 0], base: [0, 0]}}\n" + TREE,
+        "2:9: pose `a` mixes keys of different kinds of pose; write one of `xyz` and",
+    ),
+    "half a pose": (
+        "task: toy\nposes: {a: {xyz: [0, 0, 0]}}\n" + TREE,
+        "2:12: pose `a` lacks `rpy_deg`; add `rpy_deg`",
+    ),
+    "pose in other units": (
+        "task: toy\nposes: {a: {xyz: [0, 0, 0], rpy_deg: [0, 0, 0], rpy: 1}}\n" + TREE,
+        "2:49: pose `a` has no key `rpy`; did you mean `rpy_deg`?",
+    ),
+    "too few numbers": (
+        "task: toy\nposes: {a: {joints_deg: [0, 0]}}\n" + TREE,
+        "2:25: `joints_deg` is a list of 7 numbers, not 2; write `joints_deg: [0.0, 0.0, 0.0,",
+    ),
+    "not a number": (
+        "task: toy\nposes: {a: {xyz: [0, .nan, 0], rpy_deg: [0, 0, 0]}}\n" + TREE,
+        "2:22: `xyz` takes finite numbers, not the number `nan`; write a number",
+    ),
+    "too large a number": (
+        "task: toy\nposes: {a: {base: [0, 1e999], heading_deg: 0}}\n" + TREE,
+        "2:23: `base` takes finite numbers, not the number `inf`; write a number",
+    ),
+    "redefined posture": (
+        "task: toy\nposes: {ready: {base: [0, 0], heading_deg: 0}}\n" + TREE,
+        "2:9: `ready` is built in and cannot be redefined; choose another name",
+    ),
+    "flat region": (
+        "task: toy\nregions: {a: {centre: [0, 0, 0], size: [1, 0, 1]}}\n" + TREE,
+        "2:40: region `a` has an edge that is not positive; give the full length of each edge [m]",
+    ),
+    "region called as a pose": (
+        "task: toy\nposes: {a: {base: [0, 0], heading_deg: 0}}\n"
+        "regions: {a: {centre: [0, 0, 0], size: [1, 1, 1]}}\n" + TREE,
+        "3:11: `a` is a pose already, on line 2; choose another name",
+    ),
+    "name with a blank": (
+        "task: toy\nposes: {a b: {base: [0, 0], heading_deg: 0}}\n" + TREE,
+        "2:9: `a b` cannot be a name in `poses`; use letters, digits and `_`,",
+    ),
+    "parameter without a default": (
+        "task: toy\nparams: {a: {description: x}}\ntree: {open_gripper: , retry: $a}\n",
+        "2:13: parameter `a` lacks `default`; add `default`",
+    ),
+    "parameter without a type": (
+        "task: toy\nparams: {a: {default: null}}\n" + TREE,
+        "2:23: parameter `a` has no usable default; its type is that of its default:",
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "message"), FILE_MISTAKES.values(), ids=FILE_MISTAKES)
+def test_mistake_in_the_file(tmp_path, text, message):
+    [found] = errors(tmp_path, text)
+    assert found.startswith(message)
+
+
+def test_all_mistakes_of_a_file_are_reported_at_once_in_its_order(tmp_path):
+    text = (
+        "task: toy\n"
+        "poses:\n"
+        "  home: {xyz: [1, 2], rpy_deg: [0, 0, 0]}\n"
+        "tree:\n"
+        "  sequence:\n"
+        "    - navigate: {to: home, timeout_s: soon}\n"
+        "    - opn_gripper\n"
+    )
+    found = errors(tmp_path, text)
+    assert [line.split(": ")[0] for line in found] == ["3:15", "6:39", "7:7"]
+    with pytest.raises(TaskFileError) as raised:
+        load(tmp_path / "t.yaml", leaves=TOYS)
+    assert str(raised.value).splitlines() == [f"{tmp_path / 't.yaml'}:{line}" for line in found]
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("count=many", "3:3: `-p count=many`: expected a whole number, got the text `many`;"),
+        ("count=2.5", "3:3: `-p count=2.5`: expected a whole number, got the number `2.5`;"),
+        ("speed=.nan", "4:3: `-p speed=.nan`: expected a number, got the number `nan`;"),
+        ("cuont=2", "2:1: `-p cuont=2`: the task has no parameter `cuont`; did you mean `count`?"),
+    ],
+)
+def test_mistake_in_an_override(tmp_path, override, message):
+    name, value = override.split("=")
+    [found] = errors(tmp_path, HEAD + "  open_gripper\n", overrides={name: value})
+    assert found.startswith(message)
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    def only(path):
+        [mistake] = check(path, leaves=TOYS)
+        return str(mistake)
+
+    missing = tmp_path / "missing.yaml"
+    assert only(missing) == f"{missing}: there is no such file; check the path"
+    assert only(tmp_path) == (
+        f"{tmp_path}: the file cannot be read (Is a directory); name a readable file"
+    )
+    latin = tmp_path / "latin.yaml"
+    latin.write_bytes(b"task: toy\ndescription: H\xc3\xb6he f\xfcr\n")
+    assert only(latin) == f"{latin}:2:20: byte 0xfc is not UTF-8 text; save the file as UTF-8"
+    large = tmp_path / "large.yaml"
+    large.write_text("#" * 200_001)
+    assert only(large) == f"{large}: the file is larger than 200 kB; split the task in smaller ones"
+
+
+def test_a_leaf_may_refuse_its_parameters_when_the_tree_is_built(tmp_path):
+    path = tmp_path / "t.yaml"
+    path.write_text(HEAD + "  grasp: {within: box, lock_distance_m: 2}\n")
+    task = load(path, leaves=TOYS)
+    with pytest.raises(TaskFileError) as raised:
+        task.build(None)
+    assert str(raised.value) == (
+        f"{path}:{FIRST}:3: `grasp` refuses its parameters: the lock distance is longer than the"
+        " arm; change them"
+    )
+
+
+def test_what_nothing_uses_is_a_warning_and_the_task_still_loads(tmp_path):
+    path = tmp_path / "t.yaml"
+    path.write_text(HEAD + "  {retry: $count, navigate: {to: home}}\n")
+    found = [str(mistake).removeprefix(f"{path}:") for mistake in check(path, leaves=TOYS)]
+    assert found == [
+        "4:3: warning: the parameter `speed` is never used; write `$speed` somewhere, or remove it",
+        "7:3: warning: `dock` is never used; name it in the tree, or remove it",
+        "8:3: warning: `folded` is never used; name it in the tree, or remove it",
+        "10:3: warning: `box` is never used; name it in the tree, or remove it",
+    ]
+    assert len(load(path, leaves=TOYS).warnings) == 4

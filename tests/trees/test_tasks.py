@@ -1,0 +1,217 @@
+"""What a sound task file becomes: values, trees, the names of their nodes; the shipped tasks."""
+
+from __future__ import annotations
+
+from importlib import metadata
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tree_toys import TOYS, Play, ToyContext
+
+import trees
+from behaviours.names import Posture
+from controller import READY
+from trees.language import LeafError, Task, TaskFileError, check, load, nodes_in_order
+
+
+@pytest.fixture
+def task_of(tmp_path):
+    def write(text: str, **overrides: str) -> Task:
+        path = tmp_path / "t.yaml"
+        path.write_text("task: toy\n" + text)
+        return load(path, leaves=TOYS, overrides=overrides)
+
+    return write
+
+
+def test_a_tool_pose_is_in_metres_and_degrees(task_of):
+    task = task_of(
+        "poses: {a: {xyz: [1, 2, 3], rpy_deg: [180, 0, 90]}}\ntree: {navigate: {to: a}}\n"
+    )
+    leaf = task.build(ToyContext())
+    np.testing.assert_allclose(leaf.to.wTe.translation, [1, 2, 3])
+    approach, closing = leaf.to.wTe.rotation[:, 2], leaf.to.wTe.rotation[:, 1]
+    np.testing.assert_allclose(approach, [0, 0, -1], atol=1e-12)
+    np.testing.assert_allclose(closing, [1, 0, 0], atol=1e-12)
+    assert leaf.to.name == "a"
+    assert leaf.timeout_s == 60.0
+
+
+def test_a_base_pose_is_on_the_floor(task_of):
+    task = task_of("poses: {a: {base: [1, 2], heading_deg: 90}}\ntree: {navigate: {to: a}}\n")
+    wTb = task.build(ToyContext()).to.wTb
+    np.testing.assert_allclose(wTb.translation, [1, 2, 0])
+    np.testing.assert_allclose(wTb.rotation[:, 0], [0, 1, 0], atol=1e-12)
+
+
+def test_a_region_is_a_turned_box(task_of):
+    task = task_of(
+        "regions: {a: {centre: [1, 0, 0.5], size: [0.4, 0.2, 0.2], yaw_deg: 90}}\n"
+        "tree: {grasp: {within: a, lock_distance_m: 1, tries: null, side: right}}\n"
+    )
+    leaf = task.build(ToyContext())
+    inside, outside = [1.0, 0.19, 0.5], [1.19, 0.0, 0.5]
+    assert leaf.within.contains(np.array([inside, outside])).tolist() == [True, False]
+    assert leaf.within.floor == pytest.approx(0.4)
+    assert (leaf.lock_distance_m, leaf.tries, leaf.side) == (1.0, None, "right")
+    assert type(leaf.lock_distance_m) is float
+
+
+def test_postures_are_in_degrees_and_ready_is_always_known(task_of):
+    folded = task_of(
+        "poses: {a: {joints_deg: [0, -90, 0, 0, 0, 0, 180]}}\ntree: {recover: {arm: a}}\n"
+    )
+    np.testing.assert_allclose(folded.build(ToyContext()).arm.q, [0, -np.pi / 2, 0, 0, 0, 0, np.pi])
+    ready = task_of("tree: {recover: {arm: ready}}\n").build(ToyContext()).arm
+    assert isinstance(ready, Posture)
+    np.testing.assert_array_equal(ready.q, READY)
+
+
+PARAMETERS = """\
+params:
+  count: {default: 3}
+  limit_s: {default: 1.5}
+  careful: {default: false}
+  where: {default: a}
+poses: {a: {base: [0, 0], heading_deg: 0}, b: {base: [0, 0], heading_deg: $limit_s}}
+regions: {box: {centre: [0, 0, 0], size: [1, 1, 1]}}
+tree:
+  sequence:
+    - {retry: $count, timeout_s: $limit_s, navigate: {to: $where}}
+    - grasp: {within: box, careful: $careful}
+    - navigate: {to: b}
+"""
+
+
+def test_parameters_have_their_defaults(task_of):
+    task = task_of(PARAMETERS)
+    assert task.parameters == {"count": 3, "limit_s": 1.5, "careful": False, "where": "a"}
+
+
+def test_parameters_can_be_chosen_from_outside(task_of):
+    task = task_of(PARAMETERS, count="7", limit_s="2", careful="true", where="b")
+    assert task.parameters == {"count": 7, "limit_s": 2.0, "careful": True, "where": "b"}
+    leaves = {node.name: node for node in task.build(ToyContext()).iterate()}
+    assert leaves["grasp"].careful is True
+    assert leaves["navigate"].to.name == "b"
+
+
+def test_every_build_is_a_fresh_tree(task_of):
+    task = task_of("tree: {sequence: [open_gripper]}\n")
+    first, second = task.build(ToyContext()), task.build(ToyContext())
+    assert first is not second
+    assert first.children[0] is not second.children[0]
+
+
+@pytest.mark.parametrize(
+    "item",
+    ["open_gripper", "{open_gripper: }", "{open_gripper: {}}", "{open_gripper: null}"],
+)
+def test_a_leaf_without_parameters_may_be_written_bare(task_of, item):
+    assert task_of(f"tree: {item}\n").build(ToyContext()).name == "open_gripper"
+
+
+def test_nodes_have_unique_paths_in_the_order_of_the_file(task_of):
+    task = task_of("""\
+description: twice
+tree:
+  sequence:
+    - open_gripper
+    - {name: pick, retry: 2, timeout_s: 1, sequence: [open_gripper, retreat_check, open_gripper]}
+    - open_gripper
+    - {name: open_gripper 2, open_gripper: }
+""")
+    placed = nodes_in_order(task.build(ToyContext()))
+    assert [(place.path, place.depth) for place in placed] == [
+        ("sequence", 0),
+        ("sequence/open_gripper", 1),
+        ("sequence/retry", 1),
+        ("sequence/retry/timeout", 2),
+        ("sequence/retry/timeout/pick", 3),
+        ("sequence/retry/timeout/pick/open_gripper", 4),
+        ("sequence/retry/timeout/pick/retreat_check", 4),
+        ("sequence/retry/timeout/pick/open_gripper 2", 4),
+        ("sequence/open_gripper 2", 1),
+        ("sequence/open_gripper 2 2", 1),
+    ]
+    assert (task.name, task.description) == ("toy", "twice")
+
+
+def test_a_leaf_whose_parameters_no_file_can_give_is_refused(tmp_path):
+    class Odd(Play):
+        def __init__(self, name, context, *, where: dict) -> None: ...
+
+    path = tmp_path / "t.yaml"
+    path.write_text("task: toy\ntree: odd\n")
+    with pytest.raises(LeafError, match=r"^leaf `odd`: a task file cannot give .*dict.*; use "):
+        load(path, leaves={"odd": Odd})
+    with pytest.raises(LeafError, match=r"^leaf `Play`: `retry` is a word of the language"):
+        load(path, leaves={"retry": Play})
+
+
+def test_installed_packages_add_leaves(tmp_path, monkeypatch):
+    def installed(value: str) -> None:
+        offered = metadata.EntryPoint(name="extra", value=value, group="frankie_task.behaviours")
+        monkeypatch.setattr(metadata, "entry_points", lambda group: [offered])
+
+    path = tmp_path / "t.yaml"
+    path.write_text("task: toy\ntree: {sequence: [open_gripper, play: {script: S}]}\n")
+    assert "unknown node `play`" in str(check(path)[0])
+    installed("tree_toys:Play")
+    assert check(path) == []
+    installed("tree_toys:Nothing")
+    with pytest.raises(
+        LeafError, match=r"`extra` of `tree_toys:Nothing` cannot be loaded: .*; mend"
+    ):
+        check(path)
+
+
+@pytest.mark.parametrize("name", trees.shipped_names())
+def test_a_shipped_task_is_named_as_its_file_and_has_no_mistake(name):
+    assert check(trees.shipped(name)) == []
+    task = load(trees.shipped(name))
+    assert task.name == name
+    assert task.description
+
+
+def test_a_tree_is_found_by_name_or_by_path(tmp_path, monkeypatch):
+    assert trees.find("pick_place") == trees.shipped("pick_place")
+    assert trees.find("mine/pick_place.yaml").as_posix() == "mine/pick_place.yaml"
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "plain").write_text("task: toy\n")
+    assert trees.find("plain").as_posix() == "plain"
+    with pytest.raises(
+        trees.UnknownTreeError,
+        match=r"^no tree is called `pick_plce`; did you mean `pick_place`\? give a file or one of",
+    ):
+        trees.find("pick_plce")
+
+
+SHIPPED = [trees.shipped(name).read_text() for name in trees.shipped_names()]
+SNIPPETS = ["\n", ":", "- ", "{", "}", "[", "]", "$", "&a", "*a", "!t ", "'", '"', "|", "\t", "#"]
+SNIPPETS += ["? ", "0", ".nan", "null", "\u2028", "\x00", "ü", "---\n", "sequence:", "retry: -1\n"]
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(data=st.data())
+def test_a_damaged_task_is_a_task_or_located_mistakes(data, tmp_path_factory):
+    text = data.draw(st.sampled_from(SHIPPED))
+    for _ in range(data.draw(st.integers(1, 3))):
+        start = data.draw(st.integers(0, len(text)))
+        end = min(len(text), start + data.draw(st.integers(0, 12)))
+        text = text[:start] + data.draw(st.sampled_from(["", *SNIPPETS])) + text[end:]
+    path = tmp_path_factory.getbasetemp() / "damaged.yaml"
+    path.write_bytes(text.encode())
+    try:
+        task, mistakes = load(path, leaves=TOYS), ()
+    except TaskFileError as error:
+        task, mistakes = None, error.mistakes
+    assert task is not None or mistakes
+    for mistake in mistakes:
+        assert mistake.place is not None
+        assert 1 <= mistake.place.line <= len(text.splitlines()) + 1
+        assert mistake.place.column >= 1
+        assert mistake.what
+        assert mistake.mend

@@ -1,0 +1,163 @@
+"""Toy leaves and a world to tick them in, for the tests of the tree language."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from behaviours.names import BasePose, Posture, Region, ToolPose
+from hw.clock import SimClock
+from trees.language import load
+
+STATUS = {
+    "S": Status.SUCCESS,
+    "F": Status.FAILURE,
+    "R": Status.RUNNING,
+    "I": Status.INVALID,
+}
+LETTER = {status: letter for letter, status in STATUS.items()}
+
+
+@dataclass
+class ToyContext:
+    clock: SimClock = field(default_factory=SimClock)
+    events: list[str] = field(default_factory=list)
+
+
+class Toy(Behaviour):
+    """Succeeds at once."""
+
+    def __init__(self, name: str, context: ToyContext) -> None:
+        super().__init__(name)
+        self.context = context
+
+    def update(self) -> Status:
+        return Status.SUCCESS
+
+
+class Play(Toy):
+    """Returns the statuses that it is told, the last one for ever.
+
+    Args:
+        script: a letter a tick: S, F, R, I(nvalid), X raises.
+    """
+
+    key = "play"
+
+    def __init__(self, name: str, context: ToyContext, *, script: str) -> None:
+        super().__init__(name, context)
+        self.script = list(script)
+
+    def initialise(self) -> None:
+        self.context.events.append(f"{self.name} begins")
+
+    def update(self) -> Status:
+        letter = self.script.pop(0) if len(self.script) > 1 else self.script[0]
+        if letter == "X":
+            raise RuntimeError(f"{self.name} broke")
+        self.feedback_message = f"said {letter}"
+        return STATUS[letter]
+
+    def terminate(self, new_status: Status) -> None:
+        self.context.events.append(f"{self.name} ends {LETTER[new_status]}")
+
+
+class Recover(Toy):
+    def __init__(self, name: str, context: ToyContext, *, arm: Posture) -> None:
+        super().__init__(name, context)
+        self.arm = arm
+
+
+class Navigate(Toy):
+    """Drive there.
+
+    Args:
+        to: where the hand
+            or the base goes.
+        timeout_s: give up after this [s].
+    """
+
+    def __init__(
+        self, name: str, context: ToyContext, *, to: ToolPose | BasePose, timeout_s: float = 60.0
+    ) -> None:
+        super().__init__(name, context)
+        self.to, self.timeout_s = to, timeout_s
+
+
+class Grasp(Toy):
+    """Pick up something.
+
+    Args:
+        within: where to look.
+        lock_distance_m: hold the choice from here on [m].
+    """
+
+    def __init__(
+        self,
+        name: str,
+        context: ToyContext,
+        *,
+        within: Region,
+        lock_distance_m: float = 0.25,
+        side: Literal["left", "right"] = "left",
+        tries: int | None = None,
+        careful: bool = False,
+    ) -> None:
+        super().__init__(name, context)
+        if lock_distance_m > 1.0:
+            raise ValueError("the lock distance is longer than the arm")
+        self.within, self.lock_distance_m = within, lock_distance_m
+        self.side, self.tries, self.careful = side, tries, careful
+
+
+class Place(Toy):
+    def __init__(self, name: str, context: ToyContext, *, on: Region) -> None:
+        super().__init__(name, context)
+
+
+class RegionEmpty(Toy):
+    def __init__(self, name: str, context: ToyContext, *, region: Region) -> None:
+        super().__init__(name, context)
+
+
+TOYS = {
+    "play": Play,
+    "recover": Recover,
+    "navigate": Navigate,
+    "grasp": Grasp,
+    "place": Place,
+    "region_empty": RegionEmpty,
+    "open_gripper": Toy,
+    "retreat_check": Toy,
+}
+
+
+class Run:
+    """A tree built from the text of its `tree:` section, ticked at 100 Hz of simulated time."""
+
+    def __init__(self, folder: Path, tree: str) -> None:
+        indented = "\n".join(f"  {line}" for line in tree.strip().splitlines())
+        path = folder / "task.yaml"
+        path.write_text(f"task: toy\ntree:\n{indented}\n")
+        self.context = ToyContext()
+        self.root = load(path, leaves=TOYS).build(self.context)
+
+    def ticks(self, count: int) -> str:
+        """The status of the root after each tick, as letters."""
+        letters = ""
+        for _ in range(count):
+            self.root.tick_once()
+            letters += LETTER[self.root.status]
+            self.context.clock.sleep_until(self.context.clock.now() + 0.01)
+        return letters
+
+    @property
+    def events(self) -> list[str]:
+        return self.context.events
+
+    def begun(self, name: str) -> int:
+        return self.events.count(f"{name} begins")

@@ -1,0 +1,24 @@
+"""The tree language: task files in YAML, checked completely, built into py_trees behaviours.
+
+`load` reads a file into a `Task` or raises every mistake in it at once, each with line, column
+and how to mend it; `Task.build` makes the tree. Leaves are classes with typed constructors (see
+`registry`), the other words of the language are listed in `vocabulary`.
+"""
+
+from trees.language.load import Task, check, load
+from trees.language.mistakes import Mistake, Place, Severity, TaskFileError
+from trees.language.registry import LeafError
+from trees.language.walk import PlacedNode, nodes_in_order
+
+__all__ = [
+    "LeafError",
+    "Mistake",
+    "Place",
+    "PlacedNode",
+    "Severity",
+    "Task",
+    "TaskFileError",
+    "check",
+    "load",
+    "nodes_in_order",
+]

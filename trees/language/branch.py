@@ -1,0 +1,92 @@
+"""What every branch of a tree has in common.
+
+Composites and modifiers are py_trees behaviours that share three rules. A child that comes back
+INVALID has failed. A halt calls `terminate` of each running leaf once, and of no other. The
+feedback message of a branch is that of the child that decides it, with the child's name, so that
+the root says why it failed. An exception passes through untouched; a halt then still reaches every
+leaf that was running.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Generator, Iterable
+from typing import ClassVar
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from py_trees.composites import Composite
+
+Ticking = Generator[Behaviour, None, Status]
+"""Yields the nodes that it ticks and returns a status."""
+
+
+class Branch(Composite):
+    """A node with children; a subclass says in `advance` which of them to tick.
+
+    Args:
+        name: the node's name in the tree; a branch called as its key counts as unnamed.
+        children: at least one, in the order of the file.
+    """
+
+    key: ClassVar[str]
+    """The branch's key in a task file."""
+
+    def __init__(self, name: str, children: Iterable[Behaviour]) -> None:
+        super().__init__(name, list(children))
+
+    def restart(self) -> None:
+        """Forget the last round; called before the first tick of a new one."""
+
+    @abstractmethod
+    def advance(self) -> Ticking:
+        """Tick the children whose turn it is; returns the status of the branch."""
+
+    def tick(self) -> Generator[Behaviour, None, None]:
+        """Tick once; yields every node ticked, this one last."""
+        if self.status is not Status.RUNNING:
+            self.rewind()
+            self.restart()
+        status = yield from self.advance()
+        if status is Status.RUNNING:
+            self.status = status
+        else:
+            self.stop(status)
+        yield self
+
+    def run(self, child: Behaviour) -> Ticking:
+        """Tick a child; returns its status, which is FAILURE if it came back INVALID."""
+        self.current_child = child
+        yield from child.tick()
+        self.feedback_message = reason(child)
+        return Status.FAILURE if child.status is Status.INVALID else child.status
+
+    def rewind(self) -> None:
+        """Bring all children to rest, ready for a new round."""
+        self.current_child = None
+        for child in self.children:
+            halt(child)
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """End with `new_status`: INVALID halts everything below, else only what still runs."""
+        if new_status is Status.INVALID:
+            self.rewind()
+        for child in self.children:
+            if child.status is Status.RUNNING:
+                halt(child)
+        self.status = new_status
+
+
+def halt(node: Behaviour) -> None:
+    """Bring a subtree to rest; every running leaf is stopped once, the others are only reset."""
+    if node.children or node.status is Status.RUNNING:
+        node.stop(Status.INVALID)
+    else:
+        node.status = Status.INVALID
+
+
+def reason(node: Behaviour) -> str:
+    """What a node has to say, after its name if it is a leaf or was given one."""
+    message = str(node.feedback_message or node.status.value.lower())
+    unnamed = isinstance(node, Branch) and node.name == node.key
+    return message if unnamed else f"{node.name}: {message}"

@@ -1,0 +1,123 @@
+"""The composites: branches that decide which of their children run, and when."""
+
+from __future__ import annotations
+
+from py_trees.common import Status
+
+from trees.language.branch import Branch, Ticking, halt, reason
+
+
+class Sequence(Branch):
+    """Runs its children in order; fails when one fails, succeeds when all have."""
+
+    key = "sequence"
+    proceeds_on = Status.SUCCESS
+
+    def restart(self) -> None:
+        """Begin at the first child."""
+        self._position = 0
+
+    def advance(self) -> Ticking:
+        """Continue with the child that was running."""
+        for child in self.children[self._position :]:
+            status = yield from self.run(child)
+            if status is not self.proceeds_on:
+                return status
+            self._position += 1
+        return self.proceeds_on
+
+
+class Fallback(Sequence):
+    """Tries its children in order; succeeds when one succeeds, fails when all have failed."""
+
+    key = "fallback"
+    proceeds_on = Status.FAILURE
+
+
+class ReactiveSequence(Branch):
+    """A sequence that asks every child from the first again at every tick.
+
+    A child that is not reached any more is halted. Only conditions belong before an action:
+    whatever has succeeded is run again.
+    """
+
+    key = "reactive_sequence"
+    proceeds_on = Status.SUCCESS
+
+    def advance(self) -> Ticking:
+        """Start over at the first child."""
+        for position, child in enumerate(self.children):
+            status = yield from self.run(child)
+            if status is not self.proceeds_on:
+                for later in self.children[position + 1 :]:
+                    halt(later)
+                return status
+        return self.proceeds_on
+
+
+class ReactiveFallback(ReactiveSequence):
+    """A fallback that asks every child from the first again at every tick."""
+
+    key = "reactive_fallback"
+    proceeds_on = Status.FAILURE
+
+
+class Parallel(Branch):
+    """Runs its children side by side; succeeds when all have, fails as soon as one fails."""
+
+    key = "parallel"
+
+    def advance(self) -> Ticking:
+        """Tick every child that has not succeeded yet."""
+        for child in self.children:
+            if child.status is not Status.SUCCESS:
+                status = yield from self.run(child)
+                if status is Status.FAILURE:
+                    return status
+        waiting = [child for child in self.children if child.status is Status.RUNNING]
+        self.feedback_message = "; ".join(reason(child) for child in waiting or self.children)
+        return Status.RUNNING if waiting else Status.SUCCESS
+
+
+class Forever(Branch):
+    """Starts its child again after every failure; ends when the child succeeds."""
+
+    key = "forever"
+
+    def advance(self) -> Ticking:
+        """One tick of the child; a failure is mended by a new start at the next tick."""
+        status = yield from self.run(self.children[0])
+        if status is Status.FAILURE:
+            self.feedback_message = f"starting again after {self.feedback_message}"
+            return Status.RUNNING
+        return status
+
+
+class Until(Branch):
+    """Asks its first child; succeeds if that does, else runs the others in order and asks again.
+
+    Fails when one of the others fails.
+    """
+
+    key = "until"
+
+    def restart(self) -> None:
+        """Begin with the question."""
+        self._position = 0
+
+    def advance(self) -> Ticking:
+        """Continue with the child that was running; a new round begins at the next tick."""
+        question, *work = self.children
+        if self._position == 0:
+            status = yield from self.run(question)
+            if status is not Status.FAILURE:
+                return status
+            self._position = 1
+        for child in work[self._position - 1 :]:
+            status = yield from self.run(child)
+            if status is not Status.SUCCESS:
+                return status
+            self._position += 1
+        self.rewind()
+        self.restart()
+        return Status.RUNNING

@@ -1,0 +1,108 @@
+"""Mistakes in a task file: each says where it is, what is wrong and how to mend it.
+
+All mistakes of a file are collected in one pass, so that a person mends them in one go.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+
+@dataclass(frozen=True, kw_only=True, order=True)
+class Place:
+    """A position in a file, counted from 1 as editors do."""
+
+    line: int
+    column: int
+
+
+class Severity(Enum):
+    """Whether a mistake keeps the task from running."""
+
+    ERROR = "error"
+    WARNING = "warning"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mistake:
+    """One thing to mend in a task file."""
+
+    path: Path
+    place: Place | None
+    """None when the whole file is meant, for example because it does not exist."""
+    what: str
+    mend: str
+    severity: Severity = Severity.ERROR
+
+    def __str__(self) -> str:
+        where = f"{self.path}:{self.place.line}:{self.place.column}" if self.place else self.path
+        warning = "warning: " if self.severity is Severity.WARNING else ""
+        return f"{where}: {warning}{_one_line(self.what)}; {_one_line(self.mend)}"
+
+
+class TaskFileError(Exception):
+    """A task file cannot be used.
+
+    Args:
+        mistakes: everything that is wrong with it, in the order of the file.
+    """
+
+    def __init__(self, mistakes: Iterable[Mistake]) -> None:
+        self.mistakes = tuple(mistakes)
+        super().__init__("\n".join(str(mistake) for mistake in self.mistakes))
+
+
+class Mistakes:
+    """Collects the mistakes of one file.
+
+    Args:
+        path: the file, as the person named it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._found: list[Mistake] = []
+
+    def error(self, place: Place | None, what: str, mend: str) -> None:
+        """Note something that keeps the task from running."""
+        self._found.append(Mistake(path=self.path, place=place, what=what, mend=mend))
+
+    def warning(self, place: Place, what: str, mend: str) -> None:
+        """Note something that is probably not meant."""
+        self._found.append(
+            Mistake(path=self.path, place=place, what=what, mend=mend, severity=Severity.WARNING)
+        )
+
+    @property
+    def fatal(self) -> bool:
+        """Whether there is an error among them."""
+        return any(mistake.severity is Severity.ERROR for mistake in self._found)
+
+    def in_order(self) -> list[Mistake]:
+        """All of them, in the order of the file."""
+        nowhere = Place(line=0, column=0)
+        return sorted(self._found, key=lambda mistake: mistake.place or nowhere)
+
+
+def _one_line(text: str) -> str:
+    """Text that may quote anything from a file, made safe and short enough for a terminal."""
+    line = " ".join("".join(letter if letter.isprintable() else " " for letter in text).split())
+    return line if len(line) <= 400 else f"{line[:399]}…"
+
+
+def quoted(words: Iterable[object]) -> str:
+    """The words in backquotes, separated by commas."""
+    return ", ".join(f"`{word}`" for word in words)
+
+
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """How to mend a misspelt word: the nearest known one, else all of them."""
+    known = sorted(known)
+    close = difflib.get_close_matches(word, known, n=1)
+    if close:
+        return f"did you mean `{close[0]}`?"
+    return f"known here: {quoted(known)}" if known else "remove it"
