@@ -138,3 +138,7 @@ def check(
 def main() -> None:
     """Entry point of `frankie-task`."""
     app()
+
+
+if __name__ == "__main__":
+    main()

@@ -18,6 +18,8 @@ _LAST_STANDOFF = 0.12
 """Height over the grasp where the hand waits until the goal is locked and it is above it [m]."""
 _ABOVE_POSITION, _ABOVE_ANGLE = 0.006, np.deg2rad(3.0)
 """How well the hand must stand over the locked grasp before it goes down [m, rad]."""
+_OTHER_TARGET = 0.03
+"""A grasp that jumps this far is another one, and gets the full time to be reached [m]."""
 _FINGER_ROOM = 0.02
 """Opening beyond the width of the object while the fingers go down [m]."""
 
@@ -58,6 +60,7 @@ class Grasp(Leaf):
         self._begun = self._seen = self.context.clock.now()
         self._phase = self._follow
         self._progress = Progress()
+        self._target = np.full(3, np.inf)
         self.context.eyes.tracker.lock_distance = self._lock_distance
         self.context.eyes.lose()
 
@@ -82,6 +85,8 @@ class Grasp(Leaf):
                 return self.failure(f"no grasp for {self._patience:g} s: {reason or 'none kept'}")
             return self.running("looking for a grasp")
         self._seen = now
+        if np.linalg.norm(grasp.wTg.translation - self._target) > _OTHER_TARGET:
+            self._target, self._progress = grasp.wTg.translation, Progress()
         above = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -_LAST_STANDOFF]))
         report = self.pursue(PoseGoal(wTe=above, speed=0.5), "follow")
         if report is None:

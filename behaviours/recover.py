@@ -14,22 +14,29 @@ from behaviours.leaf import Leaf, Progress
 from behaviours.names import Posture
 from controller import PoseGoal, PostureGoal
 
+_FOLDED = 0.05
+"""Nearer than this to the posture there is nothing to rise out of [rad]."""
+
 
 class Recover(Leaf):
     """Clear what a program may clear, lift the hand out of harm's way, fold the arm.
 
-    Fails on a fault that a person must clear, on faults that come back at once three times, and
-    when the arm cannot reach the posture.
+    With nothing to clear and no posture to come back to it succeeds at once. Fails on a fault that
+    a person must clear, on faults that come back more than three times, and when the arm cannot
+    reach the posture.
 
     Args:
-        arm: joint positions to come back to; `ready` is always there.
+        arm: joint positions to come back to; `ready` is always there. Without it the hand is only
+            lifted, and only after a fault.
         rise_m: lift the hand this far before the arm folds [m].
     """
 
     key: ClassVar[str] = "recover"
     _MOST_FAULTS = 3
 
-    def __init__(self, name: str, context: Context, *, arm: Posture, rise_m: float = 0.15) -> None:
+    def __init__(
+        self, name: str, context: Context, *, arm: Posture | None = None, rise_m: float = 0.15
+    ) -> None:
         super().__init__(name, context)
         self._arm = arm
         self._rise = rise_m
@@ -38,7 +45,7 @@ class Recover(Leaf):
         """Start anew, from wherever the hand is now."""
         self.context.eyes.lose()
         self._faults = 0
-        self._rising = True
+        self._rising = self._arm is not None and not self._folded(self._arm)
         self._progress = Progress(patience=1.0)
         here = self.context.wTe
         above = here.translation + np.array([0.0, 0.0, self._rise])
@@ -52,31 +59,37 @@ class Recover(Leaf):
                 return self.failure(f"{fault.text}: clear it by hand, then run the task again")
         if fault_text := self.fault():
             self._faults += 1
+            self._rising = True
             if self._faults > self._MOST_FAULTS:
                 return self.failure(f"cleared {self._MOST_FAULTS} times, and again: {fault_text}")
             context.robot.recover()
             return self.running(f"clearing: {fault_text}")
-        return self._lift() if self._rising else self._fold()
+        if self._rising:
+            return self._lift()
+        if self._arm is None:
+            return self.success(f"cleared {self._faults} faults" if self._faults else "healthy")
+        return self._fold(self._arm)
 
     def _lift(self) -> Status:
         goal = PoseGoal(wTe=self._above, speed=0.3, position_tolerance=0.03)
         report = self.pursue(goal, "rise")
-        if np.abs(self.context.state.q - self._arm.q).max() < 0.05:
-            self._rising = False  # already folded: nothing to rise out of
-        elif report is not None:
+        if report is not None:
             stuck = self._progress.stalled(report.position_error, self.context.clock.now())
             self._rising = not (report.position_error <= goal.position_tolerance or stuck)
         if not self._rising:
             self._progress = Progress(patience=2.0)
         return self.running("rising")
 
-    def _fold(self) -> Status:
-        report = self.pursue(PostureGoal(q=self._arm.q), "fold")
+    def _fold(self, arm: Posture) -> Status:
+        report = self.pursue(PostureGoal(q=arm.q), "fold")
         if report is None:
-            return self.running(f"folding to {self._arm.name}")
+            return self.running(f"folding to {arm.name}")
         if report.arrived:
-            return self.success(f"arm {self._arm.name}")
+            return self.success(f"arm {arm.name}")
         left = degrees(report.orientation_error)
         if self._progress.stalled(report.orientation_error, self.context.clock.now()):
-            return self.failure(f"arm stopped {left:.0f}° before {self._arm.name}")
-        return self.running(f"folding to {self._arm.name}, {left:.0f}° to go")
+            return self.failure(f"arm stopped {left:.0f}° before {arm.name}")
+        return self.running(f"folding to {arm.name}, {left:.0f}° to go")
+
+    def _folded(self, arm: Posture) -> bool:
+        return bool(np.abs(self.context.state.q - arm.q).max() < _FOLDED)

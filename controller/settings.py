@@ -26,11 +26,11 @@ class ControllerSettings:
     """ρ_s: distance to a joint limit at which no motion towards it is left [rad] (eq. 13)."""
     damper_influence: float = radians(50.0)
     """ρ_i: distance to a joint limit at which slowing down begins [rad] (eq. 13)."""
-    servo_gain: float = 2.0
+    servo_gain: float = 4.0
     """β: end-effector speed per metre or radian of error near the goal [1/s] (eq. 17)."""
     servo_deceleration: float = 1.0
     """Deceleration that the approach to a goal is planned with [m/s^2]."""
-    servo_turn_deceleration: float = 2.0
+    servo_turn_deceleration: float = 3.0
     """The same for the end effector's rotation [rad/s^2]."""
     smallest_error: float = 0.005
     """The weights that grow as 1/|e| stop growing here [m]."""

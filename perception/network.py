@@ -11,6 +11,7 @@ form, for training and for `Inference` alike.
 from __future__ import annotations
 
 import pickle
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -214,7 +215,8 @@ def _read(path: Path) -> dict[str, Tensor]:
                 f"{path}: not a readable safetensors file ({error}); train or download it again"
             ) from error
     try:
-        state = torch.load(path, map_location="cpu", weights_only=True)
+        with warnings.catch_warnings(action="ignore"):  # about what is refused just below
+            state = torch.load(path, map_location="cpu", weights_only=True)
     except pickle.UnpicklingError as error:
         raise WeightsError(
             f"{path}: holds pickled code, which is never run; save only its state_dict() and "

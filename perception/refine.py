@@ -21,6 +21,8 @@ TURN_COST = 0.3
 """Share of its score that a grasp loses at right angles to the network's direction."""
 SECOND_ROUND = 24
 """How many of the first round are tried again, centred and turned."""
+MAX_TURN = 0.3
+"""No further does a grasp turn to be square to its contacts [rad]."""
 SAME_DISTANCE = 0.010
 """Grasps nearer than this ... [m]"""
 SAME_ANGLE = np.radians(25.0)
@@ -44,7 +46,7 @@ class RefinedGrasps:
     width: Array
     """(N,) opening that the object needs [m]."""
     opening: Array
-    """(N,) widest opening at which both fingers come down free [m]."""
+    """(N,) between the pads while the hand comes down, so that the fingers touch nothing [m]."""
     score: Array
     """(N,) 0 to 1."""
 
@@ -70,28 +72,23 @@ def refine(
         count: how many to give at most.
     """
     turns = np.arange(DIRECTIONS) * np.pi / DIRECTIONS
-    prior = np.sqrt(quality)
     tried = (direction[:, None] + turns[None, :]).ravel()
-    x, y, prior, proposed = (np.repeat(a, DIRECTIONS) for a in (x, y, prior, direction))
+    x, y, proposed, prior = (
+        np.repeat(values, DIRECTIONS) for values in (x, y, direction, np.sqrt(quality))
+    )
     first = assess(scene, x, y, tried, floor)
     score = first.score * prior * _preference(tried - proposed)
     best = np.argsort(-score, kind="stable")[:SECOND_ROUND]
     best = best[score[best] > 0.0]
 
     again = np.concatenate([best, best])
-    turned = tried[again]
-    turned[len(best) :] += np.clip(first.turn[best], -0.3, 0.3)
-    second = assess(scene, first.x[again], first.y[again], turned, floor)
-    x = np.concatenate([x[best], first.x[again]])
-    y = np.concatenate([y[best], first.y[again]])
-    tried = np.concatenate([tried[best], turned])
-    proposed, prior = (
-        np.concatenate([proposed[best], proposed[again]]),
-        prior[np.concatenate([best, again])],
-    )
+    turn = np.concatenate([np.zeros(len(best)), np.clip(first.turn[best], -MAX_TURN, MAX_TURN)])
+    second = assess(scene, first.x[again], first.y[again], tried[again] + turn, floor)
     both = _joined(first, best, second)
+    origin = np.concatenate([best, again])
+    tried = np.concatenate([tried[best], tried[again] + turn])
     off_centre = np.clip(1.2 - np.abs(both.offset) / 0.010, 0.1, 1.0)
-    score = both.score * prior * _preference(tried - proposed) * off_centre
+    score = both.score * prior[origin] * _preference(tried - proposed[origin]) * off_centre
     kept = _distinct(both, tried, score, count)
     return RefinedGrasps(
         x=both.x[kept],

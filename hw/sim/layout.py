@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import hypot
 from pathlib import Path
 
 import numpy as np
@@ -21,11 +22,14 @@ GAP = 0.006
 WALL_GAP = 0.022
 """... and this far from the walls of the container, where a finger just fits between [m]."""
 
-_SPREAD = (0.035, 0.025, 0.015, 0.008, 0.0, 0.0)
-"""Wished for in addition to either gap, in this order [m]."""
+_SPREADS = np.repeat([0.035, 0.025, 0.015, 0.008, 0.0, 0.0], 6)
+"""Wished for in addition to either gap, one for each way that an object is turned [m]."""
 
-_TRIES = 60
+_PLACES = 10
+"""Tried for each."""
+
 _LAYOUTS = 30
+"""Tried, each with other objects, before giving up."""
 
 _FLOOR: Colour = (196, 190, 180)
 _WOOD: Colour = (176, 136, 96)
@@ -93,38 +97,39 @@ def _lay_out(objects: Sequence[SimObject], container: Container, rng: np.random.
     """Give every object a place in the container, the largest first; False if it is full."""
     laid: list[SimObject] = []
     for thing in sorted(objects, key=lambda o: -o.radius):
-        for attempt in range(_TRIES * len(_SPREAD)):
-            spread = _SPREAD[attempt // _TRIES]
-            inside = _put_inside(thing, container, WALL_GAP + spread, rng)
-            if inside and all(_apart(thing, other, GAP + spread) for other in laid):
-                laid.append(thing)
-                break
-        else:
+        if not any(_try_turned(thing, laid, container, spread, rng) for spread in _SPREADS):
             return False
+        laid.append(thing)
     return True
 
 
-def _put_inside(
-    thing: SimObject, container: Container, gap: float, rng: np.random.Generator
+def _try_turned(
+    thing: SimObject,
+    laid: Sequence[SimObject],
+    container: Container,
+    spread: float,
+    rng: np.random.Generator,
 ) -> bool:
-    """Turn an object any way and put it anywhere that far from the walls; False if too big."""
+    """Turn an object any way, and try places until it lies clear of the walls and of others."""
     turn = exp3(np.array([0.0, 0.0, rng.uniform(-np.pi, np.pi)]))
     thing.pose = SE3(turn, np.zeros(3))
     x, y, up = np.eye(3)
-    half = np.array(container.inner_size) / 2.0 - gap
+    half = np.array(container.inner_size) / 2.0 - WALL_GAP - spread
     low = np.array([thing.reach(-x), thing.reach(-y)]) - half
     high = half - np.array([thing.reach(x), thing.reach(y)])
     if (low > high).any():
         return False
-    place = container.centre + rng.uniform(low, high)
     height = container.floor_height + thing.reach(-up)
-    thing.pose = SE3(turn, np.array([*place, height]))
-    return True
+    for place in container.centre + rng.uniform(low, high, (_PLACES, 2)):
+        thing.pose = SE3(turn, np.array([*place, height]))
+        if all(_apart(thing, other, GAP + spread) for other in laid):
+            return True
+    return False
 
 
 def _apart(a: SimObject, b: SimObject, gap: float) -> bool:
-    distance = float(np.linalg.norm(a.pose.translation - b.pose.translation))
-    return distance > a.radius + b.radius + gap or all(
+    (x, y, _), (u, v, _) = a.pose.translation, b.pose.translation
+    return hypot(x - u, y - v) > a.radius + b.radius + gap or all(
         separation(p, q)[0] >= gap for p in a.placed() for q in b.placed()
     )
 

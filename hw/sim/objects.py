@@ -40,4 +40,6 @@ class SimObject:
 
     def reach(self, direction: Array) -> float:
         """How far it reaches along a unit direction (3,) of the world [m]."""
-        return max(reach(part, direction) for part in self.placed())
+        along = self.pose.rotation.T @ direction
+        from_origin = max(reach(part, along) for part in self.parts)
+        return float(direction @ self.pose.translation) + from_origin

@@ -38,6 +38,8 @@ class Dynamics:
     """Time constant of the base [s]."""
     finger_speed: float = 0.1
     """Change of the opening when the fingers move [m/s]."""
+    slip_distance: float = 0.005
+    """Fingers that press on something without holding it slip off when the hand moves so far [m]."""
     frame_rate: float = 30.0
     """Camera frames a second [Hz]."""
 
@@ -81,6 +83,8 @@ class SimRobot:
         self._qd = np.zeros(7)
         self._width = OPENING
         self._width_goal = OPENING
+        self._slipping_from: SE3 | None = None
+        self._slipped_width = 0.0
         self._reflex: str | None = None
         self._forgiven: str | None = None
         self._last_frame = -1
@@ -131,15 +135,20 @@ class SimRobot:
     def grip(self, width: float, force: float) -> None:
         """Move the fingers to a width [m]; closing stops at what the contacts decide.
 
-        The contacts are decided on the pose of the hand when closing starts.
+        The contacts are decided on the pose of the hand when closing starts. Fingers that press on
+        something without holding it close the rest of the way when the hand moves off.
         """
         self._advance()
         if width > self._width:
             self.world.open_fingers()
             self._width_goal = min(width, OPENING)
+            self._slipping_from = None
         else:
-            outcome = self.world.close_fingers(self._wTe(), self._width, force)
+            wTe = self._wTe()
+            outcome = self.world.close_fingers(wTe, self._width, force)
             self._width_goal = max(width, outcome.width)
+            if outcome.holding is None:
+                self._slipping_from, self._slipped_width = wTe, width
 
     def depth(self) -> DepthFrame | None:
         """The newest frame of the camera, rendered when it is asked for."""
@@ -187,9 +196,13 @@ class SimRobot:
         self._touch()
 
     def _touch(self) -> None:
-        """Carry what is held, and trip the arm's reflex if the hand runs into something."""
+        """Carry what is held, slip off what is not, trip the reflex if the hand hits something."""
         wTe = self._wTe()
         self.world.carry(wTe)
+        if self._slipping_from is not None:
+            moved = np.linalg.norm(wTe.translation - self._slipping_from.translation)
+            if moved > self._dynamics.slip_distance:
+                self._width_goal, self._slipping_from = self._slipped_width, None
         hit = self.world.collision(wTe, self._width)
         if hit is None:
             self._forgiven = None

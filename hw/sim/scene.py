@@ -124,6 +124,8 @@ def read_scene(scene: str | Path) -> Scene:
         mark = error.problem_mark or error.context_mark
         where = f"{mark.line + 1}:{mark.column + 1}" if mark else "1:1"
         raise SceneError(f"{path}:{where}: not YAML: {error.problem}") from error
+    except yaml.YAMLError as error:
+        raise SceneError(f"{path}: not YAML: {str(error).splitlines()[0]}") from error
     except ValidationError as error:
         raise SceneError(f"{path}:{_explain(node, error.errors()[0])}") from error
 
@@ -136,9 +138,11 @@ def _find(scene: str | Path) -> Path:
     if shipped.is_file():
         return shipped
     names = scene_names()
+    close = difflib.get_close_matches(str(scene), names, n=1)
+    hint = f": did you mean {close[0]!r}?" if close else "."
     raise SceneError(
-        f"no scene {str(scene)!r}{_instead(str(scene), names)} "
-        f"Shipped are {', '.join(names)}; the path of a scene file will do too"
+        f"no scene {str(scene)!r}{hint} Shipped are {', '.join(names)}; "
+        "the path of a scene file will do too"
     )
 
 

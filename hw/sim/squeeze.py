@@ -177,7 +177,7 @@ def _turned_flush(wTe: SE3, opening: float, target: SimObject, fit: _Fit) -> tup
         Where that leaves it, and the angle of `_opposition` there [rad].
     """
     for _ in range(_MAX_TURNS):
-        angle = _opposition(wTe, fit)
+        angle = _opposition(fit)
         if angle <= np.arctan(target.friction):
             return fit, angle
         turned = [
@@ -191,7 +191,7 @@ def _turned_flush(wTe: SE3, opening: float, target: SimObject, fit: _Fit) -> tup
         if best.width > fit.width - _MIN_GAIN:
             return fit, angle
         fit = best
-    return fit, _opposition(wTe, fit)
+    return fit, _opposition(fit)
 
 
 def _turn(fit: _Fit, rotation: Array) -> SE3:
@@ -201,22 +201,16 @@ def _turn(fit: _Fit, rotation: Array) -> SE3:
     return SE3(turn @ fit.wTo.rotation, centre + turn @ (fit.wTo.translation - centre))
 
 
-def _opposition(wTe: SE3, fit: _Fit) -> float:
+def _opposition(fit: _Fit) -> float:
     """Smallest angle between a line joining the two sides and the worse of its normals [rad]."""
     left, right = fit.contacts
-    return min((_angle(wTe, a, b) for a in left for b in right), default=np.pi)
+    return min((_angle(a, b) for a in left for b in right), default=np.pi)
 
 
-def _angle(wTe: SE3, left: Contact, right: Contact) -> float:
+def _angle(left: Contact, right: Contact) -> float:
     (p, n), (q, m) = left, right
     p, q = np.vstack([p, p.mean(axis=0)]), np.vstack([q, q.mean(axis=0)])
     lines = (q[None] - p[:, None]).reshape(-1, 3)
-    pads_overlap = all(
-        max((p @ axis).min(), (q @ axis).min()) <= min((p @ axis).max(), (q @ axis).max()) + 1e-6
-        for axis in (wTe.rotation[:, 0], wTe.rotation[:, 2])
-    )
-    if pads_overlap:  # then some line runs straight along the closing axis
-        lines = np.vstack([lines, -wTe.rotation[:, 1]])
     lines = lines / np.maximum(np.linalg.norm(lines, axis=1, keepdims=True), 1e-12)
     cosine = np.minimum(lines @ n, -(lines @ m)).max()
     return float(np.arccos(np.clip(cosine, -1.0, 1.0)))

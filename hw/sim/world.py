@@ -61,11 +61,6 @@ class World:
         """Everything that can be seen but the robot, in the world."""
         return [*self.fixtures, *(part for o in self.objects for part in o.placed())]
 
-    @staticmethod
-    def hand_shapes(wTe: SE3, width: float) -> list[Placed]:
-        """The hand in the world, at an opening [m]: to be seen beside `shapes`."""
-        return hand_shapes(wTe, width)
-
     def find(self, name: str) -> SimObject:
         """The object of that name.
 
@@ -80,7 +75,7 @@ class World:
     def close_fingers(self, wTe: SE3, width_before: float, force: float) -> GraspOutcome:
         """Close the fingers on whatever is between them, and hold it if they can.
 
-        An object that is pressed on but not held stays where the pads dragged it.
+        An object that is pressed on but not held comes to rest where the pads dragged it.
 
         Args:
             wTe: end effector in the world.
@@ -101,6 +96,8 @@ class World:
             if result.reason is Reason.HELD:
                 self.held, self._held_width = touched, result.width
                 self._eTo = wTe.actInv(result.wTo)
+            else:
+                self._drop(touched)
         return GraspOutcome(
             holding=None if self.held is None else self.held.name,
             width=result.width,

@@ -219,6 +219,14 @@ def test_the_fingers_jam_on_a_wall_between_them() -> None:
     assert outcome.width == pytest.approx(0.026, abs=2e-4)
 
 
+def test_a_wall_that_stops_one_finger_stops_the_other() -> None:
+    box = thing(Box((0.03, 0.015, 0.025)), 0.025)
+    wall = Placed(Box((0.2, 0.005, 0.05)), SE3(np.eye(3), np.array([0.0, 0.03, 0.0])), "wall")
+    outcome, _ = close(hand_at(0.04), [box], [wall])
+    assert outcome.reason is Reason.BLOCKED
+    assert outcome.width == pytest.approx(0.07, abs=2e-4)
+
+
 def test_fingers_that_skim_the_floor_are_not_blocked_by_it() -> None:
     box = thing(Box((0.03, 0.02, 0.02)), 0.02)
     tilted = SE3(exp3(np.array([0.02, 0.0, 0.0])) @ TURNED_DOWN, np.array([0.0, 0.0, 0.0085]))
@@ -246,3 +254,13 @@ def test_what_slips_off_stays_where_the_pads_dragged_it() -> None:
     assert outcome.touched == "thing"
     assert world.held is None
     assert box.pose.translation == pytest.approx([0.0, 0.0, 0.025], abs=2e-4)
+
+
+def test_what_slips_off_a_tilted_hand_is_back_on_the_floor() -> None:
+    box = thing(Box((0.03, 0.01, 0.025)), 0.025, y=0.02, mass=5.0)
+    tilted = SE3(exp3(np.array([0.25, 0.0, 0.0])) @ TURNED_DOWN, np.array([0.0, 0.0, 0.04]))
+    outcome, world = close(tilted, [box])
+    assert outcome.holding is None
+    assert box.pose.translation[1] < 0.01
+    assert box.pose.translation[2] == pytest.approx(0.025, abs=2e-4)
+    assert world.resting_on(box) == "floor"

@@ -139,9 +139,13 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
         (GOOD + "fixtures:\n  - {name: a}\n", "8:5: fixtures.0.centre: is missing"),
         ("table: {centre: [0, 0]}\n", "1:1: container: is missing: add it under the top level"),
         ("table: [\n", "2:1: not YAML"),
+        ("table: \x07\n", "not YAML"),
         ("", "1:1: scene: "),
         ("- 1\n", "1:1: scene: "),
-        (GOOD.replace("count: 2", "count: 40"), "40 do not fit into the container"),
+        (
+            GOOD.replace("0.0]\ntable", "0.0]\n  inner_size: [0.1, 0.1]\ntable"),
+            "2 do not fit into the",
+        ),
         (
             GOOD.replace("2", "2\n  kinds: [mug]\n  width_mm: [50, 60]"),
             "none of mug comes 50 to 60",

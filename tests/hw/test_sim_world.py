@@ -116,7 +116,7 @@ def test_something_in_the_air_rests_on_nothing() -> None:
 
 
 def test_leaning_on_a_wall_is_not_resting_on_it() -> None:
-    wall = Placed(Box((0.005, 0.2, 0.2)), SE3(np.eye(3), np.array([0.0255, 0.0, 0.2])), "wall")
+    wall = Placed(Box((0.005, 0.2, 0.2)), SE3(np.eye(3), np.array([0.0248, 0.0, 0.2])), "wall")
     thing = box(0.0, 0.0, 0.02)
     assert World([wall, FLOOR], [thing]).resting_on(thing) == "floor"
 

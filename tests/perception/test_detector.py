@@ -1,0 +1,212 @@
+"""From frame to grasps in the world: exact geometry, unusable frames, and the shipped weights."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from pinocchio import SE3, exp3
+
+from behaviours.names import Region
+from hw import DepthFrame, Intrinsics
+from hw.sim import Box, D435Noise, DepthRenderer, Placed, SimObject, World
+from perception import Detection, GraspDetector, WeightsError
+from perception.detector import closing_direction, grasp_pose
+
+CAMERA = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
+FLOOR = 0.456
+WORKSPACE = Region(
+    name="container",
+    wTr=SE3(np.eye(3), np.array([3.0, 0.0, FLOOR + 0.1])),
+    size=np.array([0.44, 0.36, 0.20]),
+)
+
+
+def looking_down(height: float, yaw: float = 0.0, tilt: tuple[float, float] = (0.0, 0.0)) -> SE3:
+    rotation = exp3(np.array([*tilt, 0.0])) @ exp3(np.array([0.0, 0.0, yaw]))
+    return SE3(rotation @ np.diag([1.0, -1.0, -1.0]), np.array([3.0, 0.0, FLOOR + height]))
+
+
+def box_world(yaw: float = 0.5, x: float = 3.03, y: float = -0.02) -> World:
+    """A box of 120 x 40 x 50 mm in a container."""
+    part = Placed(Box((0.06, 0.02, 0.025)), SE3.Identity())
+    turn = exp3(np.array([0.0, 0.0, yaw]))
+    thing = SimObject(
+        name="box", parts=(part,), mass=0.2, pose=SE3(turn, np.array([x, y, FLOOR + 0.025]))
+    )
+    fixtures = [
+        Placed(Box((0.23, 0.19, 0.1)), SE3(np.eye(3), np.array([3.0, 0.0, FLOOR - 0.1])), "stand")
+    ]
+    for dx, dy, hx, hy in ((0.223, 0, 0.003, 0.186), (0, 0.183, 0.226, 0.003)):
+        for sign in (1, -1):
+            centre = np.array([3.0 + sign * dx, sign * dy, FLOOR + 0.025])
+            fixtures.append(Placed(Box((hx, hy, 0.025)), SE3(np.eye(3), centre), "wall"))
+    return World(fixtures, [thing])
+
+
+def frame(world: World, wTc: SE3, seed: int = 0) -> DepthFrame:
+    depth = DepthRenderer(CAMERA).render(world.shapes(), wTc)
+    noisy = D435Noise().apply(depth, CAMERA, np.random.default_rng(seed))
+    return DepthFrame(depth=noisy, intrinsics=CAMERA, wTc=wTc, stamp=4.5)
+
+
+@pytest.fixture(scope="module")
+def detector() -> GraspDetector:
+    return GraspDetector()
+
+
+def test_closing_directions_are_exact_for_a_tilted_camera() -> None:
+    """Project a known horizontal line into a tilted camera by hand, and get it back."""
+    wTc = looking_down(0.4, yaw=0.7, tilt=(0.15, -0.1))
+    for direction in np.linspace(-1.5, 1.5, 7):
+        point = np.array([3.05, 0.04, FLOOR + 0.03])
+        along = np.array([np.cos(direction), np.sin(direction), 0.0])
+        ends = []
+        for end in (point - 0.01 * along, point + 0.01 * along):
+            x, y, z = wTc.actInv(end)
+            ends.append(np.array([383.0 * x / z + 319.5, 383.0 * y / z + 239.5]))
+        angle = np.arctan2(*(ends[1] - ends[0])[::-1])
+        x, y, z = wTc.actInv(point)
+        pixel = np.array([[383.0 * x / z + 319.5, 383.0 * y / z + 239.5]])
+        found = closing_direction(CAMERA, wTc, pixel, np.array([angle]), np.array([FLOOR + 0.03]))
+        assert found[0] == pytest.approx(direction, abs=2e-3)
+
+
+@pytest.mark.parametrize("direction", [-2.5, -1.0, 0.0, 0.4, 1.5, 3.0])
+def test_the_grasp_comes_from_above_and_turns_the_camera_least(direction: float) -> None:
+    wTc = looking_down(0.4, yaw=0.7)
+    wTg = grasp_pose(3.0, 0.1, 0.5, direction, wTc)
+    assert wTg.rotation[:, 2] == pytest.approx([0.0, 0.0, -1.0])
+    assert np.linalg.det(wTg.rotation) == pytest.approx(1.0)
+    assert abs(np.cross(wTg.rotation[:2, 1], [np.cos(direction), np.sin(direction)])) < 1e-9
+    assert wTg.rotation[:, 1] @ wTc.rotation[:, 0] >= 0.0
+
+
+@pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.1, -0.08)])
+@pytest.mark.parametrize("yaw", [-0.9, 0.5])
+def test_the_shipped_weights_grasp_a_box_across(
+    detector: GraspDetector, yaw: float, tilt: tuple[float, float]
+) -> None:
+    world = box_world(yaw)
+    found = detector.detect(frame(world, looking_down(0.42, 0.3, tilt)), WORKSPACE)
+    assert found.reason == ""
+    best = found.grasps[0]
+    turn = np.arctan2(best.wTg.rotation[1, 1], best.wTg.rotation[0, 1]) - (yaw + np.pi / 2)
+    assert abs((turn + np.pi / 2) % np.pi - np.pi / 2) < np.deg2rad(12)
+    assert best.width == pytest.approx(0.04, abs=0.006)
+    assert best.stamp == 4.5
+    assert world.collision(best.wTg, best.opening) is None
+    assert world.close_fingers(best.wTg, best.opening, 20.0).holding == "box"
+    assert [g.quality for g in found.grasps] == sorted(g.quality for g in found.grasps)[::-1]
+
+
+def test_the_height_is_below_the_surface_and_above_the_floor(detector: GraspDetector) -> None:
+    found = detector.detect(frame(box_world(), looking_down(0.42)), WORKSPACE)
+    for grasp in found.grasps:
+        height = grasp.wTg.translation[2] - FLOOR
+        assert 0.05 - 0.035 - 0.003 <= height <= 0.05 - 0.025 + 0.004
+
+
+def test_pixel_and_angle_are_where_the_grasp_is_in_the_image(detector: GraspDetector) -> None:
+    view = frame(box_world(), looking_down(0.42, 0.3, (0.1, 0.0)))
+    best = detector.detect(view, WORKSPACE).grasps[0]
+    surface = best.wTg.translation.copy()
+    surface[2] = FLOOR + 0.05
+    x, y, z = view.wTc.actInv(surface)
+    assert best.pixel == pytest.approx([383 * x / z + 319.5, 383 * y / z + 239.5], abs=2.0)
+    closing = view.wTc.rotation.T @ best.wTg.rotation[:, 1]
+    expected = np.arctan2(closing[1], closing[0])
+    assert abs(np.sin(best.angle - expected)) < 0.1
+
+
+def test_only_what_lies_in_the_workspace_is_grasped(detector: GraspDetector) -> None:
+    elsewhere = Region(
+        name="elsewhere",
+        wTr=SE3(np.eye(3), np.array([2.85, 0.0, FLOOR + 0.1])),
+        size=np.array([0.10, 0.36, 0.20]),
+    )
+    view = frame(box_world(), looking_down(0.42))
+    found = detector.detect(view, elsewhere)
+    assert found.grasps == ()
+    assert found.reason == "nothing stands out in the workspace"
+    assert found.occupied_area == 0.0
+    assert not found.quality.any()
+
+
+def test_the_occupied_area_is_that_of_the_box_and_not_of_the_walls(
+    detector: GraspDetector,
+) -> None:
+    for wTc in (looking_down(0.42), looking_down(0.48, 0.4, (0.08, 0.05))):
+        found = detector.detect(frame(box_world(), wTc), WORKSPACE)
+        assert found.occupied_area == pytest.approx(0.12 * 0.04, rel=0.2)
+    empty = World(box_world().fixtures, [])
+    assert detector.detect(frame(empty, looking_down(0.45)), WORKSPACE).occupied_area < 1e-4
+
+
+def test_without_a_workspace_the_support_is_found_in_the_frame(detector: GraspDetector) -> None:
+    found = detector.detect(frame(box_world(), looking_down(0.42)))
+    best = found.grasps[0]
+    assert np.hypot(*(best.wTg.translation[:2] - [3.03, -0.02])) < 0.06
+    assert best.wTg.translation[2] == pytest.approx(FLOOR + 0.025, abs=0.005)
+
+
+def test_the_same_frame_gives_the_same_grasps_bit_for_bit(detector: GraspDetector) -> None:
+    def rounds() -> Detection:
+        return detector.detect(frame(box_world(), looking_down(0.42)), WORKSPACE)
+
+    a, b = rounds(), rounds()
+    assert [g.quality for g in a.grasps] == [g.quality for g in b.grasps]
+    assert all((x.wTg == y.wTg) for x, y in zip(a.grasps, b.grasps, strict=True))
+
+
+GOOD_POSE = looking_down(0.42)
+BAD_FRAMES = {
+    "all missing": (np.full((480, 640), np.nan, dtype=np.float32), GOOD_POSE),
+    "all zero": (np.zeros((480, 640), dtype=np.float32), GOOD_POSE),
+    "saturated": (np.full((480, 640), 65.535, dtype=np.float32), GOOD_POSE),
+    "infinite": (np.full((480, 640), np.inf, dtype=np.float32), GOOD_POSE),
+    "negative": (np.full((480, 640), -1.0, dtype=np.float32), GOOD_POSE),
+    "constant": (np.full((480, 640), 0.4, dtype=np.float32), GOOD_POSE),
+    "three channels": (np.full((480, 640, 3), 0.4, dtype=np.float32), GOOD_POSE),
+    "flat list": (np.full(480, 0.4, dtype=np.float32), GOOD_POSE),
+    "empty": (np.zeros((0, 0), dtype=np.float32), GOOD_POSE),
+    "tiny": (np.full((4, 4), 0.4, dtype=np.float32), GOOD_POSE),
+    "looking up": (
+        np.random.default_rng(0).uniform(0.3, 0.5, (480, 640)).astype(np.float32),
+        SE3.Identity(),
+    ),
+    "lost camera": (
+        np.random.default_rng(0).uniform(0.3, 0.5, (480, 640)).astype(np.float32),
+        SE3(np.eye(3), np.full(3, np.nan)),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD_FRAMES)
+@pytest.mark.parametrize("workspace", [None, WORKSPACE])
+def test_unusable_frames_give_a_reason_and_no_exception(
+    detector: GraspDetector, name: str, workspace: Region | None
+) -> None:
+    depth, wTc = BAD_FRAMES[name]
+    bad = SimpleNamespace(depth=depth, intrinsics=CAMERA, wTc=wTc, stamp=1.0)
+    found = detector.detect(bad, workspace)
+    assert found.grasps == ()
+    assert found.reason
+    assert "\n" not in found.reason
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_nonsense_depth_is_survived(detector: GraspDetector, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    depth = rng.uniform(-0.1, 6.0, (480, 640)).astype(np.float32)
+    depth[rng.random((480, 640)) < rng.random()] = np.nan
+    wTc = looking_down(rng.uniform(0.01, 1.0), rng.uniform(-3, 3), tuple(rng.uniform(-1, 1, 2)))
+    found = detector.detect(
+        DepthFrame(depth=depth, intrinsics=CAMERA, wTc=wTc, stamp=0.0), WORKSPACE
+    )
+    assert (found.grasps == ()) == bool(found.reason)
+
+
+def test_missing_weights_are_said_so(tmp_path: Path) -> None:
+    with pytest.raises(WeightsError, match="no such weights file"):
+        GraspDetector(tmp_path / "nothing.safetensors")

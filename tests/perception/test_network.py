@@ -1,0 +1,158 @@
+"""The network is the published one, its fast form equals it, and bad weights say what to do."""
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from safetensors.torch import save_file
+
+from perception.network import (
+    GGCNN,
+    Inference,
+    WeightsError,
+    evaluate,
+    load_network,
+    read_metadata,
+    rewritten,
+    save_network,
+)
+
+PUBLISHED = {
+    "conv1": (32, 1, 9, 9),
+    "conv2": (16, 32, 5, 5),
+    "conv3": (8, 16, 3, 3),
+    "convt1": (8, 8, 3, 3),
+    "convt2": (8, 16, 5, 5),
+    "convt3": (16, 32, 9, 9),
+    "pos_output": (1, 32, 2, 2),
+    "cos_output": (1, 32, 2, 2),
+    "sin_output": (1, 32, 2, 2),
+    "width_output": (1, 32, 2, 2),
+}
+
+
+@pytest.fixture(scope="module")
+def network() -> GGCNN:
+    torch.manual_seed(3)
+    return GGCNN().eval()
+
+
+def test_layers_and_names_are_the_published_ones(network: GGCNN) -> None:
+    shapes = {name: tuple(value.shape) for name, value in network.state_dict().items()}
+    weights = {name.removesuffix(".weight"): s for name, s in shapes.items() if "weight" in name}
+    assert weights == PUBLISHED
+    assert set(shapes) == {f"{n}.{kind}" for n in PUBLISHED for kind in ("weight", "bias")}
+    assert sum(p.numel() for p in network.parameters()) == 62_420
+
+
+def test_the_layers_have_the_published_sizes(network: GGCNN) -> None:
+    sizes = []
+    for name in ("conv1", "conv2", "conv3", "convt1", "convt2", "convt3"):
+        network.get_submodule(name).register_forward_hook(
+            lambda _m, _i, output: sizes.append(output.shape[-1])
+        )
+    with torch.inference_mode():
+        maps = network(torch.zeros(1, 1, 300, 300))
+    assert sizes == [100, 50, 25, 50, 100, 301]
+    assert maps.shape == (1, 4, 300, 300)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_fast_form_equals_the_plain_one_up_to_the_border(network: GGCNN, seed: int) -> None:
+    image = np.random.default_rng(seed).normal(0.0, 0.2, (300, 300)).astype(np.float32)
+    with torch.inference_mode():
+        plain = network(torch.from_numpy(image)[None, None])[0].numpy()
+    assert np.abs(Inference(network)(image) - plain).max() < 1e-5
+
+
+def test_gradients_of_the_fast_form_reach_the_published_parameters(network: GGCNN) -> None:
+    image = torch.randn(1, 1, 60, 60, generator=torch.Generator().manual_seed(0))
+    plain = torch.autograd.grad(network(image).square().sum(), list(network.parameters()))
+    fast = torch.autograd.grad(
+        evaluate(rewritten(network), image).square().sum(), list(network.parameters())
+    )
+    for a, b in zip(plain, fast, strict=True):
+        assert torch.allclose(a, b, rtol=1e-3, atol=1e-4 * float(a.abs().max()))
+
+
+def test_inference_keeps_the_callers_threads(network: GGCNN) -> None:
+    before = torch.get_num_threads()
+    Inference(network)(np.zeros((300, 300), dtype=np.float32))
+    assert torch.get_num_threads() == before
+
+
+def test_weights_survive_a_file(network: GGCNN, tmp_path: Path) -> None:
+    path = tmp_path / "w.safetensors"
+    save_network(network, path, {"data": "ten images"})
+    loaded = load_network(path)
+    assert all(
+        torch.equal(a, b) for a, b in zip(network.parameters(), loaded.parameters(), strict=True)
+    )
+    assert read_metadata(path)["data"] == "ten images"
+
+
+def test_a_published_style_state_dict_loads(network: GGCNN, tmp_path: Path) -> None:
+    path = tmp_path / "published_statedict.pt"
+    torch.save(network.state_dict(), path)
+    assert torch.equal(load_network(path).conv1.weight, network.conv1.weight)
+
+
+class _Bomb:
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return (open, ("/nonexistent/never-opened", "w"))
+
+
+def _missing(path: Path) -> None:
+    del path
+
+
+def _garbage(path: Path) -> None:
+    path.write_bytes(b"not weights at all" * 100)
+
+
+def _pickled(path: Path) -> None:
+    torch.save(_Bomb(), path)
+
+
+def _bare_pickle(path: Path) -> None:
+    path.write_bytes(pickle.dumps(_Bomb()))
+
+
+def _other_network(path: Path) -> None:
+    state = {"features.0.weight": torch.zeros(3, 3)}
+    if path.suffix == ".safetensors":
+        save_file(state, path)
+    else:
+        torch.save(state, path)
+
+
+def _not_finite(path: Path) -> None:
+    state = GGCNN().state_dict()
+    state["conv1.bias"] = torch.full((32,), torch.nan)
+    save_file(state, path)
+
+
+@pytest.mark.parametrize(
+    ("name", "make", "says"),
+    [
+        ("w.safetensors", _missing, "no such weights file"),
+        ("w.safetensors", _garbage, "not a readable safetensors file"),
+        ("w.pt", _garbage, "give"),
+        ("w.pt", _pickled, "state_dict()"),
+        ("w.pt", _bare_pickle, "state_dict()"),
+        ("w.pt", _other_network, "not the weights of a GG-CNN"),
+        ("w.safetensors", _other_network, "not the weights of a GG-CNN"),
+        ("w.safetensors", _not_finite, "not finite"),
+    ],
+)
+def test_bad_weights_are_one_clear_line(tmp_path: Path, name: str, make: object, says: str) -> None:
+    path = tmp_path / name
+    make(path)  # type: ignore[operator]
+    with pytest.raises(WeightsError) as caught:
+        load_network(path)
+    text = str(caught.value)
+    assert text.startswith(f"{path}: ")
+    assert says in text
+    assert "\n" not in text

@@ -1,0 +1,134 @@
+"""Preparing depth images and reading the network's maps, on images with known answers."""
+
+import numpy as np
+import pytest
+
+from hw import Intrinsics
+from perception.network import WIDTH_SCALE
+from perception.postprocess import find_candidates, grasp_maps
+from perception.preprocess import METRES_PER_PIXEL, Square, central_square, fill, prepare
+
+CAMERA = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
+ALL = np.ones((300, 300), dtype=np.bool_)
+
+
+@pytest.mark.parametrize("depth", [0.36, 0.45, 0.6])
+def test_the_scale_is_constant_where_the_image_is_large_enough(depth: float) -> None:
+    square = central_square((480, 640), CAMERA, depth)
+    assert square.scale * depth / CAMERA.fx == pytest.approx(METRES_PER_PIXEL, rel=0.01)
+    assert square.u0 + square.size / 2 == pytest.approx(320, abs=1)
+
+
+@pytest.mark.parametrize("depth", [0.01, 0.2, 100.0])
+def test_the_square_stays_inside_the_image(depth: float) -> None:
+    square = central_square((480, 640), CAMERA, depth)
+    assert square.u0 >= 0
+    assert square.v0 >= 0
+    assert square.u0 + square.size <= 640
+    assert square.v0 + square.size <= 480
+
+
+def test_pixels_go_to_the_image_and_back() -> None:
+    square = Square(u0=100, v0=50, size=360)
+    pixel = np.array([[0.0, 0.0], [123.4, 299.0]])
+    assert square.to_network(square.to_image(pixel)) == pytest.approx(pixel)
+    # The outer corner of the first network pixel is the outer corner of the square.
+    assert square.to_image(np.array([-0.5, -0.5])) == pytest.approx([99.5, 49.5])
+
+
+def test_a_shadow_beside_an_object_is_filled_with_the_background() -> None:
+    depth = np.full((4, 20), 0.5, dtype=np.float32)
+    depth[:, 10:15] = 0.4
+    missing = np.zeros(depth.shape, dtype=np.bool_)
+    missing[:, 6:10] = True
+    missing[2] = True
+    depth[missing] = np.nan
+    filled = fill(depth, missing)
+    assert (filled[:, 6:10] == np.float32(0.5)).all()
+    assert (filled[:, 10:15] == np.float32(0.4)).all()
+    assert np.isfinite(filled).all()
+
+
+def test_filling_nothing_at_all_is_refused() -> None:
+    with pytest.raises(ValueError, match="without any depth"):
+        fill(np.zeros((3, 3), dtype=np.float32), np.ones((3, 3), dtype=np.bool_))
+
+
+def test_preparing_keeps_depth_marks_holes_and_takes_the_mean_away() -> None:
+    depth = np.full((480, 640), 0.45, dtype=np.float32)
+    depth[200:280, 300:340] = 0.40
+    depth[100:140, 240:280] = np.nan
+    depth[150:160, 240:280] = 0.0
+    square = central_square(depth.shape, CAMERA, 0.45)
+    prepared = prepare(depth, square)
+    u, v = np.rint(square.to_network(np.array([320.0, 240.0]))).astype(int)
+    assert prepared.depth[v, u] == pytest.approx(0.40)
+    u, v = np.rint(square.to_network(np.array([260.0, 120.0]))).astype(int)
+    assert prepared.missing[v, u]
+    assert prepared.depth[v, u] == pytest.approx(0.45)
+    assert prepared.missing.sum() == pytest.approx(50 * 40 / square.scale**2, rel=0.1)
+    assert abs(float(prepared.network_input.mean())) < 1e-5
+    assert np.ptp(prepared.network_input) == pytest.approx(0.05, rel=1e-4)
+
+
+def _maps(u: float, v: float, angle: float, width: float) -> np.ndarray:
+    """Maps with one ridge: best at (u, v), closing along `angle` (from u towards v)."""
+    rows, columns = np.mgrid[0:300, 0:300]
+    maps = np.zeros((4, 300, 300), dtype=np.float32)
+    along = (columns - u) * np.cos(angle) + (rows - v) * np.sin(angle)
+    across = -(columns - u) * np.sin(angle) + (rows - v) * np.cos(angle)
+    maps[0] = np.exp(-0.5 * (along / 4.0) ** 2 - 0.5 * (across / 15.0) ** 2)
+    maps[1] = np.cos(2.0 * -angle)
+    maps[2] = np.sin(2.0 * -angle)
+    maps[3] = width / WIDTH_SCALE
+    return maps
+
+
+@pytest.mark.parametrize("angle_deg", [-80, -45, 0, 30, 60, 89])
+def test_a_ridge_is_found_to_a_fraction_of_a_pixel(angle_deg: float) -> None:
+    angle = np.deg2rad(angle_deg)
+    rng = np.random.default_rng(0)
+    maps = _maps(120.3, 200.7, angle, 27.0)
+    maps[:3] += rng.normal(0.0, 0.05, maps[:3].shape).astype(np.float32)
+    found = find_candidates(grasp_maps(maps, ALL))
+    assert found.pixel[0] == pytest.approx([120.3, 200.7], abs=1.5)
+    turn = (found.angle[0] - angle + np.pi / 2) % np.pi - np.pi / 2
+    assert abs(np.rad2deg(turn)) < 5.0
+    assert found.width[0] == pytest.approx(27.0, abs=0.5)
+
+
+def test_the_peak_of_a_smooth_ridge_is_exact_to_a_tenth_of_a_pixel() -> None:
+    found = find_candidates(grasp_maps(_maps(120.3, 200.7, 0.0, 20.0), ALL))
+    assert found.pixel[0] == pytest.approx([120.3, 200.7], abs=0.1)
+
+
+def test_the_angle_does_not_suffer_where_it_wraps_around() -> None:
+    """Half the pixels say +89 degrees and half say -89: together that is 90, not 0."""
+    maps = _maps(150.0, 150.0, 0.0, 20.0)
+    sign = np.where(np.arange(300)[None, :] % 2, 1.0, -1.0)
+    maps[1] = np.cos(2.0 * np.deg2rad(89.0) * sign)
+    maps[2] = np.sin(2.0 * np.deg2rad(89.0) * sign)
+    angle = find_candidates(grasp_maps(maps, ALL)).angle[0]
+    assert abs(abs(np.rad2deg(angle)) - 90.0) < 2.0
+
+
+def test_no_grasp_where_none_is_allowed() -> None:
+    allowed = ALL.copy()
+    allowed[180:220, 100:140] = False
+    maps = np.maximum(_maps(120.0, 200.0, 0.3, 20.0), 0.6 * _maps(40.0, 60.0, 0.3, 20.0))
+    found = find_candidates(grasp_maps(maps, allowed))
+    assert found.pixel[0] == pytest.approx([40.0, 60.0], abs=1.0)
+    assert not any(100 <= u < 140 and 180 <= v < 220 for u, v in found.pixel)
+    nothing = find_candidates(grasp_maps(maps, np.zeros_like(ALL)))
+    assert len(nothing.quality) == 0
+
+
+def test_candidates_are_ranked_apart_and_limited() -> None:
+    maps = np.zeros((4, 300, 300), dtype=np.float32)
+    for i in range(9):
+        ridge = _maps(30.0 + 30.0 * i, 150.0, 0.0, 20.0)
+        maps[0] = np.maximum(maps[0], ridge[0] * (0.5 + 0.05 * i))
+    found = find_candidates(grasp_maps(maps, ALL), count=5)
+    assert len(found.quality) == 5
+    assert (np.diff(found.quality) <= 0).all()
+    assert found.pixel[0, 0] == pytest.approx(270.0, abs=1.0)

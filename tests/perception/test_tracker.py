@@ -1,0 +1,179 @@
+"""Following one grasp through made-up sequences of detections."""
+
+import numpy as np
+import pytest
+from pinocchio import SE3, exp3
+
+from perception import Detection, GraspEstimate, GraspTracker
+from perception.tracker import LOST_AFTER, SWITCH_AFTER
+
+DOWN = np.diag([1.0, -1.0, -1.0])
+
+
+def grasp(x: float, y: float, yaw_deg: float = 0.0, quality: float = 0.6) -> GraspEstimate:
+    turn = exp3(np.array([0.0, 0.0, np.deg2rad(yaw_deg)]))
+    return GraspEstimate(
+        wTg=SE3(turn @ DOWN, np.array([x, y, 0.48])),
+        width=0.04,
+        quality=quality,
+        stamp=0.0,
+        pixel=(0.0, 0.0),
+        angle=0.0,
+    )
+
+
+def seen(*grasps: GraspEstimate, reason: str = "") -> Detection:
+    ranked = tuple(sorted(grasps, key=lambda g: -g.quality))
+    return Detection(
+        grasps=ranked,
+        reason=reason,
+        quality=np.zeros((300, 300), dtype=np.float32),
+        crop=(0.0, 0.0, 300.0),
+        occupied_area=0.0,
+        stamp=0.0,
+    )
+
+
+def camera(height: float) -> SE3:
+    return SE3(DOWN, np.array([0.0, 0.0, 0.48 + height]))
+
+
+FAR = camera(0.45)
+
+
+def position(estimate: GraspEstimate | None) -> np.ndarray:
+    assert estimate is not None
+    return np.asarray(estimate.wTg.translation)
+
+
+def test_the_best_is_followed_first() -> None:
+    tracker = GraspTracker()
+    followed = tracker.update(seen(grasp(0.1, 0.0, quality=0.9), grasp(-0.1, 0.0)), FAR)
+    assert position(followed)[0] == pytest.approx(0.1)
+    assert tracker.reason == ""
+    assert not tracker.locked
+
+
+def test_a_ranking_that_jumps_to_and_fro_does_not_move_the_goal() -> None:
+    tracker = GraspTracker()
+    for frame in range(40):
+        left = grasp(-0.1, 0.0, quality=0.6 if frame % 2 else 0.7)
+        right = grasp(0.1, 0.0, quality=0.7 if frame % 2 else 0.6)
+        followed = tracker.update(seen(left, right), FAR)
+        assert position(followed)[0] == pytest.approx(-0.1)
+
+
+def test_a_single_frame_that_looks_much_better_elsewhere_does_not_either() -> None:
+    tracker = GraspTracker()
+    tracker.update(seen(grasp(0.0, 0.0, quality=0.4)), FAR)
+    for _ in range(SWITCH_AFTER - 1):
+        tracker.update(seen(grasp(0.0, 0.0, quality=0.4), grasp(0.2, 0.0, quality=0.9)), FAR)
+    followed = tracker.update(seen(grasp(0.0, 0.0, quality=0.4)), FAR)
+    assert position(followed)[0] == pytest.approx(0.0)
+
+
+def test_one_that_stays_clearly_better_is_followed_instead() -> None:
+    tracker = GraspTracker()
+    tracker.update(seen(grasp(0.0, 0.0, quality=0.4)), FAR)
+    for _ in range(SWITCH_AFTER):
+        followed = tracker.update(
+            seen(grasp(0.0, 0.0, quality=0.4), grasp(0.2, 0.0, quality=0.9)), FAR
+        )
+    assert position(followed)[0] == pytest.approx(0.2)
+
+
+def test_noise_is_smoothed_and_a_moving_object_followed() -> None:
+    rng = np.random.default_rng(0)
+    tracker = GraspTracker()
+    errors = []
+    for _ in range(200):
+        dx, dy = rng.normal(0.0, 0.004, 2)
+        errors.append(position(tracker.update(seen(grasp(dx, dy)), FAR))[:2])
+    assert np.std(errors[20:]) < 0.6 * 0.004
+    for frame in range(60):
+        followed = tracker.update(seen(grasp(0.002 * frame, 0.0)), FAR)
+    assert position(followed)[0] == pytest.approx(0.118, abs=0.005)
+
+
+def test_exchanged_fingers_are_the_same_grasp() -> None:
+    """A grasp near the edge of the range of angles comes out turned by half a turn at times."""
+    tracker = GraspTracker()
+    first = tracker.update(seen(grasp(0.0, 0.0, yaw_deg=88.0)), FAR)
+    assert first is not None
+    for frame in range(20):
+        yaw = -89.0 if frame % 2 else 89.0
+        followed = tracker.update(seen(grasp(0.0, 0.0, yaw_deg=yaw)), FAR)
+        assert followed is not None
+        closing = first.wTg.rotation[:, 1] @ followed.wTg.rotation[:, 1]
+        assert closing > np.cos(np.deg2rad(5.0))
+
+
+def test_near_the_grasp_the_goal_is_locked_and_moves_no_more() -> None:
+    tracker = GraspTracker(lock_distance=0.25)
+    tracker.update(seen(grasp(0.0, 0.0)), camera(0.26))
+    assert not tracker.locked
+    locked = tracker.update(seen(grasp(0.0, 0.0)), camera(0.24))
+    assert tracker.locked
+    moved = tracker.update(seen(grasp(0.02, 0.0, quality=0.99)), camera(0.23))
+    assert moved is locked
+    blind = tracker.update(seen(reason="hardly any depth was measured"), camera(0.15))
+    assert blind is locked
+    back_up = tracker.update(seen(grasp(0.1, 0.0)), camera(0.5))
+    assert back_up is locked
+    tracker.reset()
+    assert not tracker.locked
+
+
+def test_a_grasp_that_is_not_seen_again_is_lost_with_a_reason() -> None:
+    tracker = GraspTracker()
+    tracker.update(seen(grasp(0.0, 0.0)), FAR)
+    for _ in range(LOST_AFTER - 1):
+        assert tracker.update(seen(reason="nothing stands out"), FAR) is not None
+    assert tracker.update(seen(reason="nothing stands out"), FAR) is None
+    assert str(LOST_AFTER) in tracker.reason
+    assert tracker.update(seen(reason="nothing stands out"), FAR) is None
+    assert tracker.reason == "nothing stands out"
+    assert tracker.update(seen(grasp(0.1, 0.1)), FAR) is not None
+    assert tracker.reason == ""
+
+
+def test_being_seen_again_in_time_starts_the_count_anew() -> None:
+    tracker = GraspTracker()
+    tracker.update(seen(grasp(0.0, 0.0)), FAR)
+    for _ in range(5):
+        for _ in range(LOST_AFTER - 1):
+            tracker.update(seen(), FAR)
+        assert tracker.update(seen(grasp(0.0, 0.0)), FAR) is not None
+
+
+def test_a_failed_grasp_is_avoided_until_forgotten() -> None:
+    tracker = GraspTracker()
+    bad, other = grasp(0.0, 0.0, quality=0.9), grasp(0.1, 0.0, quality=0.5)
+    tracker.reject(bad.wTg)
+    tracker.reset()
+    assert position(tracker.update(seen(bad, other), FAR))[0] == pytest.approx(0.1)
+    tracker.reset()
+    assert tracker.update(seen(bad), FAR) is None
+    assert "failed before" in tracker.reason
+    tracker.forget()
+    assert position(tracker.update(seen(bad, other), FAR))[0] == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize(
+    ("x", "yaw_deg", "avoided"),
+    [(0.010, 10.0, True), (0.010, 170.0, True), (0.020, 0.0, False), (0.0, 40.0, False)],
+)
+def test_only_grasps_like_a_failed_one_are_avoided(x: float, yaw_deg: float, avoided: bool) -> None:
+    tracker = GraspTracker()
+    tracker.reject(grasp(0.0, 0.0).wTg)
+    followed = tracker.update(seen(grasp(x, 0.0, yaw_deg=yaw_deg)), FAR)
+    assert (followed is None) == avoided
+
+
+def test_memory_of_failures_is_bounded() -> None:
+    tracker = GraspTracker()
+    first = grasp(0.0, 0.0)
+    tracker.reject(first.wTg)
+    for i in range(1000):
+        tracker.reject(grasp(1.0 + i, 0.0).wTg)
+    assert tracker.update(seen(first), FAR) is not None
