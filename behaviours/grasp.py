@@ -81,8 +81,10 @@ class Grasp(Leaf):
         grasp = eyes.follow(self._within)
         if grasp is None:
             if now - self._seen > self._patience:
-                reason = eyes.detection.reason if eyes.detection else "no camera frame"
-                return self.failure(f"no grasp for {self._patience:g} s: {reason or 'none kept'}")
+                if eyes.detection is not None and eyes.detection.grasps:
+                    eyes.tracker.forget()  # every grasp in sight failed once: try them again
+                reason = eyes.tracker.reason if eyes.detection else "no camera frame"
+                return self.failure(f"no grasp for {self._patience:g} s: {reason}")
             return self.running("looking for a grasp")
         self._seen = now
         if np.linalg.norm(grasp.wTg.translation - self._target) > _OTHER_TARGET:

@@ -19,7 +19,7 @@ from pinocchio import SE3
 
 from behaviours.names import Region
 from hw import DepthFrame
-from hw.sim import D435Noise, DepthRenderer, World, load_scene
+from hw.sim import D435Noise, DepthRenderer, World, hand_shapes, load_scene
 from hw.sim.robot import CAMERA, TOOL_TO_CAMERA
 from perception import Detection, GraspDetector, GraspEstimate, GraspTracker, Workspace
 
@@ -112,7 +112,7 @@ def look(
 ) -> Detection:
     """What is found in one noisy frame from the wrist."""
     wTc = wTe * TOOL_TO_CAMERA
-    depth = DepthRenderer(CAMERA).render([*world.shapes(), *world.hand_shapes(wTe, 0.08)], wTc)
+    depth = DepthRenderer(CAMERA).render([*world.shapes(), *hand_shapes(wTe, 0.08)], wTc)
     depth = D435Noise().apply(depth, CAMERA, rng)
     frame = DepthFrame(depth=depth, intrinsics=CAMERA, wTc=wTc, stamp=0.0)
     return detector.detect(frame, workspace)

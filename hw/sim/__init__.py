@@ -4,7 +4,7 @@
 at it; `World` decides by contact geometry what closing the fingers does. It knows nothing of time.
 """
 
-from hw.sim.hand import OPENING
+from hw.sim.hand import hand_shapes
 from hw.sim.layout import load_scene
 from hw.sim.noise import D435Noise
 from hw.sim.objects import SimObject
@@ -15,7 +15,6 @@ from hw.sim.squeeze import Reason
 from hw.sim.world import GraspOutcome, World
 
 __all__ = [
-    "OPENING",
     "Box",
     "Capsule",
     "Cylinder",
@@ -29,6 +28,7 @@ __all__ = [
     "SimObject",
     "Sphere",
     "World",
+    "hand_shapes",
     "load_scene",
     "scene_names",
 ]

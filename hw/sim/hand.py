@@ -11,9 +11,6 @@ from pinocchio import SE3
 
 from hw.sim.shapes import Box, Placed
 
-OPENING = 0.08
-"""Distance between the pads when the hand is fully open [m]."""
-
 TIP = 0.008
 """How far the pads reach beyond the grasp centre along the approach [m]."""
 

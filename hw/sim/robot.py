@@ -11,8 +11,8 @@ from pinocchio import SE3
 
 from controller import READY, Command, RobotModel
 from hw.clock import Clock
-from hw.interfaces import DepthFrame, Fault, FaultKind, Intrinsics, RobotState
-from hw.sim.hand import OPENING, hand_shapes
+from hw.interfaces import HAND_OPENING, DepthFrame, Fault, FaultKind, Intrinsics, RobotState
+from hw.sim.hand import hand_shapes
 from hw.sim.noise import D435Noise
 from hw.sim.render import DepthRenderer
 from hw.sim.world import World
@@ -39,7 +39,7 @@ class Dynamics:
     finger_speed: float = 0.1
     """Change of the opening when the fingers move [m/s]."""
     slip_distance: float = 0.005
-    """Fingers that press on something without holding it slip off when the hand moves so far [m]."""
+    """Fingers that press on a thing without holding it slip off when the hand moves so far [m]."""
     frame_rate: float = 30.0
     """Camera frames a second [Hz]."""
 
@@ -81,8 +81,8 @@ class SimRobot:
         self._base_twist = np.zeros(3)
         self._q = READY.copy()
         self._qd = np.zeros(7)
-        self._width = OPENING
-        self._width_goal = OPENING
+        self._width = HAND_OPENING
+        self._width_goal = HAND_OPENING
         self._slipping_from: SE3 | None = None
         self._slipped_width = 0.0
         self._reflex: str | None = None
@@ -141,12 +141,12 @@ class SimRobot:
         self._advance()
         if width > self._width:
             self.world.open_fingers()
-            self._width_goal = min(width, OPENING)
+            self._width_goal = min(width, HAND_OPENING)
             self._slipping_from = None
         else:
             wTe = self._wTe()
-            outcome = self.world.close_fingers(wTe, self._width, force)
-            self._width_goal = max(width, outcome.width)
+            outcome = self.world.close_fingers(wTe, self._width, force, width)
+            self._width_goal = outcome.width
             if outcome.holding is None:
                 self._slipping_from, self._slipped_width = wTe, width
 

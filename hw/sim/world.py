@@ -72,7 +72,9 @@ class World:
                 return candidate
         raise KeyError(f"no object {name!r}; there are {[o.name for o in self.objects]}")
 
-    def close_fingers(self, wTe: SE3, width_before: float, force: float) -> GraspOutcome:
+    def close_fingers(
+        self, wTe: SE3, width_before: float, force: float, width: float = 0.0
+    ) -> GraspOutcome:
         """Close the fingers on whatever is between them, and hold it if they can.
 
         An object that is pressed on but not held comes to rest where the pads dragged it.
@@ -81,6 +83,7 @@ class World:
             wTe: end effector in the world.
             width_before: distance between the pads before [m].
             force: of each finger [N].
+            width: where the fingers stop unless something stops them before [m].
         """
         if self.held is not None:
             name = self.held.name
@@ -90,6 +93,8 @@ class World:
         centre = wTe.act(CENTRE)
         fixtures = self._vicinity.near(centre, RADIUS)
         result = squeeze(wTe, width_before, force, self._objects_near(wTe), fixtures)
+        if result.width <= width:
+            return GraspOutcome(holding=None, width=width, reason=Reason.NOTHING)
         touched = result.object
         if touched is not None and result.wTo is not None:
             touched.pose = result.wTo
