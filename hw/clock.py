@@ -26,17 +26,19 @@ class SimClock:
     def __init__(self, pace: float | None = None) -> None:
         self._now = 0.0
         self._pace = pace
-        self._start = time.monotonic()
+        self._began: float | None = None
 
     def now(self) -> float:
         """Simulated seconds since the session began [s]."""
         return self._now
 
     def sleep_until(self, stamp: float) -> None:
-        """Advance to `stamp` [s], never backwards."""
+        """Advance to `stamp` [s], never backwards; the pace counts from the first call."""
+        if self._began is None:
+            self._began = time.monotonic()
         self._now = max(self._now, stamp)
         if self._pace is not None:
-            ahead = self._now / self._pace - (time.monotonic() - self._start)
+            ahead = self._now / self._pace - (time.monotonic() - self._began)
             if ahead > 0.0:
                 time.sleep(ahead)
 

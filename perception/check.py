@@ -21,8 +21,8 @@ from perception.height_map import HeightMap, look_up
 
 MAX_OPENING = 0.08
 """Between the pads of the open hand [m]."""
-GRASP_DEPTH = 0.025
-"""How far below the surface the grasp's centre goes [m]."""
+MAX_DEPTH = 0.030
+"""The grasp's centre goes to half the height of what it grasps, but no deeper than this [m]."""
 FLOOR_CLEARANCE = 0.011
 """Least height of the grasp's centre above what the objects stand on [m]."""
 TIP = 0.0084
@@ -52,7 +52,7 @@ _CLEARANCE = 0.004  # least room on either side of the object before closing [m]
 _WISHED_ROOM = 0.008  # beyond that, where there is more
 _PALM_CLEARANCE = 0.003
 _LEAST_ENGAGEMENT = 0.006
-_CONTACT_ZONE = 0.006  # edge points this near to the outermost belong to the contact [m]
+_CONTACT_ZONE = 0.003  # edge points this near to the outermost belong to the contact [m]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -91,7 +91,7 @@ def assess(scene: HeightMap, x: Array, y: Array, direction: Array, floor: float)
     """
     cosine, sine = np.cos(direction), np.sin(direction)
     top = scene.at(x, y).astype(float)
-    z = np.maximum(top - GRASP_DEPTH, floor + FLOOR_CLEARANCE)
+    z = np.maximum(np.maximum(top - MAX_DEPTH, 0.5 * (top + floor)), floor + FLOOR_CLEARANCE)
     z = np.maximum(z, _highest_under_palm(scene, x, y, cosine, sine) + _PALM_CLEARANCE - PALM)
     engagement = top - (z - TIP)
 
@@ -143,7 +143,7 @@ def assess(scene: HeightMap, x: Array, y: Array, direction: Array, floor: float)
         _fade(-taper, -cone, -0.3 * cone),
         _fade(-skew, -cone, -0.5 * cone),
         _fade(-flare, -1.2 * FRICTION, -0.6 * FRICTION),
-        np.minimum(np.minimum(lines_left, lines_right) / 3.0, 1.0),
+        _fade(np.minimum(lines_left, lines_right), 1.0, 3.0, least=0.1),
         whole & (width > 0.003),
     )
     return Assessment(
@@ -217,7 +217,7 @@ def _edge(ends: Array, solid: Mask, outermost: Array) -> tuple[Array, Array, Arr
     mean = (weight * ends).sum(axis=1) / total
     spread = (weight * (across - centre[:, None]) ** 2).sum(axis=1)
     slope = (weight * (across - centre[:, None]) * (ends - mean[:, None])).sum(axis=1)
-    slope = np.where(lines >= 3, slope / np.maximum(spread, 1e-9), 0.0)
+    slope = np.where(lines >= 2, slope / np.maximum(spread, 1e-9), 0.0)
     return np.arctan(slope), lines, centre
 
 

@@ -19,7 +19,7 @@ TREE = """\
 task: toy
 poses:
   near: {xyz: [0.9, 0.1, 0.7], rpy_deg: [180, 0, 0]}
-  far: {xyz: [40.0, 0.0, 0.7], rpy_deg: [180, 0, 0]}
+  far: {xyz: [-40.0, 0.0, 0.7], rpy_deg: [180, 0, 0]}
 regions:
   table: {centre: [0.0, 1.6, 0.6], size: [0.8, 0.36, 0.2]}
 tree:
@@ -133,8 +133,8 @@ def test_the_omni_robot_runs_the_same_file(tmp_path, task):
     ("line", "place", "said"),
     [
         ("navigat: {to: near}", "9:7", "did you mean `navigate`"),
-        ("navigate: {to: nowhere}", "9:20", "`nowhere`"),
-        ("navigate: {to: near, timeout_s: soon}", "9:38", "`timeout_s`"),
+        ("navigate: {to: nowhere}", "9:22", "`nowhere`"),
+        ("navigate: {to: near, timeout_s: soon}", "9:39", "`timeout_s`"),
         ("navigate: {to: [near}", "9:27", ""),
     ],
 )
@@ -190,7 +190,7 @@ def test_check_names_every_mistake_of_a_file(task):
     lines = out.splitlines()
     assert [line.split(": ")[0] for line in lines] == [
         f"{tree}:9:7",
-        f"{tree}:10:20",
+        f"{tree}:10:22",
         f"{tree}:11:26",
     ]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pinocchio import SE3
 
-from perception.check import FLOOR_CLEARANCE, GRASP_DEPTH, MAX_OPENING, PALM, TIP, assess
+from perception.check import FLOOR_CLEARANCE, MAX_DEPTH, MAX_OPENING, PALM, TIP, assess
 from perception.height_map import CELL, HeightMap, height_map, world_points
 from perception.refine import refine
 
@@ -54,7 +54,7 @@ def test_across_a_box_is_good_and_along_it_is_too_wide() -> None:
     assert across["score"] > 0.9
     assert across["width"] == pytest.approx(0.04, abs=0.003)
     assert across["top"] == pytest.approx(FLOOR + 0.05, abs=1e-4)
-    assert across["z"] == pytest.approx(FLOOR + 0.05 - GRASP_DEPTH, abs=1e-4)
+    assert across["z"] == pytest.approx(FLOOR + 0.05 - MAX_DEPTH, abs=1e-4)
     assert judge(where, 30)["score"] == 0.0
 
 
