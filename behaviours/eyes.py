@@ -5,6 +5,9 @@ from __future__ import annotations
 from hw import DepthFrame, Robot, stopwatch
 from perception import Detection, GraspDetector, GraspEstimate, GraspTracker, Workspace
 
+OLDEST_FRAME = 0.15
+"""A frame older than this says nothing about where a grasp is now [s]."""
+
 
 class Eyes:
     """Newest frame, detection and tracked grasp of one robot.
@@ -38,12 +41,27 @@ class Eyes:
         self.seconds += stopwatch() - begun
         return self.detection
 
-    def follow(self, workspace: Workspace) -> GraspEstimate | None:
-        """Follow one grasp from frame to frame; None if it is not, or no longer, seen."""
+    def follow(self, workspace: Workspace, now: float) -> GraspEstimate | None:
+        """Follow one grasp from frame to frame.
+
+        Args:
+            workspace: where it has to be.
+            now: the session's time [s].
+
+        Returns:
+            The grasp; None if it is not, or no longer, seen, or if the newest frame is too old to
+            be believed. A locked grasp stays.
+        """
         detection = self.look(workspace)
         if detection is not None and self.frame is not None:
             self.grasp = self.tracker.update(detection, self.frame.wTc)
+        elif self.blind(now) and not self.tracker.locked:
+            self.lose()
         return self.grasp
+
+    def blind(self, now: float) -> bool:
+        """Whether there is no frame, or only one that is too old to be believed."""
+        return self.frame is None or now - self.frame.stamp > OLDEST_FRAME
 
     def reject(self) -> None:
         """Remember the followed grasp as one that failed."""

@@ -56,7 +56,7 @@ class Place(Leaf):
 
     key: ClassVar[str] = "place"
 
-    def __init__(self, name: str, context: Context, *, on: Region, pitch_m: float = 0.13) -> None:
+    def __init__(self, name: str, context: Context, *, on: Region, pitch_m: float = 0.2) -> None:
         super().__init__(name, context)
         self._on = on
         self._places = places(on, pitch_m)

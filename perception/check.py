@@ -91,8 +91,8 @@ def assess(scene: HeightMap, x: Array, y: Array, direction: Array, floor: float)
     """
     cosine, sine = np.cos(direction), np.sin(direction)
     top = scene.at(x, y).astype(float)
-    z = np.maximum(np.maximum(top - MAX_DEPTH, 0.5 * (top + floor)), floor + FLOOR_CLEARANCE)
-    z = np.maximum(z, _highest_under_palm(scene, x, y, cosine, sine) + _PALM_CLEARANCE - PALM)
+    deep = np.maximum(np.maximum(top - MAX_DEPTH, 0.5 * (top + floor)), floor + FLOOR_CLEARANCE)
+    z = np.maximum(deep, _highest_under_palm(scene, x, y, cosine, sine) + _PALM_CLEARANCE - PALM)
     engagement = top - (z - TIP)
 
     along, across = _ALONG[None, None, :], _ACROSS[None, :, None]
@@ -108,22 +108,13 @@ def assess(scene: HeightMap, x: Array, y: Array, direction: Array, floor: float)
     first = np.where(solid, left, np.inf).min(axis=1)
     last = np.where(solid, right, -np.inf).max(axis=1)
     whole = solid[:, _MIDDLE] & (body_first > _ALONG[0]) & (body_last < _ALONG[-1])
-    first, last = np.where(whole, first, 0.0), np.where(whole, last, 0.0)
-    body_first, body_last = np.where(whole, body_first, 0.0), np.where(whole, body_last, 0.0)
+    first, last, body_first, body_last = (
+        np.where(whole, end, 0.0) for end in (first, last, body_first, body_last)
+    )
     width, offset = last - first, 0.5 * (first + last)
 
     high = heights > level + np.float32(_FINGER_ABOVE)
-    needed = np.maximum(body_last - offset, offset - body_first) + _CLEARANCE
-    free = np.minimum.reduce(
-        [
-            distance - thickness
-            for occupied, thickness in ((low, _PAD_THICKNESS), (high, _FINGER_THICKNESS))
-            for distance in _free(np.asarray(occupied.any(axis=1)), body_first, body_last, offset)
-        ]
-    )
-    free = np.minimum(free - _MARGIN, 0.5 * MAX_OPENING)
-    spare = free - needed
-    opening = 2.0 * (needed + np.minimum(0.5 * spare, _WISHED_ROOM))
+    spare, opening = _room(low, high, body_first, body_last, offset)
 
     turn_left, lines_left, at_left = _edge(left, solid, first)
     turn_right, lines_right, at_right = _edge(right, solid, last)
@@ -137,6 +128,7 @@ def assess(scene: HeightMap, x: Array, y: Array, direction: Array, floor: float)
     cone = np.arctan(FRICTION)
     factors = (
         _fade(engagement, _LEAST_ENGAGEMENT, 0.014, least=0.3),
+        _fade(deep - z, -0.016, -0.003, least=0.1),
         _fade(MAX_OPENING - 0.002 - width, 0.0, 0.006, least=0.2),
         _fade(spare, 0.0, 0.006, least=0.5),
         _fade(-steepest, -1.5 * cone, -0.3 * cone),
@@ -191,6 +183,30 @@ def _runs(occupied: Mask) -> tuple[Array, Array, Mask]:
     to_left = free[..., _CENTRE::-1]
     left = np.where(to_left.any(-1), to_left.argmax(-1), to_left.shape[-1])
     return -(left - 0.5) * _STEP, (right - 0.5) * _STEP, occupied[..., _CENTRE]
+
+
+def _room(
+    low: Mask, high: Mask, body_first: Array, body_last: Array, centre: Array
+) -> tuple[Array, Array]:
+    """How much farther than needed the fingers could open, and how far they should [m].
+
+    Args:
+        low: (N, across, along) what is in the way of the pads.
+        high: (N, across, along) what is in the way of the fingers above them.
+        body_first: (N,) where the body between the fingers begins along the closing direction [m].
+        body_last: (N,) where it ends [m].
+        centre: (N,) where the middle between the fingers is [m].
+    """
+    needed = np.maximum(body_last - centre, centre - body_first) + _CLEARANCE
+    free = np.minimum.reduce(
+        [
+            distance - thickness
+            for occupied, thickness in ((low, _PAD_THICKNESS), (high, _FINGER_THICKNESS))
+            for distance in _free(np.asarray(occupied.any(axis=1)), body_first, body_last, centre)
+        ]
+    )
+    spare = np.minimum(free - _MARGIN, 0.5 * MAX_OPENING) - needed
+    return spare, 2.0 * (needed + np.minimum(0.5 * spare, _WISHED_ROOM))
 
 
 def _free(blocked: Mask, body_first: Array, body_last: Array, centre: Array) -> tuple[Array, Array]:

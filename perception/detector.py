@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
 
@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from pinocchio import SE3
 
-from perception.arrays import Array, Mask
+from perception.arrays import Array, Image, Mask
 from perception.frame import Frame, Intrinsics, Workspace
 from perception.grasp import Detection, GraspEstimate
 from perception.height_map import HeightMap, height_map, world_points
@@ -25,7 +25,7 @@ OCCUPIED_HEIGHT = 0.010
 """What stands less than this above the floor does not occupy it [m]."""
 WALL_MARGIN = 0.008
 """How far inside the workspace's sides a grasp or an object has to be [m]."""
-MAX_DEPTH = 5.0
+FARTHEST = 5.0
 """Farther is not believed [m]."""
 _STRIDE = 3  # network pixels to a pixel of the mask of where grasps are allowed
 
@@ -63,8 +63,10 @@ class GraspDetector:
         if reason:
             return _nothing(frame, reason)
         depth = np.asarray(frame.depth, dtype=np.float32)
-        depth = np.where((depth > 0.0) & (depth < MAX_DEPTH), depth, np.float32(np.nan))
-        square = central_square(depth.shape, frame.intrinsics, _support_depth(frame, workspace))
+        depth = np.where((depth > 0.0) & (depth < FARTHEST), depth, np.float32(np.nan))
+        square = central_square(
+            depth.shape, frame.intrinsics, _support_depth(depth, frame.wTc, workspace)
+        )
         part = depth[square.v0 : square.v0 + square.size, square.u0 : square.u0 + square.size]
         if not np.isfinite(part).any():
             return _nothing(frame, "no depth was measured in the middle of the image")
@@ -77,13 +79,10 @@ class GraspDetector:
         floor = _level(scene) if workspace is None else workspace.floor
         allowed = _allowed(prepared, frame, workspace, floor)
         occupied = _occupied_area(scene, workspace, floor)
+        crop = (float(square.u0), float(square.v0), float(square.size))
 
         if not allowed.any():
-            return replace(
-                _nothing(frame, "nothing stands out in the workspace"),
-                crop=(float(square.u0), float(square.v0), float(square.size)),
-                occupied_area=occupied,
-            )
+            return _nothing(frame, "nothing stands out in the workspace", crop, occupied)
         maps = grasp_maps(self._network(prepared.network_input), allowed)
         candidates = find_candidates(maps)
         grasps = _grasps(frame, prepared, scene, candidates, workspace, floor)
@@ -97,7 +96,7 @@ class GraspDetector:
             grasps=grasps,
             reason=reason,
             quality=maps.quality,
-            crop=(float(square.u0), float(square.v0), float(square.size)),
+            crop=crop,
             occupied_area=occupied,
             stamp=frame.stamp,
         )
@@ -114,7 +113,7 @@ def _unusable(frame: Frame) -> str:
         return "the camera's pose is not finite"
     if frame.wTc.rotation[2, 2] > -0.5:
         return "the camera does not look down"
-    valid = np.isfinite(depth) & (depth > 0.0) & (depth < MAX_DEPTH)
+    valid = np.isfinite(depth) & (depth > 0.0) & (depth < FARTHEST)
     if valid.mean() < 0.02:
         return "hardly any depth was measured"
     if np.ptp(depth[valid]) == 0.0:
@@ -122,26 +121,29 @@ def _unusable(frame: Frame) -> str:
     return ""
 
 
-def _nothing(frame: Frame, reason: str) -> Detection:
+def _nothing(
+    frame: Frame,
+    reason: str,
+    crop: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    occupied: float = np.nan,
+) -> Detection:
     return Detection(
         grasps=(),
         reason=reason,
         quality=np.zeros((SIZE, SIZE), dtype=np.float32),
-        crop=(0.0, 0.0, 0.0),
-        occupied_area=0.0,
+        crop=crop,
+        occupied_area=occupied,
         stamp=frame.stamp,
     )
 
 
-def _support_depth(frame: Frame, workspace: Workspace | None) -> float:
+def _support_depth(depth: Image, wTc: SE3, workspace: Workspace | None) -> float:
     """Depth of what the objects stand on, where the optical axis meets it [m]."""
     if workspace is not None:
-        to_floor = workspace.floor - frame.wTc.translation[2]
-        along_axis = float(to_floor / frame.wTc.rotation[2, 2])
+        along_axis = float((workspace.floor - wTc.translation[2]) / wTc.rotation[2, 2])
         if along_axis > 0.0:
             return along_axis
-    depth = frame.depth[(frame.depth > 0.0) & (frame.depth < MAX_DEPTH)]
-    return float(np.median(depth))
+    return float(np.nanmedian(depth))
 
 
 def _level(scene: HeightMap) -> float:

@@ -15,7 +15,7 @@ from controller import HolisticController, robot_model
 from hw import Fault, FaultKind, RobotState, SimClock
 from hw.gate import Gate
 from hw.sim import Box, Placed, Plane, SimObject, World
-from hw.sim.robot import SimRobot
+from hw.sim.robot import Dynamics, SimRobot
 from perception import GraspDetector
 
 TABLE_TOP = 0.5
@@ -88,19 +88,20 @@ BUTTON = Fault(kind=FaultKind.EMERGENCY_STOP, text="emergency stop pressed", cle
 class Stage:
     """Runs one leaf as the session would."""
 
-    def __init__(
-        self, world: World | None = None, robot: str = "frankie", eyes_detector: object = None
-    ) -> None:
+    def __init__(self, world: World | None = None, robot: str = "frankie") -> None:
         self.clock = SimClock()
         self.world = world or table_world()
-        self.robot = Stubborn(robot_model(robot), self.world, self.clock, seed=1)
+        slow_camera = Dynamics(frame_rate=10.0)  # rendering takes most of the time of a test
+        self.robot = Stubborn(
+            robot_model(robot), self.world, self.clock, seed=1, dynamics=slow_camera
+        )
         self.controller = HolisticController(robot_model(robot))
         self.gate = Gate(self.robot, self.controller.model.limits, 0.01)
         self.context = Context(
             robot=self.robot,
             model=self.controller.model,
             clock=self.clock,
-            eyes=Eyes(self.robot, object()),
+            eyes=Eyes(self.robot, detector()),
             state=self.robot.read(),
         )
         self._ticks = 0

@@ -248,7 +248,7 @@ FAR = Region(
 def test_place_sets_the_object_down_where_it_is_free():
     stage = held_block_stage()
     stage.run(RetreatCheck("retreat_check", stage.context))
-    leaf = Place("place", stage.context, on=FAR)
+    leaf = Place("place", stage.context, on=FAR, pitch_m=0.13)
     assert stage.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == "placed on table, place 1"
     thing = stage.world.find("block")
@@ -269,7 +269,7 @@ def test_place_fails_without_anything_to_place():
     stage = Stage()
     stage.robot.grip(0.0, 20.0)
     stage.run_for(None, 1.0)
-    leaf = Place("place", stage.context, on=ON_TABLE)
+    leaf = Place("place", stage.context, on=ON_TABLE, pitch_m=0.13)
     assert stage.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "nothing left between the fingers"
 
@@ -277,14 +277,14 @@ def test_place_fails_without_anything_to_place():
 def test_place_fails_when_every_place_is_taken():
     stage = held_block_stage()
     stage.context.log.places_used["table"] = 9
-    leaf = Place("place", stage.context, on=ON_TABLE)
+    leaf = Place("place", stage.context, on=ON_TABLE, pitch_m=0.13)
     assert stage.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "all 9 places on table are taken"
 
 
 def test_place_fails_on_a_fault_and_when_it_cannot_get_there():
     stage = held_block_stage()
-    leaf = Place("place", stage.context, on=FAR)
+    leaf = Place("place", stage.context, on=FAR, pitch_m=0.13)
     stage.run_for(leaf, 0.1)
     stage.robot.faults = (REFLEX,)
     assert stage.run(leaf) is Status.FAILURE

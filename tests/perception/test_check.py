@@ -54,8 +54,14 @@ def test_across_a_box_is_good_and_along_it_is_too_wide() -> None:
     assert across["score"] > 0.9
     assert across["width"] == pytest.approx(0.04, abs=0.003)
     assert across["top"] == pytest.approx(FLOOR + 0.05, abs=1e-4)
-    assert across["z"] == pytest.approx(FLOOR + 0.05 - MAX_DEPTH, abs=1e-4)
+    assert across["z"] == pytest.approx(FLOOR + 0.025, abs=1e-4)  # half its height
     assert judge(where, 30)["score"] == 0.0
+
+
+def test_tall_things_are_not_grasped_too_deep_for_the_palm() -> None:
+    found = judge(scene(box(0, 0, 0.04, 0.04, 0.10)), 90)
+    assert found["z"] == pytest.approx(FLOOR + 0.10 - MAX_DEPTH, abs=1e-4)
+    assert found["z"] + PALM > FLOOR + 0.10
 
 
 def test_the_centre_moves_to_the_middle_between_the_contacts() -> None:

@@ -194,6 +194,7 @@ def test_unusable_frames_give_a_reason_and_no_exception(
     assert found.grasps == ()
     assert found.reason
     assert "\n" not in found.reason
+    assert np.isnan(found.occupied_area)  # not known, which is not the same as empty
 
 
 @pytest.mark.parametrize("seed", range(4))
