@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -18,6 +20,11 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Taskable reactive mobile manipulation: a behaviour tree in YAML, a robot that does it.",
 )
+
+bench = typer.Typer(
+    no_args_is_help=True, help="Figures that anybody can repeat: speed, accuracy, the main job."
+)
+app.add_typer(bench, name="bench")
 
 
 class RobotChoice(StrEnum):
@@ -38,6 +45,38 @@ def _refuse(message: str) -> NoReturn:
     """Say what is wrong with the input and end with exit code 2."""
     Console(stderr=True).print(message, soft_wrap=True, highlight=False, markup=False)
     raise typer.Exit(EXIT_BAD_INPUT)
+
+
+@contextmanager
+def _bad_input() -> Iterator[None]:
+    """Turn every error that a person can mend into one line and exit code 2."""
+    from app.folder import FolderError
+    from app.monitor import RecorderError
+    from hw.sim import SceneError
+    from perception import WeightsError
+    from trees.language import LeafError, TaskFileError
+
+    try:
+        yield
+    except (
+        FolderError,
+        LeafError,
+        RecorderError,
+        SceneError,
+        TaskFileError,
+        WeightsError,
+    ) as error:
+        _refuse(str(error))
+
+
+def _find(tree: str) -> Path:
+    """The file of a task that is given by path or name."""
+    from trees import UnknownTreeError, find
+
+    try:
+        return find(tree)
+    except UnknownTreeError as error:
+        _refuse(str(error))
 
 
 def _parameters(values: list[str]) -> dict[str, str]:
@@ -67,18 +106,12 @@ def run(
     ] = False,
 ) -> None:
     """Run a task; leaves a folder with a recording and a summary."""
-    from app.folder import FolderError
-    from app.monitor import RecorderError
     from app.run import RunOptions, run_task
-    from hw.sim import SceneError
-    from perception import WeightsError
-    from trees import UnknownTreeError, find
-    from trees.language import LeafError, TaskFileError
 
-    try:
+    with _bad_input():
         result = run_task(
             RunOptions(
-                tree=find(tree),
+                tree=_find(tree),
                 robot=robot.value,
                 scene=scene,
                 seed=seed,
@@ -88,16 +121,6 @@ def run(
                 weights=weights,
             )
         )
-    except (
-        FolderError,
-        LeafError,
-        RecorderError,
-        SceneError,
-        TaskFileError,
-        UnknownTreeError,
-        WeightsError,
-    ) as error:
-        _refuse(str(error))
     for_people = Console(stderr=as_json)
     if as_json:
         print(result.summary.to_json())
@@ -113,17 +136,16 @@ def check(
     trees: Annotated[list[str], typer.Argument(help="Task files, or names of shipped tasks.")],
 ) -> None:
     """Name every mistake in task files; ends with exit code 2 if there is one."""
-    from trees import UnknownTreeError, find
     from trees.language import LeafError, Severity
     from trees.language import check as mistakes_in
 
     console = Console()
     errors = 0
     for tree in trees:
+        path = _find(tree)
         try:
-            path = find(tree)
             mistakes = mistakes_in(path)
-        except (LeafError, UnknownTreeError) as error:
+        except LeafError as error:
             _refuse(str(error))
         for mistake in mistakes:
             console.print(str(mistake), soft_wrap=True, highlight=False, markup=False)
@@ -133,6 +155,35 @@ def check(
             console.print(f"{path}: good", highlight=False, markup=False)
     if errors:
         raise typer.Exit(EXIT_BAD_INPUT)
+
+
+@bench.command("pick-place")
+def bench_pick_place(
+    tree: Annotated[str, typer.Argument(help="A task file or a shipped task.")] = "pick_place",
+    robot: Annotated[RobotChoice, typer.Option(help="Who does it.")] = RobotChoice.SIM,
+    scene: Annotated[str, typer.Option(help="A shipped scene or a scene file.")] = "household",
+    seeds: Annotated[str, typer.Option(help="First and last seed.", metavar="A-B")] = "0-4",
+    record: Annotated[Path, typer.Option(help="Folder for the folders of runs.")] = Path("runs"),
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write figures here.")] = None,
+) -> None:
+    """Run the main job for several seeds and print a row for each."""
+    from app.bench import pick_place
+    from app.run import RunOptions
+
+    first, dash, last = seeds.partition("-")
+    if not (first.isdigit() and (last.isdigit() or not dash)):
+        _refuse(f"--seeds {seeds}: give the first and the last seed, for example 0-4")
+    console = Console()
+    with _bad_input():
+        options = RunOptions(tree=_find(tree), robot=robot.value, scene=scene, record=record)
+        summaries = pick_place.bench_pick_place(
+            options,
+            range(int(first), int(last or first) + 1),
+            lambda summary: summary.show(Console(stderr=True)),
+        )
+    console.print(pick_place.pick_place_table(summaries))
+    if json_file is not None:
+        pick_place.write_json(summaries, json_file)
 
 
 def main() -> None:

@@ -217,7 +217,7 @@ def manipulability(J: Array) -> tuple[float, Array]:
     m = float(np.sqrt(max(np.linalg.det(A), 0.0)))
     if m < 1e-9:
         return m, np.zeros(J.shape[1])
-    B = np.linalg.solve(A, J)
+    B = np.asarray(np.linalg.solve(A, J), dtype=np.float64)
     v, w, b, c = J[:3], J[3:], B[:3], B[3:]
     later = _cross(v, b) + _cross(w, c)
     earlier = _cross(b, w)

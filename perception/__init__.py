@@ -8,7 +8,7 @@ Frames come in by shape alone (`Frame`, `Workspace`), so that any camera will do
 from perception.detector import GraspDetector
 from perception.frame import Frame, Intrinsics, Workspace
 from perception.grasp import Detection, GraspEstimate
-from perception.network import WeightsError
+from perception.maps import WeightsError
 from perception.tracker import GraspTracker
 
 __all__ = [

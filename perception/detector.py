@@ -14,7 +14,7 @@ from perception.arrays import Array, Image, Mask
 from perception.frame import Frame, Intrinsics, Workspace
 from perception.grasp import Detection, GraspEstimate
 from perception.height_map import HeightMap, height_map, world_points
-from perception.network import SIZE, Inference, load_network
+from perception.maps import SIZE
 from perception.postprocess import Candidates, find_candidates, grasp_maps
 from perception.preprocess import Prepared, central_square, prepare
 from perception.refine import refine
@@ -41,6 +41,8 @@ class GraspDetector:
     """
 
     def __init__(self, weights: Path | None = None) -> None:
+        from perception.network import Inference, load_network  # torch takes a second to import
+
         if weights is None:
             with as_file(files("perception") / "weights" / "ggcnn.safetensors") as path:
                 network = load_network(path)

@@ -82,14 +82,19 @@ def height_map(points: Array, wTc: SE3) -> HeightMap:
         points: (..., 3) world points, all finite [m].
         wTc: where they were seen from.
     """
-    flat = points.reshape(-1, 3)
-    near = (np.abs(flat[:, :2] - wTc.translation[:2]) < REACH).all(axis=1)
-    flat = flat[near] if near.any() else flat[:1]
-    origin = flat[:, :2].min(axis=0)
-    column, row = np.rint((flat[:, :2] - origin) / CELL).astype(np.int64).T
+    x, y, z = np.ascontiguousarray(points.reshape(-1, 3).T)
+    near = np.abs(x - wTc.translation[0]) < REACH
+    near &= np.abs(y - wTc.translation[1]) < REACH
+    if near.any():
+        x, y, z = x[near], y[near], z[near]
+    else:
+        x, y, z = x[:1], y[:1], z[:1]
+    origin = np.array([x.min(), y.min()])
+    column = np.rint((x - origin[0]) / CELL).astype(np.int64)
+    row = np.rint((y - origin[1]) / CELL).astype(np.int64)
     shape = (int(row.max()) + 1, int(column.max()) + 1)
     heights = np.full(shape, -np.inf, dtype=np.float32)
-    np.maximum.at(heights.ravel(), row * shape[1] + column, flat[:, 2].astype(np.float32))
+    np.maximum.at(heights.ravel(), row * shape[1] + column, z.astype(np.float32))
     heights = -fill(-heights, np.isinf(heights))
     return HeightMap(
         heights=np.asarray(cv2.medianBlur(heights, 3), dtype=np.float32), origin=origin

@@ -24,16 +24,9 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 from torch.nn import functional
 
-SIZE = 300
-"""Side of the square that the network sees [px]."""
-WIDTH_SCALE = 150.0
-"""The width map is the opening in network pixels divided by this, as published."""
+from perception.maps import WeightsError
 
 _HEADS = ("pos_output", "cos_output", "sin_output", "width_output")
-
-
-class WeightsError(Exception):
-    """Weights that are missing or do not fit the network; the text says how to mend it."""
 
 
 class GGCNN(nn.Module):
@@ -125,12 +118,12 @@ def evaluate(kernels: Rewritten, image: Tensor) -> Tensor:
     """Same result as `GGCNN.forward` to rounding, several times faster on a processor."""
     x = image
     for weight, bias, stride, padding in kernels.down:
-        x = functional.relu(functional.conv2d(x, weight, bias, stride=stride, padding=padding))
+        x = functional.conv2d(x, weight, bias, stride=stride, padding=padding).relu_()
     for index, (weight, bias, factor) in enumerate(kernels.up):
         # The last enlargement has one row and column more than a multiple of its factor.
         last = index == len(kernels.up) - 1
         x = functional.pad(x, (1, 2, 1, 2)) if last else functional.pad(x, (1, 1, 1, 1))
-        x = functional.pixel_shuffle(functional.relu(functional.conv2d(x, weight, bias)), factor)
+        x = functional.pixel_shuffle(functional.conv2d(x, weight, bias).relu_(), factor)
     height, width = image.shape[2:]
     x = x[:, :, : height + 1, : width + 1]
     return functional.conv2d(x, *kernels.head)

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from perception.arrays import Array, Image, Indices, Mask
-from perception.network import WIDTH_SCALE
+from perception.maps import WIDTH_SCALE
 
 SMOOTHING = 2.0
 """Standard deviation of the blur of quality, cosine and sine [px]."""

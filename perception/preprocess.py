@@ -17,7 +17,7 @@ import numpy as np
 
 from perception.arrays import Array, Image, Mask
 from perception.frame import Intrinsics
-from perception.network import SIZE
+from perception.maps import SIZE
 
 METRES_PER_PIXEL = 0.0015
 """Length that one network pixel covers at the depth of what the objects stand on [m]."""

@@ -18,7 +18,8 @@ import torch
 from torch import Tensor
 
 from perception.arrays import Image, Indices
-from perception.network import GGCNN, SIZE, WIDTH_SCALE, evaluate, rewritten
+from perception.maps import SIZE, WIDTH_SCALE
+from perception.network import GGCNN, evaluate, rewritten
 
 LABEL_STRIDE = 3
 """Network pixels to a label; labels stand for the square of that side around them."""

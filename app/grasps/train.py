@@ -1,6 +1,6 @@
 """Make the grasp network's weights from nothing: render scenes, label them, train.
 
-    python -m app.grasps.train --images 4200 --steps 6000 --seed 0 --out ggcnn.safetensors
+    python -m app.grasps.train --images 4200 --steps 3600 --seed 0 --out ggcnn.safetensors
 
 Counting steps, the same numbers give the same weights; with `--minutes` training fits into a time.
 """

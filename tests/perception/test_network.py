@@ -8,10 +8,10 @@ import pytest
 import torch
 from safetensors.torch import save_file
 
+from perception.maps import WeightsError
 from perception.network import (
     GGCNN,
     Inference,
-    WeightsError,
     evaluate,
     load_network,
     read_metadata,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hw import Intrinsics
-from perception.network import WIDTH_SCALE
+from perception.maps import WIDTH_SCALE
 from perception.postprocess import find_candidates, grasp_maps
 from perception.preprocess import METRES_PER_PIXEL, Square, central_square, fill, prepare
 
