@@ -20,8 +20,6 @@ _ABOVE_POSITION, _ABOVE_ANGLE = 0.006, np.deg2rad(3.0)
 """How well the hand must stand over the locked grasp before it goes down [m, rad]."""
 _OTHER_TARGET = 0.03
 """A grasp that jumps this far is another one, and gets the full time to be reached [m]."""
-_FINGER_ROOM = 0.02
-"""Opening beyond the width of the object while the fingers go down [m]."""
 
 
 class Grasp(Leaf):
@@ -100,7 +98,7 @@ class Grasp(Leaf):
             return self.running(f"following, {report.position_error:.3f} m to go")
         if report.position_error > _ABOVE_POSITION or report.orientation_error > _ABOVE_ANGLE:
             return self.running(f"locked, {report.position_error:.3f} m to go")
-        self.context.robot.grip(grasp.width + _FINGER_ROOM, self._force)
+        self.context.robot.grip(grasp.opening, self._force)
         self._locked = grasp
         self._progress = Progress()
         self._phase = self._descend
