@@ -20,7 +20,8 @@ class RetreatCheck(Leaf):
     """Rise, and check on the way that the hand holds something.
 
     Fails when the fingers closed fully or the arm has a fault (Haviland 2022, section V), so that
-    the tree tries again. A grasp that failed is remembered and not chosen again.
+    the tree tries again. Fingers that still close on the way up hold nothing: they are waited for.
+    A grasp that failed is remembered and not chosen again while there are others.
 
     Args:
         rise_m: how far to lift the hand [m].
@@ -48,6 +49,8 @@ class RetreatCheck(Leaf):
         if width < CLOSED:
             return self._missed("the fingers closed on nothing")
         report = self.pursue(self._goal)
+        if context.state.gripper_moving:
+            return self.running("the fingers are slipping off")
         if report is not None and report.position_error <= self._goal.position_tolerance:
             context.eyes.tracker.forget()
             return self.success(f"holding something {1000 * width:.0f} mm wide")

@@ -205,15 +205,16 @@ def test_retreat_check_fails_when_the_fingers_closed_fully():
     assert leaf.feedback_message == "the fingers closed on nothing"
 
 
-def test_retreat_check_fails_when_the_object_slips_on_the_way_up():
-    """Pressing on the edge of something is not holding it."""
-    stage = Stage(table_world(block(half=(0.02, 0.03, 0.025))))
+@pytest.mark.parametrize("half_width", [0.02, 0.035])
+def test_retreat_check_fails_when_the_object_slips_on_the_way_up(half_width):
+    """Pressing on the edge of a thing is not holding it, even if the fingers take long to close."""
+    stage = Stage(table_world(block(half=(half_width, 0.03, 0.025))))
     tips = looking_down(0.7, 0.0, TABLE_TOP + 0.0575, yaw=np.pi / 2)
     stage.run(navigate(stage, ToolPose(name="tips", wTe=tips)))
     stage.robot.grip(0.0, 20.0)
     stage.run_for(None, 1.0)
     assert stage.world.held is None
-    leaf = RetreatCheck("retreat_check", stage.context)
+    leaf = RetreatCheck("retreat_check", stage.context, rise_m=0.1)
     assert stage.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "the fingers closed on nothing"
 
