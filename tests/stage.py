@@ -11,7 +11,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import Context, Eyes, Leaf, Region
-from controller import HolisticController, robot_model
+from controller import HolisticController, PoseGoal, robot_model
 from hw import Fault, FaultKind, RobotState, SimClock
 from hw.gate import Gate
 from hw.sim import Box, Placed, Plane, SimObject, World
@@ -32,12 +32,14 @@ def detector() -> GraspDetector:
     return GraspDetector()
 
 
-def block(half=(0.02, 0.03, 0.025), x: float = 0.7, y: float = 0.0, name="block") -> SimObject:
+def block(
+    half=(0.02, 0.03, 0.025), x: float = 0.7, y: float = 0.0, name="block", mass: float = 0.1
+) -> SimObject:
     """A wooden block standing on the table."""
     return SimObject(
         name=name,
         parts=(Placed(Box(half), SE3.Identity(), name),),
-        mass=0.1,
+        mass=mass,
         pose=SE3(np.eye(3), np.array([x, y, TABLE_TOP + half[2]])),
     )
 
@@ -117,6 +119,18 @@ class Stage:
         context.end_tick(report)
         self._ticks += 1
         self.clock.sleep_until(self._ticks * 0.01)
+
+    def reach(self, goal: PoseGoal) -> None:
+        """Bring the hand to a goal without any leaf."""
+        for _ in range(1500):
+            state = self.robot.read()
+            command, report = self.controller.step(state, goal, self.gate.applied)
+            self.gate.send(command, state, self.clock.now())
+            self._ticks += 1
+            self.clock.sleep_until(self._ticks * 0.01)
+            if report.arrived:
+                return
+        raise AssertionError(f"not there: {report}")
 
     def run(self, leaf: Leaf, seconds: float = 30.0) -> Status:
         """Tick until the leaf ends; RUNNING if it does not in time."""

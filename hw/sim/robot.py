@@ -191,9 +191,14 @@ class SimRobot:
         else:
             self._qd = self._qd + (1.0 - exp(-dt / d.arm_lag)) * (command.qd - self._qd)
             self._q = self._q + self._qd * dt
-        step = d.finger_speed * dt
-        self._width += float(np.clip(self._width_goal - self._width, -step, step))
+        self._move_fingers(d.finger_speed * dt)
         self._touch()
+
+    def _move_fingers(self, step: float) -> None:
+        """A step towards the width that is wanted; slipping fingers slide along what is between."""
+        width = self._width + float(np.clip(self._width_goal - self._width, -step, step))
+        if self._slipping_from is None or self.world.collision(self._wTe(), width) is None:
+            self._width = width
 
     def _touch(self) -> None:
         """Carry what is held, slip off what is not, trip the reflex if the hand hits something."""
@@ -202,7 +207,7 @@ class SimRobot:
         if self._slipping_from is not None:
             moved = np.linalg.norm(wTe.translation - self._slipping_from.translation)
             if moved > self._dynamics.slip_distance:
-                self._width_goal, self._slipping_from = self._slipped_width, None
+                self._width_goal = self._slipped_width
         hit = self.world.collision(wTe, self._width)
         if hit is None:
             self._forgiven = None
