@@ -1,7 +1,5 @@
 """How often the first choice of grasp works, on scenes that were never trained on.
 
-    python -m app.grasps.evaluate --scenes 20
-
 The camera comes down on the tracked grasp as it does on the robot, until the grasp is locked. Then
 the hand goes straight down and closes: the grasp works if nothing is touched on the way and the
 fingers hold. The object is taken away, and the next one is tried until the container is empty.
@@ -9,10 +7,7 @@ fingers hold. The object is taken away, and the next one is tried until the cont
 
 from __future__ import annotations
 
-import argparse
 from collections import Counter
-from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from pinocchio import SE3
@@ -23,7 +18,8 @@ from hw.sim import D435Noise, DepthRenderer, World, hand_shapes, load_scene
 from hw.sim.robot import CAMERA, TOOL_TO_CAMERA
 from perception import Detection, GraspDetector, GraspEstimate, GraspTracker, Workspace
 
-_FIRST_SEED = 1_000_000
+FIRST_SEED = 1_000_000
+"""Seeds from here on are not trained on."""
 _STANDOFF = 0.12
 _FRAMES = 40
 _APPROACH = 0.2  # share of the remaining way in one frame
@@ -37,29 +33,16 @@ _CONTAINER = Region(
 _ABOVE = SE3(np.diag([1.0, -1.0, -1.0]), np.array([2.935, 0.0, 0.85]))
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Run from the command line.
+def evaluate(detector: GraspDetector, scene: str, seeds: range) -> Counter[str]:
+    """Empty one container for every seed; how often each attempt ended in which way.
 
-    Args:
-        arguments: of the command line; None takes those of the process.
+    Raises:
+        SceneError: there is no such scene, or it is not a good one.
     """
-    parser = argparse.ArgumentParser(prog="frankie-task grasp eval", description=__doc__)
-    parser.add_argument("--scene", default="household", help="name or path of a scene")
-    parser.add_argument("--scenes", type=int, default=20, help="how many seeds of it")
-    parser.add_argument("--weights", type=Path, help="default: those that are shipped")
-    given = parser.parse_args(arguments)
-    detector = GraspDetector(given.weights)
     ends: Counter[str] = Counter()
-    first: Counter[bool] = Counter()
-    for seed in range(_FIRST_SEED, _FIRST_SEED + given.scenes):
-        tried = empty_container(load_scene(given.scene, seed), detector, seed)
-        ends.update(tried)
-        first[tried[0] == "held"] += 1
-    attempts = ends.total()
-    print(f"{given.scene}, {given.scenes} seeds: {ends['held']} of {attempts} grasps held")
-    print(f"success rate {ends['held'] / attempts:.3f}, first in a full container {first[True]}")
-    for end, count in ends.most_common():
-        print(f"{count:5d}  {end}")
+    for seed in seeds:
+        ends.update(empty_container(load_scene(scene, seed), detector, seed))
+    return ends
 
 
 def empty_container(world: World, detector: GraspDetector, seed: int) -> list[str]:
@@ -125,7 +108,3 @@ def execute(world: World, grasp: GraspEstimate) -> str:
         if hit := world.collision(wTe, grasp.opening):
             return f"touched {'a wall' if 'wall' in hit else 'an object'} on the way down"
     return world.close_fingers(grasp.wTg, grasp.opening, 20.0).reason.value
-
-
-if __name__ == "__main__":
-    main()

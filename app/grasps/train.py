@@ -1,14 +1,11 @@
 """Make the grasp network's weights from nothing: render scenes, label them, train.
 
-    python -m app.grasps.train --images 4200 --steps 3600 --seed 0 --out ggcnn.safetensors
-
-Counting steps, the same numbers give the same weights; with `--minutes` training fits into a time.
+Counting steps, the same numbers give the same weights; in minutes, training fits into a time.
 """
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import torch
@@ -21,39 +18,47 @@ from perception.training import Progress, Samples, train
 _REPORT_EVERY = 100
 _SCENES_AT_ONCE = 20
 
+Say = Callable[[str], None]
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Run from the command line.
+
+def make_weights(
+    out: Path,
+    *,
+    images: int,
+    seed: int,
+    steps: int | None,
+    minutes: float,
+    samples_file: Path | None,
+    say: Say,
+) -> None:
+    """Train on rendered scenes and save what comes of it.
 
     Args:
-        arguments: of the command line; None takes those of the process.
+        out: where the weights go, with a note of how they were made.
+        images: how many to render and learn from.
+        seed: of scenes, noise and training.
+        steps: how long to train; None goes by `minutes`.
+        minutes: how long to train [min].
+        samples_file: the rendered images are read from here if it exists, else kept here.
+        say: told now and then how far it is.
     """
-    parser = argparse.ArgumentParser(prog="frankie-task grasp train", description=__doc__)
-    parser.add_argument("--images", type=int, default=4200, help="rendered images to learn from")
-    parser.add_argument("--steps", type=int, help="how many steps to train (repeatable)")
-    parser.add_argument("--minutes", type=float, help="how long to train; default 30")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path, required=True, help="where the weights go")
-    parser.add_argument("--samples", type=Path, help="npz of the images: used, or else written")
-    given = parser.parse_args(arguments)
     torch.set_num_threads(1)
-    samples = _samples(given.images, given.seed, given.samples)
+    samples = _samples(images, seed, samples_file, say)
     reports: list[Progress] = []
-    network = train(
-        samples, seed=given.seed, elapsed=_schedule(given.steps, given.minutes or 30.0, reports)
-    )
+    schedule = _schedule(steps, minutes, reports, say)
+    network = train(samples, seed=seed, elapsed=schedule)
     last = reports[-1]
     metadata = {
         "network": "GG-CNN",
-        "data": f"{len(samples)} images of scenes made by app.grasps.generate, seed {given.seed}",
+        "data": f"{len(samples)} images of scenes made by app.grasps.generate, seed {seed}",
         "training": f"{last.step} steps, final loss {last.loss:.4f}",
         "licence": "Apache-2.0",
     }
-    save_network(network, given.out, metadata)
-    print(f"{given.out}: {metadata['data']}; {metadata['training']}")
+    save_network(network, out, metadata)
+    say(f"{out}: {metadata['data']}; {metadata['training']}")
 
 
-def _samples(images: int, seed: int, path: Path | None) -> Samples:
+def _samples(images: int, seed: int, path: Path | None, say: Say) -> Samples:
     if path is not None and path.is_file():
         return Samples.load(path)
     begun = stopwatch()
@@ -61,7 +66,7 @@ def _samples(images: int, seed: int, path: Path | None) -> Samples:
     made = []
     for first in range(0, scenes, _SCENES_AT_ONCE):
         made += generate(min(_SCENES_AT_ONCE, scenes - first), seed, first)
-        print(f"{len(made)} of {scenes * VIEWS} images, {stopwatch() - begun:.0f} s", flush=True)
+        say(f"{len(made)} of {scenes * VIEWS} images, {stopwatch() - begun:.0f} s")
     samples = Samples(made)
     if path is not None:
         samples.save(path)
@@ -69,7 +74,7 @@ def _samples(images: int, seed: int, path: Path | None) -> Samples:
 
 
 def _schedule(
-    steps: int | None, minutes: float, reports: list[Progress]
+    steps: int | None, minutes: float, reports: list[Progress], say: Say
 ) -> Callable[[Progress], float]:
     """What `train` asks before every step: how much of it is over."""
     begun = stopwatch()
@@ -77,14 +82,7 @@ def _schedule(
     def part(progress: Progress) -> float:
         reports[:] = [progress]
         if progress.step % _REPORT_EVERY == 0:
-            print(
-                f"step {progress.step}, loss {progress.loss:.4f}, {stopwatch() - begun:.0f} s",
-                flush=True,
-            )
+            say(f"step {progress.step}, loss {progress.loss:.4f}, {stopwatch() - begun:.0f} s")
         return progress.step / steps if steps else (stopwatch() - begun) / (60.0 * minutes)
 
     return part
-
-
-if __name__ == "__main__":
-    main()
