@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from behaviours.leaf import Leaf
+from behaviours.leaf import FINGER_PATIENCE, Leaf
 from behaviours.retreat_check import CLOSED
 from hw import HAND_OPENING
 
@@ -34,7 +34,8 @@ class OpenGripper(Leaf):
         state = self.context.state
         if state.gripper_width >= _OPEN:
             return self.success("open")
-        if state.gripper_moving or self.context.clock.now() <= self._since:
+        waited = self.context.clock.now() - self._since
+        if waited <= 0.0 or (state.gripper_moving and waited < FINGER_PATIENCE):
             return self.running(f"opening, {1000 * state.gripper_width:.0f} mm")
         return self.failure(f"the fingers stopped at {1000 * state.gripper_width:.0f} mm")
 

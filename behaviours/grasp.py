@@ -9,7 +9,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.leaf import Leaf, Progress
+from behaviours.leaf import FINGER_PATIENCE, Leaf, Progress
 from behaviours.names import Region
 from controller import PoseGoal, StepReport
 from perception import GraspEstimate
@@ -122,6 +122,8 @@ class Grasp(Leaf):
     def _close(self) -> Status:
         """Wait for the fingers, the hand at rest."""
         state, now = self.context.state, self.context.clock.now()
+        if state.gripper_moving and now - self._closing_since > FINGER_PATIENCE:
+            return self.failure(f"the fingers still move after {FINGER_PATIENCE:g} s")
         if state.gripper_moving or now <= self._closing_since:
             return self.running(f"closing, {1000 * state.gripper_width:.0f} mm")
         self.context.log.attempt(self._begun, now)

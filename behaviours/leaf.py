@@ -12,6 +12,9 @@ from behaviours.context import Context
 from controller import MotionGoal, StepReport
 from hw import HardwareError
 
+FINGER_PATIENCE = 3.0
+"""Fingers that still move after this do not do what they were told [s]."""
+
 
 class LeafCrashedError(Exception):
     """A leaf raised an exception: a mistake in its code, not in the task.

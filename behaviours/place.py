@@ -12,7 +12,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.leaf import Leaf, Progress
+from behaviours.leaf import FINGER_PATIENCE, Leaf, Progress
 from behaviours.names import Region
 from behaviours.retreat_check import CLOSED
 from controller import PoseGoal
@@ -98,6 +98,8 @@ class Place(Leaf):
 
     def _open(self) -> Status:
         now = self.context.clock.now()
+        if self.context.state.gripper_moving and now - self._opening_since > FINGER_PATIENCE:
+            return self.failure(f"the fingers still move after {FINGER_PATIENCE:g} s")
         if self.context.state.gripper_moving or now <= self._opening_since:
             return self.running("letting go")
         log = self.context.log

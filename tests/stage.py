@@ -64,10 +64,12 @@ class Stubborn(SimRobot):
     blind = False
     stuck = False
     incurable = False
+    restless = False
 
     def read(self) -> RobotState:
         state = super().read()
-        return replace(state, faults=(*state.faults, *self.faults))
+        moving = state.gripper_moving or self.restless
+        return replace(state, faults=(*state.faults, *self.faults), gripper_moving=moving)
 
     def recover(self) -> None:
         super().recover()

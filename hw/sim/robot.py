@@ -83,8 +83,10 @@ class SimRobot:
         self._qd = np.zeros(7)
         self._width = HAND_OPENING
         self._width_goal = HAND_OPENING
-        self._slipping_from: SE3 | None = None
-        self._slipped_width = 0.0
+        self._fingers_move = False
+        self._pressing_from: SE3 | None = None
+        self._wanted_width = HAND_OPENING
+        self._slipping = False
         self._reflex: str | None = None
         self._forgiven: str | None = None
         self._last_frame = -1
@@ -111,7 +113,7 @@ class SimRobot:
             q=self._q,
             qd=self._qd,
             gripper_width=self._width,
-            gripper_moving=self._width != self._width_goal,
+            gripper_moving=self._fingers_move,
             faults=faults,
         )
 
@@ -142,13 +144,15 @@ class SimRobot:
         if width > self._width:
             self.world.open_fingers()
             self._width_goal = min(width, HAND_OPENING)
-            self._slipping_from = None
+            self._pressing_from = None
         else:
             wTe = self._wTe()
             outcome = self.world.close_fingers(wTe, self._width, force, width)
             self._width_goal = outcome.width
             if outcome.holding is None:
-                self._slipping_from, self._slipped_width = wTe, width
+                self._pressing_from, self._wanted_width = wTe, width
+        self._slipping = False
+        self._fingers_move = self._width != self._width_goal
 
     def depth(self) -> DepthFrame | None:
         """The newest frame of the camera, rendered when it is asked for."""
@@ -197,17 +201,20 @@ class SimRobot:
     def _move_fingers(self, step: float) -> None:
         """A step towards the width that is wanted; slipping fingers slide along what is between."""
         width = self._width + float(np.clip(self._width_goal - self._width, -step, step))
-        if self._slipping_from is None or self.world.collision(self._wTe(), width) is None:
-            self._width = width
+        if self._slipping and self.world.collision(self._wTe(), width):
+            width = self._width
+        self._fingers_move = width != self._width
+        self._width = width
 
     def _touch(self) -> None:
         """Carry what is held, slip off what is not, trip the reflex if the hand hits something."""
         wTe = self._wTe()
         self.world.carry(wTe)
-        if self._slipping_from is not None:
-            moved = np.linalg.norm(wTe.translation - self._slipping_from.translation)
+        if self._pressing_from is not None:
+            moved = np.linalg.norm(wTe.translation - self._pressing_from.translation)
             if moved > self._dynamics.slip_distance:
-                self._width_goal = self._slipped_width
+                self._slipping, self._pressing_from = True, None
+                self._width_goal = self._wanted_width
         hit = self.world.collision(wTe, self._width)
         if hit is None:
             self._forgiven = None

@@ -173,6 +173,18 @@ def test_open_gripper_fails_on_a_fault_and_on_fingers_that_stop():
     assert leaf.feedback_message == "the fingers stopped at 30 mm"
 
 
+def test_fingers_that_never_stop_are_not_waited_for():
+    stage = held_block_stage()
+    stage.robot.restless = True
+    leaf = OpenGripper("open_gripper", stage.context)
+    stage.robot.grip = lambda width, force: None
+    assert stage.run(leaf, seconds=5.0) is Status.FAILURE
+    assert re.fullmatch("the fingers stopped at 4[01] mm", leaf.feedback_message)
+    leaf = Place("place", stage.context, on=FAR, pitch_m=0.13)
+    assert stage.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "the fingers still move after 3 s"
+
+
 def test_holding_object_tells_something_from_nothing():
     stage = held_block_stage()
     leaf = HoldingObject("holding_object", stage.context)

@@ -125,6 +125,14 @@ def test_a_hand_that_does_not_move_gives_up():
     assert leaf.feedback_message.startswith("cannot get above the grasp")
 
 
+def test_fingers_that_never_stop_end_the_grasp():
+    stage = looking_stage(block())
+    stage.robot.restless = True
+    leaf = grasp(stage)
+    assert stage.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "the fingers still move after 3 s"
+
+
 @pytest.mark.parametrize("after", [0.0, 0.3, 1.2, 2.0])
 def test_a_grasp_may_be_halted_at_any_tick(after):
     stage = looking_stage(block())

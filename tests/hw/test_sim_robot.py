@@ -124,6 +124,16 @@ def rotation_error(here: SE3, there: SE3) -> np.ndarray:
     return here.rotation @ pin.log3(here.rotation.T @ there.rotation)
 
 
+def rise(robot: SimRobot, clock: SimClock) -> None:
+    """The hand straight up at 0.2 m/s, for a second."""
+    model = robot_model("frankie")
+    for _ in range(100):
+        _, J = model.arm_jacobian(robot.read().q)
+        qd = np.linalg.pinv(J) @ np.array([0.0, 0.0, 0.2, 0.0, 0.0, 0.0])
+        robot.send(Command(base_twist=np.zeros(3), qd=qd))
+        clock.sleep_until(clock.now() + 0.01)
+
+
 def test_fingers_close_on_what_is_between_them_and_carry_it():
     robot, clock = make(block())
     at_block(robot).grip(0.0, 20.0)
@@ -147,6 +157,21 @@ def test_fingers_that_stop_before_the_object_do_not_take_it():
     clock.sleep_until(1.0)
     assert robot.read().gripper_width == pytest.approx(0.06)
     assert robot.world.held is None
+
+
+def test_fingers_that_press_on_what_they_cannot_hold_stop_and_slip_off_when_the_hand_rises():
+    robot, clock = make(block(mass=20.0))
+    at_block(robot).grip(0.0, 20.0)
+    clock.sleep_until(1.0)
+    state = robot.read()
+    assert robot.world.held is None
+    assert not state.gripper_moving
+    assert state.gripper_width == pytest.approx(0.04, abs=0.001)
+    rise(robot, clock)
+    state = robot.read()
+    assert state.gripper_width == 0.0
+    assert not state.gripper_moving
+    assert state.faults == ()
 
 
 def test_running_into_something_trips_the_reflex_until_it_is_cleared():
