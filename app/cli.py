@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
 from rich.console import Console
 
+from app.bench.commands import bench
 from app.outcome import EXIT_BAD_INPUT
+from app.refuse import refuse
 
 app = typer.Typer(
     add_completion=False,
@@ -18,6 +20,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Taskable reactive mobile manipulation: a behaviour tree in YAML, a robot that does it.",
 )
+app.add_typer(bench, name="bench")
 
 
 class RobotChoice(StrEnum):
@@ -34,18 +37,12 @@ class Speed(StrEnum):
     MAX = "max"
 
 
-def _refuse(message: str) -> NoReturn:
-    """Say what is wrong with the input and end with exit code 2."""
-    Console(stderr=True).print(message, soft_wrap=True, highlight=False, markup=False)
-    raise typer.Exit(EXIT_BAD_INPUT)
-
-
 def _parameters(values: list[str]) -> dict[str, str]:
     parameters = {}
     for value in values:
         key, equals, text = value.partition("=")
         if not equals or not key:
-            _refuse(f"-p {value}: a parameter is given as key=value, for example -p attempts=3")
+            refuse(f"-p {value}: a parameter is given as key=value, for example -p attempts=3")
         parameters[key] = text
     return parameters
 
@@ -97,7 +94,7 @@ def run(
         UnknownTreeError,
         WeightsError,
     ) as error:
-        _refuse(str(error))
+        refuse(str(error))
     for_people = Console(stderr=as_json)
     if as_json:
         print(result.summary.to_json())
@@ -124,7 +121,7 @@ def check(
             path = find(tree)
             mistakes = mistakes_in(path)
         except (LeafError, UnknownTreeError) as error:
-            _refuse(str(error))
+            refuse(str(error))
         for mistake in mistakes:
             console.print(str(mistake), soft_wrap=True, highlight=False, markup=False)
         bad = sum(mistake.severity is Severity.ERROR for mistake in mistakes)
