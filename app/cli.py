@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
 from rich.console import Console
 
+from app.bench.commands import bench
 from app.outcome import EXIT_BAD_INPUT
+from app.refuse import bad_input, find_tree, refuse
 
 app = typer.Typer(
     add_completion=False,
@@ -21,9 +21,6 @@ app = typer.Typer(
     help="Taskable reactive mobile manipulation: a behaviour tree in YAML, a robot that does it.",
 )
 
-bench = typer.Typer(
-    no_args_is_help=True, help="Figures that anybody can repeat: speed, accuracy, the main job."
-)
 app.add_typer(bench, name="bench")
 grasp = typer.Typer(no_args_is_help=True, help="The grasp network: train it, see how good it is.")
 app.add_typer(grasp, name="grasp")
@@ -43,50 +40,12 @@ class Speed(StrEnum):
     MAX = "max"
 
 
-def _refuse(message: str) -> NoReturn:
-    """Say what is wrong with the input and end with exit code 2."""
-    Console(stderr=True).print(message, soft_wrap=True, highlight=False, markup=False)
-    raise typer.Exit(EXIT_BAD_INPUT)
-
-
-@contextmanager
-def _bad_input() -> Iterator[None]:
-    """Turn every error that a person can mend into one line and exit code 2."""
-    from app.folder import FolderError
-    from app.monitor import RecorderError
-    from hw.sim import SceneError
-    from perception import WeightsError
-    from trees.language import LeafError, TaskFileError
-
-    try:
-        yield
-    except (
-        FolderError,
-        LeafError,
-        RecorderError,
-        SceneError,
-        TaskFileError,
-        WeightsError,
-    ) as error:
-        _refuse(str(error))
-
-
-def _find(tree: str) -> Path:
-    """The file of a task that is given by path or name."""
-    from trees import UnknownTreeError, find
-
-    try:
-        return find(tree)
-    except UnknownTreeError as error:
-        _refuse(str(error))
-
-
 def _parameters(values: list[str]) -> dict[str, str]:
     parameters = {}
     for value in values:
         key, equals, text = value.partition("=")
         if not equals or not key:
-            _refuse(f"-p {value}: a parameter is given as key=value, for example -p attempts=3")
+            refuse(f"-p {value}: a parameter is given as key=value, for example -p attempts=3")
         parameters[key] = text
     return parameters
 
@@ -110,10 +69,10 @@ def run(
     """Run a task; leaves a folder with a recording and a summary."""
     from app.run import RunOptions, run_task
 
-    with _bad_input():
+    with bad_input():
         result = run_task(
             RunOptions(
-                tree=_find(tree),
+                tree=find_tree(tree),
                 robot=robot.value,
                 scene=scene,
                 seed=seed,
@@ -144,11 +103,11 @@ def check(
     console = Console()
     errors = 0
     for tree in trees:
-        path = _find(tree)
+        path = find_tree(tree)
         try:
             mistakes = mistakes_in(path)
         except LeafError as error:
-            _refuse(str(error))
+            refuse(str(error))
         for mistake in mistakes:
             console.print(str(mistake), soft_wrap=True, highlight=False, markup=False)
         bad = sum(mistake.severity is Severity.ERROR for mistake in mistakes)
@@ -157,35 +116,6 @@ def check(
             console.print(f"{path}: good", highlight=False, markup=False)
     if errors:
         raise typer.Exit(EXIT_BAD_INPUT)
-
-
-@bench.command("pick-place")
-def bench_pick_place(
-    tree: Annotated[str, typer.Argument(help="A task file or a shipped task.")] = "pick_place",
-    robot: Annotated[RobotChoice, typer.Option(help="Who does it.")] = RobotChoice.SIM,
-    scene: Annotated[str, typer.Option(help="A shipped scene or a scene file.")] = "household",
-    seeds: Annotated[str, typer.Option(help="First and last seed.", metavar="A-B")] = "0-4",
-    record: Annotated[Path, typer.Option(help="Folder for the folders of runs.")] = Path("runs"),
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write figures here.")] = None,
-) -> None:
-    """Run the main job for several seeds and print a row for each."""
-    from app.bench import pick_place
-    from app.run import RunOptions
-
-    first, dash, last = seeds.partition("-")
-    if not (first.isdigit() and (last.isdigit() or not dash)):
-        _refuse(f"--seeds {seeds}: give the first and the last seed, for example 0-4")
-    console = Console()
-    with _bad_input():
-        options = RunOptions(tree=_find(tree), robot=robot.value, scene=scene, record=record)
-        summaries = pick_place.bench_pick_place(
-            options,
-            range(int(first), int(last or first) + 1),
-            lambda summary: summary.show(Console(stderr=True)),
-        )
-    console.print(pick_place.pick_place_table(summaries))
-    if json_file is not None:
-        pick_place.write_json(summaries, json_file)
 
 
 @grasp.command("train")
@@ -203,7 +133,7 @@ def grasp_train(
     from app.grasps.train import make_weights
 
     if not out.parent.is_dir():
-        _refuse(f"{out}: there is no folder {out.parent}; make it first")
+        refuse(f"{out}: there is no folder {out.parent}; make it first")
     make_weights(
         out,
         images=images,
@@ -225,7 +155,7 @@ def grasp_eval(
     from app.grasps.evaluate import FIRST_SEED, evaluate
     from perception import GraspDetector
 
-    with _bad_input():
+    with bad_input():
         ends = evaluate(GraspDetector(weights), scene, range(FIRST_SEED, FIRST_SEED + scenes))
     attempts = ends.total()
     typer.echo(f"{scene}, {scenes} seeds: {ends['held']} of {attempts} grasps held")

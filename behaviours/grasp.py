@@ -88,7 +88,7 @@ class Grasp(Leaf):
         if np.linalg.norm(grasp.wTg.translation - self._target) > _OTHER_TARGET:
             self._target, self._progress = grasp.wTg.translation, Progress()
         above = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -_LAST_STANDOFF]))
-        report = self.pursue(PoseGoal(wTe=above, speed=0.5), "follow")
+        report = self.pursue(PoseGoal(wTe=above, speed=0.5, straight=True), "follow")
         if report is None:
             return self.running(f"following a grasp of quality {grasp.quality:.2f}")
         if self._stalled(report):
@@ -106,7 +106,7 @@ class Grasp(Leaf):
 
     def _descend(self) -> Status:
         """Straight down on the locked grasp."""
-        goal = PoseGoal(wTe=self._locked.wTg, speed=0.25, position_tolerance=0.004)
+        goal = PoseGoal(wTe=self._locked.wTg, speed=0.25, position_tolerance=0.004, straight=True)
         report = self.pursue(goal, "descend")
         if report is None or not report.arrived:
             if report is not None and self._stalled(report):

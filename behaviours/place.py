@@ -120,7 +120,9 @@ class Place(Leaf):
         """One tick of a straight motion of the hand, then the next phase."""
         if then is not self._done and self.context.state.gripper_width < CLOSED:
             return self.failure("nothing left between the fingers")
-        report = self.pursue(PoseGoal(wTe=wTe, speed=speed, position_tolerance=tolerance), what)
+        report = self.pursue(
+            PoseGoal(wTe=wTe, speed=speed, position_tolerance=tolerance, straight=True), what
+        )
         if report is None:
             return self.running(what)
         if report.arrived:

@@ -71,7 +71,7 @@ class Recover(Leaf):
         return self._fold(self._arm)
 
     def _lift(self) -> Status:
-        goal = PoseGoal(wTe=self._above, speed=0.3, position_tolerance=0.03)
+        goal = PoseGoal(wTe=self._above, speed=0.3, position_tolerance=0.03, straight=True)
         report = self.pursue(goal, "rise")
         if report is not None:
             stuck = self._progress.stalled(report.position_error, self.context.clock.now())

@@ -37,7 +37,8 @@ class RetreatCheck(Leaf):
         """Rise from wherever the hand is now."""
         here = self.context.wTe
         above = here.translation + np.array([0.0, 0.0, self._rise])
-        self._goal = PoseGoal(wTe=SE3(here.rotation, above), speed=0.5, position_tolerance=0.03)
+        wTe = SE3(here.rotation, above)
+        self._goal = PoseGoal(wTe=wTe, speed=0.5, position_tolerance=0.03, straight=True)
         self._progress = Progress()
 
     def update(self) -> Status:

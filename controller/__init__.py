@@ -1,9 +1,11 @@
 """The holistic reactive controller: one small QP a tick over base and arm.
 
 After Haviland, Sünderhauf and Corke, "A Holistic Approach to Reactive Mobile Manipulation", RA-L
-2022. Pure mathematics: no clock, no input or output, no randomness.
+2022, with a way out of its local minima. Pure mathematics: no clock, no input or output, no
+randomness; the bank of postures that it looks up was drawn beforehand.
 """
 
+from controller.body import Body
 from controller.command import (
     N_ARM,
     BaseGoal,
@@ -13,7 +15,8 @@ from controller.command import (
     PoseGoal,
     PostureGoal,
 )
-from controller.controller import GoalError, HolisticController, StepReport
+from controller.controller import HolisticController, StepReport
+from controller.inputs import GoalError
 from controller.model import (
     FRANKIE,
     HAND_TO_TOOL,
@@ -21,20 +24,25 @@ from controller.model import (
     READY,
     ROBOTS,
     Limits,
+    RobotDescription,
     RobotModel,
     manipulability,
     robot_model,
+    with_base_speed,
 )
-from controller.settings import ControllerSettings
+from controller.settings import PAPER, PRESETS, ControllerSettings
 
 __all__ = [
     "FRANKIE",
     "HAND_TO_TOOL",
     "N_ARM",
     "OMNI",
+    "PAPER",
+    "PRESETS",
     "READY",
     "ROBOTS",
     "BaseGoal",
+    "Body",
     "Command",
     "ControllerSettings",
     "GoalError",
@@ -44,8 +52,10 @@ __all__ = [
     "MotionGoal",
     "PoseGoal",
     "PostureGoal",
+    "RobotDescription",
     "RobotModel",
     "StepReport",
     "manipulability",
     "robot_model",
+    "with_base_speed",
 ]

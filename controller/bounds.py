@@ -8,6 +8,10 @@ from controller.command import Array
 from controller.model import RobotModel
 from controller.settings import ControllerSettings
 
+_SIDES = np.array([[-1.0], [1.0]])
+_RETURN = 0.2
+"""A joint outside its limits comes back at most this fast [rad/s]."""
+
 
 def velocity_bounds(
     model: RobotModel, settings: ControllerSettings, q: Array, last: Array
@@ -29,22 +33,15 @@ def velocity_bounds(
     Returns:
         Lower and upper bounds (n,), lower <= upper in every component.
     """
-    limits, n_base = model.limits, model.n_base
-    to_upper, to_lower = limits.q_max - q, q - limits.q_min
-
-    upper = model.speed_limits.copy()
-    lower = -upper
-    upper[n_base:] = np.minimum(upper[n_base:], _towards_limit(to_upper, limits.qdd, settings))
-    lower[n_base:] = np.maximum(lower[n_base:], -_towards_limit(to_lower, limits.qdd, settings))
-
-    step = model.acceleration_limits * settings.period
-    return np.clip(lower, last - step, last + step), np.clip(upper, last - step, last + step)
-
-
-def _towards_limit(distance: Array, qdd: Array, settings: ControllerSettings) -> Array:
-    """Fastest speed towards a joint limit at a distance (7,) from it; negative means away."""
+    slope = settings.damper_gain / (settings.damper_influence - settings.damper_stop)
+    distance = _SIDES * (model.position_limits - model.joints(q))
     room = distance - settings.damper_stop
-    damper = settings.damper_gain * room / (settings.damper_influence - settings.damper_stop)
-    damper[distance > settings.damper_influence] = np.inf
-    braking = np.sqrt(2.0 * qdd * np.maximum(room, 0.0))
-    return np.where(room > 0.0, np.minimum(damper, braking), damper)
+    towards = np.where(distance > settings.damper_influence, np.inf, slope * room)
+    if settings.limit_acceleration:
+        braking = np.sqrt(2.0 * model.acceleration_limits * np.maximum(room, 0.0))
+        towards = np.minimum(towards, braking)
+    bounds = _SIDES * np.minimum(np.maximum(towards, -_RETURN), model.speed_limits)
+    if settings.limit_acceleration:
+        step = model.acceleration_limits * settings.period
+        bounds = np.minimum(np.maximum(bounds, last - step), last + step)
+    return bounds[0], bounds[1]

@@ -42,14 +42,16 @@ class PoseGoal:
     """Desired end-effector pose in the world."""
     twist: Array = field(default_factory=lambda: np.zeros(6))
     """(6,) velocity of the goal itself, linear then angular, in world axes [m/s, rad/s]."""
-    speed: float = 1.0
-    """Largest end-effector speed [m/s]."""
-    turn_rate: float = 1.5
+    speed: float = 1.5
+    """Largest speed of the end effector, and of the base on its way [m/s]."""
+    turn_rate: float = 2.0
     """Largest end-effector rotation rate [rad/s]."""
     position_tolerance: float = 0.01
     """Arrived when nearer than this [m] ..."""
     orientation_tolerance: float = np.deg2rad(2.0)
     """... and turned less than this away [rad]."""
+    straight: bool = False
+    """Whether only the straight way will do, as near obstacles: no detour, even if it is stuck."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

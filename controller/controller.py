@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from pinocchio import SE3
 
-from controller.base_drive import drive_to
+from controller.base_drive import drive_to, planar
+from controller.body import Body
 from controller.bounds import velocity_bounds
 from controller.command import (
     Array,
@@ -19,14 +21,13 @@ from controller.command import (
     PoseGoal,
     PostureGoal,
 )
-from controller.holistic import Situation, Solver, assemble, look
+from controller.guidance import Guide
+from controller.holistic import Situation, assemble, look
+from controller.inputs import require_sound
 from controller.model import RobotModel
-from controller.servo import approach_speed, directed, pose_error
+from controller.programme import ROUGH, Programme, Solver
+from controller.servo import approach_speed, desired_twist, norm_of, pose_error
 from controller.settings import ControllerSettings
-
-
-class GoalError(ValueError):
-    """A goal or a state that is not finite."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,6 +77,9 @@ class HolisticController:
         self.model = model
         self.settings = settings or ControllerSettings()
         self._solver = Solver()
+        self._soft_solver = Solver(ROUGH)
+        self._body = Body(model)
+        self._guide = Guide(model, self.settings, self._body) if self.settings.guidance else None
 
     def step(
         self, state: KinematicState, goal: MotionGoal | None, last: Command
@@ -88,25 +92,30 @@ class HolisticController:
             last: what the robot applied in the previous period.
 
         Raises:
-            GoalError: a number in the state, the goal or the last command is not finite.
+            GoalError: a number in the state, the goal or the last command is not finite, or a pose
+                is none.
         """
-        _require_finite(state, goal, last)
-        model = self.model
-        bounds = velocity_bounds(model, self.settings, state.q, model.velocities(last))
-        situation = look(model, state.q)
+        require_sound(state, goal, last)
+        model, settings = self.model, self.settings
+        velocities = model.velocities(last)
+        bounds = velocity_bounds(model, settings, state.q, velocities)
+        situation = look(model, settings, state.q)
+        if self._guide is not None and not isinstance(goal, PoseGoal):
+            self._guide.forget()
         match goal:
             case PoseGoal():
-                answer = self._reach(state, goal, situation, bounds)
+                answer = self._reach(state, goal, situation, bounds, velocities)
             case PostureGoal():
-                answer = self._fold(state, goal)
+                answer = self._fold(state, goal, bounds)
             case BaseGoal():
                 answer = self._drive(state, goal)
             case None:
                 answer = _Answer(np.zeros(model.n))
-        # Where the axes do not depend on each other the projection onto the bounds is the answer of
-        # min |x - velocities|²; the holistic programme's answer is inside already.
+        # A base that drives and a robot that stops have no other bounds to keep; the programmes'
+        # answers are inside already.
         wanted = np.zeros(model.n) if answer.velocities is None else answer.velocities
-        return model.command(np.clip(wanted, *bounds)), StepReport(
+        within = np.minimum(np.maximum(wanted, bounds[0]), bounds[1])
+        return model.command(within), StepReport(
             arrived=answer.arrived,
             position_error=answer.position_error,
             orientation_error=answer.orientation_error,
@@ -123,42 +132,51 @@ class HolisticController:
         goal: PoseGoal,
         situation: Situation,
         bounds: tuple[Array, Array],
+        last: Array,
     ) -> _Answer:
         """Base and arm as one towards an end-effector pose."""
-        s = self.settings
+        model, settings = self.model, self.settings
         bTw = state.wTb.inverse()
         error = pose_error(situation.bTe, bTw * goal.wTe)
-        twist = np.concatenate(
-            [
-                directed(
-                    error.translation_vector,
-                    error.position,
-                    approach_speed(error.position, s.servo_gain, s.servo_deceleration, goal.speed),
-                )
-                + bTw.rotation @ goal.twist[:3],
-                directed(
-                    error.rotation_vector,
-                    error.orientation,
-                    approach_speed(
-                        error.orientation, s.servo_gain, s.servo_turn_deceleration, goal.turn_rate
-                    ),
-                )
-                + bTw.rotation @ goal.twist[3:],
-            ]
-        )
-        programme = assemble(self.model, s, situation, twist, error.position, bounds)
-        velocities = self._solver.solve(programme)
+        twist = desired_twist(settings, goal, bTw, situation.bTe, error)
+        pull = None
+        if self._guide is not None:
+            pull = self._guide.pull(goal, error, planar(state.wTb), state.q)
+        distance = norm_of(settings, situation.bTe, error)
+        programme = assemble(model, settings, situation, twist, distance, bounds, last, pull)
+        velocities = self._solve(programme, state.q)
         given = np.zeros(6) if velocities is None else situation.J @ velocities
+        slack = twist - given
         return _Answer(
             velocities,
             error.position,
             error.orientation,
             arrived=error.position <= goal.position_tolerance
             and error.orientation <= goal.orientation_tolerance,
-            slack=float(np.linalg.norm(twist - given)),
+            slack=sqrt(float(slack @ slack)),
         )
 
-    def _fold(self, state: KinematicState, goal: PostureGoal) -> _Answer:
+    def _solve(self, programme: Programme, q: Array) -> Array | None:
+        """Solve it, parts of the robot that are near each other kept apart."""
+        s = self.settings
+        near = self._body.near(q, s.contact_influence) if s.avoid_contact else []
+        if not near:
+            return self._solver.solve(programme)
+        rows = np.zeros((len(near), self.model.n))
+        rows[:, self.model.n_base :] = [pair.row for pair in near]
+        allowed = [self._allowed_approach(pair.distance - s.contact_stop) for pair in near]
+        return self._soft_solver.solve_softly(programme, rows, -np.array(allowed))
+
+    def _allowed_approach(self, room: float) -> float:
+        """How fast parts may approach that have so much room left [m/s]; negative is apart."""
+        s = self.settings
+        if room < 0.0:
+            return s.contact_gain * room
+        return approach_speed(room, s.contact_gain, s.contact_deceleration, inf)
+
+    def _fold(
+        self, state: KinematicState, goal: PostureGoal, bounds: tuple[Array, Array]
+    ) -> _Answer:
         """The arm to joint positions, all joints arriving together; the base comes to rest."""
         s, model = self.settings, self.model
         error = goal.q - state.q
@@ -170,14 +188,15 @@ class HolisticController:
         ]
         duration = max(abs(e) / v if v > 0.0 else 0.0 for e, v in zip(error, speeds, strict=True))
         qd = error / duration if duration > 0.0 else np.zeros_like(error)
-        velocities = np.concatenate([np.zeros(model.n_base), qd])
+        wanted = np.concatenate([np.zeros(model.n_base), qd])
+        velocities = self._solve(Programme(np.eye(model.n), -wanted, *bounds), state.q)
         return _Answer(velocities, 0.0, farthest, arrived=farthest <= goal.tolerance)
 
     def _drive(self, state: KinematicState, goal: BaseGoal) -> _Answer:
         """The base to a pose; the arm comes to rest."""
         bTg = state.wTb.inverse() * goal.wTb
         error = pose_error(SE3.Identity(), bTg)
-        base = drive_to(self.model, self.settings, bTg)
+        base = drive_to(self.model, self.settings, planar(bTg))
         return _Answer(
             np.concatenate([base, np.zeros(len(state.q))]),
             error.position,
@@ -185,22 +204,3 @@ class HolisticController:
             arrived=error.position <= goal.position_tolerance
             and error.orientation <= goal.heading_tolerance,
         )
-
-
-def _require_finite(state: KinematicState, goal: MotionGoal | None, last: Command) -> None:
-    numbers = {
-        "base pose": state.wTb.homogeneous,
-        "joint positions": state.q,
-        "last base twist": last.base_twist,
-        "last joint velocities": last.qd,
-    }
-    match goal:
-        case PoseGoal():
-            numbers |= {"goal pose": goal.wTe.homogeneous, "goal twist": goal.twist}
-        case PostureGoal():
-            numbers["goal posture"] = goal.q
-        case BaseGoal():
-            numbers["goal base pose"] = goal.wTb.homogeneous
-    for name, values in numbers.items():
-        if not np.isfinite(values).all():
-            raise GoalError(f"the {name} must be finite numbers, got {np.array(values).tolist()}")

@@ -17,25 +17,18 @@ from math import atan2
 from typing import NamedTuple
 
 import numpy as np
-import piqp
 from pinocchio import SE3
 
 from controller.command import Array
+from controller.guidance import Pull
 from controller.model import RobotModel, manipulability
+from controller.programme import Programme
 from controller.settings import ControllerSettings
 
-
-class Programme(NamedTuple):
-    """A strictly convex quadratic programme over box bounds: min ½ xᵀ P x + cᵀ x."""
-
-    P: Array
-    """(n, n) symmetric, positive definite."""
-    c: Array
-    """(n,)."""
-    lower: Array
-    """(n,)."""
-    upper: Array
-    """(n,)."""
+_NEVER_SILENT = 0.1
+"""What is left of the end effector's weight while guidance is whole."""
+_ALWAYS_PULLED = 0.1
+"""What is left of the posture's weight where guidance ends."""
 
 
 class Situation(NamedTuple):
@@ -45,17 +38,25 @@ class Situation(NamedTuple):
     J: Array
     """(6, n) Jacobian at the end effector in base axes."""
     manipulability: float
+    """Of the arm."""
     gradient: Array
-    """(7,) of the manipulability [1/rad]."""
+    """(n,) Ĵ_m of what the settings want to be manipulable (eq. 10)."""
     heading_error: float
     """θ_ε: bearing of the end effector seen from the base [rad] (eq. 11)."""
 
 
-def look(model: RobotModel, q: Array) -> Situation:
+def look(model: RobotModel, settings: ControllerSettings, q: Array) -> Situation:
     """Everything about the robot that the programme needs, for joint positions q (7,) [rad]."""
-    bTe, J = model.jacobian(q)
-    m, gradient = manipulability(J[:, model.n_base :])
-    return Situation(bTe, J, m, gradient, atan2(bTe.translation[1], bTe.translation[0]))
+    bTe, J, screws, hessian = model.kinematics(q)
+    n_base = model.n_base
+    gradient = np.zeros(model.n)
+    m, gradient[n_base:] = manipulability(screws[:, n_base:], hessian[n_base:, n_base:])
+    if settings.manipulability_of == "whole body":
+        gradient = manipulability(screws, hessian)[1]
+    elif settings.manipulability_of == "none":
+        gradient = np.zeros(model.n)
+    x, y, _ = bTe.translation.tolist()
+    return Situation(bTe, J, m, gradient, atan2(y, x))
 
 
 def assemble(
@@ -65,6 +66,8 @@ def assemble(
     twist: Array,
     error: float,
     bounds: tuple[Array, Array],
+    last: Array,
+    pull: Pull | None = None,
 ) -> Programme:
     """The programme for a desired end-effector twist.
 
@@ -76,47 +79,31 @@ def assemble(
         error: |e|, distance to the goal [m]; near the goal the twist is followed more strictly
             and the base moves less (eq. 8).
         bounds: lower and upper bounds (n,) of the velocities.
+        last: (n,) velocities of the previous period.
+        pull: what guidance asks, if anything.
     """
-    n_base = model.n_base
-    tracking = 1.0 / max(error, settings.smallest_error)
-    effort = np.full(model.n, settings.arm_effort)
-    effort[:n_base] = settings.base_effort * tracking
+    n_base, J = model.n_base, situation.J
+    nearness = 1.0 / max(error, settings.smallest_error)
+    tracking = nearness  # Λ_δ (eq. 8)
+    effort = np.empty(model.n)  # Λ_q (eq. 8)
+    effort[:n_base] = settings.base_effort * nearness
+    effort[n_base:] = settings.arm_effort
+    linear = -settings.manipulability_gain * situation.gradient  # c (eq. 9)
+    linear[:n_base] -= settings.heading_gain * situation.heading_error * model.base_turn  # eq. 12
 
-    linear = np.zeros(model.n)
-    linear[n_base:] = -settings.manipulability_gain * situation.gradient
-    linear[:n_base] -= settings.heading_gain * situation.heading_error * model.base_turn
+    if settings.smoothness > 0.0:
+        effort += settings.smoothness
+        linear -= settings.smoothness * last
+    if pull is not None:
+        share = pull.share
+        tracking = nearness * (1.0 - share) ** 2 + (0.0 if pull.detour else _NEVER_SILENT * share)
+        base = settings.base_guidance * share
+        arm = settings.posture_guidance * max(share, _ALWAYS_PULLED)
+        effort[:n_base] += base
+        effort[n_base:] += arm
+        linear[:n_base] -= base * pull.base
+        linear[n_base:] -= arm * pull.arm
 
-    J = situation.J
-    return Programme(
-        P=np.diag(effort) + tracking * (J.T @ J),
-        c=linear - tracking * (twist @ J),
-        lower=bounds[0],
-        upper=bounds[1],
-    )
-
-
-class Solver:
-    """PIQP with its workspace kept from one programme to the next of the same size."""
-
-    def __init__(self) -> None:
-        self._piqp = piqp.DenseSolver()
-        self._piqp.settings.eps_abs = 1e-8
-        self._piqp.settings.eps_rel = 1e-8
-        self._piqp.settings.check_duality_gap = True
-        self._ready = False
-
-    def solve(self, programme: Programme) -> Array | None:
-        """The minimiser (n,), inside the bounds to the last bit; None if PIQP found none."""
-        P = np.asfortranarray(programme.P)
-        # A component whose bounds coincide leaves the interior-point method no interior.
-        lower, upper = programme.lower - 1e-9, programme.upper + 1e-9
-        if self._ready:
-            self._piqp.update(P=P, c=programme.c, x_l=lower, x_u=upper)
-        else:
-            self._piqp.setup(P=P, c=programme.c, x_l=lower, x_u=upper)
-            self._ready = True
-        if self._piqp.solve() != piqp.PIQP_SOLVED:
-            self._ready = False
-            return None
-        x: Array = np.clip(self._piqp.result.x, programme.lower, programme.upper)
-        return x
+    P = (tracking * J.T) @ J
+    P.flat[:: model.n + 1] += effort
+    return Programme(P, linear - tracking * (twist @ J), *bounds)

@@ -1,21 +1,23 @@
 """The kinematics of Frankie and Omni-Frankie: one Pinocchio arm on a base, and what both may do.
 
-The arm's numbers are those of the Franka Emika Robot's published description. The base is planar,
-so its columns of the Jacobian are written down instead of computed.
+The arm's numbers are those of the Franka Emika Robot's published description. The base is a chain
+of virtual joints before the arm, always at zero: the robot is looked at from its own base.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import pi
+from dataclasses import dataclass, replace
+from math import pi, prod, sqrt
+from typing import NamedTuple
 
+import eigenpy
 import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
 from controller.command import N_ARM, Array, Command
 
-_ARM_JOINTS = (
+ARM_JOINTS = (
     # translation to the next joint [m], turn about x [quarter turns]
     ((0.0, 0.0, 0.333), 0),
     ((0.0, 0.0, 0.0), -1),
@@ -25,11 +27,14 @@ _ARM_JOINTS = (
     ((0.0, 0.0, 0.0), 1),
     ((0.088, 0.0, 0.0), 1),
 )
-_LINK7_TO_HAND = SE3(pin.utils.rotate("z", -pi / 4.0), np.array([0.0, 0.0, 0.107]))
+"""How each joint of the arm stands on the one before: all turn about their own z."""
+LINK7_TO_HAND = SE3(pin.utils.rotate("z", -pi / 4.0), np.array([0.0, 0.0, 0.107]))
+"""Seventh link of the arm to the hand."""
 HAND_TO_TOOL = SE3(np.eye(3), np.array([0.0, 0.0, 0.1034]))
 """Flange of the hand to the grasp centre between the finger tips."""
 
-_NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
+_SINGULAR = 1e-9
+"""Less manipulability than this has no gradient."""
 
 READY = np.array([0.0, -0.3, 0.0, -2.2, 0.0, 2.0, pi / 4.0])
 """(7,) the arm's ready posture [rad]: hand in front, pointing down."""
@@ -59,9 +64,11 @@ class RobotDescription:
 
     name: str
     base_axes: Array
-    """(3, n_base) how the base's degrees of freedom make up its twist."""
+    """(3, n_base) how the base's degrees of freedom make up its twist, in their order (eq. 4)."""
     bTa: SE3
-    """Arm's foot in the base frame."""
+    """Arm's foot in the base frame, on top of the base."""
+    base_size: tuple[float, float]
+    """Length along x and width along y of the base [m]."""
     limits: Limits
 
 
@@ -80,6 +87,7 @@ FRANKIE = RobotDescription(
     name="frankie",
     base_axes=np.array([[0.0, 1.0], [0.0, 0.0], [1.0, 0.0]]),
     bTa=SE3(np.eye(3), np.array([0.15, 0.0, 0.38])),
+    base_size=(0.70, 0.50),
     limits=_limits((1.0, 0.0, 1.05)),
 )
 """Differential drive; degrees of freedom (ω, v), as in the paper."""
@@ -88,6 +96,7 @@ OMNI = RobotDescription(
     name="omni",
     base_axes=np.eye(3),
     bTa=SE3(np.eye(3), np.array([0.0, 0.0, 0.28])),
+    base_size=(0.70, 0.50),
     limits=_limits((1.0, 1.0, 1.05)),
 )
 """Holonomic base; degrees of freedom (vx, vy, ω)."""
@@ -96,20 +105,51 @@ ROBOTS = {robot.name: robot for robot in (FRANKIE, OMNI)}
 """The robots by name."""
 
 
-def _arm_model(bTa: SE3) -> pin.Model:
-    arm = pin.Model()
+def with_base_speed(
+    description: RobotDescription, speed: float, turn_rate: float | None = None
+) -> RobotDescription:
+    """The same robot with another largest base speed [m/s] and, if given, turn rate [rad/s]."""
+    limits = description.limits
+    drives = limits.base_twist[:2] > 0.0
+    turn = limits.base_twist[2] if turn_rate is None else turn_rate
+    twist = np.array([*np.where(drives, speed, 0.0), turn])
+    return replace(description, limits=replace(limits, base_twist=twist))
+
+
+_BASE_JOINTS = (pin.JointModelPX, pin.JointModelPY, pin.JointModelRZ)
+
+
+def _chain(description: RobotDescription) -> pin.Model:
+    """The virtual joints of the base, then the arm's, and the tool as a frame."""
+    chain = pin.Model()
     joint = 0
-    for index, (translation, quarter_turns) in enumerate(_ARM_JOINTS):
+    for number, axis in enumerate(description.base_axes.T):
+        kind = _BASE_JOINTS[int(np.argmax(axis))]
+        joint = chain.addJoint(joint, kind(), SE3.Identity(), f"base{number + 1}")
+    for number, (translation, quarter_turns) in enumerate(ARM_JOINTS):
         placement = SE3(pin.utils.rotate("x", quarter_turns * pi / 2.0), np.array(translation))
-        parent = bTa if index == 0 else SE3.Identity()
-        joint = arm.addJoint(joint, pin.JointModelRZ(), parent * placement, f"joint{index + 1}")
-    tool = pin.Frame("tool", joint, 0, _LINK7_TO_HAND * HAND_TO_TOOL, pin.FrameType.OP_FRAME)
-    arm.addFrame(tool)
-    return arm
+        foot = description.bTa if number == 0 else SE3.Identity()
+        joint = chain.addJoint(joint, pin.JointModelRZ(), foot * placement, f"arm{number + 1}")
+    tool = pin.Frame("tool", joint, 0, LINK7_TO_HAND * HAND_TO_TOOL, pin.FrameType.OP_FRAME)
+    chain.addFrame(tool)
+    return chain
+
+
+class Kinematics(NamedTuple):
+    """Where the end effector is and how the joints move it, for one posture."""
+
+    bTe: SE3
+    J: Array
+    """(6, n) Jacobian at the end effector, linear first, in base axes, base first (eq. 5)."""
+    screws: Array
+    """(6, n) the same at the base's origin instead, the screws of the joints; a view into
+    Pinocchio's workspace that holds until the model is asked again."""
+    hessian: Array
+    """(n, n, 6) derivative of the screws by the joints: [k, i] is of screw i by joint k."""
 
 
 class RobotModel:
-    """Forward kinematics, Jacobian and manipulability of a mobile manipulator.
+    """Forward kinematics, Jacobian and Hessian of a mobile manipulator.
 
     Not to be shared between threads: Pinocchio's workspace is reused from call to call.
 
@@ -128,11 +168,16 @@ class RobotModel:
         """(n,) largest speed of every degree of freedom, base first."""
         self.acceleration_limits = np.concatenate([axes.T @ limits.base_acceleration, limits.qdd])
         """(n,) largest acceleration of every degree of freedom, base first."""
+        free = np.full(self.n_base, np.inf)
+        self.position_limits = np.array([[*-free, *limits.q_min], [*free, *limits.q_max]])
+        """(2, n) lower and upper positions of every degree of freedom, base first."""
         self.base_turn = axes[2]
         """(n_base,) how much every degree of freedom of the base turns it."""
-        self._arm = _arm_model(description.bTa)
-        self._data = self._arm.createData()
-        self._tool = self._arm.getFrameId("tool")
+        self.chain = _chain(description)
+        """The robot in Pinocchio: base joints, then the arm's."""
+        self._data = self.chain.createData()
+        self._tool = self.chain.getFrameId("tool")
+        self._joints = np.zeros(self.n)
 
     def command(self, velocities: Array) -> Command:
         """The command for velocities (n,) of all degrees of freedom, base first."""
@@ -141,11 +186,16 @@ class RobotModel:
 
     def velocities(self, command: Command) -> Array:
         """(n,) velocities of all degrees of freedom, base first: the inverse of `command`."""
-        return np.concatenate([self.description.base_axes.T @ command.base_twist, command.qd])
+        return np.concatenate([command.base_twist @ self.description.base_axes, command.qd])
+
+    def joints(self, q: Array) -> Array:
+        """(n,) positions of all joints of the chain for arm joints q (7,): the base's are zero."""
+        self._joints[self.n_base :] = q
+        return self._joints
 
     def bTe(self, q: Array) -> SE3:
         """End effector in the base, for joint positions q (7,) [rad]."""
-        pin.framesForwardKinematics(self._arm, self._data, q)
+        pin.framesForwardKinematics(self.chain, self._data, self.joints(q))
         return self._data.oMf[self._tool].copy()
 
     def wTe(self, wTb: SE3, q: Array) -> SE3:
@@ -154,41 +204,23 @@ class RobotModel:
 
     def link_poses(self, wTb: SE3, q: Array) -> tuple[SE3, ...]:
         """The arm's foot, its seven links and the hand in the world: 9 poses, for q (7,) [rad]."""
-        pin.forwardKinematics(self._arm, self._data, q)
-        links = [wTb * self._data.oMi[joint] for joint in range(1, N_ARM + 1)]
-        return (wTb * self.description.bTa, *links, links[-1] * _LINK7_TO_HAND)
+        pin.forwardKinematics(self.chain, self._data, self.joints(q))
+        arm = range(self.n_base + 1, self.n + 1)
+        links = [wTb * self._data.oMi[joint] for joint in arm]
+        return (wTb * self.description.bTa, *links, links[-1] * LINK7_TO_HAND)
 
-    def arm_jacobian(self, q: Array) -> tuple[SE3, Array]:
-        """Where the end effector is and how the joints move it.
-
-        Args:
-            q: (7,) joint positions [rad].
-
-        Returns:
-            bTe and the (6, 7) Jacobian at the end effector, linear first, in base axes.
-        """
-        J = pin.computeFrameJacobian(
-            self._arm, self._data, q, self._tool, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    def kinematics(self, q: Array) -> Kinematics:
+        """Pose, Jacobian and Hessian of the end effector for joint positions q (7,) [rad]."""
+        chain, data = self.chain, self._data
+        pin.computeJointKinematicHessians(chain, data, self.joints(q))
+        pin.updateFramePlacement(chain, data, self._tool)
+        return Kinematics(
+            data.oMf[self._tool].copy(),
+            pin.getFrameJacobian(chain, data, self._tool, pin.LOCAL_WORLD_ALIGNED),
+            data.J,
+            # Pinocchio hands out the memory of a column-major tensor (6, n, n).
+            pin.getJointKinematicHessian(chain, data, self.n, pin.WORLD).reshape(self.n, self.n, 6),
         )
-        pin.updateFramePlacement(self._arm, self._data, self._tool)
-        return self._data.oMf[self._tool].copy(), J
-
-    def jacobian(self, q: Array) -> tuple[SE3, Array]:
-        """Where the end effector is and how base and joints move it (Haviland 2022, eq. 5).
-
-        Args:
-            q: (7,) joint positions [rad].
-
-        Returns:
-            bTe and the (6, n) Jacobian at the end effector, linear first, in base axes; the first
-            `n_base` columns are the base's degrees of freedom.
-        """
-        bTe, J_arm = self.arm_jacobian(q)
-        x, y = bTe.translation[:2]
-        twist_of_base = np.array(
-            [[1, 0, -y], [0, 1, x], [0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 1]], dtype=float
-        )
-        return bTe, np.hstack([twist_of_base @ self.description.base_axes, J_arm])
 
 
 def robot_model(name: str) -> RobotModel:
@@ -200,32 +232,22 @@ def robot_model(name: str) -> RobotModel:
     return RobotModel(ROBOTS[name])
 
 
-def manipulability(J: Array) -> tuple[float, Array]:
-    """Yoshikawa's manipulability m = sqrt(det(J Jᵀ)) of an arm and its gradient.
+def manipulability(screws: Array, hessian: Array) -> tuple[float, Array]:
+    """Yoshikawa's manipulability m = sqrt(det(J Jᵀ)) and its gradient (Haviland 2022, eq. 10).
 
-    The gradient is Haviland 2022, eq. 10 (J_m), with the Hessian of a serial chain of revolute
-    joints written as cross products of Jacobian columns, so that it costs O(n):
-    ∂J_i/∂q_k = (ω_k × v_i, ω_k × ω_i) for k <= i and (ω_i × v_k, 0) for k > i.
+    The gradient is J_m of the paper: m vec(J H_kᵀ)ᵀ vec((J Jᵀ)⁻¹) for every joint k. Both are the
+    same at whatever point of the end effector and in whatever axes J is written.
 
     Args:
-        J: (6, 7) Jacobian, linear first, in any fixed axes.
+        screws: (6, n) J of a part of the chain.
+        hessian: (n, n, 6) its derivative, H_k = hessian[k]ᵀ.
 
     Returns:
-        m and its gradient (7,) [1/rad]; the gradient is zero where the arm is singular.
+        m and its gradient (n,) by the joints; the gradient is zero where that part is singular.
     """
-    A = J @ J.T
-    m = float(np.sqrt(max(np.linalg.det(A), 0.0)))
-    if m < 1e-9:
-        return m, np.zeros(J.shape[1])
-    B = np.asarray(np.linalg.solve(A, J), dtype=np.float64)
-    v, w, b, c = J[:3], J[3:], B[:3], B[3:]
-    later = _cross(v, b) + _cross(w, c)
-    earlier = _cross(b, w)
-    from_later = np.cumsum(later[:, ::-1], axis=1)[:, ::-1]
-    from_earlier = np.cumsum(earlier, axis=1) - earlier
-    return m, m * (w * from_later + v * from_earlier).sum(axis=0)
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """Cross products of the columns of two (3, n) arrays; numpy's own takes ten times as long."""
-    return a[_NEXT] * b[_AFTER] - a[_AFTER] * b[_NEXT]
+    squares = eigenpy.LDLT(screws @ screws.T)
+    m = sqrt(max(prod(squares.vectorD().tolist()), 0.0))
+    n = screws.shape[1]
+    if m < _SINGULAR:
+        return m, np.zeros(n)
+    return m, m * (hessian.reshape(n, 6 * n) @ squares.solve(screws).T.reshape(6 * n))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import platform
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, replace
 from pathlib import Path
 
 from rich.table import Table
 
+from app.bench.machine import machine
 from app.run import RunOptions, run_task
 from app.summary import Summary
 
@@ -33,7 +33,7 @@ def bench_pick_place(
 
 def pick_place_table(summaries: list[Summary]) -> Table:
     """One row a seed, in the form that the README has."""
-    table = Table(title=f"{summaries[0].task}, {summaries[0].robot}, on {machine()}")
+    table = Table(title=f"{summaries[0].task}, {summaries[0].robot}, on {machine()['machine']}")
     for column in (
         "seed",
         "placed",
@@ -65,18 +65,6 @@ def write_json(summaries: list[Summary], path: Path) -> None:
     """Keep the summaries and the machine that they come from."""
     report = {"machine": machine(), "runs": [asdict(summary) for summary in summaries]}
     path.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
-
-
-def machine() -> str:
-    """What this computer is, in a few words."""
-    model = platform.processor() or platform.machine()
-    cpuinfo = Path("/proc/cpuinfo")
-    cores = 0
-    if cpuinfo.exists():
-        lines = cpuinfo.read_text(encoding="utf-8").splitlines()
-        names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-        model, cores = (names[0], len(names)) if names else (model, 0)
-    return f"{model}, {cores} cores" if cores else model
 
 
 def _seconds(value: float | None) -> str:

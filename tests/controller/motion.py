@@ -10,9 +10,11 @@ from pinocchio import SE3
 
 from controller import (
     READY,
+    Body,
     Command,
     HolisticController,
     MotionGoal,
+    RobotModel,
     StepReport,
     robot_model,
 )
@@ -21,6 +23,29 @@ from controller import (
 def tool_pose(x: float, y: float, z: float, yaw: float = 0.0, tilt: float = 0.0) -> SE3:
     """Hand pointing down, turned by yaw about the world's z and tilted forward."""
     return SE3(pin.rpy.rpyToMatrix(np.pi, tilt, yaw), np.array([x, y, z]))
+
+
+def reachable_poses(robot: str, count: int, seed: int) -> list[SE3]:
+    """Random poses within 4 m that the robot can have somewhere without touching anything."""
+    model, rng = robot_model(robot), np.random.default_rng(seed)
+    body, poses = Body(model), []
+    while len(poses) < count:
+        q = rng.uniform(model.limits.q_min + 0.1, model.limits.q_max - 0.1)
+        bTe = model.bTe(q)
+        if bTe.translation[2] < 0.05 or body.clearance(q) < 0.0:
+            continue
+        heading, bearing = rng.uniform(-np.pi, np.pi, size=2)
+        radius = 3.6 * np.sqrt(rng.uniform())
+        x, y = radius * np.cos(bearing), radius * np.sin(bearing)
+        turned = pin.utils.rotate("z", heading) @ bTe.rotation
+        poses.append(SE3(turned, np.array([x, y, bTe.translation[2]])))
+    return poses
+
+
+def closest(model: RobotModel, run: Run) -> float:
+    """Smallest clearance of the arm on the way [m]."""
+    body = Body(model)
+    return min(body.clearance(q) for q in run.postures)
 
 
 @dataclass

@@ -1,5 +1,7 @@
 """The controller in a loop: it arrives, keeps every limit, and refuses nonsense."""
 
+from functools import cache
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -18,6 +20,7 @@ from controller import (
     PostureGoal,
     robot_model,
 )
+from controller.programme import Solver
 
 ROBOTS = ["frankie", "omni"]
 
@@ -114,25 +117,100 @@ def test_a_moving_goal_is_followed_without_lag_when_its_velocity_is_known():
     assert max(errors[-200:]) < 0.01
 
 
-@settings(max_examples=200, deadline=None)
-@given(
-    robot=st.sampled_from(ROBOTS),
-    seed=st.integers(0, 2**31),
-    scale=st.sampled_from([1e-9, 1e-3, 1.0, 1e3, 1e9]),
-)
-def test_every_finite_input_gives_a_finite_command_within_limits(robot, seed, scale):
+@cache
+def kept_controller(robot: str) -> HolisticController:
+    """Not a new one for every case: what a case leaves behind must not harm the next."""
+    return HolisticController(robot_model(robot))
+
+
+def check_random_case(robot: str, seed: int, scale: float) -> None:
+    """A random state, velocity and goal, the goal jumping in between."""
     rng = np.random.default_rng(seed)
-    model = robot_model(robot)
+    controller = kept_controller(robot)
+    model = controller.model
     q = rng.uniform(model.limits.q_min - 0.3, model.limits.q_max + 0.3)
-    goal = PoseGoal(wTe=SE3(pin.exp3(rng.normal(size=3)), rng.normal(size=3) * scale))
+    wTb = SE3(pin.utils.rotate("z", rng.uniform(-9, 9)), np.array([*rng.normal(size=2), 0.0]))
     last = model.command(rng.uniform(-1.0, 1.0, model.n) * model.speed_limits)
-    command, report = HolisticController(model).step(State(q=q), goal, last)
+    for _ in range(2):
+        goal = PoseGoal(
+            wTe=SE3(pin.exp3(rng.normal(size=3) * 2.0), rng.normal(size=3) * scale),
+            twist=rng.normal(size=6) * rng.choice([0.0, 0.3]),
+        )
+        command, report = controller.step(State(wTb=wTb, q=q), goal, last)
+        assert command.is_finite()
+        assert report.solved
+        velocities = model.velocities(command)
+        step = np.abs(velocities - model.velocities(last))
+        assert (step <= model.acceleration_limits * 0.01 + 1e-12).all()
+        assert (np.abs(velocities) <= model.speed_limits + 1e-12).all()
+        deeper = ((q > model.limits.q_max) & (command.qd > last.qd) & (command.qd > 0.0)) | (
+            (q < model.limits.q_min) & (command.qd < last.qd) & (command.qd < 0.0)
+        )
+        assert not deeper.any()
+        last = command
+
+
+CASES = {
+    "robot": st.sampled_from(ROBOTS),
+    "seed": st.integers(0, 2**31),
+    "scale": st.sampled_from([1e-9, 1e-3, 1.0, 1.0, 3.0, 1e3, 1e9]),
+}
+
+
+@settings(max_examples=100, deadline=None)
+@given(**CASES)
+def test_every_finite_input_gives_a_finite_command_within_limits(robot, seed, scale):
+    check_random_case(robot, seed, scale)
+
+
+@pytest.mark.slow
+@settings(max_examples=100_000, deadline=None)
+@given(**CASES)
+def test_a_hundred_thousand_random_cases_stay_within_limits(robot, seed, scale):
+    check_random_case(robot, seed, scale)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    numbers=st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=20, max_size=20),
+)
+def test_any_numbers_at_all_are_answered_within_limits_or_refused(numbers):
+    controller = kept_controller("frankie")
+    model, stop = controller.model, Command.stop()
+    goal = PoseGoal(wTe=tool_pose(*numbers[7:10]), twist=np.array(numbers[10:16]))
+    try:
+        command, _ = controller.step(State(q=np.array(numbers[:7])), goal, stop)
+    except GoalError:
+        return
     assert command.is_finite()
-    assert report.solved
-    step = model.velocities(command) - model.velocities(last)
-    assert (np.abs(step) <= model.acceleration_limits * 0.01 + 1e-12).all()
-    inside = (q > model.limits.q_min) & (q < model.limits.q_max)
-    assert (np.abs(command.qd) <= model.limits.qd + 1e-12)[inside].all()
+    step = np.abs(model.velocities(command))
+    assert (step <= model.acceleration_limits * 0.01 + 1e-12).all()
+
+
+def test_a_programme_without_an_answer_brakes_and_says_so(monkeypatch):
+    controller = HolisticController(robot_model("frankie"))
+    monkeypatch.setattr(Solver, "solve", lambda self, programme: None)
+    moving = Command(base_twist=np.array([0.9, 0.0, -0.8]), qd=np.full(7, 1.0))
+    command, report = controller.step(State(), PoseGoal(wTe=tool_pose(2.0, 0.0, 0.7)), moving)
+    assert not report.solved
+    model = controller.model
+    step = model.velocities(moving) - model.velocities(command)
+    np.testing.assert_allclose(np.abs(step), model.acceleration_limits * 0.01)
+    assert (np.abs(model.velocities(command)) < np.abs(model.velocities(moving))).all()
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("joint", range(7))
+def test_a_start_outside_a_joint_limit_comes_back_slowly(robot, joint):
+    limits = robot_model(robot).limits
+    q = READY.copy()
+    q[joint] = limits.q_max[joint] + 0.05
+    run = run_to(None, robot=robot, state=State(q=q), seconds=2.0)
+    path = np.array(run.postures)[:, joint]
+    outside = path > limits.q_max[joint]
+    assert outside[0]
+    assert not outside[-1]
+    assert np.abs(np.diff(path)).max() <= 0.2 * 0.01 + 1e-9
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
@@ -147,3 +225,20 @@ def test_numbers_that_are_not_finite_are_refused_by_name(bad):
         controller.step(State(q=np.full(7, bad)), None, stop)
     with pytest.raises(GoalError, match="goal posture must be finite"):
         controller.step(State(), PostureGoal(q=np.full(7, bad)), stop)
+    with pytest.raises(GoalError, match="last joint velocities must be finite"):
+        controller.step(State(), None, Command(base_twist=np.zeros(3), qd=np.full(7, bad)))
+    drifting = PoseGoal(wTe=tool_pose(1.0, 0.0, 0.7), twist=np.full(6, bad))
+    with pytest.raises(GoalError, match="goal twist must be finite"):
+        controller.step(State(), drifting, stop)
+
+
+@pytest.mark.parametrize(
+    "rotation", [np.zeros((3, 3)), 1.01 * np.eye(3), np.diag([1.0, 1.0, -1.0]), np.eye(3) + 0.02]
+)
+def test_a_pose_without_a_rotation_is_refused(rotation):
+    controller, wrong = HolisticController(robot_model("frankie")), tool_pose(1.0, 0.0, 0.7)
+    wrong.rotation = rotation
+    with pytest.raises(GoalError, match="goal pose must have a rotation matrix"):
+        controller.step(State(), PoseGoal(wTe=wrong), Command.stop())
+    with pytest.raises(GoalError, match="base pose must have a rotation matrix"):
+        controller.step(State(wTb=wrong), None, Command.stop())

@@ -5,7 +5,15 @@ import pinocchio as pin
 import pytest
 from pinocchio import SE3
 
-from controller import READY, ROBOTS, Command, RobotModel, manipulability, robot_model
+from controller import (
+    READY,
+    ROBOTS,
+    Command,
+    RobotModel,
+    manipulability,
+    robot_model,
+    with_base_speed,
+)
 
 
 @pytest.fixture(params=sorted(ROBOTS))
@@ -61,7 +69,7 @@ def test_forward_kinematics_is_the_product_of_the_published_transforms(model):
 def test_jacobian_is_the_derivative_of_the_pose(model):
     step = 1e-6
     for q in random_postures(model, 10):
-        _, J = model.jacobian(q)
+        J = model.kinematics(q).J
         for axis in range(model.n):
             velocities = np.zeros(model.n)
             velocities[axis] = 1.0
@@ -79,30 +87,59 @@ def drift(command: Command, dt: float) -> SE3:
     return pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
 
 
-def test_manipulability_gradient_is_its_derivative(model):
+def arm_manipulability(model: RobotModel, q: np.ndarray) -> tuple[float, np.ndarray]:
+    arm = slice(model.n_base, None)
+    where = model.kinematics(q)
+    return manipulability(where.screws[:, arm], where.hessian[arm, arm])
+
+
+def test_manipulability_is_the_volume_of_the_ellipsoid_and_the_gradient_its_derivative(model):
     step = 1e-6
     for q in random_postures(model, 20):
-        m, gradient = manipulability(model.arm_jacobian(q)[1])
-        assert m == pytest.approx(
-            float(np.prod(np.linalg.svd(model.arm_jacobian(q)[1])[1])), rel=1e-9
-        )
+        m, gradient = arm_manipulability(model, q)
+        J = model.kinematics(q).J[:, model.n_base :]
+        assert m == pytest.approx(float(np.prod(np.linalg.svd(J)[1])), rel=1e-9)
         for joint in range(7):
             d = np.eye(7)[joint] * step
-            ahead, _ = manipulability(model.arm_jacobian(q + d)[1])
-            behind, _ = manipulability(model.arm_jacobian(q - d)[1])
+            ahead, _ = arm_manipulability(model, q + d)
+            behind, _ = arm_manipulability(model, q - d)
             assert gradient[joint] == pytest.approx((ahead - behind) / (2 * step), abs=1e-7)
 
 
+def test_manipulability_of_the_whole_body_has_its_own_gradient(model):
+    def whole(q):
+        where = model.kinematics(q)
+        return manipulability(where.screws, where.hessian)
+
+    step = 1e-6
+    for q in random_postures(model, 5):
+        _, gradient = whole(q)
+        for joint in range(7):
+            d = np.eye(7)[joint] * step
+            expected = (whole(q + d)[0] - whole(q - d)[0]) / (2 * step)
+            assert gradient[model.n_base + joint] == pytest.approx(expected, abs=1e-6)
+        turning = int(np.argmax(model.base_turn))
+        assert gradient[turning] == pytest.approx(0.0, abs=1e-9)
+
+
 def test_manipulability_of_the_ready_posture_is_the_published_one(model):
-    m, gradient = manipulability(model.arm_jacobian(READY)[1])
+    m, gradient = arm_manipulability(model, READY)
     assert m == pytest.approx(0.0838, abs=1e-4)
     np.testing.assert_allclose(gradient, [0, -0.0026268, 0, 0.0406398, 0, -0.0273384, 0], atol=1e-7)
 
 
 def test_a_singular_arm_has_no_gradient(model):
-    m, gradient = manipulability(np.zeros((6, 7)))
+    m, gradient = manipulability(np.zeros((6, 7)), np.zeros((7, 7, 6)))
     assert m == 0.0
     assert not gradient.any()
+
+
+def test_the_base_speed_can_be_chosen_without_changing_the_kind_of_base(model):
+    faster = RobotModel(with_base_speed(model.description, 1.5))
+    drives = model.limits.base_twist[:2] > 0.0
+    np.testing.assert_array_equal(faster.limits.base_twist[:2], np.where(drives, 1.5, 0.0))
+    assert faster.limits.base_twist[2] == model.limits.base_twist[2]
+    assert RobotModel(with_base_speed(model.description, 1.5, 3.0)).limits.base_twist[2] == 3.0
 
 
 def test_command_and_velocities_are_inverse(model):

@@ -113,7 +113,8 @@ def at_block(robot: SimRobot) -> SimRobot:
     target = looking_down(0.7, 0.0, TABLE_TOP + 0.03, yaw=np.pi / 2)
     q = READY.copy()
     for _ in range(200):
-        bTe, J = model.arm_jacobian(q)
+        bTe, J, *_ = model.kinematics(q)
+        J = J[:, model.n_base :]
         error = np.concatenate([target.translation - bTe.translation, rotation_error(bTe, target)])
         q = q + np.linalg.pinv(J, rcond=1e-3) @ error * 0.3
     robot._q = q  # the arm is simply there: the way is not what is tested
@@ -128,8 +129,8 @@ def rise(robot: SimRobot, clock: SimClock) -> None:
     """The hand straight up at 0.2 m/s, for a second."""
     model = robot_model("frankie")
     for _ in range(100):
-        _, J = model.arm_jacobian(robot.read().q)
-        qd = np.linalg.pinv(J) @ np.array([0.0, 0.0, 0.2, 0.0, 0.0, 0.0])
+        _, J, *_ = model.kinematics(robot.read().q)
+        qd = np.linalg.pinv(J[:, model.n_base :]) @ np.array([0.0, 0.0, 0.2, 0.0, 0.0, 0.0])
         robot.send(Command(base_twist=np.zeros(3), qd=qd))
         clock.sleep_until(clock.now() + 0.01)
 

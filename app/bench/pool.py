@@ -1,0 +1,80 @@
+"""The same work on every core of this computer, or on a cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from importlib import import_module
+from multiprocessing import get_context
+from typing import TypeVar
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+_BATCH = 5
+"""Pieces of work that are sent together."""
+
+
+class ClusterError(Exception):
+    """The cluster cannot be used."""
+
+
+def run_all(
+    work: Callable[[T], R],
+    items: Sequence[T],
+    *,
+    workers: int = 1,
+    cluster: str | None = None,
+) -> Iterator[tuple[int, R]]:
+    """Do some work on every item.
+
+    Args:
+        work: a function of a module, so that other processes can find it.
+        items: what it is done on.
+        workers: processes; 1 stays in this one.
+        cluster: address of a dask.distributed scheduler to use instead.
+
+    Yields:
+        The number of an item and its result, in the order in which they are done.
+
+    Raises:
+        ClusterError: `distributed` is not installed, or nobody answers at the address.
+    """
+    batches = [range(i, min(i + _BATCH, len(items))) for i in range(0, len(items), _BATCH)]
+    if cluster is not None:
+        yield from _on_cluster(work, items, batches, cluster)
+    elif workers == 1:
+        yield from ((number, work(item)) for number, item in enumerate(items))
+    else:
+        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+            futures = {
+                pool.submit(_batch, work, [items[i] for i in batch]): batch for batch in batches
+            }
+            for future in as_completed(futures):
+                yield from zip(futures[future], future.result(), strict=True)
+
+
+def _batch(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
+    return [work(item) for item in items]
+
+
+def _on_cluster(
+    work: Callable[[T], R], items: Sequence[T], batches: Sequence[range], address: str
+) -> Iterator[tuple[int, R]]:
+    try:
+        distributed = import_module("distributed")
+    except ImportError:
+        raise ClusterError(
+            '--cluster needs an extra: pip install "frankie-task[cluster]"'
+        ) from None
+    try:
+        client = distributed.Client(address, timeout="10s")
+    except (OSError, TimeoutError, ValueError) as error:
+        raise ClusterError(f"--cluster {address}: no scheduler answers there ({error})") from None
+    with client:
+        futures = {
+            client.submit(_batch, work, [items[i] for i in batch], pure=False): batch
+            for batch in batches
+        }
+        for future in distributed.as_completed(futures):
+            yield from zip(futures[future], future.result(), strict=True)

@@ -1,0 +1,128 @@
+"""A bank of good arm postures, to look up how to stand for a goal.
+
+The base chooses x, y and heading freely, so that a posture suits a goal as soon as its hand has the
+goal's height and tilt; the rest is where the base must stand. The bank is drawn once, at random
+with a seed, from postures that are dexterous, inside the joint limits and clear of the robot itself
+and the floor; it comes with the package.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from math import pi
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from pinocchio import SE3
+
+from controller.body import Body
+from controller.command import N_ARM, Array
+from controller.model import ARM_JOINTS, HAND_TO_TOOL, LINK7_TO_HAND, ROBOTS, RobotModel
+
+BANK = Path(__file__).with_name("postures.npy")
+"""The stored bank: (60 000, 7) joint positions in half precision [rad], from `draw` with `SEED`."""
+SEED = 20220101
+
+_LIMIT_MARGIN = 0.2
+_SMALLEST_MANIPULABILITY = 0.035
+_LARGEST_BEARING = 0.3
+_SMALLEST_REACH = 0.25
+_CLEARANCE = 0.03
+
+
+class Hands(NamedTuple):
+    """Where the hand is in each of N postures, in the base frame."""
+
+    positions: Array
+    """(N, 3) of the end effector [m]."""
+    rotations: Array
+    """(N, 3, 3) of the end effector."""
+    J: Array
+    """(N, 6, 7) Jacobians at the end effector, linear first, in base axes."""
+
+    @property
+    def manipulability(self) -> Array:
+        """(N,) Yoshikawa's measure."""
+        J = self.J
+        squared: Array = np.linalg.det(J @ np.swapaxes(J, 1, 2))
+        return np.sqrt(np.maximum(squared, 0.0))
+
+
+def hands(bTa: SE3, q: Array) -> Hands:
+    """Forward kinematics of many postures at once.
+
+    Args:
+        bTa: arm's foot in the base frame.
+        q: (N, 7) joint positions [rad].
+    """
+    count = len(q)
+    positions = np.tile(bTa.translation, (count, 1))
+    rotations = np.tile(bTa.rotation, (count, 1, 1))
+    origins, axes = np.empty((count, N_ARM, 3)), np.empty((count, N_ARM, 3))
+    for joint, (translation, quarter_turns) in enumerate(ARM_JOINTS):
+        turn = SE3.Identity()
+        turn.rotation = np.round(_about_x(quarter_turns * pi / 2.0))
+        positions = positions + rotations @ np.array(translation)
+        rotations = _turned(rotations @ turn.rotation, q[:, joint])
+        origins[:, joint], axes[:, joint] = positions, rotations[:, :, 2]
+    tool = LINK7_TO_HAND * HAND_TO_TOOL
+    positions = positions + rotations @ tool.translation
+    linear = np.cross(axes, positions[:, None] - origins)
+    J = np.concatenate([np.swapaxes(linear, 1, 2), np.swapaxes(axes, 1, 2)], axis=1)
+    return Hands(positions, rotations @ tool.rotation, J)
+
+
+def _about_x(angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def _turned(rotations: Array, angles: Array) -> Array:
+    """Rotations (N, 3, 3), each turned by an angle about its own z."""
+    c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    x, y, z = rotations[:, :, 0], rotations[:, :, 1], rotations[:, :, 2]
+    return np.stack([x * c + y * s, y * c - x * s, z], axis=2)
+
+
+class Bank(NamedTuple):
+    """The bank for one robot, sorted by the height of the hand."""
+
+    q: Array
+    """(N, 7) joint positions [rad]."""
+    hands: Hands
+    manipulability: Array
+    """(N,)."""
+
+
+@cache
+def bank(name: str) -> Bank:
+    """The stored postures on the robot called `name`."""
+    q = np.load(BANK).astype(float)
+    where = hands(ROBOTS[name].bTa, q)
+    order = np.argsort(where.positions[:, 2])
+    where = Hands(*(values[order] for values in where))
+    return Bank(q[order], where, where.manipulability)
+
+
+def draw(count: int, rng: np.random.Generator) -> Array:
+    """Draw a bank of (count, 7) postures that are good on every robot [rad]."""
+    robots = [RobotModel(description) for description in ROBOTS.values()]
+    bodies = [Body(robot) for robot in robots]
+    limits = robots[0].limits
+    low, high = limits.q_min + _LIMIT_MARGIN, limits.q_max - _LIMIT_MARGIN
+    drawn: list[Array] = []
+    while len(drawn) < count:
+        q = rng.uniform(low, high, size=(4096, N_ARM))
+        q[:, 0] = 0.0
+        where = hands(SE3.Identity(), q)
+        x, y = where.positions[:, 0], where.positions[:, 1]
+        q[:, 0] = rng.uniform(-_LARGEST_BEARING, _LARGEST_BEARING, len(q)) - np.arctan2(y, x)
+        q[:, 0] = (q[:, 0] + pi) % (2.0 * pi) - pi
+        good = (
+            (where.manipulability > _SMALLEST_MANIPULABILITY)
+            & (np.hypot(x, y) > _SMALLEST_REACH)
+            & (np.abs(q[:, 0]) < high[0])
+        )
+        drawn += [p for p in q[good] if all(body.clearance(p) > _CLEARANCE for body in bodies)]
+    return np.array(drawn[:count])

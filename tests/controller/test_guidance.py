@@ -1,0 +1,190 @@
+"""Out of local minima: goals that the bare programme does not reach, and no harm done elsewhere."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from motion import (
+    State,
+    assert_within_limits,
+    closest,
+    move,
+    reachable_poses,
+    run_to,
+    tool_pose,
+)
+from pinocchio import SE3
+
+from controller import (
+    READY,
+    ROBOTS,
+    Body,
+    Command,
+    ControllerSettings,
+    HolisticController,
+    PoseGoal,
+    robot_model,
+)
+from controller.base_drive import Planar, planar
+from controller.choice import choose
+from controller.guidance import Guide
+from controller.postures import BANK, SEED, bank, draw, hands
+from controller.servo import pose_error
+
+BARE = replace(ControllerSettings(), guidance=False)
+HARD = [  # position [m], roll, pitch, yaw [rad]: the bare programme is stuck before them
+    ((2.522, -2.355, 1.255), (-2.086, -0.947, 1.006)),
+    ((1.232, 1.556, 1.309), (2.791, 1.181, -2.131)),
+    ((1.576, 2.703, 1.024), (1.105, 0.481, -1.552)),
+]
+ORIGIN = Planar(0.0, 0.0, 0.0)
+
+
+def precisely(wTe: SE3) -> PoseGoal:
+    return PoseGoal(wTe=wTe, position_tolerance=0.01, orientation_tolerance=np.deg2rad(1.0))
+
+
+@pytest.mark.parametrize("position_and_angles", HARD)
+def test_goals_that_the_bare_programme_is_stuck_before_are_reached(position_and_angles):
+    position, angles = position_and_angles
+    goal = precisely(SE3(pin.rpy.rpyToMatrix(*angles), np.array(position)))
+    model = robot_model("frankie")
+    assert not run_to(goal, seconds=10.0, controller=HolisticController(model, BARE)).arrived
+    run = run_to(goal)
+    assert run.arrived
+    assert_within_limits(run, "frankie")
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+def test_random_goals_are_reached_within_all_limits_and_without_contact(robot):
+    times, controller = [], HolisticController(robot_model(robot))
+    for wTe in reachable_poses(robot, 30, seed=41):
+        run = run_to(precisely(wTe), robot=robot, controller=controller)
+        assert run.arrived
+        assert all(report.solved for report in run.reports)
+        assert_within_limits(run, robot)
+        assert closest(robot_model(robot), run) > 0.0
+        times.append(0.01 * len(run.reports))
+    assert np.median(times) < 4.3
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+def test_the_chosen_stance_reaches_the_goal_clear_of_contact(robot):
+    model, body = robot_model(robot), Body(robot_model(robot))
+    for wTe in reachable_poses(robot, 20, seed=5):
+        stance = choose(model, ControllerSettings(), bank(robot), body, wTe, ORIGIN, READY)
+        x, y, heading = stance.base_for(wTe)
+        wTb = SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
+        error = pose_error(model.wTe(wTb, stance.q), wTe)
+        assert error.position < 0.005
+        assert error.orientation < 0.02
+        assert body.clearance(stance.q) > 0.0
+        assert (stance.q > model.limits.q_min).all()
+        assert (stance.q < model.limits.q_max).all()
+
+
+def test_a_stance_that_failed_is_not_chosen_again():
+    model, settings = robot_model("frankie"), ControllerSettings()
+    body, wTe = Body(model), tool_pose(2.0, 0.5, 0.7)
+    first = choose(model, settings, bank("frankie"), body, wTe, ORIGIN, READY)
+    second = choose(model, settings, bank("frankie"), body, wTe, ORIGIN, READY, failed=(first,))
+    assert np.abs(first.q - second.q).max() > 0.5
+
+
+def guide_and_ask(robot: str = "frankie"):
+    model = robot_model(robot)
+    guide = Guide(model, ControllerSettings(), Body(model))
+
+    def ask(goal: PoseGoal, state: State):
+        error = pose_error(model.wTe(state.wTb, state.q), goal.wTe)
+        return guide.pull(goal, error, planar(state.wTb), state.q)
+
+    return guide, ask
+
+
+def test_a_robot_that_does_not_get_on_tries_a_detour_within_a_second_or_so():
+    _, ask = guide_and_ask()
+    goal, state = PoseGoal(wTe=tool_pose(0.75, 0.05, 0.7)), State()  # near: no guidance at first
+    pulls = [ask(goal, state) for _ in range(110)]
+    assert pulls[0] is None
+    assert pulls[-1] is not None
+    assert pulls[-1].detour
+
+
+def test_a_goal_that_must_be_approached_straight_gets_no_detour():
+    _, ask = guide_and_ask()
+    goal = PoseGoal(wTe=tool_pose(0.75, 0.05, 0.7), straight=True)
+    assert all(ask(goal, State()) is None for _ in range(300))
+
+
+def test_a_goal_that_creeps_keeps_its_stance_and_one_that_jumps_gets_another():
+    _, ask = guide_and_ask()
+    state, drives = State(), []
+    for x in np.linspace(3.0, 3.2, 40):
+        drives.append(ask(PoseGoal(wTe=tool_pose(x, 0.0, 0.7)), state).arm)
+    np.testing.assert_allclose(drives[-1] / drives[0], (drives[-1] / drives[0])[0], rtol=1e-6)
+    elsewhere = ask(PoseGoal(wTe=tool_pose(-3.0, 1.0, 1.2, yaw=2.0)), state).arm
+    assert np.abs(elsewhere - drives[-1]).max() > 0.05
+
+
+def test_guidance_ends_before_the_goal():
+    """Close to it the end effector has its way alone."""
+    _, ask = guide_and_ask()
+    goal, model = PoseGoal(wTe=tool_pose(2.0, 0.0, 0.7)), robot_model("frankie")
+    assert ask(goal, State()).share == 1.0
+    reached = run_to(goal).state
+    assert np.linalg.norm(model.wTe(reached.wTb, reached.q).translation - [2.0, 0.0, 0.7]) < 0.02
+    assert ask(goal, reached).share == 0.0
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+@pytest.mark.parametrize(("x", "y", "yaw"), [(0.65, 0.0, 0.0), (2.5, -1.0, 1.5), (-1.0, 0.5, 2.0)])
+def test_going_down_on_a_grasp_is_straight(robot, x, y, yaw):
+    above, grasp = tool_pose(x, y, 0.5, yaw), tool_pose(x, y, 0.38, yaw)
+    controller = HolisticController(robot_model(robot))
+    run = run_to(PoseGoal(wTe=above, position_tolerance=0.006), robot=robot, controller=controller)
+    state, model = run.state, robot_model(robot)
+    start = model.wTe(state.wTb, state.q).translation
+    line = grasp.translation - start
+    line /= np.linalg.norm(line)
+    goal = PoseGoal(wTe=grasp, speed=0.25, position_tolerance=0.004, straight=True)
+    last, farthest = run.commands[-1], 0.0
+    for _ in range(200):
+        last, report = controller.step(state, goal, last)
+        if report.arrived:
+            break
+        move(state, last)
+        way = model.wTe(state.wTb, state.q).translation - start
+        farthest = max(farthest, float(np.linalg.norm(way - line * (way @ line))))
+    assert report.arrived
+    assert farthest < 0.002
+
+
+def test_a_goal_that_comes_closer_every_tick_is_met():
+    """A grasp is seen anew in every frame and moves by millimetres."""
+    controller = HolisticController(robot_model("frankie"))
+    state, last, rng = State(), Command.stop(), np.random.default_rng(0)
+    for _ in range(600):
+        shift = rng.normal(size=3) * 0.002
+        goal = PoseGoal(wTe=SE3(np.eye(3), shift) * tool_pose(2.0, 0.8, 0.5, yaw=0.6))
+        last, report = controller.step(state, goal, last)
+        move(state, last)
+    assert report.position_error < 0.02
+
+
+def test_the_stored_bank_is_what_its_seed_draws():
+    stored = np.load(BANK)
+    again = draw(500, np.random.default_rng(SEED)).astype(np.float16)
+    np.testing.assert_array_equal(stored[:500], again)
+
+
+@pytest.mark.parametrize("robot", sorted(ROBOTS))
+def test_forward_kinematics_of_many_postures_is_that_of_each(robot):
+    model, q = robot_model(robot), bank(robot).q[::5000]
+    where = hands(ROBOTS[robot].bTa, q)
+    for number, posture in enumerate(q):
+        kinematics = model.kinematics(posture)
+        np.testing.assert_allclose(where.positions[number], kinematics.bTe.translation, atol=1e-12)
+        np.testing.assert_allclose(where.rotations[number], kinematics.bTe.rotation, atol=1e-12)
+        np.testing.assert_allclose(where.J[number], kinematics.J[:, model.n_base :], atol=1e-12)
