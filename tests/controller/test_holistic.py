@@ -46,7 +46,7 @@ def test_solver_finds_the_minimiser(robot):
         assert x is not None
         assert (x >= programme.lower).all()
         assert (x <= programme.upper).all()
-        np.testing.assert_allclose(x, reference, atol=1e-5)
+        np.testing.assert_allclose(x, reference, atol=1e-7)
         at_bounds += int((x <= programme.lower + 1e-6).sum() + (x >= programme.upper - 1e-6).sum())
     assert at_bounds > 100  # otherwise the bounds were not tested
 
