@@ -310,7 +310,7 @@ def bench_pick_place(
     first, dash, last = seeds.partition("-")
     if not (first.isdigit() and (last.isdigit() or not dash)):
         refuse(f"--seeds {seeds}: give the first and the last seed, for example 0-4")
-    console = Console()
+    _check_writable(json_file)
     with bad_input():
         options = RunOptions(tree=find_tree(tree), robot=robot.value, scene=scene, record=record)
         summaries = pick_place.bench_pick_place(
@@ -318,6 +318,5 @@ def bench_pick_place(
             range(int(first), int(last or first) + 1),
             lambda summary: summary.show(Console(stderr=True)),
         )
-    console.print(pick_place.pick_place_table(summaries))
-    if json_file is not None:
-        pick_place.write_json(summaries, json_file)
+    _console().print(pick_place.pick_place_table(summaries))
+    _keep(json_file, pick_place.pick_place_json(summaries))

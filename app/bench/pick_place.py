@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, replace
-from pathlib import Path
 
 from rich.table import Table
 
@@ -61,10 +60,9 @@ def pick_place_table(summaries: list[Summary]) -> Table:
     return table
 
 
-def write_json(summaries: list[Summary], path: Path) -> None:
-    """Keep the summaries and the machine that they come from."""
-    report = {"machine": machine(), "runs": [asdict(summary) for summary in summaries]}
-    path.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
+def pick_place_json(summaries: list[Summary]) -> str:
+    """The summaries and the machine that they come from, as one JSON object."""
+    return json.dumps({"about": machine(), "runs": [asdict(s) for s in summaries]}, indent=2)
 
 
 def _seconds(value: float | None) -> str:

@@ -27,7 +27,7 @@ def test_one_row_a_seed_and_the_same_figures_as_json(tmp_path):
     assert result.exit_code == 0, result.output
     report = json.loads(figures.read_text())
     assert [run["seed"] for run in report["runs"]] == [2, 3]
-    assert report["machine"]
+    assert report["about"]["machine"]
     assert {run["placed"] for run in report["runs"]} == {0}
     assert result.stdout.count("0 of 1") == 2
 
