@@ -12,6 +12,9 @@ from behaviours.leaf import Leaf, Progress
 from behaviours.names import BasePose, ToolPose
 from controller import BaseGoal, MotionGoal, PoseGoal
 
+_PATIENCE = 5.0
+"""A base that turns round first brings the hand no nearer for a while [s]."""
+
 
 class Navigate(Leaf):
     """Move the end effector, or the base, to a named pose.
@@ -47,7 +50,7 @@ class Navigate(Leaf):
     def initialise(self) -> None:
         """Start anew."""
         self._begun = self.context.clock.now()
-        self._progress = Progress()
+        self._progress = Progress(patience=_PATIENCE)
 
     def update(self) -> Status:
         """One tick."""

@@ -51,6 +51,14 @@ def test_navigate_brings_the_hand_to_a_pose(robot):
     assert np.linalg.norm(error) < 0.015
 
 
+@pytest.mark.parametrize("place", [(-2.0, 0.0, 0.0), (0.0, -2.5, np.pi), (-1.0, 1.0, -2.0)])
+def test_navigate_reaches_what_is_behind_or_beside(place):
+    x, y, yaw = place
+    stage = Stage(table_world())
+    leaf = navigate(stage, ToolPose(name="behind", wTe=looking_down(x, y, 0.7, yaw)))
+    assert stage.run(leaf) is Status.SUCCESS, leaf.feedback_message
+
+
 def test_navigate_drives_the_base_alone_and_leaves_the_arm():
     stage = Stage()
     leaf = navigate(stage, BasePose(name="corner", wTb=SE3(np.eye(3), np.array([1.0, 0.5, 0.0]))))
@@ -74,7 +82,7 @@ def test_navigate_notices_that_it_is_stuck():
     stage = Stage()
     stage.robot.stuck = True
     leaf = navigate(stage, POSE)
-    assert stage.run(leaf, seconds=5.0) is Status.FAILURE
+    assert stage.run(leaf, seconds=8.0) is Status.FAILURE
     assert leaf.feedback_message.startswith("stuck on the way to over_there: 1.0")
 
 
