@@ -19,7 +19,9 @@ _PASSES = 3
 _EXACT = 1e-12
 """What counts as inside the bounds where a linear system was solved."""
 _ROUNDS = 4
-"""Guesses of the active bounds that are mended before PIQP is asked."""
+"""Guesses of the active bounds that are mended before PIQP is asked ..."""
+_LAST_ROUNDS = 20
+"""... and after it has answered, well or not."""
 _ROOM = 1e-8
 """The bounds are this much wider for PIQP: where they coincide it has no interior to work in."""
 PRECISE = 1e-10
@@ -97,23 +99,24 @@ class Solver:
             x = self._pivot(programme, self._active)
             if x is not None:
                 return x
-        if not self._attempt(programme):
+        solved = self._attempt(programme)
+        if not solved:
             # A new workspace is scaled for this very programme, which a kept one is not.
             self._renew()
-            if not self._attempt(programme):
-                return None
+            solved = self._attempt(programme)
         P, c, lower, upper = programme
         rough: Array = np.minimum(np.maximum(self._piqp.result.x, lower), upper)
+        if not np.isfinite(rough.sum()):
+            rough = np.minimum(np.maximum(0.0, lower), upper)
         gradient = P @ rough + c
-        exact = self._pivot(
-            programme, _Active.at(rough - lower < gradient, upper - rough < -gradient)
-        )
-        return rough if exact is None else exact
+        guess = _Active.at(rough - lower < gradient, upper - rough < -gradient)
+        exact = self._pivot(programme, guess, _LAST_ROUNDS)
+        return rough if exact is None and solved else exact
 
-    def _pivot(self, programme: Programme, active: _Active) -> Array | None:
+    def _pivot(self, programme: Programme, active: _Active, rounds: int = _ROUNDS) -> Array | None:
         """The exact minimiser, from a guess of the active bounds; None if that leads nowhere."""
         P, c, lower, upper = programme
-        for _ in range(_ROUNDS):
+        for _ in range(rounds):
             held = lower * active.at_lower + upper * active.at_upper
             reduced = eigenpy.LLT(P * active.mask + active.identity)
             x: Array = reduced.solve(held - active.free * (c + P @ held))
