@@ -32,23 +32,41 @@ def programmes(robot: str, count: int):
         )
 
 
+def minimiser(programme) -> np.ndarray:
+    """A box-constrained programme is a bounded least-squares problem: |L (x + P⁻¹c)|², P = LᵀL."""
+    L = np.linalg.cholesky(programme.P).T
+    target = -L @ np.linalg.solve(programme.P, programme.c)
+    box = (programme.lower, programme.upper + 1e-9)  # lsq_linear wants lower < upper
+    return lsq_linear(L, target, box, tol=1e-14).x
+
+
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_solver_finds_the_minimiser(robot):
-    """A box-constrained programme is a bounded least-squares problem: |L (x + P⁻¹c)|², P = LᵀL."""
     solver = Solver()
     at_bounds = 0
     for *_, programme in programmes(robot, 100):
-        L = np.linalg.cholesky(programme.P).T
-        target = -L @ np.linalg.solve(programme.P, programme.c)
-        box = (programme.lower, programme.upper + 1e-9)  # lsq_linear wants lower < upper
-        reference = lsq_linear(L, target, box, tol=1e-14).x
         x = solver.solve(programme)
         assert x is not None
         assert (x >= programme.lower).all()
         assert (x <= programme.upper).all()
-        np.testing.assert_allclose(x, reference, atol=1e-7)
+        np.testing.assert_allclose(x, minimiser(programme), atol=1e-7)
         at_bounds += int((x <= programme.lower + 1e-6).sum() + (x >= programme.upper - 1e-6).sum())
     assert at_bounds > 100  # otherwise the bounds were not tested
+
+
+def test_a_programme_that_piqp_does_not_finish_is_finished(monkeypatch):
+    """Even from an answer that is far off the exact minimiser is found."""
+    finished = Solver._attempt
+
+    def gives_up(self, programme):
+        finished(self, programme)
+        return False
+
+    monkeypatch.setattr(Solver, "_attempt", gives_up)
+    for *_, programme in programmes("frankie", 30):
+        x = Solver(precision=1e-1).solve(programme)
+        assert x is not None
+        np.testing.assert_allclose(x, minimiser(programme), atol=1e-7)
 
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
