@@ -19,7 +19,6 @@ from behaviours import Context, LeafCrashedError
 from controller import Command, GoalError, HolisticController, StepReport
 from hw import HardwareError, RobotState, stopwatch
 from hw.gate import Gate
-from trees.language import nodes_in_order
 
 _LONGEST_STOP = 3.0
 """Coming to rest is given up after this [s]."""
@@ -152,8 +151,3 @@ def failed_node(root: py_trees.behaviour.Behaviour) -> py_trees.behaviour.Behavi
     while failed := [child for child in node.children if child.status is Status.FAILURE]:
         node = failed[-1]
     return node
-
-
-def tree_nodes(root: py_trees.behaviour.Behaviour) -> list[py_trees.behaviour.Behaviour]:
-    """The nodes of a tree, parents before children."""
-    return [place.node for place in nodes_in_order(root)]

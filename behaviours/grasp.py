@@ -9,7 +9,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.leaf import FINGER_PATIENCE, Leaf, Progress
+from behaviours.leaf import FINGER_PATIENCE, Leaf, Progress, remaining
 from behaviours.names import Region
 from controller import PoseGoal, StepReport
 from perception import GraspEstimate
@@ -130,8 +130,7 @@ class Grasp(Leaf):
         return self.success(f"closed at {1000 * state.gripper_width:.0f} mm")
 
     def _stalled(self, report: StepReport) -> bool:
-        error = report.position_error + 0.3 * report.orientation_error
-        return self._progress.stalled(error, self.context.clock.now())
+        return self._progress.stalled(remaining(report), self.context.clock.now())
 
     def _note(self, grasp: GraspEstimate) -> None:
         log = self.context.log

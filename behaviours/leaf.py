@@ -97,6 +97,11 @@ class Leaf(py_trees.behaviour.Behaviour):
         return context.report if context.report_of == (self, phase) else None
 
 
+def remaining(report: StepReport) -> float:
+    """What is left of the way to a pose, in one number: a radian counts like 0.3 m [m]."""
+    return report.position_error + 0.3 * report.orientation_error
+
+
 class Progress:
     """Notices when a motion no longer comes nearer to its goal.
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.leaf import Leaf, Progress
+from behaviours.leaf import Leaf, Progress, remaining
 from behaviours.names import BasePose, ToolPose
 from controller import BaseGoal, MotionGoal, PoseGoal
 
@@ -64,6 +64,6 @@ class Navigate(Leaf):
         left = f"{report.position_error:.2f} m, {degrees(report.orientation_error):.0f}° to go"
         if now - self._begun > self._timeout:
             return self.failure(f"not at {self._to.name} after {self._timeout:g} s: {left}")
-        if self._progress.stalled(report.position_error + 0.3 * report.orientation_error, now):
+        if self._progress.stalled(remaining(report), now):
             return self.failure(f"stuck on the way to {self._to.name}: {left}")
         return self.running(left)

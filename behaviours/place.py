@@ -12,7 +12,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.leaf import FINGER_PATIENCE, Leaf, Progress
+from behaviours.leaf import FINGER_PATIENCE, Leaf, Progress, remaining
 from behaviours.names import Region
 from behaviours.retreat_check import CLOSED
 from controller import PoseGoal
@@ -128,7 +128,6 @@ class Place(Leaf):
         if report.arrived:
             self._phase, self._progress = then, Progress()
             return then()
-        error = report.position_error + 0.3 * report.orientation_error
-        if self._progress.stalled(error, self.context.clock.now()):
+        if self._progress.stalled(remaining(report), self.context.clock.now()):
             return self.failure(f"{what}: stuck {report.position_error:.2f} m away")
         return self.running(f"{what}, {report.position_error:.2f} m to go")
