@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from behaviours.leaf import FINGER_PATIENCE, Leaf
+from behaviours.leaf import Condition, Leaf
 from behaviours.retreat_check import CLOSED
 from hw import HAND_OPENING
 
@@ -23,9 +23,8 @@ class OpenGripper(Leaf):
 
     def initialise(self) -> None:
         """Start to open, unless the fingers are open already."""
-        self._since = self.context.clock.now()
         if self.context.state.gripper_width < _OPEN:
-            self.context.robot.grip(HAND_OPENING, 20.0)
+            self.grip(HAND_OPENING, 20.0)
 
     def update(self) -> Status:
         """One tick."""
@@ -34,13 +33,12 @@ class OpenGripper(Leaf):
         state = self.context.state
         if state.gripper_width >= _OPEN:
             return self.success("open")
-        waited = self.context.clock.now() - self._since
-        if waited <= 0.0 or (state.gripper_moving and waited < FINGER_PATIENCE):
-            return self.running(f"opening, {1000 * state.gripper_width:.0f} mm")
+        if (waiting := self.fingers("opening")) is not None:
+            return waiting
         return self.failure(f"the fingers stopped at {1000 * state.gripper_width:.0f} mm")
 
 
-class HoldingObject(Leaf):
+class HoldingObject(Condition):
     """Succeeds if the fingers rest on something: neither closed, nor fully open."""
 
     key: ClassVar[str] = "holding_object"

@@ -34,7 +34,8 @@ class Leaf(py_trees.behaviour.Behaviour):
 
     A subclass names itself by `key` and declares what a task file may say about it as the
     keyword-only parameters of its constructor: their annotations are the types, their defaults the
-    defaults, the `Args:` section of the class their descriptions.
+    defaults, the `Args:` section of the class their descriptions. A parameter annotated `Key[T]` is
+    a result that it writes.
 
     Args:
         name: the node's name in the tree.
@@ -81,6 +82,27 @@ class Leaf(py_trees.behaviour.Behaviour):
         """What keeps the robot from moving, in words; None if nothing does."""
         return "; ".join(fault.text for fault in self.context.state.faults) or None
 
+    def grip(self, width: float, force: float) -> None:
+        """Set the fingers moving to a width [m] by a force [N]; `fingers` tells when they rest."""
+        self.context.robot.grip(width, force)
+        self._gripping_since = self.context.clock.now()
+
+    def fingers(self, what: str) -> Status | None:
+        """Wait for the fingers that `grip` has set moving.
+
+        Args:
+            what: they are doing, for example `closing`.
+
+        Returns:
+            RUNNING while they move, FAILURE when they move for too long, None once they rest.
+        """
+        state, waited = self.context.state, self.context.clock.now() - self._gripping_since
+        if state.gripper_moving and waited > FINGER_PATIENCE:
+            return self.failure(f"the fingers still move after {FINGER_PATIENCE:g} s")
+        if state.gripper_moving or waited <= 0.0:
+            return self.running(f"{what}, {1000 * state.gripper_width:.0f} mm")
+        return None
+
     def pursue(self, goal: MotionGoal, phase: str = "") -> StepReport | None:
         """Leave a goal for the coming period.
 
@@ -95,6 +117,24 @@ class Leaf(py_trees.behaviour.Behaviour):
         context = self.context
         context.goal, context.goal_of = goal, (self, phase)
         return context.report if context.report_of == (self, phase) else None
+
+
+class Condition(Leaf):
+    """A question about how things are now: success is yes, failure is no.
+
+    It answers within the tick and leaves no goal, so it may be asked at any time: only a condition
+    can guard a node (`while`, `unless`).
+    """
+
+    def tick(self) -> Iterator[py_trees.behaviour.Behaviour]:
+        """Ask once.
+
+        Raises:
+            LeafCrashedError: as for every leaf, and when there is no answer yet.
+        """
+        yield from super().tick()
+        if self.status is Status.RUNNING:
+            raise LeafCrashedError(self.name, TypeError("a condition answers within one tick"))
 
 
 def remaining(report: StepReport) -> float:

@@ -44,7 +44,7 @@ TREE_MISTAKES = {
         "- zzz",
         "0:3: unknown node `zzz`; known here: `fallback`, `forever`, `grasp`, `navigate`, "
         "`open_gripper`, `parallel`, `place`, `play`, `reactive_fallback`, `reactive_sequence`, "
-        "`recover`, `region_empty`, `retreat_check`, `sequence`, `until`",
+        "`recover`, `region_empty`, `retreat_check`, `sequence`, `set`, `subtree`, `until`",
     ),
     "unknown parameter": (
         "- grasp: {within: box, lock_distance: 0.2}",
@@ -157,16 +157,18 @@ TREE_MISTAKES = {
     ),
     "no attempt": (
         "- open_gripper:\n  retry: 0",
-        "1:10: `retry`: must be at least 1, got the number `0`; write one that is at least 1",
+        "1:10: `retry`: expected a whole number of at least 1, got the number `0`;"
+        " write a whole number of at least 1",
     ),
     "half a round": (
         "- open_gripper:\n  repeat: 1.5",
-        "1:11: `repeat`: expected a whole number, got the number `1.5`; write a whole number",
+        "1:11: `repeat`: expected a whole number of at least 1, got the number `1.5`;"
+        " write a whole number of at least 1",
     ),
     "no time": (
         "- open_gripper:\n  timeout_s: 0",
-        "1:14: `timeout_s`: must be greater than 0, got the number `0`;"
-        " write one that is greater than 0",
+        "1:14: `timeout_s`: expected a number greater than 0, got the number `0`;"
+        " write a number greater than 0",
     ),
     "unusable name": (
         "- open_gripper:\n  name: a/b",
@@ -174,8 +176,8 @@ TREE_MISTAKES = {
     ),
     "parameter of the wrong type": (
         "- open_gripper:\n  retry: $speed",
-        "1:10: `retry`: expected a whole number, got the number `1.5`, the value of `$speed`;"
-        " write a whole number",
+        "1:10: `retry`: expected a whole number of at least 1, got the number `1.5`,"
+        " the value of `$speed`; write a whole number of at least 1",
     ),
     "unknown task parameter": (
         "- open_gripper:\n  retry: $cuont",
@@ -183,7 +185,7 @@ TREE_MISTAKES = {
     ),
     "dollar without a name": (
         "- play: {script: $5}",
-        "0:18: `$5` begins with `$` and is not a parameter; write `$` and the name of a parameter",
+        "0:18: `$5` begins with `$` and is neither a parameter nor a key; write `$` and its name",
     ),
 }
 
@@ -271,11 +273,11 @@ FILE_MISTAKES = {
     ),
     "parameter without a default": (
         "task: toy\nparams: {a: {description: x}}\ntree: {open_gripper: , retry: $a}\n",
-        "2:13: parameter `a` lacks `default`; add `default`",
+        "2:10: parameter `a` has neither `type` nor `default`; add a `default`, or a `type`",
     ),
     "parameter without a type": (
         "task: toy\nparams: {a: {default: null}}\n" + TREE,
-        "2:23: parameter `a` has no usable default; its type is that of its default:",
+        "2:23: parameter `a` has no usable default; give a number, a text, `true` or `false`",
     ),
 }
 
@@ -308,7 +310,7 @@ def test_all_mistakes_of_a_file_are_reported_at_once_in_its_order(tmp_path):
     [
         ("count=many", "3:3: `-p count=many`: expected a whole number, got the text `many`;"),
         ("count=2.5", "3:3: `-p count=2.5`: expected a whole number, got the number `2.5`;"),
-        ("speed=.nan", "4:3: `-p speed=.nan`: expected a number, got the number `nan`;"),
+        ("speed=.nan", "4:3: `-p speed=nan`: expected a number, got the number `nan`;"),
         ("cuont=2", "2:1: `-p cuont=2`: the task has no parameter `cuont`; did you mean `count`?"),
     ],
 )

@@ -5,20 +5,32 @@ and how to mend it; `Task.build` makes the tree. Leaves are classes with typed c
 `registry`), the other words of the language are listed in `vocabulary`.
 """
 
-from trees.language.load import Task, check, load
+from trees.language.load import check, load
 from trees.language.mistakes import Mistake, Place, Severity, TaskFileError
-from trees.language.registry import LeafError
+from trees.language.registry import LeafError, LeafType, describe_leaves, known_leaves
+from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode
+from trees.language.task import Task
+from trees.language.vocabulary import COMPOSITES, MODIFIERS
 from trees.language.walk import PlacedNode, nodes_in_order
 
 __all__ = [
+    "COMPOSITES",
+    "MODIFIERS",
+    "CompositeNode",
     "LeafError",
+    "LeafNode",
+    "LeafType",
     "Mistake",
+    "Node",
     "Place",
     "PlacedNode",
     "Severity",
+    "SubtreeNode",
     "Task",
     "TaskFileError",
     "check",
+    "describe_leaves",
+    "known_leaves",
     "load",
     "nodes_in_order",
 ]

@@ -2,45 +2,112 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from py_trees.behaviour import Behaviour
 
+from behaviours.names import Key
+from trees.language.composites import Subtree
+from trees.language.keys import LateLeaf, Set, Supply
 from trees.language.mistakes import Mistake, TaskFileError
-from trees.language.syntax import CompositeNode, LeafNode, Node
+from trees.language.registry import SET
+from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode
+from trees.language.values import Given, KeyRead
 from trees.language.vocabulary import COMPOSITES, MODIFIERS
 
 if TYPE_CHECKING:
     from behaviours.context import Context
+    from trees.language.task import Task
+
+LeafMaker: TypeAlias = "Callable[[LeafNode, Context, Mapping[str, object]], Behaviour]"
+"""(node, context, arguments and keys by parameter) to the leaf."""
 
 
-def build(node: Node, context: Context, path: Path) -> Behaviour:
-    """The behaviours of a node and of everything below it.
-
-    Args:
-        node: a checked node.
-        context: what all leaves share; its clock is the time of every modifier.
-        path: the file, for messages.
-
-    Raises:
-        TaskFileError: a leaf refused its arguments with a ValueError.
-    """
-    if isinstance(node, CompositeNode):
-        children = [build(child, context, path) for child in node.children]
-        behaviour: Behaviour = COMPOSITES[node.key].node(node.name, children)
-    else:
-        behaviour = _leaf(node, context, path)
-    for key, word in MODIFIERS.items():
-        if key in node.modifiers:
-            behaviour = word.wrap(behaviour, node.modifiers[key], context.clock.now)
-    return behaviour
+def real_leaf(node: LeafNode, context: Context, arguments: Mapping[str, object]) -> Behaviour:
+    """The leaf that the node's key stands for."""
+    return node.type.behaviour(node.name, context, **arguments)
 
 
-def _leaf(node: LeafNode, context: Context, path: Path) -> Behaviour:
-    try:
-        return node.type.behaviour(node.name, context, **node.arguments)
-    except ValueError as error:
-        what = f"`{node.type.key}` refuses its parameters: {error}"
-        mistake = Mistake(path=path, place=node.place, what=what, mend="change them")
-        raise TaskFileError([mistake]) from error
+def build_task(task: Task, context: Context, make_leaf: LeafMaker) -> Behaviour:
+    """The behaviours of a task; see `Task.build`."""
+    for name, parameter in task.parameters.items():
+        if parameter.value is None:
+            what = f"the parameter `{name}` has no value"
+            raise TaskFileError(
+                [Mistake(path=task.path, place=parameter.place, what=what, mend="give it one")]
+            )
+    return _Builder(context=context, make_leaf=make_leaf, path=task.path).build(task.root)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Builder:
+    """Builds the nodes of one file; each subtree has a builder, and so keys, of its own."""
+
+    context: Context
+    make_leaf: LeafMaker
+    path: Path
+    """The file, for messages."""
+    keys: dict[str, Key[object]] = field(default_factory=dict)
+    """By the names that this file gives them."""
+
+    def build(self, node: Node) -> Behaviour:
+        """The behaviours of a node and of everything below it."""
+        if isinstance(node, CompositeNode):
+            children = [self.build(child) for child in node.children]
+            behaviour: Behaviour = COMPOSITES[node.key].node(node.name, children, **node.options)
+        elif isinstance(node, SubtreeNode):
+            behaviour = Subtree(node.name, self._subtree(node))
+        else:
+            behaviour = self._leaf(node)
+        for key, value in node.modifiers.items():
+            made = self.build(value) if isinstance(value, LeafNode) else value
+            behaviour = MODIFIERS[key].wrap(behaviour, made, self.context.clock.now)
+        return behaviour
+
+    def _subtree(self, node: SubtreeNode) -> Behaviour:
+        """The other file's tree; keys that cross the border are shared, under two names."""
+        shared = {inner: self._key(outer.name) for inner, outer in node.outputs.items()}
+        for name, value in node.arguments.items():
+            if isinstance(value, KeyRead):
+                shared[name] = self._key(value.name)
+        inner = _Builder(
+            context=self.context, make_leaf=self.make_leaf, path=node.task.path, keys=shared
+        )
+        return inner.build(node.task.root)
+
+    def _leaf(self, node: LeafNode) -> Behaviour:
+        supplies = {name: self._supply(value) for name, value in node.arguments.items()}
+        if node.type is SET:
+            return Set(node.name, {self._key(key): value for key, value in supplies.items()})
+        outputs = {name: self._key(key.name) for name, key in node.outputs.items()}
+
+        def make() -> Behaviour:
+            arguments = {name: supply() for name, supply in supplies.items()}
+            return self.make_leaf(node, self.context, {**arguments, **outputs})
+
+        if any(isinstance(value, KeyRead) for value in node.arguments.values()):
+            return LateLeaf(node.name, node.type.key, make)
+        try:
+            return make()
+        except ValueError as error:
+            what = f"`{node.type.key}` refuses its parameters: {error}"
+            mistake = Mistake(path=self.path, place=node.place, what=what, mend="change them")
+            raise TaskFileError([mistake]) from error
+
+    def _key(self, name: str) -> Key[object]:
+        return self.keys.setdefault(name, Key(name))
+
+    def _supply(self, value: Given) -> Supply:
+        """Gives the value, or what its key holds at that time."""
+        if isinstance(value, KeyRead):
+            key = self._key(value.name)
+            return lambda: value.fitted(key.read())
+        return partial(_same, value)
+
+
+def _same(value: object) -> object:
+    return value

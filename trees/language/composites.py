@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from trees.language.branch import Branch, Ticking, halt, reason
@@ -63,20 +66,51 @@ class ReactiveFallback(ReactiveSequence):
 
 
 class Parallel(Branch):
-    """Runs its children side by side; succeeds when all have, fails as soon as one fails."""
+    """Runs its children side by side until enough have succeeded or too many have failed.
+
+    A child that has ended is not run again; those that still run at the end are halted.
+
+    Args:
+        name: the node's name in the tree.
+        children: at least one.
+        policy: how many have to succeed: `all`, `any`, or a number.
+    """
 
     key = "parallel"
 
+    def __init__(self, name: str, children: Iterable[Behaviour], policy: str | int = "all") -> None:
+        super().__init__(name, children)
+        enough = {"all": len(self.children), "any": 1}
+        self._needed = policy if isinstance(policy, int) else enough[policy]
+
+    def restart(self) -> None:
+        """Nothing has ended yet."""
+        self._ended: dict[Behaviour, Status] = {}
+
     def advance(self) -> Ticking:
-        """Tick every child that has not succeeded yet."""
+        """Tick every child that has not ended yet, until their outcomes decide."""
         for child in self.children:
-            if child.status is not Status.SUCCESS:
-                status = yield from self.run(child)
-                if status is Status.FAILURE:
-                    return status
-        waiting = [child for child in self.children if child.status is Status.RUNNING]
-        self.feedback_message = "; ".join(reason(child) for child in waiting or self.children)
-        return Status.RUNNING if waiting else Status.SUCCESS
+            if child in self._ended:
+                continue
+            status = yield from self.run(child)
+            if status is not Status.RUNNING:
+                self._ended[child] = status
+            if (outcome := self._outcome()) is not Status.RUNNING:
+                return outcome
+        waiting = [child for child in self.children if child not in self._ended]
+        self.feedback_message = "; ".join(reason(child) for child in waiting)
+        return Status.RUNNING
+
+    def _outcome(self) -> Status:
+        """What the children that have ended decide; RUNNING if nothing yet."""
+        ends = list(self._ended.values())
+        if ends.count(Status.FAILURE) > len(self.children) - self._needed:
+            return Status.FAILURE
+        if ends.count(Status.SUCCESS) >= self._needed:
+            succeeded = (child for child in self.children if child.status is Status.SUCCESS)
+            self.feedback_message = "; ".join(reason(child) for child in succeeded)
+            return Status.SUCCESS
+        return Status.RUNNING
 
 
 class Forever(Branch):
@@ -121,3 +155,21 @@ class Until(Branch):
         self.rewind()
         self.restart()
         return Status.RUNNING
+
+
+class Subtree(Branch):
+    """Runs the tree of another file.
+
+    Args:
+        name: the node's name in the tree.
+        child: the root of the other tree.
+    """
+
+    key = "subtree"
+
+    def __init__(self, name: str, child: Behaviour) -> None:
+        super().__init__(name, [child])
+
+    def advance(self) -> Ticking:
+        """Tick it."""
+        return (yield from self.run(self.children[0]))

@@ -3,53 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from py_trees.behaviour import Behaviour
-
-from trees.language.build import build
+from trees.language.documents import Document, read_document
+from trees.language.flow import check_keys
+from trees.language.lint import lint
 from trees.language.mistakes import Mistake, Mistakes, TaskFileError
-from trees.language.parameters import TaskParameter, read_parameters, substitute
-from trees.language.parse import Scope, read_node
+from trees.language.parameters import (
+    TaskParameter,
+    given_texts,
+    substitute,
+    with_values,
+)
+from trees.language.parse import read_node
 from trees.language.places import read_places
-from trees.language.registry import describe_leaves, known_leaves
-from trees.language.source import Entry, Plain, Scalar, compose, read_text
-from trees.language.syntax import Node
-from trees.language.tables import WORD, fields
-from trees.language.values import describe
+from trees.language.registry import LeafType, describe_leaves, known_leaves
+from trees.language.scope import Scope
+from trees.language.source import Entry, Scalar
+from trees.language.subtrees import Subtrees
+from trees.language.task import Task
 
 if TYPE_CHECKING:
-    from behaviours.context import Context
     from behaviours.leaf import Leaf
 
 NO_OVERRIDES: Mapping[str, str] = MappingProxyType({})
-
-
-@dataclass(frozen=True, kw_only=True)
-class Task:
-    """A task file without mistakes."""
-
-    name: str
-    description: str
-    path: Path
-    text: str
-    """The file as it was read."""
-    parameters: Mapping[str, Plain]
-    """Values by name, overrides included."""
-    tree: Node
-    warnings: tuple[Mistake, ...] = ()
-    """What is probably not meant, and does not keep the task from running."""
-
-    def build(self, context: Context) -> Behaviour:
-        """A fresh tree, ready to tick, on the context's clock.
-
-        Raises:
-            TaskFileError: a leaf refused its parameters.
-        """
-        return build(self.tree, context, self.path)
 
 
 def load(
@@ -57,20 +37,23 @@ def load(
     *,
     leaves: Mapping[str, type[Leaf]] | None = None,
     overrides: Mapping[str, str] = NO_OVERRIDES,
+    open_parameters: bool = False,
 ) -> Task:
-    """Read a task file.
+    """Read a task file and its subtrees.
 
     Args:
         path: the file.
         leaves: what may stand in the tree; None is all that is installed.
         overrides: values of task parameters, as texts.
+        open_parameters: whether parameters without a default may lack a value; the task can then
+            be looked at, but not built.
 
     Raises:
-        TaskFileError: with every mistake in the file.
+        TaskFileError: with every mistake in the files.
         LeafError: a leaf class, not the file, is at fault.
     """
     mistakes = Mistakes(Path(path))
-    task = _read(mistakes, known_leaves() if leaves is None else leaves, overrides)
+    task = _read(mistakes, leaves, overrides, open_parameters)
     if task is None:
         raise TaskFileError(mistakes.in_order())
     return task
@@ -82,69 +65,111 @@ def check(
     leaves: Mapping[str, type[Leaf]] | None = None,
     overrides: Mapping[str, str] = NO_OVERRIDES,
 ) -> list[Mistake]:
-    """Every mistake of a task file, warnings included, in its order; empty when it is sound.
+    """Every mistake of a task file and its subtrees, warnings included, in order.
 
-    Arguments and LeafError as for `load`.
+    Parameters may lack a value. Arguments and LeafError as for `load`.
     """
     mistakes = Mistakes(Path(path))
-    _read(mistakes, known_leaves() if leaves is None else leaves, overrides)
+    _read(mistakes, leaves, overrides, open_parameters=True)
     return mistakes.in_order()
 
 
 def _read(
-    mistakes: Mistakes, leaves: Mapping[str, type[Leaf]], overrides: Mapping[str, str]
+    mistakes: Mistakes,
+    leaves: Mapping[str, type[Leaf]] | None,
+    overrides: Mapping[str, str],
+    open_parameters: bool,
 ) -> Task | None:
     """The task, or None if there are errors."""
-    leaf_types = describe_leaves(leaves)
-    text = read_text(mistakes.path, mistakes)
-    document = None if text is None else compose(text, mistakes)
-    if text is None or document is None:
+    assembler = _Assembler(leaves=describe_leaves(known_leaves() if leaves is None else leaves))
+    document = read_document(mistakes)
+    if document is None:
         return None
-    optional = ("description", "params", "poses", "regions")
-    entries = fields(document, "the file", mistakes, required=("task", "tree"), optional=optional)
-    if entries is None:
-        return None
-
-    parameters = read_parameters(entries.get("params"), overrides, mistakes)
-    used: set[str] = set()
-    resolved = {
-        key: Entry(place=entry.place, value=substitute(entry.value, parameters, used, mistakes))
-        for key, entry in entries.items()
-        if key in ("poses", "regions", "tree")
-    }
-    places = read_places(resolved.get("poses"), resolved.get("regions"), mistakes)
-    scope = Scope(leaves=leaf_types, places=places, mistakes=mistakes)
-    tree = read_node(resolved["tree"].value, scope)
-    name = _text(entries["task"], "task", mistakes)
-    if name and not WORD.fullmatch(name):
-        mend = "use letters, digits and `_`, and begin with a letter"
-        mistakes.error(entries["task"].value.place, f"`{name}` cannot name a task", mend)
-    description = (
-        _text(entries["description"], "description", mistakes) if "description" in entries else ""
-    )
-
-    if tree is None or mistakes.fatal:
-        return None
-    _warn_of_unused(parameters, used, scope)
-    return Task(
-        name=name,
-        description=description,
-        path=mistakes.path,
-        text=text,
-        parameters={key: parameter.value for key, parameter in parameters.items()},
-        tree=tree,
-        warnings=tuple(mistakes.in_order()),
-    )
+    given = given_texts(document.parameters, overrides, document.params, mistakes)
+    if not open_parameters:
+        _require_values(document, given, mistakes)
+    subtrees = Subtrees(assemble=assembler.assemble, chain=(mistakes.path,))
+    task = assembler.assemble(document, document.parameters, mistakes, subtrees, given)
+    return task and replace(task, warnings=tuple(mistakes.in_order()))
 
 
-def _text(entry: Entry, key: str, mistakes: Mistakes) -> str:
-    text = entry.value.value if isinstance(entry.value, Scalar) else None
-    if isinstance(text, str) and text.strip():
-        return text.strip()
-    mistakes.error(
-        entry.value.place, f"`{key}` is a text, not {describe(entry.value)}", "write one"
-    )
-    return ""
+def _require_values(document: Document, given: Mapping[str, Scalar], mistakes: Mistakes) -> None:
+    for name, parameter in document.parameters.items():
+        if parameter.type is not None and parameter.default is None and name not in given:
+            about = f": {parameter.description}" if parameter.description else ""
+            what = f"the parameter `{name}` has no value ({parameter.type}{about})"
+            mistakes.error(parameter.place, what, f"give `-p {name}=...`, or a `default` here")
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Assembler:
+    """Makes tasks of the sections of files."""
+
+    leaves: Mapping[str, LeafType]
+
+    def assemble(
+        self,
+        document: Document,
+        parameters: Mapping[str, TaskParameter],
+        mistakes: Mistakes,
+        subtrees: Subtrees,
+        given: Mapping[str, Scalar] = MappingProxyType({}),
+    ) -> Task | None:
+        """The task in a file; None if there is an error in it or in any file before.
+
+        Args:
+            document: its sections.
+            parameters: with the values that an including file gives.
+            mistakes: of the file.
+            subtrees: reads the files that it includes.
+            given: values by a person, as the file would write them.
+        """
+        used: set[str] = set()
+
+        def resolved(key: str) -> Entry | None:
+            entry = document.sections.get(key)
+            if entry is None:
+                return None
+            keys = key == "tree"
+            value = substitute(entry.value, parameters, used, mistakes, keys=keys)
+            return replace(entry, value=value)
+
+        # Poses may be made of plain parameters, and parameters may be poses.
+        parameters = with_values(parameters, given, None, mistakes)
+        places = read_places(resolved("poses"), resolved("regions"), mistakes)
+        parameters = with_values(parameters, given, places.named, mistakes)
+        scope = Scope(
+            leaves=self.leaves,
+            parameters=parameters,
+            places=places,
+            mistakes=mistakes,
+            include=subtrees.include,
+        )
+        for parameter in parameters.values():
+            scope.use(parameter.value)
+            scope.used.add(str(parameter.default and parameter.default.value))
+        tree = resolved("tree")
+        root = None if tree is None else read_node(tree.value, scope)
+        if root is None or mistakes.fatal:
+            return None
+        outputs = check_keys(root, parameters, document.outputs, mistakes)
+        if outputs is None:
+            return None
+        _warn_of_unused(parameters, used, scope)
+        lint(root, mistakes)
+        defined = {name: places.named[name] for name in places.defined}
+        return Task(
+            name=document.name,
+            description=document.description,
+            path=document.path,
+            text=document.text,
+            scene=document.scene,
+            parameters=parameters,
+            poses={key: thing for key, thing in defined.items() if key not in places.regions},
+            regions={key: thing for key, thing in defined.items() if key in places.regions},
+            outputs=outputs,
+            root=root,
+        )
 
 
 def _warn_of_unused(parameters: Mapping[str, TaskParameter], used: set[str], scope: Scope) -> None:

@@ -1,6 +1,7 @@
 """Mistakes in a task file: each says where it is, what is wrong and how to mend it.
 
-All mistakes of a file are collected in one pass, so that a person mends them in one go.
+All mistakes of a file and its subtrees are collected in one pass, so that a person mends them in
+one go.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class TaskFileError(Exception):
     """A task file cannot be used.
 
     Args:
-        mistakes: everything that is wrong with it, in the order of the file.
+        mistakes: everything that is wrong with it and its subtrees, in order.
     """
 
     def __init__(self, mistakes: Iterable[Mistake]) -> None:
@@ -67,6 +68,12 @@ class Mistakes:
         self.path = path
         self._found: list[Mistake] = []
 
+    def of(self, path: Path) -> Mistakes:
+        """The same collection, for the mistakes of another file of the task."""
+        other = Mistakes(path)
+        other._found = self._found
+        return other
+
     def error(self, place: Place | None, what: str, mend: str) -> None:
         """Note something that keeps the task from running."""
         self._found.append(Mistake(path=self.path, place=place, what=what, mend=mend))
@@ -79,13 +86,16 @@ class Mistakes:
 
     @property
     def fatal(self) -> bool:
-        """Whether there is an error among them."""
+        """Whether there is an error among them, whichever file it is in."""
         return any(mistake.severity is Severity.ERROR for mistake in self._found)
 
     def in_order(self) -> list[Mistake]:
-        """All of them, in the order of the file."""
+        """All of them, each once: those of this file first, each file's in its order."""
+        return sorted(dict.fromkeys(self._found), key=self._position)
+
+    def _position(self, mistake: Mistake) -> tuple[bool, Path, Place]:
         nowhere = Place(line=0, column=0)
-        return sorted(self._found, key=lambda mistake: mistake.place or nowhere)
+        return mistake.path != self.path, mistake.path, mistake.place or nowhere
 
 
 def _one_line(text: str) -> str:

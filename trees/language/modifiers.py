@@ -9,6 +9,13 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from trees.language.branch import Branch, Ticking, reason
+from trees.language.composites import ReactiveFallback, ReactiveSequence
+
+Now = Callable[[], float]
+"""The time on the session's clock [s]."""
+
+_ROUNDING = 1e-9
+"""Stamps are sums of periods: so much keeps the count of ticks from their rounding [s]."""
 
 
 class Timeout(Branch):
@@ -22,7 +29,7 @@ class Timeout(Branch):
 
     key = "timeout"
 
-    def __init__(self, child: Behaviour, seconds: float, now: Callable[[], float]) -> None:
+    def __init__(self, child: Behaviour, seconds: float, now: Now) -> None:
         super().__init__(self.key, [child])
         self._seconds = seconds
         self._now = now
@@ -34,11 +41,79 @@ class Timeout(Branch):
     def advance(self) -> Ticking:
         """Tick the child if there is time left."""
         child = self.children[0]
-        # Stamps are sums of periods: the tolerance keeps the count of ticks from their rounding.
-        if self._now() - self._start >= self._seconds - 1e-9:
+        if self._now() - self._start >= self._seconds - _ROUNDING:
             self.feedback_message = f"not done within {self._seconds:g} s ({reason(child)})"
             return Status.FAILURE
         return (yield from self.run(child))
+
+
+class Delay(Branch):
+    """Waits before its child starts.
+
+    Args:
+        child: what has time.
+        seconds: how long [s].
+        now: the time [s].
+    """
+
+    key = "delay"
+
+    def __init__(self, child: Behaviour, seconds: float, now: Now) -> None:
+        super().__init__(self.key, [child])
+        self._seconds = seconds
+        self._now = now
+
+    def restart(self) -> None:
+        """Start the time."""
+        self._start = self._now()
+
+    def advance(self) -> Ticking:
+        """Tick the child once the time is over."""
+        left = self._seconds - (self._now() - self._start)
+        if left > _ROUNDING:
+            self.feedback_message = f"starts in {left:.1f} s"
+            return Status.RUNNING
+        return (yield from self.run(self.children[0]))
+
+
+class Cooldown(Branch):
+    """Fails at once when it is started again too soon after its child ended or was halted.
+
+    Args:
+        child: what needs a rest.
+        seconds: how long [s].
+        now: the time [s].
+    """
+
+    key = "cooldown"
+
+    def __init__(self, child: Behaviour, seconds: float, now: Now) -> None:
+        super().__init__(self.key, [child])
+        self._seconds = seconds
+        self._now = now
+        self._ready = -float("inf")
+
+    def restart(self) -> None:
+        """See whether it may start."""
+        self._resting = self._ready - self._now()
+
+    def advance(self) -> Ticking:
+        """Tick the child unless it has to rest."""
+        if self._resting > _ROUNDING:
+            self.feedback_message = f"not again for {self._resting:.1f} s"
+            return Status.FAILURE
+        status = yield from self.run(self.children[0])
+        self._rest()
+        return status
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """End; a halt counts as an end of the child."""
+        if self.status is Status.RUNNING:
+            self._rest()
+        super().stop(new_status)
+
+    def _rest(self) -> None:
+        self._ready = self._now() + self._seconds
 
 
 class Invert(Branch):
@@ -120,3 +195,84 @@ class Repeat(Branch):
             return status
         self._done += 1
         return Status.SUCCESS if self._done == self._rounds else Status.RUNNING
+
+
+class Once(Branch):
+    """Runs its child to an end a single time, and answers with that outcome ever after.
+
+    Args:
+        child: what is not to be done twice; halted before its end it starts again.
+    """
+
+    key = "once"
+
+    def __init__(self, child: Behaviour) -> None:
+        super().__init__(self.key, [child])
+        self._outcome = Status.RUNNING
+
+    def advance(self) -> Ticking:
+        """Tick the child if it has not ended before."""
+        if self._outcome is Status.RUNNING:
+            self._outcome = yield from self.run(self.children[0])
+        return self._outcome
+
+
+class ForceSuccess(Branch):
+    """Succeeds when its child ends, however it ends.
+
+    Args:
+        child: whose outcome does not count.
+    """
+
+    key = "force_success"
+    outcome = Status.SUCCESS
+
+    def __init__(self, child: Behaviour) -> None:
+        super().__init__(self.key, [child])
+
+    def advance(self) -> Ticking:
+        """Tick the child."""
+        status = yield from self.run(self.children[0])
+        if status is Status.RUNNING:
+            return status
+        self.feedback_message = f"{self.outcome.value.lower()} forced ({self.feedback_message})"
+        return self.outcome
+
+
+class ForceFailure(ForceSuccess):
+    """Fails when its child ends, however it ends."""
+
+    key = "force_failure"
+    outcome = Status.FAILURE
+
+
+class While(ReactiveSequence):
+    """Asks a condition at every tick, and runs its child as long as the answer is yes.
+
+    Else it halts the child and fails: a reactive sequence of condition and child.
+
+    Args:
+        condition: what has to hold.
+        child: what it guards.
+    """
+
+    key = "while"
+
+    def __init__(self, condition: Behaviour, child: Behaviour) -> None:
+        super().__init__(self.key, [condition, child])
+
+
+class Unless(ReactiveFallback):
+    """Asks a condition at every tick, and runs its child as long as the answer is no.
+
+    Else it halts the child and succeeds: a reactive fallback of condition and child.
+
+    Args:
+        condition: what makes the child needless.
+        child: what it guards.
+    """
+
+    key = "unless"
+
+    def __init__(self, condition: Behaviour, child: Behaviour) -> None:
+        super().__init__(self.key, [condition, child])

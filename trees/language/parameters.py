@@ -1,4 +1,4 @@
-"""The section `params`, its overrides from outside, and what `$name` stands for."""
+"""The section `params`: what a task may be told from outside, and what `$name` stands for."""
 
 from __future__ import annotations
 
@@ -6,10 +6,18 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from trees.language.kinds import (
+    PARAMETER_TYPES,
+    Named,
+    ValueType,
+    bounded,
+    type_of,
+    written,
+)
 from trees.language.mistakes import Mistakes, Place, suggestion
-from trees.language.source import Entry, Items, Plain, Scalar, Table, Value, plain
+from trees.language.source import Entry, Items, Reference, Scalar, Table, Value, plain
 from trees.language.tables import WORD, fields, named_entries
-from trees.language.values import MismatchError, convert, type_of
+from trees.language.values import Given, KeyRead, MismatchError, convert, describe
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,101 +25,236 @@ class TaskParameter:
     """A value of a task that may be chosen from outside."""
 
     place: Place
-    value: Plain
+    type: ValueType | None
     """None if its definition is not sound; that is noted as a mistake."""
+    default: Scalar | None = None
+    """None if a value has to be given."""
     description: str = ""
+    value: Given = None
+    """What it is this time; a `KeyRead` is a key of the including file, None is none."""
+
+    @property
+    def is_late(self) -> bool:
+        """Whether its value is known only while the task runs, or not given at all."""
+        return isinstance(self.value, KeyRead) or (self.value is None and self.type is not None)
 
 
-def read_parameters(
-    entry: Entry | None, overrides: Mapping[str, str], mistakes: Mistakes
-) -> dict[str, TaskParameter]:
-    """The parameters of a task, with the overrides in place of the defaults.
-
-    Args:
-        entry: the section, if there is one.
-        overrides: texts by name, written as in YAML; a text parameter takes them as they are.
-        mistakes: where they are noted.
-    """
-    parameters = {}
-    for name, place, value in named_entries(entry, "params", mistakes):
-        parameters[name] = _read_parameter(name, place, value, mistakes)
-    for name, text in overrides.items():
-        if name in parameters:
-            parameters[name] = _overridden(name, parameters[name], text, mistakes)
-        else:
-            what = f"`-p {name}={text}`: the task has no parameter `{name}`"
-            at = entry.place if entry else Place(line=1, column=1)
-            mistakes.error(at, what, suggestion(name, parameters))
-    return parameters
+def read_parameters(entry: Entry | None, mistakes: Mistakes) -> dict[str, TaskParameter]:
+    """The parameters that a file declares, still without values."""
+    return {
+        name: _read_parameter(name, place, value, mistakes)
+        for name, place, value in named_entries(entry, "params", mistakes)
+    }
 
 
 def _read_parameter(name: str, place: Place, value: Value, mistakes: Mistakes) -> TaskParameter:
     what = f"parameter `{name}`"
-    entries = fields(value, what, mistakes, required=("default",), optional=("description",))
+    unsound = TaskParameter(place=place, type=None)
+    if isinstance(value, Scalar) and _is_usable(value):
+        mend = f"write `{name}: {{default: {written(value.value)}}}`"
+        mistakes.error(value.place, f"{what} is a mapping, not {describe(value)}", mend)
+        return unsound
+    entries = fields(
+        value, what, mistakes, optional=("type", "default", "description", "min", "max")
+    )
     if entries is None:
-        return TaskParameter(place=place, value=None)
-    default = entries["default"].value
-    if not isinstance(default, Scalar) or default.value is None or not _is_finite(default.value):
-        mend = "its type is that of its default: give a number, a text, `true` or `false`"
+        return unsound
+    default = entries["default"].value if "default" in entries else None
+    if default is not None and not _is_usable(default):
+        mend = "give a number, a text, `true` or `false`, or leave it out and give a `type`"
         mistakes.error(default.place, f"{what} has no usable default", mend)
-        return TaskParameter(place=place, value=None)
+        return unsound
+    assert default is None or isinstance(default, Scalar)
+    if "type" in entries:
+        expected = _read_type(entries["type"].value, what, mistakes)
+    elif default is not None:
+        expected = type_of(default.value)
+    else:
+        mend = "add a `default`, or a `type` if a value has to be given"
+        mistakes.error(place, f"{what} has neither `type` nor `default`", mend)
+        return unsound
+    if expected is not None:
+        expected = _read_bounds(expected, entries, what, mistakes)
+    if expected is None:
+        return unsound
     description = entries.get("description")
     text = description.value.value if description and isinstance(description.value, Scalar) else ""
-    return TaskParameter(place=place, value=default.value, description=str(text or ""))
+    return TaskParameter(
+        place=place, type=expected, default=default, description=str(text or "").strip()
+    )
 
 
-def _is_finite(value: Plain) -> bool:
-    return not isinstance(value, float) or math.isfinite(value)
+def _is_usable(value: Value) -> bool:
+    if not isinstance(value, Scalar) or value.value is None:
+        return False
+    if isinstance(value.value, float):
+        return math.isfinite(value.value)
+    return not str(value.value).startswith("$")
 
 
-def _overridden(
-    name: str, parameter: TaskParameter, text: str, mistakes: Mistakes
+def _read_type(value: Value, what: str, mistakes: Mistakes) -> ValueType | None:
+    """The type that a word or a list of choices stands for."""
+    if isinstance(value, Items) and value.items:
+        choices = [item.value for item in value.items if isinstance(item, Scalar)]
+        if len(choices) == len(value.items) and None not in choices:
+            return ValueType(kinds=(), choices=tuple(choices))
+        mistakes.error(value.place, f"{what} has choices that are not plain", "list words")
+        return None
+    word = value.value if isinstance(value, Scalar) else None
+    if isinstance(word, str) and word in PARAMETER_TYPES:
+        return PARAMETER_TYPES[word]
+    mend = f"{suggestion(str(word), PARAMETER_TYPES)} (or a list of choices)"
+    mistakes.error(value.place, f"{what} cannot be of the type {describe(value)}", mend)
+    return None
+
+
+def _read_bounds(
+    expected: ValueType, entries: Mapping[str, Entry], what: str, mistakes: Mistakes
+) -> ValueType | None:
+    """The type within `min` and `max`, if the file gives them."""
+    bounds: dict[str, float | None] = {"min": None, "max": None}
+    number = ValueType(kinds=(float,))
+    for key in bounds:
+        if key not in entries:
+            continue
+        entry = entries[key]
+        if not {int, float} & set(expected.kinds):
+            mistakes.error(entry.place, f"{what} is no number: it has no `{key}`", "remove it")
+            return None
+        try:
+            given = convert(entry.value, number, {})
+        except MismatchError as mismatch:
+            mistakes.error(entry.value.place, f"`{key}`: {mismatch.what}", mismatch.mend)
+            return None
+        assert isinstance(given, float)
+        bounds[key] = given
+    return bounded(expected, bounds["min"], bounds["max"])
+
+
+def given_texts(
+    parameters: Mapping[str, TaskParameter],
+    texts: Mapping[str, str],
+    entry: Entry | None,
+    mistakes: Mistakes,
+) -> dict[str, Scalar]:
+    """The values that a person gives by `-p name=text`; unknown names are mistakes.
+
+    Args:
+        parameters: those of the file.
+        entry: the section that declares them, if there is one.
+        texts: written as in YAML; a text parameter takes them as they are.
+        mistakes: where they are noted.
+    """
+    given = {}
+    for name, text in texts.items():
+        if name not in parameters:
+            what = f"`-p {name}={text}`: the task has no parameter `{name}`"
+            at = entry.place if entry else Place(line=1, column=1)
+            mistakes.error(at, what, suggestion(name, parameters))
+            continue
+        expected = parameters[name].type
+        as_text = expected is not None and str in expected.kinds
+        value = text if as_text else plain(text.strip())
+        given[name] = Scalar(place=parameters[name].place, value=value)
+    return given
+
+
+def with_values(
+    parameters: Mapping[str, TaskParameter],
+    given: Mapping[str, Scalar],
+    named: Mapping[str, Named] | None,
+    mistakes: Mistakes,
+) -> dict[str, TaskParameter]:
+    """The parameters with values: those given by a person, else the defaults.
+
+    Args:
+        parameters: as declared, or with the value that an including file gives.
+        given: by a person.
+        named: the poses, postures and regions that a name may stand for; None leaves the
+            parameters alone that take such a name.
+        mistakes: where values that do not fit are noted.
+    """
+    return {
+        name: _with_value(name, parameter, given.get(name), named, mistakes)
+        for name, parameter in parameters.items()
+    }
+
+
+def _with_value(
+    name: str,
+    parameter: TaskParameter,
+    given: Scalar | None,
+    named: Mapping[str, Named] | None,
+    mistakes: Mistakes,
 ) -> TaskParameter:
-    if parameter.value is None:
+    source = given or parameter.default
+    if parameter.value is not None or parameter.type is None or source is None:
         return parameter
-    if isinstance(parameter.value, str):
-        return replace(parameter, value=text)
-    given = Scalar(place=parameter.place, value=plain(text.strip()))
+    if named is None and parameter.type.named_kinds:
+        return parameter
     try:
-        value = convert(given, type_of(parameter.value), {})
+        return replace(parameter, value=convert(source, parameter.type, named or {}))
     except MismatchError as mismatch:
-        what = f"`-p {name}={text}`: {mismatch.what}"
-        mistakes.error(parameter.place, what, mismatch.mend)
-        return parameter
-    assert value is None or isinstance(value, bool | int | float | str)
-    return replace(parameter, value=value)
+        whose = f"`-p {name}={source.value}`" if given else f"the default of `{name}`"
+        mistakes.error(source.place, f"{whose}: {mismatch.what}", mismatch.mend)
+        return replace(parameter, type=None)
 
 
 def substitute(
-    value: Value, parameters: Mapping[str, TaskParameter], used: set[str], mistakes: Mistakes
+    value: Value,
+    parameters: Mapping[str, TaskParameter],
+    used: set[str],
+    mistakes: Mistakes,
+    *,
+    keys: bool,
 ) -> Value:
-    """The value with every text `$name` replaced by the parameter's value.
+    """The value with what every `$name` stands for.
 
     Args:
         value: from the file.
-        parameters: what names stand for.
-        used: receives the names met.
-        mistakes: where unknown names are noted.
+        parameters: with their values.
+        used: receives the names of the parameters met.
+        mistakes: where names that stand for nothing are noted.
+        keys: whether a name that is no parameter is a key; else it is a mistake.
     """
-    if isinstance(value, Items):
-        items = (substitute(item, parameters, used, mistakes) for item in value.items)
-        return replace(value, items=tuple(items))
-    if isinstance(value, Table):
-        entries = {
-            key: replace(entry, value=substitute(entry.value, parameters, used, mistakes))
-            for key, entry in value.entries.items()
-        }
-        return replace(value, entries=entries)
-    if not isinstance(value.value, str) or not value.value.startswith("$"):
-        return value
-    name = value.value[1:]
-    if name in parameters:
-        used.add(name)
-        return replace(value, value=parameters[name].value, parameter=name)
-    if WORD.fullmatch(name):
-        mend = suggestion(name, parameters) if parameters else "define it under `params:`"
-        mistakes.error(value.place, f"the task has no parameter `{name}`", mend)
-    else:
-        what = f"`{value.value}` begins with `$` and is not a parameter"
-        mistakes.error(value.place, what, "write `$` and the name of a parameter")
-    return replace(value, value=None, parameter=name)
+
+    def replaced(value: Value) -> Value:
+        if isinstance(value, Items):
+            return replace(value, items=tuple(map(replaced, value.items)))
+        if isinstance(value, Table):
+            entries = value.entries.items()
+            table = {key: replace(entry, value=replaced(entry.value)) for key, entry in entries}
+            return replace(value, entries=table)
+        text = value.value if isinstance(value, Scalar) else None
+        if not isinstance(text, str) or not text.startswith("$"):
+            return value
+        name = text[1:]
+        if name in parameters:
+            used.add(name)
+            return _stand_in(value.place, name, parameters[name])
+        if keys and WORD.fullmatch(name):
+            return Reference(place=value.place, name=name)
+        mistakes.error(value.place, *_no_parameter(name, parameters))
+        return Scalar(place=value.place, value=None, parameter=name)
+
+    return replaced(value)
+
+
+def _stand_in(place: Place, name: str, parameter: TaskParameter) -> Value:
+    """What stands for a parameter."""
+    if parameter.is_late:
+        return Reference(place=place, name=name)
+    value = parameter.value
+    if isinstance(value, Named):
+        return Reference(place=place, name=name, value=value)
+    assert not isinstance(value, KeyRead)
+    return Scalar(place=place, value=value, parameter=name)
+
+
+def _no_parameter(name: str, parameters: Mapping[str, TaskParameter]) -> tuple[str, str]:
+    """What is wrong with a `$` that stands for nothing, and how to mend it."""
+    if not WORD.fullmatch(name):
+        what = f"`${name}` begins with `$` and is neither a parameter nor a key"
+        return what, "write `$` and its name"
+    mend = suggestion(name, parameters) if parameters else "define it under `params:`"
+    return f"the task has no parameter `{name}`", mend

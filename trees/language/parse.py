@@ -7,26 +7,24 @@ is None.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import replace
 
+from trees.language.arguments import note_mismatch, read_leaf
+from trees.language.kinds import Named, Plain, ValueType
 from trees.language.mistakes import Mistakes, Place, quoted, suggestion
-from trees.language.places import Places
-from trees.language.registry import LeafType
-from trees.language.source import Entry, Items, Plain, Scalar, Table, Value
-from trees.language.syntax import CompositeNode, LeafNode, Node
-from trees.language.values import MismatchError, convert, describe
-from trees.language.vocabulary import COMPOSITES, MODIFIERS, NAME
-
-
-@dataclass(frozen=True, kw_only=True)
-class Scope:
-    """What the nodes of a file may refer to, and where mistakes go."""
-
-    leaves: Mapping[str, LeafType]
-    places: Places
-    mistakes: Mistakes
-    used: set[str] = field(default_factory=set)
-    """Receives the names of the poses and regions that the tree refers to."""
+from trees.language.scope import Scope
+from trees.language.source import Entry, Items, Scalar, Table, Value
+from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node
+from trees.language.tables import fields
+from trees.language.values import KeyRead, MismatchError, convert, describe
+from trees.language.vocabulary import (
+    CHILDREN,
+    COMPOSITES,
+    MODIFIERS,
+    NAME,
+    SUBTREE,
+    CompositeWord,
+)
 
 
 def read_node(value: Value, scope: Scope) -> Node | None:
@@ -43,25 +41,32 @@ def read_node(value: Value, scope: Scope) -> Node | None:
         return None
     key = _node_key(value.place, entries, scope)
     modifiers = _read_modifiers(entries, scope)
+    name = _read_name(entries, scope.mistakes)
     if key is None:
         return None
-    name = _read_name(entries, key, scope.mistakes)
+    node = _read_core(key, entries, scope)
+    return node and replace(node, name=name or node.name, modifiers=modifiers)
+
+
+def _read_core(key: str, entries: Mapping[str, Entry], scope: Scope) -> Node | None:
+    """The node without what stands beside its key."""
     entry = entries[key]
+    if key == SUBTREE:
+        return scope.include(entry, scope)
     if key in scope.leaves:
-        leaf = scope.leaves[key]
-        arguments = _read_arguments(entry, leaf, entries, scope)
-        return LeafNode(
-            place=entry.place, name=name, modifiers=modifiers, type=leaf, arguments=arguments
-        )
-    children = _read_children(entry, key, scope)
+        return read_leaf(entry, scope.leaves[key], entries, scope)
+    word = COMPOSITES[key]
+    items, options = _read_options(entry, word, scope)
+    children = _read_children(items, entry.place, key, scope)
+    _check_policy(entry, word, options, len(children), scope)
     return CompositeNode(
-        place=entry.place, name=name, modifiers=modifiers, key=key, children=children
+        place=entry.place, name=key, modifiers={}, key=key, children=children, options=options
     )
 
 
 def _node_key(place: Place, entries: Mapping[str, Entry], scope: Scope) -> str | None:
     """The one key that says what the node is; notes every key that has no business here."""
-    nodes = (*COMPOSITES, *scope.leaves)
+    nodes = (*COMPOSITES, SUBTREE, *scope.leaves)
     keys = [key for key in entries if key in nodes]
     unknown = [key for key in entries if key not in (*nodes, *MODIFIERS, NAME)]
     for key in unknown:
@@ -84,44 +89,133 @@ def _node_key(place: Place, entries: Mapping[str, Entry], scope: Scope) -> str |
     return keys[0] if len(keys) == 1 else None
 
 
-def _read_name(entries: Mapping[str, Entry], key: str, mistakes: Mistakes) -> str:
+def _read_name(entries: Mapping[str, Entry], mistakes: Mistakes) -> str | None:
     if NAME not in entries:
-        return key
+        return None
     value = entries[NAME].value
     name = value.value if isinstance(value, Scalar) else None
     if isinstance(name, str) and name.strip() and name.isprintable() and "/" not in name:
         return name
     mend = "write a line of text without `/`"
     mistakes.error(value.place, f"`name` cannot be {describe(value)}", mend)
-    return key
+    return None
 
 
-def _read_modifiers(entries: Mapping[str, Entry], scope: Scope) -> dict[str, Plain]:
-    modifiers: dict[str, Plain] = {}
+def _read_modifiers(entries: Mapping[str, Entry], scope: Scope) -> Modifiers:
+    modifiers: dict[str, Plain | KeyRead | LeafNode] = {}
     for key, word in MODIFIERS.items():
-        if key not in entries:
-            continue
-        value = entries[key].value
-        try:
-            given = convert(value, word.type, {})
-            if not word.accepts(given):
-                what = f"must be {word.rule}, got {describe(value)}"
-                raise MismatchError(what, f"write one that is {word.rule}")
-        except MismatchError as mismatch:
-            _note_mismatch(value, f"`{key}`: {mismatch.what}", mismatch.mend, scope)
-        else:
-            assert given is None or isinstance(given, bool | int | float | str)
-            modifiers[key] = given
+        if key in entries:
+            value = entries[key].value
+            if word.type is None:
+                given: Plain | KeyRead | LeafNode = _read_guard(key, value, scope)
+            else:
+                given = _read_fixed(key, value, word.type, scope)
+            if given is not None:
+                modifiers[key] = given
+    if modifiers.get("force_success") and modifiers.get("force_failure"):
+        what = "`force_success` and `force_failure` stand beside the same node"
+        scope.mistakes.error(entries["force_failure"].place, what, "keep one of them")
     return modifiers
 
 
-def _read_children(entry: Entry, key: str, scope: Scope) -> tuple[Node, ...]:
-    word = COMPOSITES[key]
+def _read_fixed(key: str, value: Value, expected: ValueType, scope: Scope) -> Plain | KeyRead:
+    """A value that has to be known before the run; None and a mistake if it is not.
+
+    A parameter that still lacks its value stays a `KeyRead`.
+    """
+    try:
+        given = convert(value, expected, {})
+    except MismatchError as mismatch:
+        note_mismatch(value, f"`{key}`: {mismatch.what}", mismatch.mend, scope)
+        return None
+    assert not isinstance(given, Named)
+    if not isinstance(given, KeyRead):
+        return given
+    parameter = scope.parameters.get(given.name)
+    if parameter is None:
+        what = f"the task has no parameter `{given.name}`"
+        known = scope.parameters
+        mend = suggestion(given.name, known) if known else "define it under `params:`"
+    elif parameter.value is not None:
+        what = f"`{key}` is fixed before the run, and `{given}` is given a key"
+        mend = "give the parameter a value"
+    elif parameter.type is not None and not expected.takes(parameter.type):
+        what = f"`{key}`: expected {expected}, got `{given}`, which is {parameter.type}"
+        mend = "give the parameter another type"
+    else:
+        return given
+    scope.mistakes.error(value.place, what, mend)
+    return None
+
+
+def _read_guard(key: str, value: Value, scope: Scope) -> LeafNode | None:
+    """The condition of `while` or `unless`."""
+    node = read_node(value, scope)
+    if node is None:
+        return None
+    if not isinstance(node, LeafNode) or not node.type.is_condition:
+        conditions = sorted(leaf.key for leaf in scope.leaves.values() if leaf.is_condition)
+        what = f"`{key}` asks a condition, and `{_key(node)}` is none"
+        mend = f"write one of {quoted(conditions)}, or put a `reactive_sequence` around"
+        scope.mistakes.error(node.place, what, mend)
+        return None
+    if node.modifiers:
+        what = f"the condition of `{key}` takes no modifiers"
+        scope.mistakes.error(node.place, what, "remove them; `unless` is `while` inverted")
+        return None
+    return node
+
+
+def _key(node: Node) -> str:
+    if isinstance(node, LeafNode):
+        return node.type.key
+    return node.key if isinstance(node, CompositeNode) else SUBTREE
+
+
+def _read_options(
+    entry: Entry, word: CompositeWord, scope: Scope
+) -> tuple[Value | None, dict[str, Plain | KeyRead]]:
+    """The value that holds the children, and the options if the composite has any."""
     value = entry.value
+    keys = {CHILDREN, *word.options} if word.options else set()
+    if not isinstance(value, Table) or keys.isdisjoint(value.entries):
+        return value, {}
+    what = f"`{word.node.key}`"
+    entries = fields(
+        value, what, scope.mistakes, required=(CHILDREN,), optional=tuple(word.options)
+    )
+    if entries is None:
+        return None, {}
+    options = {
+        key: _read_fixed(key, entries[key].value, option.type, scope)
+        for key, option in word.options.items()
+        if key in entries
+    }
+    return entries[CHILDREN].value, options
+
+
+def _check_policy(
+    entry: Entry,
+    word: CompositeWord,
+    options: Mapping[str, Plain | KeyRead],
+    count: int,
+    scope: Scope,
+) -> None:
+    """Whether as many children can succeed as are wanted to."""
+    for key, given in options.items():
+        if isinstance(given, int) and given > count:
+            what = f"`{key}` of `{word.node.key}` is {given}, and there are {count} children"
+            scope.mistakes.error(entry.place, what, f"write at most {count}, or `all`")
+
+
+def _read_children(value: Value | None, place: Place, key: str, scope: Scope) -> tuple[Node, ...]:
+    word = COMPOSITES[key]
+    if value is None:
+        return ()
     if word.only_child and isinstance(value, Table):
         value = Items(place=value.place, items=(value,))
     if isinstance(value, Scalar) and value.value is None:
-        value = Items(place=entry.place, items=())
+        value = Items(place=place, items=())
     if not isinstance(value, Items):
         what = f"the children of `{key}` are a list, not {describe(value)}"
         scope.mistakes.error(value.place, what, "begin each child with `- `")
@@ -130,80 +224,12 @@ def _read_children(entry: Entry, key: str, scope: Scope) -> tuple[Node, ...]:
         return ()
     count = len(value.items)
     if count == 0:
-        scope.mistakes.error(entry.place, f"`{key}` is empty", "add a node below it, or remove it")
+        scope.mistakes.error(place, f"`{key}` is empty", "add a node below it, or remove it")
     elif count < word.least:
         what = f"`{key}` needs at least {word.least} children, got {count}"
-        scope.mistakes.error(entry.place, what, f"give it {word.children}")
+        scope.mistakes.error(place, what, f"give it {word.children}")
     elif word.only_child and count > 1:
         what = f"`{key}` takes one child, got {count}"
-        scope.mistakes.error(entry.place, what, "put them in a `sequence:` below it")
+        scope.mistakes.error(place, what, "put them in a `sequence:` below it")
     children = [read_node(item, scope) for item in value.items]
     return tuple(child for child in children if child is not None)
-
-
-def _read_arguments(
-    entry: Entry, leaf: LeafType, beside: Mapping[str, Entry], scope: Scope
-) -> dict[str, object]:
-    value = entry.value
-    if isinstance(value, Scalar) and value.value is None:
-        given: Mapping[str, Entry] = {}
-    elif isinstance(value, Table):
-        given = value.entries
-    else:
-        what = f"`{leaf.key}` takes a mapping of parameters, not {describe(value)}"
-        scope.mistakes.error(value.place, what, _usage(leaf, scope))
-        return {}
-    for parameter in leaf.parameters.values():
-        # One that stands beside the leaf by mistake is noted there.
-        if parameter.required and parameter.name not in {*given, *beside}:
-            about = f": {parameter.description}" if parameter.description else ""
-            what = f"`{leaf.key}` lacks `{parameter.name}` ({parameter.type}{about})"
-            scope.mistakes.error(entry.place, what, _usage(leaf, scope))
-    arguments: dict[str, object] = {}
-    for key, argument in given.items():
-        if key not in leaf.parameters:
-            what = f"`{leaf.key}` has no parameter `{key}`"
-            scope.mistakes.error(argument.place, what, _mend_parameter(key, leaf))
-            continue
-        parameter = leaf.parameters[key]
-        try:
-            converted = convert(argument.value, parameter.type, scope.places.named)
-        except MismatchError as mismatch:
-            about = f" ({parameter.description})" if parameter.description else ""
-            what = f"`{key}`{about}: {mismatch.what}"
-            _note_mismatch(argument.value, what, mismatch.mend, scope)
-        else:
-            scope.used.add(getattr(converted, "name", ""))
-            arguments[key] = converted
-    return arguments
-
-
-def _note_mismatch(value: Value, what: str, mend: str, scope: Scope) -> None:
-    """Note a value that does not fit, unless a mistake in its own definition is noted already."""
-    if isinstance(value, Scalar):
-        if value.is_noted:
-            return
-        name = value.value
-        if isinstance(name, str) and name in scope.places.defined:
-            scope.used.add(name)
-            if name not in scope.places.named:
-                return
-    scope.mistakes.error(value.place, what, mend)
-
-
-def _usage(leaf: LeafType, scope: Scope) -> str:
-    """How the leaf is written with what it requires, and the names that would do."""
-    required = [parameter for parameter in leaf.parameters.values() if parameter.required]
-    if not required:
-        return f"write `{leaf.key}` alone, or its parameters by name"
-    written = ", ".join(f"{parameter.name}: ..." for parameter in required)
-    kinds = tuple(kind for parameter in required for kind in parameter.type.named_kinds)
-    fitting = [name for name, thing in scope.places.named.items() if isinstance(thing, kinds)]
-    known = f" (known: {quoted(sorted(fitting))})" if fitting else ""
-    return f"write `{leaf.key}: {{{written}}}`{known}"
-
-
-def _mend_parameter(key: str, leaf: LeafType) -> str:
-    if key in MODIFIERS or key == NAME:
-        return f"`{key}` belongs beside `{leaf.key}`, not below it"
-    return suggestion(key, leaf.parameters) if leaf.parameters else "it takes none: remove it"

@@ -14,10 +14,11 @@ from pinocchio import SE3
 
 from behaviours.names import BasePose, Posture, Region, ToolPose
 from controller import READY
+from trees.language.kinds import Named
 from trees.language.mistakes import Mistakes, Place, quoted
 from trees.language.source import Entry, Items, Scalar, Value
 from trees.language.tables import fields, named_entries
-from trees.language.values import Named, describe
+from trees.language.values import describe
 
 Vector: TypeAlias = npt.NDArray[np.float64]
 
@@ -32,6 +33,8 @@ class Places:
     named: dict[str, Named] = field(default_factory=lambda: dict(BUILT_IN))
     defined: dict[str, Place] = field(default_factory=dict)
     """Where the file defines each, whether or not the definition is sound."""
+    regions: set[str] = field(default_factory=set)
+    """Those that are defined as regions."""
 
 
 def tool_pose(name: str, xyz: Vector, rpy_deg: Vector) -> ToolPose:
@@ -87,6 +90,8 @@ def read_places(poses: Entry | None, regions: Entry | None, mistakes: Mistakes) 
                 mistakes.error(place, what, "choose another name")
                 continue
             places.defined[name] = place
+            if section == "regions":
+                places.regions.add(name)
             thing = _read_place(name, place, value, section, mistakes)
             if thing is not None:
                 places.named[name] = thing

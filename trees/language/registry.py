@@ -1,23 +1,30 @@
 """The leaves that a task file may use, and what may be said about each.
 
 A leaf class needs no registration beyond its constructor: keyword-only parameters give names,
-types and defaults, the docstring of the class their descriptions.
+types and defaults, the docstring of the class their descriptions. Those annotated `Key[T]` are its
+outputs.
 """
 
 from __future__ import annotations
 
 import inspect
 import re
+import types
 import typing
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from importlib import metadata
 from typing import TYPE_CHECKING
 
-from trees.language.values import ValueType, read_annotation
+from behaviours.leaf import Condition
+from behaviours.names import Key
+from trees.language.keys import Set
+from trees.language.kinds import ValueType, read_annotation
 from trees.language.vocabulary import RESERVED
 
 if TYPE_CHECKING:
+    from py_trees.behaviour import Behaviour
+
     from behaviours.leaf import Leaf
 
 ENTRY_POINTS = "frankie_task.behaviours"
@@ -38,6 +45,20 @@ class Parameter:
     default: object = None
     """What it is if the file does not say; no meaning if `required`."""
     description: str = ""
+    unit: str = ""
+    """`m/s`, `s`, ...; empty if it has none."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Output:
+    """A result of a leaf; a task file names the key that it is written to."""
+
+    name: str
+    type: ValueType
+    required: bool
+    """Whether the file has to name a key."""
+    description: str = ""
+    unit: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,9 +66,27 @@ class LeafType:
     """A leaf as a task file sees it."""
 
     key: str
-    behaviour: type[Leaf]
+    behaviour: Callable[..., Behaviour]
     description: str
-    parameters: Mapping[str, Parameter]
+    """The first paragraph of its docstring."""
+    details: str = ""
+    """The paragraphs after that."""
+    parameters: Mapping[str, Parameter] = field(default_factory=dict)
+    outputs: Mapping[str, Output] = field(default_factory=dict)
+    is_condition: bool = False
+
+    @property
+    def described(self) -> tuple[Parameter | Output, ...]:
+        """Its parameters and outputs."""
+        return *self.parameters.values(), *self.outputs.values()
+
+
+SET = LeafType(
+    key="set",
+    behaviour=Set,
+    description="Writes values to keys: `set: {tries: 0}`; ends at once and cannot fail.",
+)
+"""The one leaf that is a word of the language: its arguments have the names of the keys."""
 
 
 def known_leaves() -> dict[str, type[Leaf]]:
@@ -73,32 +112,36 @@ def known_leaves() -> dict[str, type[Leaf]]:
 
 
 def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
-    """What task files may say about each leaf, by key.
+    """What task files may say about each leaf, by key; `set` is always among them.
 
     Raises:
         LeafError: a class does not keep to the contract of a leaf.
     """
-    return {key: _describe(key, leaf) for key, leaf in leaves.items()}
+    return {SET.key: SET} | {key: _describe(key, leaf) for key, leaf in leaves.items()}
 
 
 def _describe(key: str, leaf: type[Leaf]) -> LeafType:
-    if key in RESERVED:
+    if key in (*RESERVED, SET.key):
         raise LeafError(f"leaf `{leaf.__name__}`: `{key}` is a word of the language; rename it")
     docstring = inspect.cleandoc(leaf.__doc__ or "")
+    description, _, details = re.split(r"^Args:", docstring, maxsplit=1, flags=re.MULTILINE)[
+        0
+    ].partition("\n\n")
+    described = list(_parameters(key, leaf.__init__, _argument_texts(docstring)))
     return LeafType(
         key=key,
         behaviour=leaf,
-        description=" ".join(docstring.split("\n\n")[0].split()),
-        parameters={
-            parameter.name: parameter
-            for parameter in _parameters(key, leaf.__init__, _argument_texts(docstring))
-        },
+        description=" ".join(description.split()),
+        details=" ".join(details.split()),
+        parameters={one.name: one for one in described if isinstance(one, Parameter)},
+        outputs={one.name: one for one in described if isinstance(one, Output)},
+        is_condition=issubclass(leaf, Condition),
     )
 
 
 def _parameters(
     key: str, constructor: typing.Callable[..., None], texts: Mapping[str, str]
-) -> Iterable[Parameter]:
+) -> Iterable[Parameter | Output]:
     declared = [
         parameter
         for parameter in inspect.signature(constructor).parameters.values()
@@ -111,17 +154,59 @@ def _parameters(
     try:
         hints = typing.get_type_hints(carrier, globalns=names)
         for parameter in declared:
-            required = parameter.default is inspect.Parameter.empty
-            yield Parameter(
-                name=parameter.name,
-                type=read_annotation(hints[parameter.name]),
-                required=required,
-                default=None if required else parameter.default,
-                description=texts.get(parameter.name, ""),
-            )
+            yield _parameter(parameter, hints[parameter.name], texts.get(parameter.name, ""))
     except (NameError, TypeError) as error:
-        mend = "use float, int, bool, str, Literal, poses, postures, regions or their unions"
+        mend = "use float, int, bool, str, Literal, poses, postures, regions, their unions or a Key"
         raise LeafError(f"leaf `{key}`: {error}; {mend}") from error
+
+
+def _parameter(declared: inspect.Parameter, hint: object, text: str) -> Parameter | Output:
+    name, required = declared.name, declared.default is inspect.Parameter.empty
+    unit = _unit(name, text)
+    written = _written_type(hint)
+    if written is not None:
+        return Output(name=name, type=written, required=required, description=text, unit=unit)
+    return Parameter(
+        name=name,
+        type=read_annotation(hint),
+        required=required,
+        default=None if required else declared.default,
+        description=text,
+        unit=unit,
+    )
+
+
+def _written_type(hint: object) -> ValueType | None:
+    """T of `Key[T]` or `Key[T] | None`; None for other annotations."""
+    is_union = typing.get_origin(hint) in (typing.Union, types.UnionType)
+    parts = [part for part in typing.get_args(hint) if part is not types.NoneType]
+    if is_union and len(parts) == 1:
+        hint = parts[0]
+    if typing.get_origin(hint) is not Key:
+        return None
+    return read_annotation(typing.get_args(hint)[0])
+
+
+_UNITS: Mapping[str, str] = {
+    "_m_s": "m/s",
+    "_deg_s": "°/s",
+    "_cm2": "cm²",
+    "_mm": "mm",
+    "_deg": "°",
+    "_m": "m",
+    "_s": "s",
+    "_n": "N",
+    "percent": "%",
+}
+"""By the end of a parameter's name; the first that fits."""
+
+
+def _unit(name: str, text: str) -> str:
+    """The unit that the end of the description gives in brackets, or that of the name."""
+    told = re.search(r"\[([^\]]+)\]$", text)
+    if told:
+        return told[1].replace("^2", "²")
+    return next((unit for ending, unit in _UNITS.items() if name.endswith(ending)), "")
 
 
 def _argument_texts(docstring: str) -> dict[str, str]:

@@ -14,12 +14,11 @@ from typing import Any, TypeAlias
 
 import yaml
 
+from trees.language.kinds import Named, Plain
 from trees.language.mistakes import Mistakes, Place
 
 MAX_BYTES = 200_000
 MAX_DEPTH = 64
-
-Plain: TypeAlias = bool | int | float | str | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +34,16 @@ class Scalar:
     def is_noted(self) -> bool:
         """Whether it hangs on a parameter without a value, which is noted as a mistake."""
         return self.parameter is not None and self.value is None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reference:
+    """What stands for a `$name` that is not plain."""
+
+    place: Place
+    name: str
+    value: Named | None = None
+    """The pose or region; None if it is known only while the task runs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +70,7 @@ class Table:
     entries: Mapping[str, Entry]
 
 
-Value: TypeAlias = Scalar | Items | Table
+Value: TypeAlias = Scalar | Reference | Items | Table
 
 # A decimal of more than 18 digits is a float: no use needs it whole, and it stays cheap to read.
 _SCALARS: tuple[tuple[re.Pattern[str], Callable[[str], Plain]], ...] = (

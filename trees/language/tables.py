@@ -18,7 +18,7 @@ def fields(
     what: str,
     mistakes: Mistakes,
     *,
-    required: Collection[str],
+    required: Collection[str] = (),
     optional: Collection[str] = (),
 ) -> Mapping[str, Entry] | None:
     """The entries of a mapping whose keys are fixed; None and mistakes if they do not fit.
@@ -31,7 +31,7 @@ def fields(
         optional: keys that may.
     """
     if not isinstance(value, Table):
-        mend = f"write {quoted(required)} with their values below it"
+        mend = f"write {quoted(required or optional)} with their values below it"
         mistakes.error(value.place, f"{what} is a mapping, not {describe(value)}", mend)
         return None
     known = (*required, *optional)

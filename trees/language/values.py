@@ -1,36 +1,45 @@
-"""What a task file may give as the value of a parameter, and how it becomes a Python value.
-
-A type is read from an annotation: numbers, text, truth values, `Literal` choices, the named things
-of `behaviours.names`, `None`, and unions of those.
-"""
+"""From a value of a task file to the Python value that a parameter expects."""
 
 from __future__ import annotations
 
 import math
-import types
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, Union, get_args, get_origin
+from typing import TypeAlias
 
-from behaviours.names import BasePose, Posture, Region, ToolPose
-from trees.language.mistakes import quoted, suggestion
-from trees.language.source import Items, Plain, Scalar, Value
+from trees.language.kinds import NAMED_KINDS, Named, Plain, ValueType, written
+from trees.language.mistakes import Place, quoted, suggestion
+from trees.language.source import Items, Reference, Scalar, Value
 
-Named: TypeAlias = ToolPose | BasePose | Posture | Region
 
-NAMED_KINDS: Mapping[type, str] = {
-    ToolPose: "tool pose",
-    BasePose: "base pose",
-    Posture: "posture",
-    Region: "region",
-}
-_PLAIN_KINDS: Mapping[type, str] = {
-    bool: "true or false",
-    int: "a whole number",
-    float: "a number",
-    str: "text",
-    types.NoneType: "null",
-}
+@dataclass(frozen=True, kw_only=True)
+class KeyRead:
+    """A `$name` whose value is known only while the task runs."""
+
+    place: Place
+    name: str
+    type: ValueType
+    """What is expected of it."""
+
+    def __str__(self) -> str:
+        return f"${self.name}"
+
+    def fitted(self, value: object) -> object:
+        """The value as the reader expects it: a whole number may stand for any number."""
+        whole = type(value) is int and int not in self.type.kinds
+        return float(value) if whole and isinstance(value, int) else value
+
+
+@dataclass(frozen=True, kw_only=True)
+class KeyWrite:
+    """The key that an output is written to."""
+
+    place: Place
+    name: str
+
+
+Given: TypeAlias = Plain | Named | KeyRead
+"""What a parameter may be given."""
 
 
 class MismatchError(Exception):
@@ -46,50 +55,7 @@ class MismatchError(Exception):
         super().__init__(f"{what}; {mend}")
 
 
-@dataclass(frozen=True, kw_only=True)
-class ValueType:
-    """A union of kinds of values; its text says what is expected."""
-
-    kinds: tuple[type, ...]
-    choices: tuple[Plain, ...] = ()
-
-    def __str__(self) -> str:
-        kinds = [_PLAIN_KINDS.get(kind) or f"a {NAMED_KINDS[kind]}" for kind in self.kinds]
-        choices = [f"`{_written(choice)}`" for choice in self.choices]
-        return " or ".join([*choices, *kinds])
-
-    @property
-    def named_kinds(self) -> tuple[type, ...]:
-        """Those of its kinds that are given by name."""
-        return tuple(kind for kind in self.kinds if kind in NAMED_KINDS)
-
-
-def read_annotation(annotation: object) -> ValueType:
-    """The type that an annotation stands for.
-
-    Raises:
-        TypeError: a task file cannot give such a value.
-    """
-    kinds: list[type] = []
-    choices: list[Plain] = []
-    is_union = get_origin(annotation) in (Union, types.UnionType)
-    for part in get_args(annotation) if is_union else (annotation,):
-        kind = types.NoneType if part is None else part
-        if get_origin(part) is Literal:
-            choices.extend(get_args(part))
-        elif isinstance(kind, type) and (kind in _PLAIN_KINDS or kind in NAMED_KINDS):
-            kinds.append(kind)
-        else:
-            raise TypeError(f"a task file cannot give a value of type {annotation!r}")
-    return ValueType(kinds=tuple(kinds), choices=tuple(choices))
-
-
-def type_of(value: Plain) -> ValueType:
-    """The type of a plain value."""
-    return ValueType(kinds=(type(value),))
-
-
-def convert(value: Value, expected: ValueType, named: Mapping[str, Named]) -> Plain | Named:
+def convert(value: Value, expected: ValueType, named: Mapping[str, Named]) -> Given:
     """A located value as the Python value that is expected.
 
     Args:
@@ -100,6 +66,8 @@ def convert(value: Value, expected: ValueType, named: Mapping[str, Named]) -> Pl
     Raises:
         MismatchError: it is something else.
     """
+    if isinstance(value, Reference):
+        return _referred(value, expected)
     if not isinstance(value, Scalar):
         raise MismatchError(f"expected {expected}, got {describe(value)}", "write a single value")
     given = value.value
@@ -112,32 +80,47 @@ def convert(value: Value, expected: ValueType, named: Mapping[str, Named]) -> Pl
             return found
         if str not in expected.kinds:
             raise _no_such_name(value, given, expected, named)
-    if float in expected.kinds and isinstance(given, int | float) and not isinstance(given, bool):
-        if math.isfinite(given):
-            return given if type(given) in expected.kinds else float(given)
-        raise MismatchError(f"expected {expected}, got {describe(value)}", "write a finite number")
+    if isinstance(given, int | float) and not isinstance(given, bool):
+        return _number(value, given, expected)
     if type(given) in expected.kinds:
         return given
     raise MismatchError(f"expected {expected}, got {describe(value)}", f"write {expected}")
+
+
+def _number(value: Scalar, number: float, expected: ValueType) -> float:
+    """An int or a float, as the type wants it."""
+    is_kind = type(number) in expected.kinds
+    if not is_kind and float not in expected.kinds:
+        raise MismatchError(f"expected {expected}, got {describe(value)}", f"write {expected}")
+    if not math.isfinite(number):
+        raise MismatchError(f"expected {expected}, got {describe(value)}", "write a finite number")
+    if not expected.within(number):
+        raise MismatchError(f"expected {expected}, got {describe(value)}", f"write {expected}")
+    return number if is_kind else float(number)
+
+
+def _referred(reference: Reference, expected: ValueType) -> Given:
+    if reference.value is None:
+        return KeyRead(place=reference.place, name=reference.name, type=expected)
+    if isinstance(reference.value, expected.named_kinds):
+        return reference.value
+    raise MismatchError(f"expected {expected}, got {describe(reference)}", f"write {expected}")
 
 
 def describe(value: Value) -> str:
     """What a value is, for a person who expected something else."""
     if isinstance(value, Items):
         return "a list"
+    if isinstance(value, Reference):
+        if value.value is None:
+            return f"`${value.name}`, which is known only while the task runs"
+        kind = NAMED_KINDS[type(value.value)]
+        return f"the {kind} `{value.value.name}`, the value of `${value.name}`"
     if not isinstance(value, Scalar):
         return "a mapping"
     kind = {str: "the text ", int: "the number ", float: "the number "}.get(type(value.value), "")
     origin = f", the value of `${value.parameter}`" if value.parameter else ""
-    return f"{kind}`{_written(value.value)}`{origin}"
-
-
-def _written(value: Plain) -> str:
-    """A value as YAML writes it."""
-    special = {None: "null", True: "true", False: "false"}
-    if value is None or isinstance(value, bool):
-        return special[value]
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{kind}`{written(value.value)}`{origin}"
 
 
 def _no_such_name(

@@ -1,0 +1,36 @@
+"""What the nodes of a file may refer to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from trees.language.kinds import Named
+from trees.language.mistakes import Mistakes
+from trees.language.parameters import TaskParameter
+from trees.language.places import Places
+from trees.language.registry import LeafType
+from trees.language.source import Entry
+from trees.language.syntax import SubtreeNode
+
+Include: TypeAlias = "Callable[[Entry, Scope], SubtreeNode | None]"
+"""Reads the node below `subtree:`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scope:
+    """Names that mean something in a file, and where its mistakes go."""
+
+    leaves: Mapping[str, LeafType]
+    parameters: Mapping[str, TaskParameter]
+    places: Places
+    mistakes: Mistakes
+    include: Include
+    used: set[str] = field(default_factory=set)
+    """Receives the names of the poses and regions that the tree refers to."""
+
+    def use(self, value: object) -> None:
+        """Note that a pose or region is referred to."""
+        if isinstance(value, Named):
+            self.used.add(value.name)

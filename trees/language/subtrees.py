@@ -1,0 +1,187 @@
+"""The node `subtree`: finds the other file, gives it its parameters, and reads it.
+
+A file is named relative to the one that includes it and lies in the folder of the task, or below;
+links that lead out of it, and files that include themselves, are refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import count
+from pathlib import Path
+from typing import TypeAlias
+
+from trees.language.arguments import note_mismatch, read_key_name
+from trees.language.documents import Document, read_document
+from trees.language.mistakes import Mistakes, suggestion
+from trees.language.parameters import TaskParameter
+from trees.language.scope import Scope
+from trees.language.source import Entry, Scalar, Table, Value
+from trees.language.syntax import SubtreeNode
+from trees.language.tables import fields
+from trees.language.task import Task
+from trees.language.values import Given, KeyRead, KeyWrite, MismatchError, convert, describe
+
+MAX_SUBTREES = 200
+"""In a whole task, every use of a file counted."""
+
+Assemble: TypeAlias = (
+    "Callable[[Document, Mapping[str, TaskParameter], Mistakes, Subtrees], Task | None]"
+)
+"""(sections, parameters with values, mistakes of the file, its subtrees) to the task."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Subtrees:
+    """The files around one file of a task.
+
+    Made for the first file by its own fields; `include` makes those for the others.
+    """
+
+    assemble: Assemble
+    chain: tuple[Path, ...]
+    """The files from the first to this one, as a person names them."""
+    documents: dict[Path, Document | None] = field(default_factory=dict)
+    """Every file that was read, by its real path."""
+    numbers: count[int] = field(default_factory=count)
+    """Counts the subtrees of the task."""
+
+    def include(self, entry: Entry, scope: Scope) -> SubtreeNode | None:
+        """The node that stands for another file; None and mistakes if it cannot be read."""
+        mend = "write `subtree: {file: other.yaml}`"
+        if not isinstance(entry.value, Table):
+            what = f"`subtree` takes a mapping, not {describe(entry.value)}"
+            scope.mistakes.error(entry.place, what, mend)
+            return None
+        entries = fields(
+            entry.value, "`subtree`", scope.mistakes, required=("file",), optional=("with", "out")
+        )
+        if entries is None:
+            return None
+        path = self._find(entries["file"].value, scope.mistakes)
+        if path is None:
+            return None
+        inner = scope.mistakes.of(path)
+        real = path.resolve()
+        if real not in self.documents:
+            self.documents[real] = read_document(inner)
+        document = self.documents[real]
+        if document is None:
+            return None
+        arguments = _read_with(entry, entries.get("with"), document, scope)
+        outputs = _read_out(entries.get("out"), document, scope)
+        parameters = {
+            name: replace(parameter, value=arguments.get(name))
+            for name, parameter in document.parameters.items()
+        }
+        below = replace(self, chain=(*self.chain, path))
+        task = self.assemble(document, parameters, inner, below)
+        if task is None:
+            return None
+        file = entries["file"].value
+        assert isinstance(file, Scalar)
+        return SubtreeNode(
+            place=entry.place,
+            name=task.name,
+            modifiers={},
+            file=str(file.value),
+            task=task,
+            arguments=arguments,
+            outputs=outputs,
+        )
+
+    def _find(self, value: Value, mistakes: Mistakes) -> Path | None:
+        """The file that is meant, if it may be; None and a mistake otherwise."""
+        name = value.value if isinstance(value, Scalar) else None
+        if not isinstance(name, str) or not name.isprintable() or not name.strip():
+            mistakes.error(value.place, f"`file` cannot be {describe(value)}", "name a file")
+            return None
+        folder = self.chain[0].parent
+        path = self.chain[-1].parent / name
+        try:
+            real, inside = path.resolve(), folder.resolve()
+        except (OSError, RuntimeError) as error:
+            mistakes.error(value.place, f"`{name}` leads nowhere ({error})", "mend the link")
+            return None
+        if Path(name).is_absolute() or not real.is_relative_to(inside):
+            what = f"`{name}` leads out of the folder of the task"
+            mistakes.error(value.place, what, f"keep it in `{folder}` or below")
+            return None
+        if not real.is_file():
+            what = f"there is no file `{name}` beside this one"
+            others = (other.name for other in path.parent.glob("*.yaml"))
+            near = suggestion(path.name, others) if path.parent.is_dir() else "check the path"
+            mistakes.error(value.place, what, near)
+            return None
+        around = [other.resolve() for other in self.chain]
+        if real in around:
+            circle = (*self.chain[around.index(real) :], path)
+            names = " > ".join(other.name for other in circle)
+            mistakes.error(value.place, f"the files go round in a circle: {names}", "break it")
+            return None
+        if next(self.numbers) >= MAX_SUBTREES:
+            what = f"the task has more than {MAX_SUBTREES} subtrees"
+            mistakes.error(value.place, what, "make it smaller")
+            return None
+        return path
+
+
+def _read_with(
+    node: Entry, entry: Entry | None, document: Document, scope: Scope
+) -> dict[str, Given]:
+    """Values of the other file's parameters."""
+    arguments: dict[str, Given] = {}
+    given = _table(entry, "with", "{parameter: value}", scope)
+    for name, argument in given.items():
+        parameter = document.parameters.get(name)
+        if parameter is None:
+            what = f"`{document.name}` has no parameter `{name}`"
+            mend = suggestion(name, document.parameters)
+            scope.mistakes.error(argument.place, what, mend)
+            continue
+        if parameter.type is None:
+            continue
+        try:
+            value = convert(argument.value, parameter.type, scope.places.named)
+        except MismatchError as mismatch:
+            about = f" ({parameter.description})" if parameter.description else ""
+            note_mismatch(argument.value, f"`{name}`{about}: {mismatch.what}", mismatch.mend, scope)
+            continue
+        if isinstance(value, KeyRead) and parameter.type.is_bounded:
+            what = f"`{name}` has bounds, and what `{value}` holds is known only during the run"
+            scope.mistakes.error(argument.value.place, what, "give a value")
+            continue
+        scope.use(value)
+        arguments[name] = value
+    for name, parameter in document.parameters.items():
+        if parameter.type is not None and parameter.default is None and name not in given:
+            about = f": {parameter.description}" if parameter.description else ""
+            what = f"`{document.name}` lacks `{name}` ({parameter.type}{about})"
+            scope.mistakes.error(node.place, what, f"write `with: {{{name}: ...}}` below `subtree`")
+    return arguments
+
+
+def _read_out(entry: Entry | None, document: Document, scope: Scope) -> dict[str, KeyWrite]:
+    """Keys of the including file that take the outputs of the other."""
+    outputs = {}
+    for name, argument in _table(entry, "out", "{output: key}", scope).items():
+        if name in document.outputs:
+            write = read_key_name(name, argument.value, scope)
+            if write is not None:
+                outputs[name] = write
+        else:
+            what = f"`{document.name}` has no output `{name}`"
+            mend = suggestion(name, document.outputs)
+            scope.mistakes.error(argument.place, what, mend)
+    return outputs
+
+
+def _table(entry: Entry | None, key: str, form: str, scope: Scope) -> Mapping[str, Entry]:
+    if entry is None or (isinstance(entry.value, Scalar) and entry.value.value is None):
+        return {}
+    if isinstance(entry.value, Table):
+        return entry.value.entries
+    what = f"`{key}` is a mapping, not {describe(entry.value)}"
+    scope.mistakes.error(entry.value.place, what, f"write `{key}: {form}`")
+    return {}
