@@ -42,8 +42,8 @@ TREE_MISTAKES = {
     ),
     "unknown node unlike any": (
         "- zzz",
-        "0:3: unknown node `zzz`; known here: `fallback`, `forever`, `grasp`, `navigate`, "
-        "`open_gripper`, `parallel`, `place`, `play`, `reactive_fallback`, `reactive_sequence`, "
+        "0:3: unknown node `zzz`; known here: `ask`, `count`, `fallback`, `forever`, `grasp`, "
+        "`navigate`, `note`, `open_gripper`, `parallel`, `place`, `play`, `reactive_fallback`, `reactive_sequence`, "
         "`recover`, `region_empty`, `retreat_check`, `sequence`, `set`, `subtree`, `until`",
     ),
     "unknown parameter": (
@@ -127,8 +127,7 @@ TREE_MISTAKES = {
     ),
     "no node in an item": (
         "- name: pick",
-        "0:3: this item says nothing to do;"
-        " add a node key, for example `fallback`, `forever`, `grasp`",
+        "0:3: this item says nothing to do; add a node key, for example `ask`, `count`, `fallback`",
     ),
     "list for a node": (
         "- [open_gripper]",

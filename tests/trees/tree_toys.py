@@ -9,7 +9,8 @@ from typing import Literal
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from behaviours.names import BasePose, Posture, Region, ToolPose
+from behaviours.leaf import Condition
+from behaviours.names import BasePose, Key, Posture, Region, ToolPose
 from hw.clock import SimClock
 from trees.language import load
 
@@ -26,6 +27,7 @@ LETTER = {status: letter for letter, status in STATUS.items()}
 class ToyContext:
     clock: SimClock = field(default_factory=SimClock)
     events: list[str] = field(default_factory=list)
+    counted: int = 0
 
 
 class Toy(Behaviour):
@@ -124,7 +126,82 @@ class RegionEmpty(Toy):
         super().__init__(name, context)
 
 
+class Ask(Condition):
+    """Answers as it is told.
+
+    Args:
+        answers: a letter a tick: S, F, R, X raises; the last one for ever.
+    """
+
+    def __init__(self, name: str, context: ToyContext, *, answers: str) -> None:
+        super().__init__(name, context)
+        self.answers = list(answers)
+
+    def update(self) -> Status:
+        letter = self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
+        if letter == "X":
+            raise RuntimeError(f"{self.name} broke")
+        self.feedback_message = f"said {letter}"
+        return STATUS[letter]
+
+
+class Count(Toy):
+    """Counts how often it was started.
+
+    Args:
+        times: how often [times].
+        where: where it was, if anybody wants to know.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        context: ToyContext,
+        *,
+        times: Key[int],
+        where: Key[ToolPose | BasePose] | None = None,
+    ) -> None:
+        super().__init__(name, context)
+        self.times = times
+
+    def update(self) -> Status:
+        self.context.counted += 1
+        self.times.write(self.context.counted)
+        return Status.SUCCESS
+
+
+class Note(Toy):
+    """Notes a value, and takes a tick for it.
+
+    Args:
+        value: what is noted; a negative number is refused.
+    """
+
+    def __init__(self, name: str, context: ToyContext, *, value: float | str) -> None:
+        super().__init__(name, context)
+        if isinstance(value, float) and value < 0.0:
+            raise ValueError("the value is negative")
+        self.value = value
+
+    def initialise(self) -> None:
+        self.context.events.append(f"{self.name} begins with {self.value!r}")
+        self.waited = False
+
+    def update(self) -> Status:
+        self.feedback_message = f"noting {self.value}"
+        if self.waited:
+            return Status.SUCCESS
+        self.waited = True
+        return Status.RUNNING
+
+    def terminate(self, new_status: Status) -> None:
+        self.context.events.append(f"{self.name} ends {LETTER[new_status]}")
+
+
 TOYS = {
+    "ask": Ask,
+    "count": Count,
+    "note": Note,
     "play": Play,
     "recover": Recover,
     "navigate": Navigate,

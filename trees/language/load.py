@@ -45,15 +45,17 @@ def load(
         path: the file.
         leaves: what may stand in the tree; None is all that is installed.
         overrides: values of task parameters, as texts.
-        open_parameters: whether parameters without a default may lack a value; the task can then
-            be looked at, but not built.
+        open_parameters: whether every `$name` of a parameter stays in the tree as a `KeyRead`,
+            whatever its default; the task can then be looked at, but not built.
 
     Raises:
         TaskFileError: with every mistake in the files.
         LeafError: a leaf class, not the file, is at fault.
     """
     mistakes = Mistakes(Path(path))
-    task = _read(mistakes, leaves, overrides, open_parameters)
+    task = _read(
+        mistakes, leaves, overrides, need_values=not open_parameters, open_tree=open_parameters
+    )
     if task is None:
         raise TaskFileError(mistakes.in_order())
     return task
@@ -70,7 +72,7 @@ def check(
     Parameters may lack a value. Arguments and LeafError as for `load`.
     """
     mistakes = Mistakes(Path(path))
-    _read(mistakes, leaves, overrides, open_parameters=True)
+    _read(mistakes, leaves, overrides, need_values=False, open_tree=False)
     return mistakes.in_order()
 
 
@@ -78,15 +80,19 @@ def _read(
     mistakes: Mistakes,
     leaves: Mapping[str, type[Leaf]] | None,
     overrides: Mapping[str, str],
-    open_parameters: bool,
+    *,
+    need_values: bool,
+    open_tree: bool,
 ) -> Task | None:
     """The task, or None if there are errors."""
-    assembler = _Assembler(leaves=describe_leaves(known_leaves() if leaves is None else leaves))
+    assembler = _Assembler(
+        leaves=describe_leaves(known_leaves() if leaves is None else leaves), open_tree=open_tree
+    )
     document = read_document(mistakes)
     if document is None:
         return None
     given = given_texts(document.parameters, overrides, document.params, mistakes)
-    if not open_parameters:
+    if need_values:
         _require_values(document, given, mistakes)
     subtrees = Subtrees(assemble=assembler.assemble, chain=(mistakes.path,))
     task = assembler.assemble(document, document.parameters, mistakes, subtrees, given)
@@ -106,6 +112,8 @@ class _Assembler:
     """Makes tasks of the sections of files."""
 
     leaves: Mapping[str, LeafType]
+    open_tree: bool
+    """Whether parameters stay in the tree by their names."""
 
     def assemble(
         self,
@@ -138,6 +146,9 @@ class _Assembler:
         parameters = with_values(parameters, given, None, mistakes)
         places = read_places(resolved("poses"), resolved("regions"), mistakes)
         parameters = with_values(parameters, given, places.named, mistakes)
+        declared = parameters
+        if self.open_tree:
+            parameters = {name: replace(one, value=None) for name, one in declared.items()}
         scope = Scope(
             leaves=self.leaves,
             parameters=parameters,
@@ -145,7 +156,7 @@ class _Assembler:
             mistakes=mistakes,
             include=subtrees.include,
         )
-        for parameter in parameters.values():
+        for parameter in declared.values():
             scope.use(parameter.value)
             scope.used.add(str(parameter.default and parameter.default.value))
         tree = resolved("tree")
