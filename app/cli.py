@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from app.authoring import authoring
 from app.bench.commands import bench
 from app.outcome import EXIT_BAD_INPUT
 from app.refuse import bad_input, find_tree, refuse
@@ -21,6 +22,7 @@ app = typer.Typer(
     help="Taskable reactive mobile manipulation: a behaviour tree in YAML, a robot that does it.",
 )
 
+app.add_typer(authoring)
 app.add_typer(bench, name="bench")
 grasp = typer.Typer(no_args_is_help=True, help="The grasp network: train it, see how good it is.")
 app.add_typer(grasp, name="grasp")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -58,8 +58,12 @@ class Result(NamedTuple):
     """What could not be kept of it; usually empty."""
 
 
-def run_task(options: RunOptions) -> Result:
+def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: False) -> Result:
     """Run a task in simulation.
+
+    Args:
+        options: what a person chose.
+        interrupted: asked every tick whether to end, as Ctrl-C does.
 
     Raises:
         TaskFileError, SceneError, WeightsError, FolderError, RecorderError: bad input; nothing has
@@ -92,7 +96,7 @@ def run_task(options: RunOptions) -> Result:
         lossless=True,
     )
     begun = stopwatch()
-    with _interrupts() as interrupted, StatusLine(tree_view(nodes)) as status_line:
+    with _interrupts() as signalled, StatusLine(tree_view(nodes)) as status_line:
 
         def watch(tick: Tick) -> None:
             seen = snapshot(tick, nodes, world)
@@ -106,7 +110,7 @@ def run_task(options: RunOptions) -> Result:
             gate=gate,
             measurements=measurements,
             watch=watch,
-            interrupted=interrupted.is_set,
+            interrupted=lambda: signalled.is_set() or interrupted(),
         ).run()
         real_seconds = stopwatch() - begun
         robot.close()

@@ -1,0 +1,228 @@
+"""`run --dry`: the tree in a world where every leaf ends at once, as a script says.
+
+Nothing of the robot, the simulator or the network is loaded. What is tried out is the task: which
+node runs after which outcome, what is attempted again, what the task comes to.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from app.outcome import End, Outcome
+from app.session import failed_node
+from behaviours.names import Key
+from hw.clock import SimClock
+from trees.language import Task, load, nodes_in_order
+from trees.language.kinds import ValueType
+from trees.language.registry import SET
+from trees.language.syntax import LeafNode, SubtreeNode, nodes_below
+
+PERIOD = 0.1
+"""Simulated time from tick to tick [s]."""
+
+OUTCOMES: Mapping[str, Status] = {
+    "success": Status.SUCCESS,
+    "failure": Status.FAILURE,
+    "running": Status.RUNNING,
+}
+"""What a leaf may be told to answer."""
+
+
+class ScriptError(Exception):
+    """An outcome cannot be scripted; the text says why and what would do."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """What one node came to in one tick."""
+
+    tick: int
+    stamp: float
+    """Simulated time [s]."""
+    path: str
+    """Names from the root down, joined by `/`."""
+    name: str
+    is_leaf: bool
+    status: str
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class DryRun:
+    """What a dry run came to."""
+
+    task: str
+    ended: bool
+    """Whether the tree came to an end within the ticks allowed."""
+    outcome: Outcome
+    ticks: int
+    steps: tuple[Step, ...]
+
+
+class Script:
+    """Which outcome is next for a leaf.
+
+    Args:
+        outcomes: by leaf key or node name, in turn; the last repeats. All nodes that go by it take
+            from the same list. A name counts before a key; the rest succeed.
+    """
+
+    def __init__(self, outcomes: Mapping[str, Sequence[Status]]) -> None:
+        self._left = {word: list(statuses) for word, statuses in outcomes.items()}
+        self._taken = dict.fromkeys(outcomes, 0)
+
+    def next(self, name: str, key: str) -> tuple[Status, str]:
+        """The outcome of the next tick of a leaf, and where it comes from."""
+        word = name if name in self._left else key
+        if word not in self._left:
+            return Status.SUCCESS, "as every leaf without a script"
+        left = self._left[word]
+        self._taken[word] += 1
+        status = left.pop(0) if len(left) > 1 else left[0]
+        return status, f"outcome {self._taken[word]} scripted for {word}"
+
+
+def read_script(given: Sequence[str], task: Task) -> Script:
+    """The script that a person gives as `grasp=failure,failure,success`.
+
+    Raises:
+        ScriptError: it is written wrongly, or is about a node that the tree does not have.
+    """
+    words = sorted({word for leaf in _leaves(task) for word in (leaf.name, leaf.type.key)})
+    outcomes = {}
+    for text in given:
+        word, equals, listed = text.rpartition("=")
+        if not equals or not word:
+            example = "for example --outcome grasp=failure,success"
+            raise ScriptError(f"--outcome {text}: write a node and its outcomes, {example}")
+        if word not in words:
+            close = difflib.get_close_matches(word, words, n=1)
+            near = f"did you mean `{close[0]}`? " if close else ""
+            known = ", ".join(f"`{known}`" for known in words)
+            raise ScriptError(
+                f"--outcome {text}: the tree has no leaf `{word}`; {near}there are {known}"
+            )
+        outcomes[word] = [_outcome(one.strip(), text) for one in listed.split(",")]
+    return Script(outcomes)
+
+
+def _outcome(word: str, text: str) -> Status:
+    if word not in OUTCOMES:
+        known = ", ".join(f"`{known}`" for known in OUTCOMES)
+        raise ScriptError(f"--outcome {text}: `{word}` is no outcome; write {known}")
+    return OUTCOMES[word]
+
+
+def _leaves(task: Task) -> Iterator[LeafNode]:
+    """The scripted leaves of a task: guards and those of other files too, `set` not."""
+    for node in nodes_below(task.root):
+        guards = (value for value in node.modifiers.values() if isinstance(value, LeafNode))
+        yield from guards
+        if isinstance(node, SubtreeNode):
+            yield from _leaves(node.task)
+        elif isinstance(node, LeafNode) and node.type is not SET:
+            yield node
+
+
+class _DryLeaf(Behaviour):
+    """Answers what the script says; when it succeeds, its outputs hold zeros and empty texts."""
+
+    def __init__(self, node: LeafNode, script: Script, arguments: Mapping[str, object]) -> None:
+        super().__init__(node.name)
+        self.key = node.type.key
+        self._script = script
+        self._outputs = {
+            key: _nothing(node.type.outputs[name].type)
+            for name, key in arguments.items()
+            if isinstance(key, Key)
+        }
+
+    def update(self) -> Status:
+        """One tick."""
+        status, self.feedback_message = self._script.next(self.name, self.key)
+        if status is Status.SUCCESS:
+            for key, value in self._outputs.items():
+                key.write(value)
+        return status
+
+
+def _nothing(kind: ValueType) -> object:
+    """The smallest value of a type."""
+    if kind.choices:
+        return kind.choices[0]
+    empty = kind.kinds[0]()
+    return empty if kind.least is None or not isinstance(empty, int | float) else kind.least
+
+
+def dry_run(
+    path: Path, *, outcomes: Sequence[str], overrides: Mapping[str, str], most_ticks: int
+) -> DryRun:
+    """Tick a task without a robot.
+
+    Args:
+        path: the task file.
+        outcomes: what leaves answer, each `NODE=OUTCOME,OUTCOME,...`.
+        overrides: values of task parameters, as texts.
+        most_ticks: a tree that has not ended by then is given up.
+
+    Raises:
+        TaskFileError: the file has mistakes.
+        LeafError: a leaf class, not the file, is at fault.
+        ScriptError: an outcome is written wrongly or is about no node of the tree.
+    """
+    task = load(path, overrides=overrides)
+    script = read_script(outcomes, task)
+    clock = SimClock()
+    context = cast(Any, _DryContext(clock=clock))
+    root = task.build(context, lambda node, _, arguments: _DryLeaf(node, script, arguments))
+    paths = {place.node: place.path for place in nodes_in_order(root)}
+    steps: list[Step] = []
+    for tick in range(1, most_ticks + 1):
+        for node in root.tick():
+            is_leaf = not node.children
+            if is_leaf or node.status is not Status.RUNNING:
+                steps.append(
+                    Step(
+                        tick=tick,
+                        stamp=round(clock.now(), 6),
+                        path=paths[node],
+                        name=node.name,
+                        is_leaf=is_leaf,
+                        status=node.status.value.lower(),
+                        reason=node.feedback_message,
+                    )
+                )
+        if root.status is not Status.RUNNING:
+            break
+        clock.sleep_until(PERIOD * tick)
+    return DryRun(
+        task=task.name,
+        ended=root.status is not Status.RUNNING,
+        outcome=_came_to(root, most_ticks),
+        ticks=tick,
+        steps=tuple(steps),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _DryContext:
+    """All that a tree of dry leaves needs of a `Context`."""
+
+    clock: SimClock
+
+
+def _came_to(root: Behaviour, most_ticks: int) -> Outcome:
+    if root.status is Status.SUCCESS:
+        return Outcome(end=End.SUCCESS, reason=root.feedback_message)
+    if root.status is Status.RUNNING:
+        reason = f"still running after {most_ticks} ticks: {root.feedback_message}"
+        return Outcome(end=End.FAILURE, reason=reason)
+    node = failed_node(root)
+    return Outcome(end=End.FAILURE, reason=node.feedback_message, node=node.name)

@@ -1,0 +1,80 @@
+"""A run as a `.btlog`, which Groot2 replays: the tree, then every change of a node's status.
+
+The layout is that of BehaviorTree.CPP 4's `FileLogger2`: a magic text, a version, the length of the
+tree's XML and the XML itself, the time of the first record, and 9 bytes a change (time since then
+in 6, the node's number in 2, its status in 1), all little-endian.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from typing import BinaryIO
+from xml.etree import ElementTree
+
+from py_trees.common import Status
+
+from trees.btcpp.words import STANDARD_TAGS
+from trees.language import PlacedNode
+
+MAGIC = b"BTCPP4-FileLogger2"
+VERSION = 1
+
+_STATUS = {Status.INVALID: 0, Status.RUNNING: 1, Status.SUCCESS: 2, Status.FAILURE: 3}
+
+
+class BtLog:
+    """Writes the log of one run.
+
+    Args:
+        file: open for writing bytes.
+        nodes: of the built tree, in preorder.
+    """
+
+    def __init__(self, file: BinaryIO, nodes: Sequence[PlacedNode]) -> None:
+        self._file = file
+        self._nodes = [place.node for place in nodes]
+        self._before = [Status.INVALID] * len(self._nodes)
+        xml = tree_xml(nodes).encode()
+        file.write(MAGIC + struct.pack("<Bi", VERSION, len(xml)) + xml)
+        file.write(struct.pack("<q", 0))  # a session's clock begins at 0
+
+    def write(self, stamp: float) -> None:
+        """Note what has changed since the last call.
+
+        Args:
+            stamp: the session's time [s].
+        """
+        now = round(1e6 * stamp).to_bytes(6, "little")
+        for number, node in enumerate(self._nodes):
+            if node.status is not self._before[number]:
+                self._before[number] = node.status
+                self._file.write(now + struct.pack("<HB", number + 1, _STATUS[node.status]))
+
+
+def tree_xml(nodes: Sequence[PlacedNode]) -> str:
+    """The built tree as Groot2 draws it: each node with its number, counted from 1 in preorder."""
+    root = ElementTree.Element("root", BTCPP_format="4", main_tree_to_execute="Main")
+    tree = ElementTree.SubElement(root, "BehaviorTree", ID="Main", _fullpath="")
+    above = [tree]
+    models: dict[str, str] = {}
+    for number, place in enumerate(nodes, start=1):
+        node = place.node
+        key = str(getattr(node, "key", type(node).__name__))
+        tag = STANDARD_TAGS.get(key, key)
+        if tag == key:
+            models[tag] = ("Action", "Decorator", "Control")[min(len(node.children), 2)]
+        del above[place.depth + 1 :]
+        above.append(
+            ElementTree.SubElement(above[-1], tag, name=_printable(node.name), _uid=str(number))
+        )
+    model = ElementTree.SubElement(root, "TreeNodesModel")
+    for tag, category in sorted(models.items()):
+        ElementTree.SubElement(model, category, ID=tag)
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _printable(text: str) -> str:
+    """The text without what XML cannot say."""
+    return "".join(letter if letter.isprintable() else " " for letter in text)

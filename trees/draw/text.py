@@ -1,0 +1,31 @@
+"""A tree as indented text, one node a line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from trees.draw.boxes import Box
+
+
+def text(root: Box) -> str:
+    """The tree below a box; every line ends in a line break."""
+    return "".join(f"{line}\n" for line in _lines(root, "", ""))
+
+
+def _lines(box: Box, first: str, later: str) -> Iterator[str]:
+    """The lines of a box and of all below it.
+
+    Args:
+        box: what is drawn.
+        first: what stands before its own line.
+        later: what stands before the lines of its children.
+    """
+    kind = "" if box.kind_name == box.title else f" ({box.kind_name})"
+    details = "".join(f"  {detail}" for detail in box.arguments)
+    modifiers = "".join(f"  [{modifier}]" for modifier in box.modifiers)
+    yield f"{first}{box.symbol} {box.title}{kind}{details}{modifiers}"
+    for position, child in enumerate(box.children, start=1):
+        is_last = position == len(box.children)
+        yield from _lines(
+            child, later + ("└─ " if is_last else "├─ "), later + ("   " if is_last else "│  ")
+        )

@@ -1,0 +1,270 @@
+"""The JSON Schema of task files, with which an editor completes, explains and checks them.
+
+It is made from the tables of the language and the constructors of the leaves, in draft 07, which
+every YAML language server knows. A node is one object with all keys as properties: an editor then
+offers each key once, with its description. What a schema cannot say (exactly one node an item,
+names that are defined) is left to `frankie-task check`.
+"""
+
+from __future__ import annotations
+
+import json
+import types
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from trees.language.kinds import PARAMETER_TYPES, ValueType
+from trees.language.registry import SET, LeafType, Output, Parameter
+from trees.language.tables import WORD
+from trees.language.vocabulary import (
+    CHILDREN,
+    COMPOSITES,
+    MODIFIERS,
+    NAME,
+    SUBTREE,
+    CompositeWord,
+    ModifierWord,
+)
+
+Schema: TypeAlias = dict[str, Any]
+
+SCHEMA_FILE = Path(__file__).parent / "frankie-task.schema.json"
+"""The schema for the leaves that come with the project; shipped tasks name it at their top."""
+
+_REFERENCE = rf"\${WORD.pattern}"
+"""A parameter or key in place of a value."""
+
+_NODE: Schema = {"$ref": "#/definitions/node"}
+_TEXT: Schema = {"type": "string"}
+_NUMBER: Schema = {"type": ["number", "string"], "pattern": f"^{_REFERENCE}$"}
+_JSON_TYPES: Mapping[type, str] = {
+    bool: "boolean",
+    int: "integer",
+    float: "number",
+    types.NoneType: "null",
+}
+
+
+def schema_text(leaves: Mapping[str, LeafType]) -> str:
+    """The schema as the text of a file."""
+    return json.dumps(task_schema(leaves), indent=2, ensure_ascii=False) + "\n"
+
+
+def task_schema(leaves: Mapping[str, LeafType]) -> Schema:
+    """The schema of a task file.
+
+    Args:
+        leaves: what may stand in a tree, by key.
+    """
+    return {
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "frankie-task",
+        "description": "A task for a mobile manipulator: a behaviour tree and what it speaks of.",
+        **_table(
+            {
+                "task": {**_word(), "description": "The task's name."},
+                "description": {**_TEXT, "description": "What the task does, in a line."},
+                "scene": {**_TEXT, "description": "The simulated scene that it is written for."},
+                "params": _named(_PARAMETER, "What may be chosen from outside: `-p name=value`."),
+                "poses": _named(_POSE, "Where to go, and postures of the arm."),
+                "regions": _named(_REGION, "Upright boxes in the world."),
+                "tree": {"allOf": [_NODE], "description": "What the robot does."},
+            },
+            required=["task", "tree"],
+        ),
+        "definitions": {"node": _node(leaves), "condition": _condition(leaves)},
+    }
+
+
+def _node(leaves: Mapping[str, LeafType]) -> Schema:
+    """One object that has every node and every modifier, or the bare key of a leaf."""
+    return {
+        **_bare(leaves),
+        **_table(
+            {
+                **{key: _leaf(leaf) for key, leaf in leaves.items()},
+                **{key: _composite(word) for key, word in COMPOSITES.items()},
+                SUBTREE: _SUBTREE,
+                NAME: {**_TEXT, "description": "The node's name in pictures and messages."},
+                **{key: _modifier(word) for key, word in MODIFIERS.items()},
+            }
+        ),
+        "type": ["object", "string"],
+        "minProperties": 1,
+    }
+
+
+def _condition(leaves: Mapping[str, LeafType]) -> Schema:
+    """What may guard a node."""
+    conditions = {key: leaf for key, leaf in leaves.items() if leaf.is_condition}
+    return {
+        **_bare(conditions),
+        **_table({key: _leaf(leaf) for key, leaf in conditions.items()}),
+        "type": ["object", "string"],
+        "minProperties": 1,
+        "maxProperties": 1,
+    }
+
+
+def _bare(leaves: Mapping[str, LeafType]) -> Schema:
+    """A text that is the key of a leaf which needs no parameters."""
+    keys = "|".join(key for key, leaf in leaves.items() if leaf is not SET and not _required(leaf))
+    return {"pattern": f"^({keys})$"}
+
+
+def _leaf(leaf: LeafType) -> Schema:
+    required = _required(leaf)
+    said = {
+        **{name: _parameter(parameter) for name, parameter in leaf.parameters.items()},
+        **{name: _output(output) for name, output in leaf.outputs.items()},
+    }
+    values = (
+        {"type": "object", "minProperties": 1, "additionalProperties": True}
+        if leaf is SET
+        else _table(said, required=required)
+    )
+    nothing = [] if required or leaf is SET else ["null"]
+    return {**values, "type": ["object", *nothing], "description": leaf.description}
+
+
+def _required(leaf: LeafType) -> list[str]:
+    parameters = [one.name for one in leaf.parameters.values() if one.required]
+    return parameters + [one.name for one in leaf.outputs.values() if one.required]
+
+
+def _parameter(parameter: Parameter) -> Schema:
+    schema = {**_value(parameter.type), "description": _about(parameter)}
+    plain = isinstance(parameter.default, bool | int | float | str)
+    return {**schema, "default": parameter.default} if plain else schema
+
+
+def _output(output: Output) -> Schema:
+    return {**_word(), "description": f"{_about(output)} Give the key to write it to."}
+
+
+def _about(described: Parameter | Output) -> str:
+    text = described.description
+    text = f"{text[:1].upper()}{text[1:]}." if text else f"{described.name}."
+    return text if described.unit in ("", "%") or "[" in text else f"{text} [{described.unit}]"
+
+
+def _composite(word: CompositeWord) -> Schema:
+    """A list of nodes, or, if the word allows, one node or a mapping of options and children."""
+    least = {"minItems": word.least, **({"maxItems": 1} if word.only_child else {})}
+    nodes: Schema = {"type": "array", "items": _NODE, **least}
+    about = {"description": f"{word.description} It takes {word.children}."}
+    if word.only_child:
+        return {**about, "if": {"type": "array"}, "then": nodes, "else": _NODE}
+    if not word.options:
+        return {**nodes, **about}
+    options = {
+        key: {**_value(option.type), "description": option.description, "default": option.default}
+        for key, option in word.options.items()
+    }
+    table = _table({**options, CHILDREN: nodes}, required=[CHILDREN])
+    return {**about, **nodes, **table, "type": ["array", "object"]}
+
+
+def _modifier(word: ModifierWord) -> Schema:
+    about = {"description": word.description}
+    if word.type is None:
+        return {"allOf": [{"$ref": "#/definitions/condition"}], **about}
+    return {**_value(word.type), **about}
+
+
+def _value(expected: ValueType) -> Schema:
+    """A value of a type, or a reference to one."""
+    choices: list[Schema] = []
+    if expected.choices:
+        choices.append({"enum": list(expected.choices)})
+    if str in expected.kinds or expected.named_kinds:
+        choices.append(_TEXT)
+    elif expected.kinds:
+        names = [_JSON_TYPES[kind] for kind in expected.kinds]
+        bounds = {
+            "exclusiveMinimum": expected.above,
+            "minimum": expected.least,
+            "maximum": expected.most,
+        }
+        limits = {key: bound for key, bound in bounds.items() if bound is not None}
+        choices.append({"type": [*names, "string"], "pattern": f"^{_REFERENCE}$", **limits})
+    else:
+        choices.append({"type": "string", "pattern": f"^{_REFERENCE}$"})
+    return choices[0] if len(choices) == 1 else {"anyOf": choices}
+
+
+def _table(properties: Mapping[str, Schema], *, required: Sequence[str] = ()) -> Schema:
+    """A mapping with no other keys than these."""
+    schema = {"type": "object", "properties": dict(properties), "additionalProperties": False}
+    return {**schema, "required": list(required)} if required else schema
+
+
+def _named(what: Schema, description: str) -> Schema:
+    """A mapping of names; an empty section is no mistake."""
+    return {
+        "type": ["object", "null"],
+        "propertyNames": {"pattern": f"^{WORD.pattern}$"},
+        "additionalProperties": what,
+        "description": description,
+    }
+
+
+def _word() -> Schema:
+    return {"type": "string", "pattern": f"^{WORD.pattern}$"}
+
+
+def _numbers(count: int, description: str) -> Schema:
+    if count == 1:
+        return {**_NUMBER, "description": description}
+    return {
+        "type": "array",
+        "items": _NUMBER,
+        "minItems": count,
+        "maxItems": count,
+        "description": description,
+    }
+
+
+_POSE = _table(
+    {
+        "xyz": _numbers(3, "Point between the finger tips, in the world [m]."),
+        "rpy_deg": _numbers(3, "Roll, pitch and yaw of the hand [°]; roll 180 looks down."),
+        "base": _numbers(2, "x and y of the base on the floor [m]."),
+        "heading_deg": _numbers(1, "Where the base faces, from the world's x axis [°]."),
+        "joints_deg": _numbers(7, "Posture of the arm, from base to hand [°]."),
+    }
+)
+_REGION = _table(
+    {
+        "centre": _numbers(3, "Middle of the box in the world [m]."),
+        "size": _numbers(3, "Full length of each edge [m]."),
+        "yaw_deg": _numbers(1, "Turn about the vertical [°]."),
+    },
+    required=["centre", "size"],
+)
+_SCALAR: Schema = {"type": ["boolean", "number", "string"]}
+_PARAMETER = _table(
+    {
+        "type": {
+            "anyOf": [{"enum": list(PARAMETER_TYPES)}, {"type": "array", "items": _SCALAR}],
+            "description": "Its type, or a list of choices; without it, that of the default.",
+        },
+        "default": {**_SCALAR, "description": "What it is unless chosen; without it, required."},
+        "description": {**_TEXT, "description": "What it is for."},
+        "min": {"type": "number", "description": "Least number allowed."},
+        "max": {"type": "number", "description": "Largest number allowed."},
+    }
+)
+_GIVEN = {"type": "object", "additionalProperties": True}
+_SUBTREE = {
+    **_table(
+        {
+            "file": {**_TEXT, "description": "The other task file, seen from this one."},
+            "with": {**_GIVEN, "description": "Values for its parameters."},
+            "out": {**_GIVEN, "description": "For each of its outputs, the key to write it to."},
+        },
+        required=["file"],
+    ),
+    "description": "Runs the tree of another file, which has names and keys of its own.",
+}
