@@ -4,32 +4,51 @@ Leaves read the state and leave one motion goal a tick in the `Context` that the
 command motion themselves. `LEAVES` has them by the key that a task file calls them by.
 """
 
+from behaviours.comparisons import AtLeast, Equals
+from behaviours.conditions import ArmAt, ArmHealthy, BatteryAbove, Near, ObjectVisible
 from behaviours.context import Context
+from behaviours.drive import Drive
 from behaviours.eyes import Eyes
 from behaviours.fingers import HoldingObject, OpenGripper
+from behaviours.follow import Follow
 from behaviours.grasp import Grasp
-from behaviours.leaf import Leaf, LeafCrashedError
+from behaviours.leaf import Condition, Leaf, LeafCrashedError
 from behaviours.log import Carried, TaskLog
-from behaviours.names import BasePose, Posture, Region, ToolPose
+from behaviours.look_at import LookAt
+from behaviours.move_arm import MoveArm
+from behaviours.names import BasePose, Key, Posture, Region, ToolPose
 from behaviours.navigate import Navigate
 from behaviours.place import Place
 from behaviours.recover import Recover
 from behaviours.region_empty import RegionEmpty
 from behaviours.retreat_check import RetreatCheck
-from behaviours.small import ArmHealthy, Wait
+from behaviours.scan_for_objects import ScanForObjects
+from behaviours.small import Say, Wait
 
 LEAVES: dict[str, type[Leaf]] = {
     leaf.key: leaf
     for leaf in (
+        ArmAt,
         ArmHealthy,
+        AtLeast,
+        BatteryAbove,
+        Drive,
+        Equals,
+        Follow,
         Grasp,
         HoldingObject,
+        LookAt,
+        MoveArm,
         Navigate,
+        Near,
+        ObjectVisible,
         OpenGripper,
         Place,
         Recover,
         RegionEmpty,
         RetreatCheck,
+        Say,
+        ScanForObjects,
         Wait,
     )
 }
@@ -39,8 +58,10 @@ __all__ = [
     "LEAVES",
     "BasePose",
     "Carried",
+    "Condition",
     "Context",
     "Eyes",
+    "Key",
     "Leaf",
     "LeafCrashedError",
     "Posture",

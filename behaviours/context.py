@@ -45,6 +45,7 @@ class Context:
         """Take a reading; without a new goal the robot will come to rest."""
         self.state = state
         self.goal, self.goal_of = None, None
+        self.eyes.begin_tick()
 
     def end_tick(self, report: StepReport) -> None:
         """Take what the controller said about the goal that the tick left."""

@@ -12,6 +12,8 @@ OLDEST_FRAME = 0.15
 class Eyes:
     """Newest frame, detection and tracked grasp of one robot.
 
+    All leaves of a tick see the same frame, whichever asks first.
+
     Args:
         robot: whose camera.
         detector: the network with its pre- and post-processing.
@@ -20,25 +22,55 @@ class Eyes:
     def __init__(self, robot: Robot, detector: GraspDetector) -> None:
         self._robot = robot
         self._detector = detector
+        self._fresh = False
+        self._found: dict[Workspace, Detection] = {}
         self.tracker = GraspTracker()
         self.frame: DepthFrame | None = None
         """The newest frame that was looked at."""
         self.detection: Detection | None = None
-        """What was found in it."""
+        """What was found in it last; None if nobody asked."""
         self.grasp: GraspEstimate | None = None
         """The grasp that is followed, if any."""
         self.seconds = 0.0
         """Real time spent on looking so far [s]."""
 
+    def begin_tick(self) -> None:
+        """From now on a newer frame counts as new."""
+        self._fresh = False
+
+    def new_frame(self) -> DepthFrame | None:
+        """The frame that has come since the last tick; None if there is none."""
+        if not self._fresh:
+            begun = stopwatch()
+            frame = self._robot.depth()
+            if frame is not None:
+                self._fresh, self.frame, self.detection, self._found = True, frame, None, {}
+            self.seconds += stopwatch() - begun
+        return self.frame if self._fresh else None
+
     def look(self, workspace: Workspace) -> Detection | None:
         """Detect grasps in the newest frame; None if there is no new one."""
-        begun = stopwatch()
-        frame = self._robot.depth()
-        if frame is None:
-            return None
-        self.frame = frame
-        self.detection = self._detector.detect(frame, workspace)
-        self.seconds += stopwatch() - begun
+        frame = self.new_frame()
+        return None if frame is None else self._detect(frame, workspace)
+
+    def see(self, workspace: Workspace, now: float) -> Detection | None:
+        """What the newest frame shows, new or not; None if there is none to be believed.
+
+        Args:
+            workspace: where it matters.
+            now: the session's time [s].
+        """
+        self.new_frame()
+        return (
+            None if self.frame is None or self.blind(now) else self._detect(self.frame, workspace)
+        )
+
+    def _detect(self, frame: DepthFrame, workspace: Workspace) -> Detection:
+        if workspace not in self._found:
+            begun = stopwatch()
+            self._found[workspace] = self._detector.detect(frame, workspace)
+            self.seconds += stopwatch() - begun
+        self.detection = self._found[workspace]
         return self.detection
 
     def follow(self, workspace: Workspace, now: float) -> GraspEstimate | None:

@@ -9,7 +9,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.leaf import FINGER_PATIENCE, Leaf, Progress, remaining
+from behaviours.leaf import Leaf, Progress, remaining
 from behaviours.names import Region
 from controller import PoseGoal, StepReport
 from perception import GraspEstimate
@@ -114,20 +114,16 @@ class Grasp(Leaf):
                 return self.failure(f"stopped {report.position_error:.3f} m before the grasp")
             return self.running("going down")
         self._note(self._locked)
-        self.context.robot.grip(0.0, self._force)
-        self._closing_since = self.context.clock.now()
+        self.grip(0.0, self._force)
         self._phase = self._close
         return self.running("closing")
 
     def _close(self) -> Status:
         """Wait for the fingers, the hand at rest."""
-        state, now = self.context.state, self.context.clock.now()
-        if state.gripper_moving and now - self._closing_since > FINGER_PATIENCE:
-            return self.failure(f"the fingers still move after {FINGER_PATIENCE:g} s")
-        if state.gripper_moving or now <= self._closing_since:
-            return self.running(f"closing, {1000 * state.gripper_width:.0f} mm")
-        self.context.log.attempt(self._begun, now)
-        return self.success(f"closed at {1000 * state.gripper_width:.0f} mm")
+        if (waiting := self.fingers("closing")) is not None:
+            return waiting
+        self.context.log.attempt(self._begun, self.context.clock.now())
+        return self.success(f"closed at {1000 * self.context.state.gripper_width:.0f} mm")
 
     def _stalled(self, report: StepReport) -> bool:
         return self._progress.stalled(remaining(report), self.context.clock.now())

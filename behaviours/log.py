@@ -36,6 +36,9 @@ class TaskLog:
     places_used: dict[str, int] = field(default_factory=dict)
     """How many places of every region are taken."""
 
+    said: list[tuple[float, str]] = field(default_factory=list)
+    """What was said to people, and when [s]."""
+
     @property
     def placed(self) -> int:
         """How many objects were let go at their place."""
@@ -48,6 +51,10 @@ class TaskLog:
             self.carried.append(Carried(begun=begun))
         self.carried[-1].attempts += 1
         self.carried[-1].grasp_time = now - begun
+
+    def say(self, now: float, text: str) -> None:
+        """Tell people something."""
+        self.said.append((now, text))
 
     def place(self, now: float) -> None:
         """The held object was let go at its place."""

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from math import degrees
 from typing import ClassVar
 
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.leaf import Leaf, Progress, remaining
+from behaviours.journey import Journey
+from behaviours.leaf import Leaf
 from behaviours.names import BasePose, ToolPose
 from controller import BaseGoal, MotionGoal, PoseGoal
-
-_PATIENCE = 5.0
-"""A base that turns round first brings the hand no nearer for a while [s]."""
 
 
 class Navigate(Leaf):
@@ -49,21 +46,8 @@ class Navigate(Leaf):
 
     def initialise(self) -> None:
         """Start anew."""
-        self._begun = self.context.clock.now()
-        self._progress = Progress(patience=_PATIENCE)
+        self._journey = Journey(self, self._goal, self._to.name, self._timeout)
 
     def update(self) -> Status:
         """One tick."""
-        if fault := self.fault():
-            return self.failure(fault)
-        report, now = self.pursue(self._goal), self.context.clock.now()
-        if report is None:
-            return self.running(f"setting out for {self._to.name}")
-        if report.arrived:
-            return self.success(f"at {self._to.name}")
-        left = f"{report.position_error:.2f} m, {degrees(report.orientation_error):.0f}° to go"
-        if now - self._begun > self._timeout:
-            return self.failure(f"not at {self._to.name} after {self._timeout:g} s: {left}")
-        if self._progress.stalled(remaining(report), now):
-            return self.failure(f"stuck on the way to {self._to.name}: {left}")
-        return self.running(left)
+        return self._journey.tick()

@@ -12,7 +12,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.leaf import FINGER_PATIENCE, Leaf, Progress, remaining
+from behaviours.leaf import Leaf, Progress, remaining
 from behaviours.names import Region
 from behaviours.retreat_check import CLOSED
 from controller import PoseGoal
@@ -91,19 +91,15 @@ class Place(Leaf):
         return self._move("lowering", self._down, 0.2, 0.004, self._release)
 
     def _release(self) -> Status:
-        self.context.robot.grip(HAND_OPENING, 20.0)
-        self._opening_since = self.context.clock.now()
+        self.grip(HAND_OPENING, 20.0)
         self._phase = self._open
         return self.running("letting go")
 
     def _open(self) -> Status:
-        now = self.context.clock.now()
-        if self.context.state.gripper_moving and now - self._opening_since > FINGER_PATIENCE:
-            return self.failure(f"the fingers still move after {FINGER_PATIENCE:g} s")
-        if self.context.state.gripper_moving or now <= self._opening_since:
-            return self.running("letting go")
+        if (waiting := self.fingers("letting go")) is not None:
+            return waiting
         log = self.context.log
-        log.place(now)
+        log.place(self.context.clock.now())
         log.places_used[self._on.name] = self._number
         self._phase = self._rise
         return self.running("rising")

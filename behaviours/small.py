@@ -9,6 +9,8 @@ from py_trees.common import Status
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 
+_BLANK = "{value}"
+
 
 class Wait(Leaf):
     """Stand still for a while.
@@ -33,12 +35,30 @@ class Wait(Leaf):
         return self.success("waited") if left <= 0.0 else self.running(f"{left:.1f} s left")
 
 
-class ArmHealthy(Leaf):
-    """Succeeds if the robot has no fault."""
+class Say(Leaf):
+    """Tell the people around something; it stands in the summary of the run.
 
-    key: ClassVar[str] = "arm_healthy"
+    Args:
+        text: what to say; `{value}` in it stands for the value.
+        value: for example a key, as in `value: $count`.
+    """
+
+    key: ClassVar[str] = "say"
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        text: str,
+        value: str | int | float | bool | None = None,
+    ) -> None:
+        super().__init__(name, context)
+        if (value is not None) != (_BLANK in text):
+            raise ValueError(f"write {_BLANK} where the value belongs in the text, and give both")
+        self._text = text.replace(_BLANK, f"{value:g}" if isinstance(value, float) else f"{value}")
 
     def update(self) -> Status:
         """One tick."""
-        fault = self.fault()
-        return self.failure(fault) if fault else self.success("no fault")
+        self.context.log.say(self.context.clock.now(), self._text)
+        return self.success(self._text)

@@ -74,6 +74,8 @@ class BaseGoal:
     """Arrived when nearer than this [m] ..."""
     heading_tolerance: float = np.deg2rad(5.0)
     """... and turned less than this away [rad]."""
+    reverse: bool = False
+    """Whether a base with a front drives there backwards."""
 
 
 MotionGoal: TypeAlias = PoseGoal | PostureGoal | BaseGoal

@@ -196,7 +196,7 @@ class HolisticController:
         """The base to a pose; the arm comes to rest."""
         bTg = state.wTb.inverse() * goal.wTb
         error = pose_error(SE3.Identity(), bTg)
-        base = drive_to(self.model, self.settings, planar(bTg))
+        base = drive_to(self.model, self.settings, planar(bTg), reverse=goal.reverse)
         return _Answer(
             np.concatenate([base, np.zeros(len(state.q))]),
             error.position,

@@ -66,6 +66,8 @@ class RobotState:
     """Whether the last grip is still under way."""
     faults: tuple[Fault, ...] = ()
     """Empty when healthy."""
+    battery: float | None = None
+    """Charge that is left, 0 to 1; None if the robot does not tell."""
 
 
 @dataclass(frozen=True, kw_only=True)

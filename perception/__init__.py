@@ -5,13 +5,16 @@ them from frame to frame until the camera is so near that the goal had better no
 Frames come in by shape alone (`Frame`, `Workspace`), so that any camera will do.
 """
 
-from perception.detector import GraspDetector
+from perception.detector import OCCUPIED_HEIGHT, WALL_MARGIN, GraspDetector
 from perception.frame import Frame, Intrinsics, Workspace
 from perception.grasp import Detection, GraspEstimate
+from perception.height_map import world_points
 from perception.maps import WeightsError
 from perception.tracker import GraspTracker
 
 __all__ = [
+    "OCCUPIED_HEIGHT",
+    "WALL_MARGIN",
     "Detection",
     "Frame",
     "GraspDetector",
@@ -20,4 +23,5 @@ __all__ = [
     "Intrinsics",
     "WeightsError",
     "Workspace",
+    "world_points",
 ]

@@ -1,18 +1,28 @@
-"""Putting a scene together: fixtures where it says, objects side by side in the container."""
+"""Putting a scene together: fixtures where it says, objects side by side on what carries them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from math import hypot
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim.contact import separation
 from hw.sim.household import fitting, make_object
-from hw.sim.objects import SimObject
-from hw.sim.scene import Container, Fixture, Scene, SceneError, Table, read_scene
+from hw.sim.objects import Motion, SimObject
+from hw.sim.scene import (
+    Container,
+    Fixture,
+    Objects,
+    Scene,
+    SceneError,
+    SideTable,
+    Table,
+    read_scene,
+)
 from hw.sim.shapes import Box, Colour, Placed, Plane
 from hw.sim.world import World
 
@@ -20,7 +30,7 @@ GAP = 0.006
 """Objects lie at least this far apart [m] ..."""
 
 WALL_GAP = 0.022
-"""... and this far from the walls of the container, where a finger just fits between [m]."""
+"""... and this far from walls and edges; a finger just fits between an object and a wall [m]."""
 
 _SPREADS = np.repeat([0.035, 0.025, 0.015, 0.008, 0.0, 0.0], 6)
 """Wished for in addition to either gap, one for each way that an object is turned [m]."""
@@ -58,19 +68,67 @@ def build_world(scene: Scene, rng: np.random.Generator) -> World:
     """Everything that a scene says, put in its place.
 
     Raises:
-        SceneError: the objects that it asks for cannot be made, or do not fit into the container.
+        SceneError: the objects that it asks for cannot be made, or do not fit.
     """
     fixtures = [
         Placed(Plane(), SE3.Identity(), "floor", _FLOOR),
         *_container(scene.container),
-        *_table(scene.table),
+        *_table(scene.table, "table"),
+        *(part for table in scene.side_tables for part in _table(table, table.name)),
         *(_fixture(f) for f in scene.fixtures),
     ]
-    return World(fixtures, _objects(scene, rng))
+    objects = _objects(scene.objects, _floor(scene.container), 0, rng)
+    for table in scene.side_tables:
+        lying = _objects(table.objects, _top(table), len(objects), rng)
+        objects += [_moving(thing, table) for thing in lying]
+    return World(fixtures, objects)
 
 
-def _objects(scene: Scene, rng: np.random.Generator) -> list[SimObject]:
-    wanted = scene.objects
+class _Surface(NamedTuple):
+    """A level rectangle that objects lie on."""
+
+    name: str
+    """What carries it, in words."""
+    centre: tuple[float, float]
+    size: tuple[float, float]
+    """Along x and y [m]."""
+    height: float
+
+
+def _floor(container: Container) -> _Surface:
+    return _Surface(
+        "into the container", container.centre, container.inner_size, container.floor_height
+    )
+
+
+def _top(table: SideTable) -> _Surface:
+    """The part of a table on which an object stays on it wherever it moves to."""
+    (x, y), (wide, deep) = table.centre, table.size
+    dx, dy = table.motion.along if table.motion else (0.0, 0.0)
+    return _Surface(
+        f"on {table.name}",
+        (x - dx / 2.0, y - dy / 2.0),
+        (wide - abs(dx), deep - abs(dy)),
+        table.height,
+    )
+
+
+def _moving(thing: SimObject, table: SideTable) -> SimObject:
+    """The object, set going if its table says so."""
+    if (motion := table.motion) is not None:
+        thing.motion = Motion(
+            start=thing.pose.translation.copy(),
+            along=np.array([*motion.along, 0.0]),
+            period=motion.period_s,
+            until=np.inf if motion.stop_s is None else motion.stop_s,
+        )
+    return thing
+
+
+def _objects(
+    wanted: Objects, surface: _Surface, before: int, rng: np.random.Generator
+) -> list[SimObject]:
+    """Objects side by side on a surface, numbered on from how many there are `before`."""
     widths = (wanted.width_mm[0] / 1000.0, wanted.width_mm[1] / 1000.0)
     masses = (wanted.mass_g[0] / 1000.0, wanted.mass_g[1] / 1000.0)
     kinds = fitting(wanted.kinds, widths)
@@ -82,22 +140,22 @@ def _objects(scene: Scene, rng: np.random.Generator) -> list[SimObject]:
         )
     for _ in range(_LAYOUTS):
         objects = [
-            make_object(f"{kind} {i + 1}", kind, widths, masses, rng)
+            make_object(f"{kind} {before + i + 1}", kind, widths, masses, rng)
             for i, kind in enumerate(rng.choice(kinds, wanted.count) if wanted.count else [])
         ]
-        if _lay_out(objects, scene.container, rng):
+        if _lay_out(objects, surface, rng):
             return objects
     raise SceneError(
-        f"objects: {wanted.count} do not fit into the container: lower count or width_mm, "
-        "or enlarge container.inner_size"
+        f"objects: {wanted.count} do not fit {surface.name}: lower count or width_mm, "
+        "or enlarge what they lie on"
     )
 
 
-def _lay_out(objects: Sequence[SimObject], container: Container, rng: np.random.Generator) -> bool:
-    """Give every object a place in the container, the largest first; False if it is full."""
+def _lay_out(objects: Sequence[SimObject], surface: _Surface, rng: np.random.Generator) -> bool:
+    """Give every object a place on a surface, the largest first; False if it is full."""
     laid: list[SimObject] = []
     for thing in sorted(objects, key=lambda o: -o.radius):
-        if not any(_try_turned(thing, laid, container, spread, rng) for spread in _SPREADS):
+        if not any(_try_turned(thing, laid, surface, spread, rng) for spread in _SPREADS):
             return False
         laid.append(thing)
     return True
@@ -106,21 +164,21 @@ def _lay_out(objects: Sequence[SimObject], container: Container, rng: np.random.
 def _try_turned(
     thing: SimObject,
     laid: Sequence[SimObject],
-    container: Container,
+    surface: _Surface,
     spread: float,
     rng: np.random.Generator,
 ) -> bool:
-    """Turn an object any way, and try places until it lies clear of the walls and of others."""
+    """Turn an object any way, and try places until it lies clear of the rim and of others."""
     turn = exp3(np.array([0.0, 0.0, rng.uniform(-np.pi, np.pi)]))
     thing.pose = SE3(turn, np.zeros(3))
     x, y, up = np.eye(3)
-    half = np.array(container.inner_size) / 2.0 - WALL_GAP - spread
+    half = np.array(surface.size) / 2.0 - WALL_GAP - spread
     low = np.array([thing.reach(-x), thing.reach(-y)]) - half
     high = half - np.array([thing.reach(x), thing.reach(y)])
     if (low > high).any():
         return False
-    height = container.floor_height + thing.reach(-up)
-    for place in container.centre + rng.uniform(low, high, (_PLACES, 2)):
+    height = surface.height + thing.reach(-up)
+    for place in surface.centre + rng.uniform(low, high, (_PLACES, 2)):
         thing.pose = SE3(turn, np.array([*place, height]))
         if all(_apart(thing, other, GAP + spread) for other in laid):
             return True
@@ -158,15 +216,15 @@ def _container(container: Container) -> list[Placed]:
     ]
 
 
-def _table(table: Table) -> list[Placed]:
+def _table(table: Table, name: str) -> list[Placed]:
     x, y = table.centre
     half_x, half_y, thick, leg = table.size[0] / 2.0, table.size[1] / 2.0, 0.015, 0.025
     leg_half = table.height / 2.0 - thick
     return [
-        _upright("table/top", (x, y, table.height - thick), (half_x, half_y, thick), _WOOD),
+        _upright(f"{name}/top", (x, y, table.height - thick), (half_x, half_y, thick), _WOOD),
         *(
             _upright(
-                "table/leg",
+                f"{name}/leg",
                 (x + sx * (half_x - leg), y + sy * (half_y - leg), leg_half),
                 (leg, leg, leg_half),
                 _WOOD,

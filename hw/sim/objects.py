@@ -11,6 +11,26 @@ from pinocchio import SE3
 from hw.sim.shapes import Array, Placed, bounding_radius, reach
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Motion:
+    """How an object moves by itself: along a line to its end and back, again and again."""
+
+    start: Array
+    """(3,) where it begins, in the world [m]."""
+    along: Array
+    """(3,) from there to the other end [m]."""
+    period: float
+    """Time for the way there and back [s]."""
+    until: float = np.inf
+    """From then on it stands still [s]."""
+
+    def position(self, now: float) -> Array:
+        """(3,) where it is at a time, in the world [m]; it turns round smoothly."""
+        phase = 2.0 * np.pi * min(now, self.until) / self.period
+        position: Array = self.start + 0.5 * (1.0 - np.cos(phase)) * self.along
+        return position
+
+
 @dataclass(kw_only=True, eq=False)
 class SimObject:
     """A rigid body; replace `pose` to move it."""
@@ -24,6 +44,8 @@ class SimObject:
     """Coulomb friction coefficient with the finger pads."""
     pose: SE3
     """Object in the world, wTo; the origin is the centre of mass."""
+    motion: Motion | None = None
+    """How it moves as long as nobody has touched it."""
 
     @cached_property
     def radius(self) -> float:

@@ -42,6 +42,8 @@ class Dynamics:
     """Fingers that press on a thing without holding it slip off when the hand moves so far [m]."""
     frame_rate: float = 30.0
     """Camera frames a second [Hz]."""
+    battery_life: float = 4.0 * 3600.0
+    """Time in which a full battery runs down, whatever the robot does [s]."""
 
 
 class SimRobot:
@@ -115,6 +117,7 @@ class SimRobot:
             gripper_width=self._width,
             gripper_moving=self._fingers_move,
             faults=faults,
+            battery=max(0.0, 1.0 - self._now / self._dynamics.battery_life),
         )
 
     def send(self, command: Command) -> Command:
@@ -178,6 +181,7 @@ class SimRobot:
         while self._now < now - 1e-9:
             dt = min(self._dynamics.period, now - self._now)
             command = self._command if self._now < self._valid_until - 1e-9 else Command.stop()
+            self.world.move_to(self._now + dt)
             self._integrate(command, dt)
             self._now += dt
         self._now = now

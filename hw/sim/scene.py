@@ -65,7 +65,7 @@ class Fixture(_Strict):
 
 
 class Objects(_Strict):
-    """The objects in the container."""
+    """The objects in the container, or on a table."""
 
     count: Annotated[int, Field(ge=0, le=40)] = 10
     kinds: tuple[str, ...] = tuple(KINDS)
@@ -89,14 +89,35 @@ class Objects(_Strict):
         return bounds
 
 
+class Motion(_Strict):
+    """How the objects of a table move by themselves: along a line, to and fro."""
+
+    along: tuple[Coordinate, Coordinate]
+    """x, y from one end of the way to the other [m]."""
+    period_s: Annotated[float, Field(gt=0.0)]
+    """For the way there and back [s]."""
+    stop_s: Annotated[float, Field(ge=0.0)] | None = None
+    """Simulated time from which they stand still [s]; without it they never do."""
+
+
+class SideTable(Table):
+    """A further table, with objects anywhere on it."""
+
+    name: Annotated[str, Field(pattern=r"^[^/]+$")]
+    objects: Objects
+    motion: Motion | None = None
+
+
 class Scene(_Strict):
     """A scene file."""
 
     description: str = ""
     container: Container
     table: Table
+    side_tables: tuple[SideTable, ...] = ()
     fixtures: tuple[Fixture, ...] = ()
     objects: Objects = Objects()
+    """In the container."""
 
 
 def scene_names() -> list[str]:
@@ -177,16 +198,16 @@ def _locate(root: yaml.Node | None, location: tuple[int | str, ...]) -> tuple[in
 
 def _fields(location: tuple[int | str, ...]) -> list[str]:
     """The keys that are known at a location."""
-    model: Any = Scene
-    for key in location:
-        if isinstance(key, str):
-            model = _MODELS[key]
+    keys = [key for key in location if isinstance(key, str)]
+    model = _MODELS[keys[-1]] if keys else Scene
     return list(model.model_fields)
 
 
 _MODELS: dict[str, type[_Strict]] = {
     "container": Container,
     "table": Table,
+    "side_tables": SideTable,
+    "motion": Motion,
     "fixtures": Fixture,
     "objects": Objects,
 }

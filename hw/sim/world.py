@@ -1,4 +1,4 @@
-"""Everything around the simulated robot: what stands fast, what can be moved, what is held."""
+"""Everything around the simulated robot: what stands fast, what moves or can be moved."""
 
 from __future__ import annotations
 
@@ -72,6 +72,12 @@ class World:
                 return candidate
         raise KeyError(f"no object {name!r}; there are {[o.name for o in self.objects]}")
 
+    def move_to(self, now: float) -> None:
+        """Bring everything that moves by itself to where it is at a time [s]."""
+        for thing in self.objects:
+            if thing.motion is not None:
+                thing.pose = SE3(thing.pose.rotation, thing.motion.position(now))
+
     def close_fingers(
         self, wTe: SE3, width_before: float, force: float, width: float = 0.0
     ) -> GraspOutcome:
@@ -97,7 +103,7 @@ class World:
             return GraspOutcome(holding=None, width=width, reason=Reason.NOTHING)
         touched = result.object
         if touched is not None and result.wTo is not None:
-            touched.pose = result.wTo
+            touched.pose, touched.motion = result.wTo, None
             if result.reason is Reason.HELD:
                 self.held, self._held_width = touched, result.width
                 self._eTo = wTe.actInv(result.wTo)

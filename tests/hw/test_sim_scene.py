@@ -37,9 +37,16 @@ def narrowest(parts: list[Placed]) -> float:
     )
 
 
-def test_household_single_and_clutter_are_shipped() -> None:
-    assert scene_names() == ["clutter", "household", "single"]
-    assert [len(load_scene(name, 0).objects) for name in scene_names()] == [15, 10, 1]
+def test_the_shipped_scenes_have_the_objects_that_they_speak_of() -> None:
+    counts = {name: len(load_scene(name, 0).objects) for name in scene_names()}
+    assert counts == {
+        "clutter": 15,
+        "follow_moving_object": 1,
+        "household": 10,
+        "inspect": 6,
+        "single": 1,
+        "tidy_two_tables": 4,
+    }
 
 
 @pytest.mark.parametrize("name", ["household", "clutter"])
@@ -108,6 +115,59 @@ def test_a_scene_file_of_ones_own_with_a_fixture(tmp_path: Path) -> None:
     assert reach(shelf, np.array([0.0, 1.0, 0.0])) == pytest.approx(1.5)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_objects_stand_on_side_tables_and_stay_on_them_as_they_move(
+    seed: int, tmp_path: Path
+) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        GOOD.replace("count: 2", "count: 1")
+        + "side_tables:\n"
+        + "  - {name: shelf, centre: [1, 0], size: [0.4, 0.4], objects: {count: 2}}\n"
+        + "  - {name: belt, centre: [1, 1], size: [0.4, 0.8], objects: {count: 1},\n"
+        + "     motion: {along: [0.1, -0.5], period_s: 4, stop_s: 9}}\n"
+    )
+    world = load_scene(path, seed)
+    assert [world.resting_on(thing) for thing in world.objects] == [
+        "container",
+        "shelf",
+        "shelf",
+        "belt",
+    ]
+    assert len({thing.name for thing in world.objects}) == 4
+    still = [thing.pose.copy() for thing in world.objects[:3]]
+    there = []
+    for now in (0.0, 2.0, 4.0, 9.0, 20.0):
+        world.move_to(now)
+        assert world.resting_on(world.objects[3]) == "belt"
+        there.append(world.objects[3].pose.translation[:2].copy())
+    start, end, back, stopped, later = there
+    np.testing.assert_allclose(end - start, [0.1, -0.5], atol=1e-9)
+    np.testing.assert_allclose(back, start, atol=1e-9)
+    np.testing.assert_allclose(stopped, start + np.array([0.05, -0.25]), atol=1e-9)
+    np.testing.assert_array_equal(later, stopped)
+    assert all(a.pose == b for a, b in zip(world.objects[:3], still, strict=True))
+
+
+def test_what_the_hand_has_taken_no_longer_moves_by_itself(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        GOOD.replace("count: 2", "count: 0")
+        + "side_tables:\n  - {name: belt, centre: [1, 1], size: [0.4, 0.8],\n"
+        + "     objects: {count: 1, kinds: [ball], width_mm: [40, 50]},\n"
+        + "     motion: {along: [0.0, 0.4], period_s: 4}}\n"
+    )
+    world = load_scene(path, 0)
+    world.move_to(1.0)
+    ball = world.objects[0]
+    down = np.diag([1.0, -1.0, -1.0])
+    outcome = world.close_fingers(SE3(down, ball.pose.translation), 0.08, 20.0)
+    assert outcome.holding == ball.name
+    taken = ball.pose.translation.copy()
+    world.move_to(3.0)
+    np.testing.assert_array_equal(ball.pose.translation, taken)
+
+
 def test_widths_and_kinds_are_kept_to(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text(GOOD.replace("2", "6") + "  kinds: [ball, can]\n  width_mm: [30, 40]\n")
@@ -121,7 +181,7 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
         SceneError, match=r"no scene 'houshold': did you mean 'household'\?"
     ) as told:
         load_scene("houshold", 0)
-    assert "clutter, household, single" in str(told.value)
+    assert "household, inspect, single" in str(told.value)
 
 
 @pytest.mark.parametrize(
@@ -137,6 +197,24 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
         (GOOD.replace("[3.0, 0.0]", "[3.0, left]"), "2:17: container.centre.1: input should be"),
         (GOOD.replace("  centre: [3.0, 0.0]", "  wall_height: 0.1"), "1:1: container.centre: is m"),
         (GOOD + "fixtures:\n  - {name: a}\n", "8:5: fixtures.0.centre: is missing"),
+        (
+            GOOD + "side_tables:\n  - {name: a, centre: [0, 0], motion: {along: [0, 1]}}\n",
+            "8:5: side_tables.0.objects: is missing",
+        ),
+        (
+            GOOD
+            + "side_tables:\n  - name: a\n    centre: [0, 0]\n    objects: {}\n"
+            + "    motion: {along: [0, 1], period: 1}\n",
+            "11:5: side_tables.0.motion.period_s: is missing",
+        ),
+        (
+            GOOD + "side_tables:\n  - {name: a, centre: [0, 0], objects: {}, high: 1}\n",
+            "8:44: side_tables.0.high: unknown key: did you mean 'height'?",
+        ),
+        (
+            GOOD + "side_tables:\n  - {name: a, centre: [0, 0], size: [0.2, 0.2], objects: {}}\n",
+            "objects: 10 do not fit on a: lower",
+        ),
         ("table: {centre: [0, 0]}\n", "1:1: container: is missing: add it under the top level"),
         ("table: [\n", "2:1: not YAML"),
         ("table: \x07\n", "not YAML"),

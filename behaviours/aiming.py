@@ -1,0 +1,95 @@
+"""Pointing the wrist camera: where it sits on the hand, and where the hand must be for a view."""
+
+from __future__ import annotations
+
+from math import atan2
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+import pinocchio as pin
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours.eyes import OLDEST_FRAME
+from behaviours.leaf import Leaf
+from hw import RobotState
+
+Array: TypeAlias = npt.NDArray[np.float64]
+
+_AT_REST = 0.05
+"""Slower than this the hand stands still [m/s and rad/s]."""
+_PATIENCE = 2.0
+"""Standing still without a frame for longer than this is to be blind [s]."""
+
+
+class AimingLeaf(Leaf):
+    """A leaf that points the camera.
+
+    Where the camera sits on the hand is told by a frame that was captured while nothing moved, so
+    the robot comes to rest first.
+    """
+
+    def initialise(self) -> None:
+        """Start at rest."""
+        self._eTc: SE3 | None = None
+        self._begun = self._still_since = self.context.clock.now()
+
+    def find_camera(self) -> Status | None:
+        """RUNNING until it is known where the camera sits, FAILURE without frames, then None."""
+        context, now = self.context, self.context.clock.now()
+        if self._eTc is not None:
+            return None
+        if fault := self.fault():
+            return self.failure(fault)
+        if moves(context.state):
+            self._still_since = now
+        context.eyes.new_frame()
+        frame = context.eyes.frame
+        if frame is not None and frame.stamp >= self._still_since:
+            self._eTc = context.wTe.actInv(frame.wTc)
+            return None
+        if now - self._begun > _PATIENCE + OLDEST_FRAME:
+            return self.failure("no camera frame")
+        return self.running("standing still to look")
+
+    def hand_for(self, wTc: SE3) -> SE3:
+        """Where the end effector is when the camera is at `wTc`; both in the world."""
+        assert self._eTc is not None
+        return wTc * self._eTc.inverse()
+
+
+def straight_down(point: Array, height: float, like: SE3) -> SE3:
+    """A camera that looks straight down.
+
+    Args:
+        point: (3,) what it looks at, in the world [m].
+        height: above that [m].
+        like: camera in the world whose turn about the vertical it keeps.
+
+    Returns:
+        Camera in the world.
+    """
+    x_axis = like.rotation[:, 0]
+    rotation = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
+    return SE3(rotation, point + np.array([0.0, 0.0, height]))
+
+
+def turned_towards(wTc: SE3, point: Array, distance: float | None) -> SE3:
+    """A camera turned by the least angle that lets it look at a point.
+
+    Args:
+        wTc: the camera before, in the world.
+        point: (3,) what it shall look at [m].
+        distance: from the point, on the line of sight [m]; None leaves the camera where it is.
+    """
+    away = point - wTc.translation
+    sight = away / max(float(np.linalg.norm(away)), 1e-9)
+    turn = pin.Quaternion.FromTwoVectors(wTc.rotation[:, 2], sight).toRotationMatrix()
+    eye = wTc.translation if distance is None else point - distance * sight
+    return SE3(turn @ wTc.rotation, eye)
+
+
+def moves(state: RobotState) -> bool:
+    """Whether the robot is in motion."""
+    return bool(max(np.abs(state.qd).max(), np.abs(state.base_twist).max()) > _AT_REST)

@@ -1,0 +1,142 @@
+"""Questions about how things are now: about the robot, where it is, and what the camera sees."""
+
+from __future__ import annotations
+
+from math import degrees, isnan
+from typing import ClassVar
+
+import numpy as np
+from pinocchio import SE3, log3
+from py_trees.common import Status
+
+from behaviours.context import Context
+from behaviours.leaf import Condition
+from behaviours.names import BasePose, Posture, Region, ToolPose
+
+
+class ArmHealthy(Condition):
+    """Succeeds if the robot has no fault."""
+
+    key: ClassVar[str] = "arm_healthy"
+
+    def update(self) -> Status:
+        """One tick."""
+        fault = self.fault()
+        return self.failure(fault) if fault else self.success("no fault")
+
+
+class BatteryAbove(Condition):
+    """Succeeds if the battery has more charge than this.
+
+    Fails too when the robot does not tell.
+
+    Args:
+        percent: of a full battery [%].
+    """
+
+    key: ClassVar[str] = "battery_above"
+
+    def __init__(self, name: str, context: Context, *, percent: float) -> None:
+        super().__init__(name, context)
+        self._percent = percent
+
+    def update(self) -> Status:
+        """One tick."""
+        charge = self.context.state.battery
+        if charge is None:
+            return self.failure("the robot does not tell the charge of its battery")
+        text = f"battery at {100.0 * charge:.1f} %"
+        return self.success(text) if 100.0 * charge > self._percent else self.failure(text)
+
+
+class Near(Condition):
+    """Succeeds if the hand, or the base, is near a pose.
+
+    Args:
+        pose: of the task file; a tool pose is about the hand, a base pose about the base.
+        within_m: how near [m].
+        within_deg: how little turned away from it [deg]; without it any turn will do.
+    """
+
+    key: ClassVar[str] = "near"
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        pose: ToolPose | BasePose,
+        within_m: float = 0.1,
+        within_deg: float | None = None,
+    ) -> None:
+        super().__init__(name, context)
+        self._pose = pose
+        self._within = within_m
+        self._within_deg = within_deg
+
+    def update(self) -> Status:
+        """One tick."""
+        pose, context = self._pose, self.context
+        if isinstance(pose, ToolPose):
+            error: SE3 = context.wTe.actInv(pose.wTe)
+        else:
+            error = context.state.wTb.actInv(pose.wTb)
+        distance = float(np.linalg.norm(error.translation))
+        turn = degrees(float(np.linalg.norm(log3(error.rotation))))
+        text = f"{distance:.2f} m, {turn:.0f}° from {pose.name}"
+        turned = self._within_deg is not None and turn > self._within_deg
+        return self.failure(text) if distance > self._within or turned else self.success(text)
+
+
+class ArmAt(Condition):
+    """Succeeds if the arm is in a posture.
+
+    Args:
+        posture: of the task file; `ready` is always there.
+        within_deg: how far each joint may be from it [deg].
+    """
+
+    key: ClassVar[str] = "arm_at"
+
+    def __init__(
+        self, name: str, context: Context, *, posture: Posture, within_deg: float = 3.0
+    ) -> None:
+        super().__init__(name, context)
+        self._posture = posture
+        self._within_deg = within_deg
+
+    def update(self) -> Status:
+        """One tick."""
+        away = degrees(float(np.abs(self.context.state.q - self._posture.q).max()))
+        text = f"{away:.1f}° from {self._posture.name}"
+        return self.success(text) if away <= self._within_deg else self.failure(text)
+
+
+class ObjectVisible(Condition):
+    """Succeeds if the newest picture of the camera shows something in a region.
+
+    Fails too when there is no picture, or none that shows the region from above.
+
+    Args:
+        within: region of the task file; its floor is what things stand on.
+        smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
+    """
+
+    key: ClassVar[str] = "object_visible"
+
+    def __init__(
+        self, name: str, context: Context, *, within: Region, smallest_cm2: float = 1.0
+    ) -> None:
+        super().__init__(name, context)
+        self._within = within
+        self._smallest = 1e-4 * smallest_cm2
+
+    def update(self) -> Status:
+        """One tick."""
+        seen = self.context.eyes.see(self._within, self.context.clock.now())
+        if seen is None:
+            return self.failure("no camera frame")
+        if isnan(seen.occupied_area):
+            return self.failure(seen.reason)
+        text = f"{1e4 * seen.occupied_area:.0f} cm² of things in {self._within.name}"
+        return self.success(text) if seen.occupied_area > self._smallest else self.failure(text)

@@ -1,0 +1,70 @@
+"""Drive the base alone: to a place on the floor, or some way from where it stands."""
+
+from __future__ import annotations
+
+from math import radians
+from typing import ClassVar
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours.context import Context
+from behaviours.journey import Journey
+from behaviours.leaf import Leaf
+from behaviours.names import BasePose
+from controller import BaseGoal
+
+
+class Drive(Leaf):
+    """Drive the base, the arm held as it is.
+
+    Say either where `to`, or how far from here: it first turns, then goes forward. A base that has
+    a front goes backwards if `forward_m` is negative. Fails when the robot has a fault, no longer
+    comes nearer, or the time is over.
+
+    Args:
+        to: a base pose of the task file.
+        forward_m: how far to go forward; negative is backwards [m].
+        turn_deg: how far to turn first; positive is to the left [deg].
+        timeout_s: give up after this [s].
+    """
+
+    key: ClassVar[str] = "drive"
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        to: BasePose | None = None,
+        forward_m: float = 0.0,
+        turn_deg: float = 0.0,
+        timeout_s: float = 60.0,
+    ) -> None:
+        super().__init__(name, context)
+        if (to is None) == (forward_m == 0.0 and turn_deg == 0.0):
+            raise ValueError("say either where `to`, or how far with `forward_m` and `turn_deg`")
+        self._to = to
+        self._forward = forward_m
+        self._turn = turn_deg
+        self._timeout = timeout_s
+
+    def initialise(self) -> None:
+        """Start anew, from where the base stands now."""
+        if self._to is not None:
+            goal, target = BaseGoal(wTb=self._to.wTb), self._to.name
+        else:
+            turn = pin.utils.rotate("z", radians(self._turn))
+            way = SE3(turn, turn @ np.array([self._forward, 0.0, 0.0]))
+            wTb = self.context.state.wTb * way
+            goal = BaseGoal(wTb=wTb, reverse=self._forward < 0.0)
+            parts = [f"{self._turn:g}°"] * (self._turn != 0.0)
+            parts += [f"{self._forward:g} m"] * (self._forward != 0.0)
+            target = f"the end of {' and '.join(parts)}"
+        self._journey = Journey(self, goal, target, self._timeout)
+
+    def update(self) -> Status:
+        """One tick."""
+        return self._journey.tick()

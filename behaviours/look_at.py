@@ -1,0 +1,67 @@
+"""Point the wrist camera at a place."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from py_trees.common import Status
+
+from behaviours.aiming import AimingLeaf, moves, turned_towards
+from behaviours.context import Context
+from behaviours.journey import Journey
+from behaviours.names import Region, ToolPose
+from controller import PoseGoal
+
+
+class LookAt(AimingLeaf):
+    """Turn the hand until the camera looks at a place, base and arm moving as one.
+
+    Fails when there is no camera frame, the robot has a fault, no longer comes nearer, or the time
+    is over.
+
+    Args:
+        at: a tool pose or a region of the task file; its centre is looked at.
+        distance_m: bring the camera this far from it, in the line of sight [m]; without it the
+            camera turns where it is.
+        timeout_s: give up after this [s].
+    """
+
+    key: ClassVar[str] = "look_at"
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        at: ToolPose | Region,
+        distance_m: float | None = None,
+        timeout_s: float = 30.0,
+    ) -> None:
+        super().__init__(name, context)
+        self._at = at
+        self._distance = distance_m
+        self._timeout = timeout_s
+        self._point = (at.wTe if isinstance(at, ToolPose) else at.wTr).translation
+
+    def initialise(self) -> None:
+        """Start anew."""
+        super().initialise()
+        self._journey: Journey | None = None
+
+    def update(self) -> Status:
+        """One tick."""
+        if (waiting := self.find_camera()) is not None:
+            return waiting
+        if self._journey is None:
+            frame = self.context.eyes.frame
+            assert frame is not None
+            wTc = turned_towards(frame.wTc, self._point, self._distance)
+            goal = PoseGoal(wTe=self.hand_for(wTc), speed=0.5)
+            target = f"a view of {self._at.name}"
+            self._journey = Journey(self, goal, target, self._timeout)
+        status = self._journey.tick()
+        if status is not Status.SUCCESS:
+            return status
+        if moves(self.context.state):  # the goal stays, or the camera would coast on
+            return self.running("steadying the camera")
+        return self.success(f"looking at {self._at.name}")

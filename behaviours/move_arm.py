@@ -1,0 +1,51 @@
+"""Bring the arm to a posture, the base held."""
+
+from __future__ import annotations
+
+from math import radians
+from typing import ClassVar
+
+from py_trees.common import Status
+
+from behaviours.context import Context
+from behaviours.journey import Journey
+from behaviours.leaf import Leaf
+from behaviours.names import Posture
+from controller import PostureGoal
+
+
+class MoveArm(Leaf):
+    """Move the arm to joint positions, the base held as it is.
+
+    The joints arrive together, and nothing but the robot itself and the floor is avoided on the
+    way. Fails when the robot has a fault, no longer comes nearer, or the time is over.
+
+    Args:
+        to: a posture of the task file; `ready` is always there.
+        tolerance_deg: arrived when every joint is nearer than this [deg].
+        timeout_s: give up after this [s].
+    """
+
+    key: ClassVar[str] = "move_arm"
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        to: Posture,
+        tolerance_deg: float = 0.6,
+        timeout_s: float = 20.0,
+    ) -> None:
+        super().__init__(name, context)
+        self._to = to
+        self._goal = PostureGoal(q=to.q, tolerance=radians(tolerance_deg))
+        self._timeout = timeout_s
+
+    def initialise(self) -> None:
+        """Start anew."""
+        self._journey = Journey(self, self._goal, self._to.name, self._timeout)
+
+    def update(self) -> Status:
+        """One tick."""
+        return self._journey.tick()

@@ -1,0 +1,137 @@
+"""Look at a region from as many places as it takes, and count what stands in it."""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import ClassVar
+
+import numpy as np
+from py_trees.common import Status
+
+from behaviours.aiming import AimingLeaf, straight_down
+from behaviours.context import Context
+from behaviours.journey import Journey
+from behaviours.names import Key, Region
+from behaviours.survey import Survey
+from controller import PoseGoal
+
+_VIEW = 0.8
+"""Side of the square that one picture shows well, per height of the camera."""
+_SEEN = 0.9
+"""Less of the region than this is not enough to count by."""
+
+
+class ScanForObjects(AimingLeaf):
+    """Look straight down at a region, from several views if it is large, and count the objects.
+
+    Objects that touch each other count as one. Succeeds with any count, none included. Fails when
+    there is no camera frame, a part of the region stays hidden, a view is not reached, or the robot
+    has a fault.
+
+    Args:
+        region: of the task file; its floor is what things stand on.
+        count: key for the number of objects.
+        height_m: of the camera over the floor [m].
+        frames: pictures to take from each view.
+        smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
+        timeout_s: time to reach a view [s].
+    """
+
+    key: ClassVar[str] = "scan_for_objects"
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        region: Region,
+        count: Key[int],
+        height_m: float = 0.45,
+        frames: int = 3,
+        smallest_cm2: float = 1.0,
+        timeout_s: float = 30.0,
+    ) -> None:
+        super().__init__(name, context)
+        self._region = region
+        self._count = count
+        self._height = height_m
+        self._frames = frames
+        self._smallest = 1e-4 * smallest_cm2
+        self._timeout = timeout_s
+        self._views = views(region, _VIEW * height_m)
+
+    def initialise(self) -> None:
+        """Start anew with the first view."""
+        super().initialise()
+        self._survey = Survey(self._region)
+        self._view = 0
+        self._taken = 0
+        self._journey: Journey | None = None
+        self._there = False
+
+    def update(self) -> Status:
+        """One tick."""
+        if (waiting := self.find_camera()) is not None:
+            return waiting
+        if not self._there:
+            status = self._go()
+            if status is not Status.SUCCESS:
+                return status
+            self._there, self._taken, self._arrived = True, 0, self.context.clock.now()
+        return self._take_pictures()
+
+    def _go(self) -> Status:
+        """One tick of the way to the view whose turn it is."""
+        if self._journey is None:
+            frame = self.context.eyes.frame
+            assert frame is not None
+            wTc = straight_down(self._views[self._view], self._height, like=frame.wTc)
+            goal = PoseGoal(wTe=self.hand_for(wTc))
+            target = f"view {self._view + 1} of {len(self._views)} of {self._region.name}"
+            self._journey = Journey(self, goal, target, self._timeout)
+        return self._journey.tick()
+
+    def _take_pictures(self) -> Status:
+        """One tick of standing in a view; no goal is left, so the hand is at rest."""
+        frame = self.context.eyes.new_frame()
+        if frame is not None:
+            self._survey.add(frame)
+            self._taken += 1
+        elif self.context.clock.now() - self._arrived > 2.0 * self._frames:
+            return self.failure("no camera frame")
+        seen = f"view {self._view + 1} of {len(self._views)}"
+        if self._taken < self._frames:
+            return self.running(f"{seen}, {self._taken} pictures")
+        if self._view + 1 < len(self._views):
+            self._view += 1
+            self._journey, self._there = None, False
+            return self.running(f"{seen} taken")
+        return self._conclude()
+
+    def _conclude(self) -> Status:
+        if self._survey.seen < _SEEN:
+            share = 100.0 * self._survey.seen
+            return self.failure(f"only {share:.0f} % of {self._region.name} could be seen")
+        count = len(self._survey.things(self._smallest))
+        self._count.write(count)
+        return self.success(f"{count} objects in {self._region.name}")
+
+
+def views(region: Region, side: float) -> list[np.ndarray]:
+    """Points (3,) on the floor of a region, in the world, to look at one after the other.
+
+    Args:
+        region: squares around them cover it.
+        side: of a square [m].
+    """
+    columns, rows = (max(1, ceil(edge / side - 1e-9)) for edge in region.size[:2])
+    x, y = (
+        (np.arange(n) + 0.5) * edge / n - edge / 2.0
+        for n, edge in ((columns, region.size[0]), (rows, region.size[1]))
+    )
+    down = -region.size[2] / 2.0
+    return [
+        region.wTr.act(np.array([x[column], y[row], down]))
+        for row in range(rows)
+        for column in (range(columns) if row % 2 == 0 else reversed(range(columns)))
+    ]
