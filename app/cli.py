@@ -67,31 +67,75 @@ def run(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as one JSON object.")
     ] = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Run anew whenever the task is saved.")
+    ] = False,
+    dry: Annotated[
+        bool, typer.Option("--dry", help="Without a robot: every leaf ends at once.")
+    ] = False,
+    outcome: Annotated[
+        list[str] | None,
+        typer.Option(help="With --dry: what a leaf answers, as grasp=failure,failure,success."),
+    ] = None,
+    ticks: Annotated[int, typer.Option(help="With --dry: most ticks.", min=1)] = 1000,
 ) -> None:
     """Run a task; leaves a folder with a recording and a summary."""
-    from app.run import RunOptions, run_task
+    parameters = _parameters(parameter or [])
+    if outcome and not dry:
+        refuse("--outcome: is for a dry run; add --dry")
+    if dry and watch:
+        refuse("--watch: a dry run ends at once, and there is nothing to watch; leave it out")
+    if dry:
+        raise typer.Exit(_run_dry(find_tree(tree), parameters, outcome or [], ticks, as_json))
+    from app.run import Result, RunOptions, run_task
+
+    def show(result: Result) -> None:
+        for_people = Console(stderr=as_json)
+        if as_json:
+            print(result.summary.to_json())
+        result.summary.show(for_people)
+        for_people.print(f"left in {result.folder}/", highlight=False)
+        if result.warning:
+            Console(stderr=True).print(result.warning, soft_wrap=True, markup=False)
 
     with bad_input():
-        result = run_task(
-            RunOptions(
-                tree=find_tree(tree),
-                robot=robot.value,
-                scene=scene,
-                seed=seed,
-                parameters=_parameters(parameter or []),
-                paced=speed is Speed.REAL,
-                record=record,
-                weights=weights,
-            )
+        options = RunOptions(
+            tree=find_tree(tree),
+            robot=robot.value,
+            scene=scene,
+            seed=seed,
+            parameters=parameters,
+            paced=speed is Speed.REAL,
+            record=record,
+            weights=weights,
         )
-    for_people = Console(stderr=as_json)
-    if as_json:
-        print(result.summary.to_json())
-    result.summary.show(for_people)
-    for_people.print(f"left in {result.folder}/", highlight=False)
-    if result.warning:
-        Console(stderr=True).print(result.warning, soft_wrap=True, markup=False)
-    raise typer.Exit(result.outcome.end.exit_code)
+        if watch:
+            from app.on_save import run_on_save
+
+            result = run_on_save(options, show=show, say=_say)
+        else:
+            result = run_task(options)
+            show(result)
+    raise typer.Exit(result.outcome.end.exit_code if result else EXIT_BAD_INPUT)
+
+
+def _say(text: str) -> None:
+    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
+
+
+def _run_dry(
+    tree: Path, parameters: dict[str, str], outcomes: list[str], ticks: int, as_json: bool
+) -> int:
+    """Run a task without a robot, say what happened; returns the exit code."""
+    from app.dry import ScriptError, dry_run
+    from trees.language import LeafError, TaskFileError
+
+    try:
+        result = dry_run(tree, outcomes=outcomes, overrides=parameters, most_ticks=ticks)
+    except (LeafError, ScriptError, TaskFileError) as error:
+        refuse(str(error))
+    typer.echo(result.to_json() if as_json else result.to_text())
+    return result.outcome.end.exit_code
 
 
 @app.command()

@@ -7,8 +7,9 @@ node runs after which outcome, what is attempted again, what the task comes to.
 from __future__ import annotations
 
 import difflib
+import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, cast
 
@@ -23,6 +24,7 @@ from trees.language import Task, load, nodes_in_order
 from trees.language.kinds import ValueType
 from trees.language.registry import SET
 from trees.language.syntax import LeafNode, SubtreeNode, nodes_below
+from trees.language.vocabulary import COMPOSITES
 
 PERIOD = 0.1
 """Simulated time from tick to tick [s]."""
@@ -33,6 +35,11 @@ OUTCOMES: Mapping[str, Status] = {
     "running": Status.RUNNING,
 }
 """What a leaf may be told to answer."""
+
+_GLYPHS: Mapping[str, str] = {"success": "✔", "failure": "✗", "running": "▶", "invalid": "·"}
+
+_MOST_SHOWN = 200
+"""So many lines a person reads."""
 
 
 class ScriptError(Exception):
@@ -49,9 +56,15 @@ class Step:
     path: str
     """Names from the root down, joined by `/`."""
     name: str
-    is_leaf: bool
+    key: str
+    """What the node is: `grasp`, `sequence`, `retry`, ..."""
     status: str
     reason: str
+
+    @property
+    def called(self) -> str:
+        """Its name, and what it is if the name is its own."""
+        return self.name if self.name == self.key else f"{self.name} ({self.key})"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +78,29 @@ class DryRun:
     ticks: int
     steps: tuple[Step, ...]
 
+    def to_json(self) -> str:
+        """One JSON object."""
+        said = asdict(self) | {"outcome": self.outcome.end.value}
+        return json.dumps(
+            said | {"reason": self.outcome.reason, "node": self.outcome.node}, indent=2
+        )
+
+    def to_text(self) -> str:
+        """A line a step, the last line what it came to."""
+        # A composite without a name only hands on what the last line said.
+        said = [step for step in self.steps if step.key not in COMPOSITES or step.name != step.key]
+        hidden = len(said) - _MOST_SHOWN
+        lines = [
+            f"{step.stamp:8.1f} s  {_GLYPHS[step.status]} {step.called}: {step.reason}"
+            for step in said[:_MOST_SHOWN]
+        ]
+        if hidden > 0:
+            lines.append(f"{'...':>8}    {hidden} lines more; all of them with --json")
+        where = f" (in {self.outcome.node})" if self.outcome.node else ""
+        end = self.outcome.end.value if self.ended else "no end"
+        lines.append(f"{self.task}, dry: {end}: {self.outcome.reason}{where}")
+        return "\n".join(lines)
+
 
 class Script:
     """Which outcome is next for a leaf.
@@ -75,18 +111,19 @@ class Script:
     """
 
     def __init__(self, outcomes: Mapping[str, Sequence[Status]]) -> None:
-        self._left = {word: list(statuses) for word, statuses in outcomes.items()}
+        self._outcomes = outcomes
         self._taken = dict.fromkeys(outcomes, 0)
 
     def next(self, name: str, key: str) -> tuple[Status, str]:
         """The outcome of the next tick of a leaf, and where it comes from."""
-        word = name if name in self._left else key
-        if word not in self._left:
-            return Status.SUCCESS, "as every leaf without a script"
-        left = self._left[word]
-        self._taken[word] += 1
-        status = left.pop(0) if len(left) > 1 else left[0]
-        return status, f"outcome {self._taken[word]} scripted for {word}"
+        word = name if name in self._outcomes else key
+        if word not in self._outcomes:
+            return Status.SUCCESS, "not scripted"
+        statuses, number = self._outcomes[word], self._taken[word] + 1
+        self._taken[word] = number
+        again = ", again" if number > len(statuses) else ""
+        number = min(number, len(statuses))
+        return statuses[number - 1], f"scripted, {number} of {len(statuses)}{again}"
 
 
 def read_script(given: Sequence[str], task: Task) -> Script:
@@ -186,15 +223,15 @@ def dry_run(
     steps: list[Step] = []
     for tick in range(1, most_ticks + 1):
         for node in root.tick():
-            is_leaf = not node.children
-            if is_leaf or node.status is not Status.RUNNING:
+            key = str(getattr(node, "key", ""))
+            if not node.children or node.status is not Status.RUNNING:
                 steps.append(
                     Step(
                         tick=tick,
                         stamp=round(clock.now(), 6),
                         path=paths[node],
                         name=node.name,
-                        is_leaf=is_leaf,
+                        key=key,
                         status=node.status.value.lower(),
                         reason=node.feedback_message,
                     )

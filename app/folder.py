@@ -12,6 +12,8 @@ import numpy.typing as npt
 
 RECORDING = "recording.rrd"
 SUMMARY = "summary.json"
+BT_LOG = "tree.btlog"
+"""The status of every node over time, as Groot2 replays it."""
 COMMANDS = "commands.npy"
 """(ticks, 11) float64: stamp [s], base twist (3), joint velocities (7) as they were applied."""
 

@@ -45,7 +45,7 @@ def run_on_save(
     options: RunOptions,
     *,
     show: Callable[[Result], None],
-    complain: Callable[[TaskFileError], None],
+    say: Callable[[str], None],
 ) -> Result | None:
     """Run a task, and run it anew in a fresh scene each time it is saved, until a person stops it.
 
@@ -55,7 +55,7 @@ def run_on_save(
     Args:
         options: of every run.
         show: called with what each run leaves.
-        complain: called with the mistakes of a file that cannot run.
+        say: called with the mistakes of a file that cannot run, and with what is waited for.
 
     Returns:
         The last run; None if the task could not run at all.
@@ -78,7 +78,9 @@ def run_on_save(
                 if last.outcome.end is End.INTERRUPTED and not saved():
                     return last
             except TaskFileError as error:
-                complain(error)
+                say(str(error))
+                files |= {mistake.path for mistake in error.mistakes}
+            say(f"{options.tree}: save it to run it again; Ctrl-C ends")
             while not saved():
                 clock.sleep_until(clock.now() + _LOOK_PERIOD)
     except KeyboardInterrupt:  # between two runs; in a run the session takes it

@@ -10,7 +10,7 @@ from pathlib import Path
 from threading import Event
 from typing import NamedTuple
 
-from app.folder import RECORDING, SUMMARY, make_folder, write_commands
+from app.folder import BT_LOG, RECORDING, SUMMARY, make_folder, write_commands
 from app.measure import Measurements
 from app.monitor import Recorder, RecorderError
 from app.outcome import Outcome
@@ -25,6 +25,7 @@ from hw.gate import Gate
 from hw.sim import World, load_scene
 from hw.sim.robot import SimRobot
 from perception import GraspDetector
+from trees.btcpp import BtLog
 from trees.language import load, nodes_in_order
 
 ROBOTS = {"sim": "frankie", "omni": "omni"}
@@ -84,6 +85,7 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
     )
     root = task.build(context)
     nodes = nodes_in_order(root)
+    bt_log = BtLog(nodes)
     measurements = Measurements(limits=limits)
     supports = _supports(world)
 
@@ -101,6 +103,7 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
         def watch(tick: Tick) -> None:
             seen = snapshot(tick, nodes, world)
             recorder.record(seen)
+            bt_log.note(seen.stamp)
             status_line.update(seen, placed=context.log.placed, attempts=context.log.attempts)
 
         outcome = Session(
@@ -116,6 +119,7 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
         robot.close()
         warning = _closed(recorder)
         write_commands(folder, measurements.commands)
+        (folder / BT_LOG).write_bytes(bt_log.to_bytes())
         summary = summarise(
             task=task.name,
             robot=model_name,

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from typing import BinaryIO
 from xml.etree import ElementTree
 
 from py_trees.common import Status
@@ -24,32 +23,36 @@ _STATUS = {Status.INVALID: 0, Status.RUNNING: 1, Status.SUCCESS: 2, Status.FAILU
 
 
 class BtLog:
-    """Writes the log of one run.
+    """Collects the log of one run.
 
     Args:
-        file: open for writing bytes.
         nodes: of the built tree, in preorder.
     """
 
-    def __init__(self, file: BinaryIO, nodes: Sequence[PlacedNode]) -> None:
-        self._file = file
+    def __init__(self, nodes: Sequence[PlacedNode]) -> None:
         self._nodes = [place.node for place in nodes]
         self._before = [Status.INVALID] * len(self._nodes)
         xml = tree_xml(nodes).encode()
-        file.write(MAGIC + struct.pack("<Bi", VERSION, len(xml)) + xml)
-        file.write(struct.pack("<q", 0))  # a session's clock begins at 0
+        self._parts = [MAGIC + struct.pack("<Bi", VERSION, len(xml)) + xml]
+        self._parts.append(struct.pack("<q", 0))  # a session's clock begins at 0
 
-    def write(self, stamp: float) -> None:
-        """Note what has changed since the last call.
+    def note(self, stamp: float) -> None:
+        """Note which statuses have changed since the last call.
 
         Args:
             stamp: the session's time [s].
         """
-        now = round(1e6 * stamp).to_bytes(6, "little")
         for number, node in enumerate(self._nodes):
             if node.status is not self._before[number]:
                 self._before[number] = node.status
-                self._file.write(now + struct.pack("<HB", number + 1, _STATUS[node.status]))
+                self._parts.append(
+                    round(1e6 * stamp).to_bytes(6, "little")
+                    + struct.pack("<HB", number + 1, _STATUS[node.status])
+                )
+
+    def to_bytes(self) -> bytes:
+        """The file."""
+        return b"".join(self._parts)
 
 
 def tree_xml(nodes: Sequence[PlacedNode]) -> str:
