@@ -36,7 +36,12 @@ class TaskParameter:
     @property
     def is_late(self) -> bool:
         """Whether its value is known only while the task runs, or not given at all."""
-        return isinstance(self.value, KeyRead) or (self.value is None and self.type is not None)
+        return isinstance(self.value, KeyRead) or self.is_open
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it is sound and has no value yet."""
+        return self.value is None and self.type is not None
 
 
 def read_parameters(entry: Entry | None, mistakes: Mistakes) -> dict[str, TaskParameter]:
@@ -118,7 +123,7 @@ def _read_bounds(
         if key not in entries:
             continue
         entry = entries[key]
-        if not {int, float} & set(expected.kinds):
+        if not _is_number(expected):
             mistakes.error(entry.place, f"{what} is no number: it has no `{key}`", "remove it")
             return None
         try:
@@ -231,13 +236,21 @@ def substitute(
         name = text[1:]
         if name in parameters:
             used.add(name)
-            return _stand_in(value.place, name, parameters[name])
+            parameter = parameters[name]
+            if not keys and parameter.is_open and _is_number(parameter.type):
+                # A task with such a parameter is looked at only: any number will do.
+                return Scalar(place=value.place, value=1.0, parameter=name)
+            return _stand_in(value.place, name, parameter)
         if keys and WORD.fullmatch(name):
             return Reference(place=value.place, name=name)
         mistakes.error(value.place, *_no_parameter(name, parameters))
         return Scalar(place=value.place, value=None, parameter=name)
 
     return replaced(value)
+
+
+def _is_number(expected: ValueType | None) -> bool:
+    return expected is not None and not {int, float}.isdisjoint(expected.kinds)
 
 
 def _stand_in(place: Place, name: str, parameter: TaskParameter) -> Value:

@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 from trees.language.arguments import note_mismatch, read_key_name
 from trees.language.documents import Document, read_document
-from trees.language.mistakes import Mistakes, suggestion
+from trees.language.mistakes import Mistakes, Place, suggestion
 from trees.language.parameters import TaskParameter
 from trees.language.scope import Scope
 from trees.language.source import Entry, Scalar, Table, Value
@@ -69,7 +69,7 @@ class Subtrees:
         document = self.documents[real]
         if document is None:
             return None
-        arguments = _read_with(entry, entries.get("with"), document, scope)
+        arguments = _read_with(entry.place, entries, document, scope)
         outputs = _read_out(entries.get("out"), document, scope)
         parameters = {
             name: replace(parameter, value=arguments.get(name))
@@ -109,9 +109,10 @@ class Subtrees:
             mistakes.error(value.place, what, f"keep it in `{folder}` or below")
             return None
         if not real.is_file():
+            known = {other.name for other in path.parent.glob("*.yaml")}
+            others = known - {other.name for other in self.chain}
+            near = suggestion(path.name, others) if others else "check the path"
             what = f"there is no file `{name}` beside this one"
-            others = (other.name for other in path.parent.glob("*.yaml"))
-            near = suggestion(path.name, others) if path.parent.is_dir() else "check the path"
             mistakes.error(value.place, what, near)
             return None
         around = [other.resolve() for other in self.chain]
@@ -120,19 +121,21 @@ class Subtrees:
             names = " > ".join(other.name for other in circle)
             mistakes.error(value.place, f"the files go round in a circle: {names}", "break it")
             return None
-        if next(self.numbers) >= MAX_SUBTREES:
+        number = next(self.numbers)
+        if number == MAX_SUBTREES:
             what = f"the task has more than {MAX_SUBTREES} subtrees"
             mistakes.error(value.place, what, "make it smaller")
-            return None
-        return path
+        return path if number < MAX_SUBTREES else None
 
 
 def _read_with(
-    node: Entry, entry: Entry | None, document: Document, scope: Scope
+    place: Place, entries: Mapping[str, Entry], document: Document, scope: Scope
 ) -> dict[str, Given]:
     """Values of the other file's parameters."""
     arguments: dict[str, Given] = {}
-    given = _table(entry, "with", "{parameter: value}", scope)
+    given = _table(entries.get("with"), "with", "{parameter: value}", scope)
+    if given is None:
+        return arguments
     for name, argument in given.items():
         parameter = document.parameters.get(name)
         if parameter is None:
@@ -155,17 +158,20 @@ def _read_with(
         scope.use(value)
         arguments[name] = value
     for name, parameter in document.parameters.items():
-        if parameter.type is not None and parameter.default is None and name not in given:
+        # One that stands beside `file` by mistake is noted there.
+        is_needed = parameter.type is not None and parameter.default is None
+        if is_needed and name not in {*given, *entries}:
             about = f": {parameter.description}" if parameter.description else ""
             what = f"`{document.name}` lacks `{name}` ({parameter.type}{about})"
-            scope.mistakes.error(node.place, what, f"write `with: {{{name}: ...}}` below `subtree`")
+            scope.mistakes.error(place, what, f"write `with: {{{name}: ...}}` below `subtree`")
     return arguments
 
 
 def _read_out(entry: Entry | None, document: Document, scope: Scope) -> dict[str, KeyWrite]:
     """Keys of the including file that take the outputs of the other."""
     outputs = {}
-    for name, argument in _table(entry, "out", "{output: key}", scope).items():
+    given = _table(entry, "out", "{output: key}", scope) or {}
+    for name, argument in given.items():
         if name in document.outputs:
             write = read_key_name(name, argument.value, scope)
             if write is not None:
@@ -177,11 +183,12 @@ def _read_out(entry: Entry | None, document: Document, scope: Scope) -> dict[str
     return outputs
 
 
-def _table(entry: Entry | None, key: str, form: str, scope: Scope) -> Mapping[str, Entry]:
+def _table(entry: Entry | None, key: str, form: str, scope: Scope) -> Mapping[str, Entry] | None:
+    """The entries below a key; None and a mistake if there is something else."""
     if entry is None or (isinstance(entry.value, Scalar) and entry.value.value is None):
         return {}
     if isinstance(entry.value, Table):
         return entry.value.entries
     what = f"`{key}` is a mapping, not {describe(entry.value)}"
     scope.mistakes.error(entry.value.place, what, f"write `{key}: {form}`")
-    return {}
+    return None

@@ -113,7 +113,7 @@ def describe(value: Value) -> str:
         return "a list"
     if isinstance(value, Reference):
         if value.value is None:
-            return f"`${value.name}`, which is known only while the task runs"
+            return f"`${value.name}`"
         kind = NAMED_KINDS[type(value.value)]
         return f"the {kind} `{value.value.name}`, the value of `${value.name}`"
     if not isinstance(value, Scalar):

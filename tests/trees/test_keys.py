@@ -1,0 +1,196 @@
+"""Keys: what leaves write, who may read it, and what a reader is given."""
+
+from __future__ import annotations
+
+import pytest
+from tree_toys import TOYS, Run
+
+from behaviours.leaf import LeafCrashedError
+from behaviours.names import Key
+from trees.language import Severity, check
+
+
+@pytest.fixture
+def run(tmp_path):
+    return lambda tree: Run(tmp_path, tree)
+
+
+@pytest.fixture
+def mistakes(tmp_path):
+    """The errors of a tree section, as `line:column: message` counted from its first line."""
+
+    def found(tree: str, severity: Severity = Severity.ERROR) -> list[str]:
+        path = tmp_path / "t.yaml"
+        lines = "\n".join(f"  {line}" for line in tree.strip().splitlines())
+        path.write_text(f"task: toy\ntree:\n{lines}\n")
+        return [
+            f"{mistake.place.line - 2}:{mistake.place.column - 2}: {mistake.what}"
+            for mistake in check(path, leaves=TOYS)
+            if mistake.severity is severity
+        ]
+
+    return found
+
+
+def test_a_leaf_is_given_what_an_earlier_one_wrote(run):
+    tree = run("sequence: [count: {times: n}, note: {value: $n}]")
+    assert tree.ticks(2) == "RS"
+    assert tree.events == ["note begins with 1.0", "note ends S"]
+
+
+def test_the_value_is_that_at_the_start_of_the_reader(run):
+    tree = run("repeat: 2\nsequence: [count: {times: n}, note: {value: $n}]")
+    assert tree.ticks(4) == "RRRS"
+    assert [event for event in tree.events if "begins" in event] == [
+        "note begins with 1.0",
+        "note begins with 2.0",
+    ]
+
+
+def test_set_writes_values_and_copies_keys(run):
+    tree = run("""
+sequence:
+  - set: {n: 2.5, word: five}
+  - set: {m: $n}
+  - note: {value: $m}
+  - note: {value: $word}
+""")
+    assert tree.ticks(1) == "R"
+    assert tree.root.children[0].feedback_message == "n = 2.5, word = five"
+    tree.ticks(3)
+    assert tree.events[0] == "note begins with 2.5"
+    assert tree.events[2] == "note begins with 'five'"
+
+
+def test_a_reader_is_a_leaf_to_the_tree_and_is_halted_once(run):
+    tree = run(
+        "sequence: [set: {n: 1}, name: reader, note: {value: $n}]".replace(
+            "name: reader, note: {value: $n}", "{name: reader, note: {value: $n}}"
+        )
+    )
+    tree.ticks(1)
+    reader = tree.root.children[1]
+    assert (reader.name, reader.key, list(reader.children)) == ("reader", "note", [])
+    assert reader.feedback_message == "noting 1.0"
+    tree.root.stop()
+    tree.root.stop()
+    assert tree.events == ["reader begins with 1.0", "reader ends I"]
+
+
+def test_a_value_that_the_leaf_refuses_is_a_failure_with_its_reason(run):
+    tree = run("sequence: [set: {n: -1.0}, note: {value: $n}]")
+    assert tree.ticks(1) == "F"
+    assert tree.root.feedback_message == "note: refuses its parameters: the value is negative"
+
+
+def test_a_leaf_that_breaks_its_promise_to_write_is_named(tmp_path):
+    key = Key("n")
+    with pytest.raises(LookupError, match=r"nothing was written to the key `n`"):
+        key.read()
+    key.write(3)
+    assert key.read() == 3
+    tree = Run(tmp_path, "sequence: [set: {n: 1}, note: {value: $n}]")
+    tree.root.children[0] = tree.root.children[1]
+    with pytest.raises(LeafCrashedError, match=r"^LookupError: .*nothing was written"):
+        tree.ticks(1)
+
+
+def test_every_build_has_keys_of_its_own(run):
+    first = run("sequence: [count: {times: n}, note: {value: $n}]")
+    second = run("sequence: [count: {times: n}, note: {value: $n}]")
+    assert first.ticks(2) == second.ticks(2) == "RS"
+    assert first.events == second.events
+
+
+WRITTEN = [
+    "sequence: [set: {n: 1}, note: {value: $n}]",
+    "reactive_sequence: [set: {n: 1}, note: {value: $n}]",
+    "fallback: [{timeout_s: 1, invert: true, count: {times: n}}, note: {value: $n}]",
+    "sequence: [fallback: [count: {times: n}, set: {n: 0}], note: {value: $n}]",
+    "sequence: [parallel: [count: {times: n}, open_gripper], note: {value: $n}]",
+    "sequence: [parallel: {policy: any, children: [set: {n: 1}, set: {n: 2}]}, note: {value: $n}]",
+    "sequence: [forever: {count: {times: n}}, note: {value: $n}]",
+    "sequence: [until: [count: {times: n}, open_gripper], note: {value: $n}]",
+    "sequence: [{retry: 3, delay_s: 1, timeout_s: 1, count: {times: n}}, note: {value: $n}]",
+    "sequence: [{while: {ask: {answers: S}}, count: {times: n}}, note: {value: $n}]",
+    "sequence: [set: {n: 1}, {force_success: true, note: {value: $n}}, note: {value: $n}]",
+    "sequence: [{invert: false, count: {times: n}}, note: {value: $n}]",
+    "{sequence: [set: {a: S}, {while: {ask: {answers: $a}}, open_gripper: }]}",
+]
+
+
+@pytest.mark.parametrize("tree", WRITTEN)
+def test_a_key_that_is_certainly_written_may_be_read(mistakes, tree):
+    assert mistakes(tree) == []
+
+
+UNSURE = "`$n` is not written on every way here"
+UNWRITTEN = [
+    ("sequence: [note: {value: $n}, set: {n: 1}]", "1:26: `$n` is neither a parameter nor a key"),
+    ("sequence: [fallback: [open_gripper, count: {times: n}], note: {value: $n}]", UNSURE),
+    ("fallback: [count: {times: n}, note: {value: $n}]", UNSURE),
+    ("parallel: [count: {times: n}, note: {value: $n}]", UNSURE),
+    (
+        "sequence: [parallel: {policy: any, children: [set: {n: 1}, open_gripper]},"
+        " note: {value: $n}]",
+        UNSURE,
+    ),
+    ("sequence: [{force_success: true, count: {times: n}}, note: {value: $n}]", UNSURE),
+    ("sequence: [{unless: {ask: {answers: F}}, set: {n: 1}}, note: {value: $n}]", UNSURE),
+    (
+        "fallback: [{while: {ask: {answers: S}}, invert: true, set: {n: 1}}, note: {value: $n}]",
+        UNSURE,
+    ),
+    ("sequence: [{invert: true, count: {times: n}}, note: {value: $n}]", UNSURE),
+    ("until: [open_gripper, count: {times: n}, note: {value: $m}]", "`$m` is neither"),
+]
+
+
+@pytest.mark.parametrize(("tree", "message"), UNWRITTEN)
+def test_a_key_that_may_not_be_written_is_a_mistake(mistakes, tree, message):
+    [found] = mistakes(tree)
+    assert message in found
+
+
+def test_types_of_keys_are_checked_before_the_run(mistakes):
+    assert mistakes("sequence: [set: {n: soon}, navigate: {to: $n}]") == [
+        "1:43: expected a tool pose or a base pose, got `$n`, which is text"
+    ]
+    assert mistakes("sequence: [set: {n: 1.5}, grasp: {within: $n, tries: $n}]") == [
+        "1:43: expected a region, got `$n`, which is a number",
+        "1:54: expected a whole number or null, got `$n`, which is a number",
+    ]
+    assert mistakes("sequence: [set: {n: 1}, set: {n: one}, note: {value: $n}]") == [
+        "1:31: `n` takes text here, and a whole number on line 3"
+    ]
+    assert (
+        mistakes("sequence: [count: {times: n, where: w}, navigate: {to: $w}, note: {value: $n}]")
+        == []
+    )
+
+
+def test_modifiers_and_poses_take_no_keys(mistakes):
+    found = mistakes("sequence: [set: {n: 1}, {retry: $n, open_gripper: }]")
+    assert found == ["1:33: the task has no parameter `n`"]
+
+
+def test_an_output_is_a_plain_word_that_is_no_parameter(mistakes, tmp_path):
+    found = mistakes("sequence: [count: {times: $n}, count: {times: 3}, count: {times: }, count]")
+    assert [text.split(", and")[0] for text in found] == [
+        "1:27: `times` names a key to write to",
+        "1:47: `times` names a key to write to",
+        "1:65: `times` names a key to write to",
+        "1:69: `count` lacks `times` (a key for a whole number: how often [times])",
+    ]
+    path = tmp_path / "p.yaml"
+    path.write_text("task: t\nparams: {n: {default: 1}}\ntree: {note: {value: $n}}\n")
+    assert check(path, leaves=TOYS) == []
+    path.write_text("task: t\nparams: {n: {default: 1}}\ntree: {sequence: [set: {n: 1}]}\n")
+    assert "`n` is a parameter, and cannot be written to" in str(check(path, leaves=TOYS)[0])
+
+
+def test_a_key_that_nobody_reads_is_a_warning(mistakes):
+    assert mistakes("sequence: [set: {n: 1}, count: {times: m}]", Severity.WARNING) == [
+        "1:18: the key `n` is never read",
+        "1:40: the key `m` is never read",
+    ]

@@ -1,0 +1,157 @@
+"""The section `params`: types, defaults, bounds, choices, and values from outside."""
+
+from __future__ import annotations
+
+import pytest
+from tree_toys import TOYS
+
+from trees.language import TaskFileError, check, load
+
+BODY = """\
+poses: {home: {base: [1, 2], heading_deg: 0}}
+regions: {box: {centre: [0, 0, 0], size: [1, 1, 1]}}
+tree:
+  sequence:
+    - {retry: $count, navigate: {to: $goal}}
+    - grasp: {within: $where, side: $side, lock_distance_m: $far, careful: $careful}
+    - note: {value: $word}
+"""
+PARAMS = """\
+task: toy
+params:
+  count: {type: int, default: 3, min: 1, max: 5, description: how often}
+  far: {type: float, default: 1}
+  side: {type: [left, right], default: right}
+  word: {type: text, default: hello}
+  careful: {default: false}
+  goal: {type: pose, default: home}
+  where: {type: region, default: box}
+"""
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "t.yaml"
+
+
+def test_a_parameter_has_the_value_of_its_default_and_of_its_type(path):
+    path.write_text(PARAMS + BODY)
+    task = load(path, leaves=TOYS)
+    assert task.warnings == ()
+    values = {name: parameter.value for name, parameter in task.parameters.items()}
+    assert values["far"] == 1.0
+    assert isinstance(values["far"], float)
+    assert (values["goal"].name, values["where"].name) == ("home", "box")
+    assert task.parameters["count"].description == "how often"
+    assert str(task.parameters["count"].type) == "a whole number of at least 1 and at most 5"
+    assert dict(task.root.children[0].modifiers) == {"retry": 3}
+
+
+def test_values_from_outside_are_held_to_the_type(path):
+    path.write_text(PARAMS + BODY)
+    given = {"count": "5", "far": "2", "side": "left", "word": "10", "goal": "home"}
+    task = load(path, leaves=TOYS, overrides=given)
+    values = {name: parameter.value for name, parameter in task.parameters.items()}
+    assert (values["count"], values["far"], values["side"], values["word"]) == (
+        5,
+        2.0,
+        "left",
+        "10",
+    )
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("count=9", "3:3: `-p count=9`: expected a whole number of at least 1 and at most 5, got"),
+        ("side=up", "5:3: `-p side=up`: expected `left` or `right`, got the text `up`"),
+        ("goal=box", "8:3: `-p goal=box`: `box` is a region, expected a tool pose or a base pose"),
+        ("goal=hme", "8:3: `-p goal=hme`: no tool pose or base pose is called `hme`; did you mean"),
+        ("careful=1", "7:3: `-p careful=1`: expected true or false, got the number `1`"),
+    ],
+)
+def test_values_from_outside_that_do_not_fit(path, override, message):
+    path.write_text(PARAMS + BODY)
+    name, _, value = override.partition("=")
+    with pytest.raises(TaskFileError) as raised:
+        load(path, leaves=TOYS, overrides={name: value})
+    [mistake] = raised.value.mistakes
+    assert str(mistake).removeprefix(f"{path}:").startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "message"),
+    [
+        ("3", "2:13: parameter `a` is a mapping, not the number `3`; write `a: {default: 3}`"),
+        (
+            "{type: nt}",
+            "2:20: parameter `a` cannot be of the type the text `nt`; did you mean `int`",
+        ),
+        ("{type: [1, [2]]}", "2:20: parameter `a` has choices that are not plain; list words"),
+        ("{type: int, default: 1.5}", "2:34: the default of `a`: expected a whole number, got the"),
+        ("{type: pose, default: hme}", "the default of `a`: no tool pose or base pose is called"),
+        ("{default: 5, max: 3}", "2:23: the default of `a`: expected a whole number of at most 3"),
+        ("{default: x, min: 3}", "2:26: parameter `a` is no number: it has no `min`; remove it"),
+        ("{default: 1, min: low}", "2:31: `min`: expected a number, got the text `low`"),
+        ("{default: $b}", "2:23: parameter `a` has no usable default; give a number"),
+        ("{default: 1, defualt: 2}", "parameter `a` has no key `defualt`; did you mean `default`?"),
+        ("{}", "2:10: parameter `a` has neither `type` nor `default`; add a `default`"),
+    ],
+)
+def test_definitions_that_are_not_sound_are_one_mistake_each(path, parameter, message):
+    path.write_text(
+        f"task: toy\nparams: {{a: {parameter}}}\n"
+        "tree: {sequence: [navigate: {to: $a}, note: {value: $a}, {retry: $a, open_gripper: }]}\n"
+    )
+    found = [str(mistake).removeprefix(f"{path}:") for mistake in check(path, leaves=TOYS)]
+    assert message in found[0]
+
+
+def test_a_parameter_without_a_value_is_asked_for(path):
+    path.write_text(
+        "task: toy\nparams: {a: {type: int, description: how many}}\n"
+        "tree: {retry: $a, open_gripper: }\n"
+    )
+    assert check(path, leaves=TOYS) == []
+    with pytest.raises(TaskFileError) as raised:
+        load(path, leaves=TOYS)
+    assert str(raised.value).removeprefix(f"{path}:") == (
+        "2:10: the parameter `a` has no value (a whole number: how many);"
+        " give `-p a=...`, or a `default` here"
+    )
+    assert load(path, leaves=TOYS, overrides={"a": "2"}).root.modifiers == {"retry": 2}
+
+
+def test_the_type_of_a_parameter_without_a_value_is_checked(path):
+    path.write_text(
+        "task: toy\nparams: {a: {type: text}}\ntree: {sequence: [{retry: $a, open_gripper: }]}\n"
+    )
+    assert [mistake.what for mistake in check(path, leaves=TOYS)] == [
+        "`retry`: expected a whole number of at least 1, got `$a`, which is text"
+    ]
+    path.write_text("task: toy\nparams: {a: {type: text}}\ntree: {grasp: {within: $a}}\n")
+    assert [mistake.what for mistake in check(path, leaves=TOYS)] == [
+        "expected a region, got `$a`, which is text"
+    ]
+
+
+def test_poses_may_be_made_of_plain_parameters_alone(path):
+    path.write_text(
+        "task: toy\nparams: {x: {default: 2.5}, p: {type: pose, default: a}}\n"
+        "poses: {a: {base: [$x, 0], heading_deg: 0}, b: {base: [$p, $y], heading_deg: 0}}\n"
+        "tree: {sequence: [navigate: {to: $p}, navigate: {to: b}]}\n"
+    )
+    assert [str(mistake).removeprefix(f"{path}:") for mistake in check(path, leaves=TOYS)] == [
+        "3:56: `base` takes finite numbers, not `$p`; write a number",
+        "3:60: the task has no parameter `y`; known here: `p`, `x`",
+    ]
+
+
+def test_poses_of_a_part_may_wait_for_numbers(path):
+    path.write_text(
+        "task: toy\nparams: {x: {type: float}}\n"
+        "poses: {a: {base: [$x, 0], heading_deg: 0}}\ntree: {navigate: {to: a}}\n"
+    )
+    assert check(path, leaves=TOYS) == []
+    task = load(path, leaves=TOYS, overrides={"x": "2"})
+    assert task.poses["a"].wTb.translation[0] == 2.0

@@ -1,0 +1,262 @@
+"""Trees made of several files: parameters in, outputs out, and what is refused."""
+
+from __future__ import annotations
+
+import pytest
+from tree_toys import TOYS, ToyContext
+
+from trees.language import TaskFileError, check, load, nodes_in_order
+
+PART = """\
+task: part
+params:
+  to: {type: pose, description: where to}
+  times: {default: 2}
+outputs: {done: how often}
+poses: {aside: {base: [0, 0], heading_deg: 0}}
+tree:
+  sequence:
+    - {retry: $times, navigate: {to: $to}}
+    - navigate: {to: aside}
+    - count: {times: done}
+"""
+TOP = """\
+task: top
+params: {goal: {type: pose, default: home}}
+poses: {home: {base: [1, 2], heading_deg: 0}}
+tree:
+  sequence:
+    - subtree: {file: parts/part.yaml, with: {to: $goal}, out: {done: n}}
+    - name: again
+      retry: 2
+      subtree: {file: parts/part.yaml, with: {to: home, times: 5}, out: {done: m}}
+    - note: {value: $n}
+    - note: {value: $m}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "part.yaml").write_text(PART)
+    (tmp_path / "top.yaml").write_text(TOP)
+    return tmp_path
+
+
+def errors(folder, top: str = TOP, part: str = PART) -> list[str]:
+    (folder / "top.yaml").write_text(top)
+    (folder / "parts" / "part.yaml").write_text(part)
+    found = check(folder / "top.yaml", leaves=TOYS)
+    return [str(mistake).removeprefix(f"{folder}/") for mistake in found]
+
+
+def test_a_subtree_runs_with_its_own_values_and_hands_out_its_outputs(folder):
+    task = load(folder / "top.yaml", leaves=TOYS)
+    context = ToyContext()
+    root = task.build(context)
+    assert [place.path for place in nodes_in_order(root)][:5] == [
+        "sequence",
+        "sequence/part",
+        "sequence/part/sequence",
+        "sequence/part/sequence/retry",
+        "sequence/part/sequence/retry/navigate",
+    ]
+    for _ in range(3):
+        root.tick_once()
+    assert root.children[0].children[0].children[0].children[0].to.name == "home"
+    assert [event for event in context.events if "begins" in event] == [
+        "note begins with 1.0",
+        "note begins with 2.0",
+    ]
+    first, again = task.root.children[:2]
+    assert (first.name, again.name) == ("part", "again")
+    assert first.task.parameters["times"].value == 2
+    assert again.task.parameters["times"].value == 5
+    assert [path.relative_to(folder).as_posix() for path in task.files] == [
+        "top.yaml",
+        "parts/part.yaml",
+    ]
+
+
+def test_a_key_may_be_given_to_a_subtree(folder):
+    part = "task: part\nparams: {word: {type: text}}\ntree: {note: {value: $word}}\n"
+    top = """\
+task: top
+tree:
+  sequence:
+    - set: {said: hello}
+    - subtree: {file: parts/part.yaml, with: {word: $said}}
+"""
+    assert errors(folder, top, part) == []
+    context = ToyContext()
+    root = load(folder / "top.yaml", leaves=TOYS).build(context)
+    root.tick_once()
+    assert context.events == ["note begins with 'hello'"]
+
+
+def test_a_subtree_sees_nothing_of_the_file_around_it(folder):
+    part = """\
+task: part
+tree:
+  sequence:
+    - navigate: {to: home}
+    - note: {value: $said}
+"""
+    top = """\
+task: top
+poses: {home: {base: [1, 2], heading_deg: 0}}
+tree: {sequence: [set: {said: hi}, subtree: {file: parts/part.yaml}, navigate: {to: home}]}
+"""
+    assert [line.split(";")[0] for line in errors(folder, top, part)] == [
+        "parts/part.yaml:4:22: `to` (where the hand or the base goes): no tool pose or base pose"
+        " is called `home`"
+    ]
+
+
+def test_mistakes_are_located_in_the_file_that_they_are_in_and_told_once(folder):
+    part = PART.replace("open_gripper", "").replace("- count", "- cuont")
+    top = TOP.replace("note: {value: $n}", "nte: {value: $n}")
+    assert [line.split(";")[0] for line in errors(folder, top, part)] == [
+        "top.yaml:10:7: unknown node `nte`",
+        "parts/part.yaml:11:7: unknown node `cuont`",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("subtree", "message"),
+    [
+        ("subtree", "5:7: `subtree` takes a mapping, not `null`; write `subtree: {file:"),
+        ("subtree: part.yaml", "5:7: `subtree` takes a mapping, not the text `part.yaml`"),
+        ("subtree: {with: {}}", "5:16: `subtree` lacks `file`; add `file`"),
+        ("subtree: {file: 3}", "5:23: `file` cannot be the number `3`; name a file"),
+        ("subtree: {file: part.yaml}", "5:23: there is no file `part.yaml` beside this one; check"),
+        (
+            "subtree: {file: parts/prt.yaml}",
+            "no file `parts/prt.yaml` beside this one; did you mean",
+        ),
+        ("subtree: {file: parts}", "5:23: there is no file `parts` beside this one"),
+        ("subtree: {file: ../other.yaml}", "5:23: `../other.yaml` leads out of the folder of the"),
+        ("subtree: {file: /etc/passwd}", "5:23: `/etc/passwd` leads out of the folder of the task"),
+        ("subtree: {file: top.yaml}", "a circle: top.yaml > top.yaml; break it"),
+        ("subtree: {file: parts/part.yaml}", "5:7: `part` lacks `to` (a tool pose or a base pose:"),
+        (
+            "subtree: {file: parts/part.yaml, with: {to: home, tmes: 3}}",
+            "5:57: `part` has no parameter `tmes`; did you mean `times`?",
+        ),
+        (
+            "subtree: {file: parts/part.yaml, with: {to: home, times: soon}}",
+            "5:64: `times`: expected a whole number, got the text `soon`; write a whole number",
+        ),
+        (
+            "subtree: {file: parts/part.yaml, with: {to: hme}}",
+            "5:51: `to` (where to): no tool pose or base pose is called `hme`; did you mean",
+        ),
+        ("subtree: {file: parts/part.yaml, with: home}", "5:46: `with` is a mapping, not the text"),
+        (
+            "subtree: {file: parts/part.yaml, with: {to: home}, out: {dne: n}}",
+            "5:64: `part` has no output `dne`; did you mean `done`?",
+        ),
+        (
+            "subtree: {file: parts/part.yaml, with: {to: home}, out: {done: 3}}",
+            "5:70: `done` names a key to write to, and cannot be the number `3`",
+        ),
+        (
+            "subtree: {file: parts/part.yaml, with: {to: $n}}",
+            "5:51: `$n` is neither a parameter nor a key that is written before",
+        ),
+        ("subtree: {file: parts/part.yaml, to: home}", "5:40: `subtree` has no key `to`"),
+    ],
+)
+def test_a_subtree_that_is_not_as_it_should_be(folder, subtree, message):
+    top = f"""\
+task: top
+poses: {{home: {{base: [1, 2], heading_deg: 0}}}}
+tree:
+  sequence:
+    - {subtree}
+    - navigate: {{to: home}}
+"""
+    found = [line for line in errors(folder, top) if "warning" not in line]
+    assert message in found[0]
+    assert len(found) == 1
+
+
+def test_a_circle_of_files_is_told_with_its_chain(folder):
+    part = "task: part\ntree: {subtree: {file: ../top.yaml}}\n"
+    [found] = errors(folder, "task: top\ntree: {subtree: {file: parts/part.yaml}}\n", part)
+    assert found == (
+        "parts/part.yaml:2:24: the files go round in a circle: top.yaml > part.yaml > top.yaml;"
+        " break it"
+    )
+
+
+def test_a_link_out_of_the_folder_is_refused(folder, tmp_path_factory):
+    outside = tmp_path_factory.mktemp("outside") / "secret.yaml"
+    outside.write_text("task: part\ntree: open_gripper\n")
+    (folder / "parts" / "link.yaml").symlink_to(outside)
+    [found] = errors(folder, "task: top\ntree: {subtree: {file: parts/link.yaml}}\n")
+    assert "`parts/link.yaml` leads out of the folder of the task" in found
+
+
+def test_a_link_that_leads_nowhere_is_no_file(folder):
+    (folder / "loop.yaml").symlink_to(folder / "loop.yaml")
+    [found] = errors(folder, "task: top\ntree: {subtree: {file: loop.yaml}}\n")
+    assert found.startswith("top.yaml:2:24: ")
+
+
+def test_subtrees_that_multiply_are_bounded(folder):
+    for number in range(10):
+        deeper = f"subtree: {{file: p{number + 1}.yaml}}" if number < 9 else "open_gripper: "
+        twice = f"task: p\ntree: {{sequence: [{{{deeper}}}, {{{deeper}}}]}}\n"
+        (folder / f"p{number}.yaml").write_text(twice)
+    [found] = errors(folder, "task: top\ntree: {subtree: {file: p0.yaml}}\n")
+    assert "the task has more than 200 subtrees" in found
+
+
+def test_a_part_can_be_checked_alone_and_not_be_built(folder):
+    path = folder / "parts" / "part.yaml"
+    assert check(path, leaves=TOYS) == []
+    with pytest.raises(TaskFileError, match=r"3:3: the parameter `to` has no value \(a tool pose"):
+        load(path, leaves=TOYS)
+    task = load(path, leaves=TOYS, open_parameters=True)
+    assert str(task.root.children[0].arguments["to"]) == "$to"
+    with pytest.raises(TaskFileError, match=r"the parameter `to` has no value; give it one"):
+        task.build(ToyContext())
+
+
+def test_a_key_cannot_be_what_has_to_be_known_before_the_run(folder):
+    part = """\
+task: part
+params: {times: {type: int}, few: {type: int, max: 3}}
+tree: {retry: $times, note: {value: $few}}
+"""
+    top = """\
+task: top
+tree:
+  sequence:
+    - set: {n: 2}
+    - subtree: {file: parts/part.yaml, with: {times: $n, few: $n}}
+"""
+    assert [line.split(";")[0] for line in errors(folder, top, part)] == [
+        "top.yaml:5:63: `few` has bounds, and what `$n` holds is known only during the run",
+        "parts/part.yaml:3:15: `retry` is fixed before the run, and `$times` is given a key",
+    ]
+
+
+def test_an_output_has_to_be_written_on_every_way_to_success(folder):
+    part = "task: part\noutputs: {done: }\ntree: {fallback: [count: {times: done}, open_gripper]}\n"
+    top = "task: top\ntree: {subtree: {file: parts/part.yaml}}\n"
+    assert errors(folder, top, part) == [
+        "parts/part.yaml:2:11: the tree can succeed without having written the output `done`;"
+        " begin it with `set: {done: ...}`"
+    ]
+    part = "task: part\noutputs: {dne: }\ntree: {count: {times: done}}\n"
+    assert "nothing in the tree writes the output `dne`; did you mean `done`?" in str(
+        errors(folder, top, part)
+    )
+
+
+def test_warnings_of_a_subtree_name_its_file(folder):
+    part = "task: part\nparams: {a: {default: 1}}\ntree: open_gripper\n"
+    [found] = errors(folder, "task: top\ntree: {subtree: {file: parts/part.yaml}}\n", part)
+    assert found.startswith("parts/part.yaml:2:10: warning: the parameter `a` is never used")
