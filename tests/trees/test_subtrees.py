@@ -260,3 +260,19 @@ def test_warnings_of_a_subtree_name_its_file(folder):
     part = "task: part\nparams: {a: {default: 1}}\ntree: open_gripper\n"
     [found] = errors(folder, "task: top\ntree: {subtree: {file: parts/part.yaml}}\n", part)
     assert found.startswith("parts/part.yaml:2:10: warning: the parameter `a` is never used")
+
+
+def test_an_open_parameter_may_be_handed_on_to_what_is_fixed_or_bounded(folder):
+    part = (
+        "task: part\nparams: {times: {type: int, max: 3}}\ntree: {retry: $times, open_gripper: }\n"
+    )
+    top = """\
+task: top
+params: {n: {type: int}}
+tree: {subtree: {file: parts/part.yaml, with: {times: $n}}}
+"""
+    assert errors(folder, top, part) == []
+    task = load(folder / "top.yaml", leaves=TOYS, overrides={"n": "2"})
+    assert task.root.task.root.modifiers == {"retry": 2}
+    [found] = errors(folder, top.replace("int", "text"), part)
+    assert "expected a whole number of at most 3, got `$n`, which is text" in found

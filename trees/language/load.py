@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from enum import Enum
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING
 from trees.language.documents import Document, read_document
 from trees.language.flow import check_keys
 from trees.language.lint import lint
-from trees.language.mistakes import Mistake, Mistakes, TaskFileError
+from trees.language.mistakes import Mistake, Mistakes, TaskFileError, TooManyErrorsError
 from trees.language.parameters import (
     TaskParameter,
     given_texts,
@@ -28,6 +29,9 @@ from trees.language.task import Task
 
 if TYPE_CHECKING:
     from behaviours.leaf import Leaf
+
+MOST_ERRORS = 100
+"""So many are worth reading at once."""
 
 NO_OVERRIDES: Mapping[str, str] = MappingProxyType({})
 
@@ -52,12 +56,10 @@ def load(
         TaskFileError: with every mistake in the files.
         LeafError: a leaf class, not the file, is at fault.
     """
-    mistakes = Mistakes(Path(path))
-    task = _read(
-        mistakes, leaves, overrides, need_values=not open_parameters, open_tree=open_parameters
-    )
+    mode = _Mode.OPEN if open_parameters else _Mode.RUN
+    task, mistakes = _read(Path(path), leaves, overrides, mode)
     if task is None:
-        raise TaskFileError(mistakes.in_order())
+        raise TaskFileError(mistakes)
     return task
 
 
@@ -69,34 +71,41 @@ def check(
 ) -> list[Mistake]:
     """Every mistake of a task file and its subtrees, warnings included, in order.
 
-    Parameters may lack a value. Arguments and LeafError as for `load`.
+    The first hundred, if there are so many. Parameters may lack a value. Arguments and LeafError as
+    for `load`.
     """
-    mistakes = Mistakes(Path(path))
-    _read(mistakes, leaves, overrides, need_values=False, open_tree=False)
-    return mistakes.in_order()
+    _, mistakes = _read(Path(path), leaves, overrides, _Mode.CHECK)
+    return mistakes
+
+
+class _Mode(Enum):
+    """What is done about the parameters of the first file."""
+
+    RUN = "every one needs a value"
+    CHECK = "one without a value is taken for any value of its type"
+    OPEN = "each stays in the tree by its name"
 
 
 def _read(
-    mistakes: Mistakes,
-    leaves: Mapping[str, type[Leaf]] | None,
-    overrides: Mapping[str, str],
-    *,
-    need_values: bool,
-    open_tree: bool,
-) -> Task | None:
-    """The task, or None if there are errors."""
-    assembler = _Assembler(
-        leaves=describe_leaves(known_leaves() if leaves is None else leaves), open_tree=open_tree
-    )
-    document = read_document(mistakes)
-    if document is None:
-        return None
-    given = given_texts(document.parameters, overrides, document.params, mistakes)
-    if need_values:
-        _require_values(document, given, mistakes)
-    subtrees = Subtrees(assemble=assembler.assemble, chain=(mistakes.path,))
-    task = assembler.assemble(document, document.parameters, mistakes, subtrees, given)
-    return task and replace(task, warnings=tuple(mistakes.in_order()))
+    path: Path, leaves: Mapping[str, type[Leaf]] | None, overrides: Mapping[str, str], mode: _Mode
+) -> tuple[Task | None, list[Mistake]]:
+    """The task, or None if there are errors; and all mistakes in order."""
+    leaf_types = describe_leaves(known_leaves() if leaves is None else leaves)
+    assembler = _Assembler(leaves=leaf_types, open_tree=mode is _Mode.OPEN)
+    mistakes = Mistakes(path, MOST_ERRORS)
+    task = None
+    try:
+        document = read_document(mistakes)
+        if document is not None:
+            given = given_texts(document.parameters, overrides, document.params, mistakes)
+            if mode is _Mode.RUN:
+                _require_values(document, given, mistakes)
+            subtrees = Subtrees(assemble=assembler.assemble, chain=(path,))
+            task = assembler.assemble(document, document.parameters, mistakes, subtrees, given)
+    except TooManyErrorsError:
+        pass
+    found = mistakes.in_order()
+    return task and replace(task, warnings=tuple(found)), found
 
 
 def _require_values(document: Document, given: Mapping[str, Scalar], mistakes: Mistakes) -> None:

@@ -57,26 +57,38 @@ class TaskFileError(Exception):
         super().__init__("\n".join(str(mistake) for mistake in self.mistakes))
 
 
+class TooManyErrorsError(Exception):
+    """As many errors are collected as were wanted."""
+
+
 class Mistakes:
     """Collects the mistakes of one file.
 
     Args:
         path: the file, as the person named it.
+        most: how many errors are enough; None is no limit.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, most: int | None = None) -> None:
         self.path = path
+        self._most = most
         self._found: list[Mistake] = []
 
     def of(self, path: Path) -> Mistakes:
         """The same collection, for the mistakes of another file of the task."""
-        other = Mistakes(path)
+        other = Mistakes(path, self._most)
         other._found = self._found
         return other
 
     def error(self, place: Place | None, what: str, mend: str) -> None:
-        """Note something that keeps the task from running."""
+        """Note something that keeps the task from running.
+
+        Raises:
+            TooManyErrorsError: that are enough of them.
+        """
         self._found.append(Mistake(path=self.path, place=place, what=what, mend=mend))
+        if self._most is not None and len(self._found) >= self._most:
+            raise TooManyErrorsError
 
     def warning(self, place: Place, what: str, mend: str) -> None:
         """Note something that is probably not meant."""

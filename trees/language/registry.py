@@ -13,6 +13,7 @@ import types
 import typing
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import metadata
 from typing import TYPE_CHECKING
 
@@ -120,6 +121,7 @@ def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
     return {SET.key: SET} | {key: _describe(key, leaf) for key, leaf in leaves.items()}
 
 
+@cache
 def _describe(key: str, leaf: type[Leaf]) -> LeafType:
     if key in (*RESERVED, SET.key):
         raise LeafError(f"leaf `{leaf.__name__}`: `{key}` is a word of the language; rename it")

@@ -13,6 +13,7 @@ from trees.language.places import Places
 from trees.language.registry import LeafType
 from trees.language.source import Entry
 from trees.language.syntax import SubtreeNode
+from trees.language.values import Given, KeyRead
 
 Include: TypeAlias = "Callable[[Entry, Scope], SubtreeNode | None]"
 """Reads the node below `subtree:`."""
@@ -34,3 +35,8 @@ class Scope:
         """Note that a pose or region is referred to."""
         if isinstance(value, Named):
             self.used.add(value.name)
+
+    def known(self, value: Given) -> Given:
+        """The value; None if it is that of a parameter without one."""
+        parameter = self.parameters.get(value.name) if isinstance(value, KeyRead) else None
+        return None if parameter is not None and parameter.is_open else value

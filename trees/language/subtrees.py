@@ -72,7 +72,7 @@ class Subtrees:
         arguments = _read_with(entry.place, entries, document, scope)
         outputs = _read_out(entries.get("out"), document, scope)
         parameters = {
-            name: replace(parameter, value=arguments.get(name))
+            name: replace(parameter, value=scope.known(arguments.get(name)))
             for name, parameter in document.parameters.items()
         }
         below = replace(self, chain=(*self.chain, path))
@@ -151,7 +151,7 @@ def _read_with(
             about = f" ({parameter.description})" if parameter.description else ""
             note_mismatch(argument.value, f"`{name}`{about}: {mismatch.what}", mismatch.mend, scope)
             continue
-        if isinstance(value, KeyRead) and parameter.type.is_bounded:
+        if isinstance(scope.known(value), KeyRead) and parameter.type.is_bounded:
             what = f"`{name}` has bounds, and what `{value}` holds is known only during the run"
             scope.mistakes.error(argument.value.place, what, "give a value")
             continue

@@ -1,0 +1,41 @@
+"""A folder of broken files: each says in its first lines which mistakes it has, and where."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from app.cli import app
+from trees.language import check
+
+FOLDER = Path(__file__).parent / "broken"
+FILES = sorted(FOLDER.glob("*.yaml"))
+EXPECTED = re.compile(r"# expect (?:(?P<file>\S+\.yaml):)?(?P<place>\d+:\d+): (?P<message>.+)")
+
+
+def test_the_folder_is_worth_its_name():
+    assert len(FILES) >= 60
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_every_mistake_is_found_where_it_is(path):
+    expected = [match for match in map(EXPECTED.fullmatch, path.read_text().splitlines()) if match]
+    found = [mistake for mistake in map(str, check(path)) if "warning" not in mistake.split(" ")[1]]
+    assert len(found) == len(expected), found
+    for text, match in zip(found, expected, strict=True):
+        assert text.startswith(f"{FOLDER / (match['file'] or path.name)}:{match['place']}: ")
+        assert match["message"] in text
+
+
+def test_the_command_names_them_all_and_ends_with_code_2():
+    result = CliRunner().invoke(app, ["check", *map(str, FILES)])
+    assert result.exit_code == 2
+    lines = result.stdout.splitlines()
+    for path in FILES:
+        assert any(
+            line.startswith(f"{path}:") or line.startswith(f"{FOLDER}/parts") for line in lines
+        )
+    assert not any(line.endswith(": good") for line in lines)

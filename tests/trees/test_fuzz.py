@@ -1,0 +1,215 @@
+"""Damaged task files give a task or located mistakes, soon, and never anything else.
+
+A task that comes out of it is run with leaves that end as dice fall: a key that the check let pass
+is never read before it is written.
+"""
+
+from __future__ import annotations
+
+import random
+import shutil
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from time import process_time
+
+import pytest
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from tree_toys import ToyContext
+
+import trees
+from behaviours.names import Key
+from trees.language import Mistake, Task, TaskFileError, known_leaves, load
+
+EVERY_WORD = """\
+task: every_word
+description: A bit of everything.
+scene: single
+params:
+  count: {type: int, default: 3, min: 1, max: 5, description: how many}
+  side: {type: [left, right], default: left}
+  goal: {type: pose, default: home}
+outputs: {found: how many there were}
+poses:
+  home: {xyz: [1, 2, 3], rpy_deg: [180, 0, 0]}
+  dock: {base: [0, 0.5], heading_deg: 90}
+  folded: {joints_deg: [0, -17, 0, -126, 0, 115, 45]}
+regions:
+  box: {centre: [0, 0, 0.5], size: [1, 1, 0.2], yaw_deg: 5}
+tree:
+  while: arm_healthy
+  force_success: false
+  sequence:
+    - set: {found: 0, pause: 1.5, word: $side}
+    - fallback:
+        - {retry: $count, delay_s: 0.1, scan_for_objects: {region: box, count: found}}
+        - {timeout_s: 3, navigate: {to: $goal}}
+    - parallel:
+        policy: any
+        children:
+          - {unless: {at_least: {value: $found, least: 1}}, wait: {duration_s: $pause}}
+          - {once: true, cooldown_s: 2, navigate: {to: dock}}
+    - reactive_fallback:
+        - {invert: true, equals: {value: $word, to: left}}
+        - until:
+            - {name: done, holding_object: }
+            - {repeat: 2, grasp: {within: box}}
+    - forever: {reactive_sequence: [arm_healthy, say: {text: $word}]}
+    - subtree: {file: parts/bit.yaml, with: {to: $goal, pause_s: $pause}, out: {done: more}}
+    - {force_failure: true, wait: {duration_s: $more}}
+"""
+BIT = """\
+task: bit
+params: {to: {type: pose}, pause_s: {type: float}}
+outputs: {done: how long}
+tree:
+  sequence: [navigate: {to: $to}, wait: {duration_s: $pause_s}, set: {done: 2.5}]
+"""
+
+SNIPPETS = (
+    *("\n", ":", "- ", "{", "}", "[", "]", "$", "&a ", "*a", "!t ", "'", '"', "|", "\t", "#", ","),
+    *("? ", "0", "-1", ".nan", "1e999", "null", "true", "\u2028", "\x00", "ü", "---\n", "  "),
+    *("sequence:", "fallback: ", "forever: ", "until: ", "parallel: ", "policy: 2, children: "),
+    *("retry: 2, ", "while: arm_healthy, ", "unless: holding_object, ", "invert: true, "),
+    *("set: {found: 1}", "$found", "$pause", "$count", "count: found", "subtree: ", "with: "),
+    *("out: ", "{file: parts/bit.yaml}", "{file: ../x.yaml}", "{type: pose}", "default: ", "min: "),
+)
+LEAVES = known_leaves()
+
+
+class Dice(Behaviour):
+    """Ends or runs on as a die falls; a success writes every key."""
+
+    def __init__(self, name: str, rng: random.Random, keys: list[Key]) -> None:
+        super().__init__(name)
+        self.rng, self.keys = rng, keys
+
+    def update(self) -> Status:
+        status = self.rng.choice([Status.SUCCESS, Status.FAILURE, Status.RUNNING, Status.INVALID])
+        if status is Status.SUCCESS:
+            for key in self.keys:
+                key.write(1)
+        return status
+
+
+def damaged(text: str, rng: random.Random) -> str:
+    """The text with one to four changes: pieces put in, taken out, repeated or moved."""
+    for _ in range(rng.randint(1, 4)):
+        start = rng.randint(0, len(text))
+        end = min(len(text), start + rng.choice([0, 0, 1, 3, 12]))
+        kind = rng.randrange(4)
+        if kind == 0:
+            lines = text.splitlines(keepends=True) or [""]
+            line = rng.choice(lines)
+            lines.insert(rng.randint(0, len(lines)), rng.choice(["", "  "]) + line)
+            text = "".join(lines)
+        elif kind == 1:
+            lines = text.splitlines(keepends=True) or [""]
+            del lines[rng.randrange(len(lines))]
+            text = "".join(lines)
+        else:
+            piece = rng.choice(SNIPPETS) if kind == 2 else text[start : start + 20]
+            text = text[:start] + piece + text[end:]
+    return text
+
+
+def cases(folder: Path, count: int, seed: int) -> Iterator[Path]:
+    """Paths of task files, each time with another damage in it or in its subtree."""
+    rng = random.Random(seed)
+    shipped = Path(trees.__file__).parent
+    for path in (*shipped.glob("*.yaml"), *shipped.glob("parts/*.yaml")):
+        (folder / path.relative_to(shipped)).parent.mkdir(exist_ok=True)
+        shutil.copy(path, folder / path.relative_to(shipped))
+    (folder / "every_word.yaml").write_text(EVERY_WORD)
+    (folder / "parts" / "bit.yaml").write_text(BIT)
+    whole = {path: path.read_text() for path in sorted(folder.rglob("*.yaml"))}
+    tops = [path for path in whole if path.parent == folder]
+    weights = [5 if path.stem == "every_word" else 1 for path in tops]
+    for _ in range(count):
+        [top] = rng.choices(tops, weights)
+        broken = rng.choice([top, top, top, *(path for path in whole if path not in tops)])
+        broken.write_bytes(damaged(whole[broken], rng).encode("utf-8", errors="replace"))
+        yield top
+        broken.write_text(whole[broken])
+
+
+def judge(path: Path, rng: random.Random) -> str:
+    """`task` or `mistakes`; fails if it is anything else."""
+    begun = process_time()
+    task, mistakes = loaded(path)
+    assert process_time() - begun < 1.0
+    if task is not None:
+        run(task, rng)
+        return "task"
+    assert mistakes
+    for mistake in mistakes:
+        lines = mistake.path.read_bytes().decode(errors="replace").splitlines()
+        assert mistake.place is not None
+        assert 1 <= mistake.place.line <= len(lines) + 1
+        assert mistake.place.column >= 1
+        assert mistake.what
+        assert mistake.mend
+    return "mistakes"
+
+
+def loaded(path: Path) -> tuple[Task | None, Sequence[Mistake]]:
+    try:
+        return load(path, leaves=LEAVES), ()
+    except TaskFileError as error:
+        return None, error.mistakes
+
+
+def run(task: Task, rng: random.Random) -> None:
+    """A few ticks with leaves that end as dice fall."""
+    context = ToyContext()
+    root = task.build(
+        context,
+        lambda node, context, arguments: Dice(
+            node.name, rng, [value for value in arguments.values() if isinstance(value, Key)]
+        ),
+    )
+    for _ in range(12):
+        root.tick_once()
+        context.clock.sleep_until(context.clock.now() + 0.1)
+    root.stop(Status.INVALID)
+    assert not any(node.status is Status.RUNNING for node in root.iterate())
+
+
+def test_a_file_with_every_word_is_sound(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "bit.yaml").write_text(BIT)
+    (tmp_path / "every_word.yaml").write_text(EVERY_WORD)
+    task = load(tmp_path / "every_word.yaml", leaves=LEAVES)
+    run(task, random.Random(0))
+
+
+def test_two_thousand_damaged_files(tmp_path):
+    rng = random.Random(0)
+    ends = [judge(path, rng) for path in cases(tmp_path, 2_000, seed=0)]
+    assert min(ends.count("task"), ends.count("mistakes")) > 100
+
+
+@pytest.mark.slow
+def test_a_hundred_thousand_damaged_files(tmp_path):
+    rng = random.Random(1)
+    for path in cases(tmp_path, 100_000, seed=1):
+        judge(path, rng)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "task: t\ntree:\n  sequence:\n" + "    - zzzz: {a: 1}\n" * 9_000,
+        "task: t\ntree: {sequence: [" + "open_gripper, " * 14_000 + "]}\n",
+        "task: t\ntree: {" + "".join(f"navigat{n}: 1, " for n in range(10_000)) + "}\n",
+        "task: " + "x" * 199_000 + "\ntree: open_gripper\n",
+        "task: t\ntree: " + "{forever: " * 5_000 + "open_gripper" + "}" * 5_000 + "\n",
+        "task: t\nposes: {" + "".join(f"p{n}: [, " for n in range(9_000)) + "}\n",
+    ],
+    ids=["errors", "nodes", "keys", "name", "depth", "brackets"],
+)
+def test_large_files_are_bounded(tmp_path, text):
+    path = tmp_path / "large.yaml"
+    path.write_text(text)
+    task, mistakes = loaded(path)
+    assert task or 1 <= len(mistakes) <= 100

@@ -1,0 +1,130 @@
+"""Warnings: what a task file may say, and hardly means."""
+
+from __future__ import annotations
+
+import pytest
+from tree_toys import TOYS
+
+from trees.language import Severity, check
+
+
+def warnings(folder, tree: str) -> list[str]:
+    path = folder / "t.yaml"
+    lines = "\n".join(f"  {line}" for line in tree.strip().splitlines())
+    path.write_text(f"task: toy\ntree:\n{lines}\n")
+    found = check(path, leaves=TOYS)
+    assert all(mistake.severity is Severity.WARNING for mistake in found), found
+    return [
+        f"{mistake.place.line - 2}:{mistake.place.column - 2}: {mistake.what}" for mistake in found
+    ]
+
+
+ACT = "play: {script: S}"
+ASKED = "ask: {answers: S}"
+SURE = f"{{force_success: true, {ACT}}}"
+HOPELESS = f"{{force_failure: true, {ACT}}}"
+
+ODD = {
+    "fallback after what cannot fail": (
+        f"fallback: [{SURE}, open_gripper]",
+        "`open_gripper` is never reached: `play` before it never fails",
+    ),
+    "reactive fallback after what cannot fail": (
+        f"reactive_fallback: [{SURE}, open_gripper]",
+        "`open_gripper` is never reached: `play` before it never fails",
+    ),
+    "sequence after what cannot succeed": (
+        f"sequence: [{HOPELESS}, open_gripper]",
+        "`open_gripper` is never reached: `play` before it never succeeds",
+    ),
+    "sequence after what never ends": (
+        f"sequence: [forever: {HOPELESS}, open_gripper]",
+        "`open_gripper` is never reached: `forever` before it never ends",
+    ),
+    "fallback after forever": (
+        f"fallback: [forever: {{{ACT}}}, open_gripper]",
+        "`open_gripper` is never reached: `forever` before it never fails",
+    ),
+    "fallback after unless that cannot fail": (
+        f"fallback: [{{unless: {{{ASKED}}}, force_success: true, {ACT}}}, open_gripper]",
+        "`open_gripper` is never reached: `play` before it never fails",
+    ),
+    "parallel of what cannot fail": (
+        f"fallback: [parallel: [{SURE}, {SURE}], open_gripper]",
+        "`open_gripper` is never reached: `parallel` before it never fails",
+    ),
+    "question that cannot fail": (
+        f"until: [{SURE}, open_gripper]",
+        "`open_gripper` is never reached: the question `play` never fails",
+    ),
+    "work that goes no further": (
+        f"until: [{ACT}, {HOPELESS}, open_gripper]",
+        "`open_gripper` is never reached: `play` before it never succeeds",
+    ),
+    "retry of what cannot fail": (
+        f"{{retry: 2, sequence: [{SURE}]}}",
+        "`retry` has no effect on `sequence`: it cannot fail",
+    ),
+    "forced success of what cannot fail": (
+        f"{{force_success: true, forever: {{{ACT}}}}}",
+        "`force_success` has no effect on `forever`: it cannot fail",
+    ),
+    "forced failure of what cannot succeed": (
+        f"{{force_failure: true, sequence: [{HOPELESS}]}}",
+        "`force_failure` has no effect on `sequence`: it cannot succeed",
+    ),
+    "timeout of a condition": (
+        f"{{timeout_s: 3, {ASKED}}}",
+        "`timeout_s` has no effect on `ask`: it ends at once",
+    ),
+    "forever of what cannot fail": (
+        f"forever: {SURE}",
+        "`forever` starts again after a failure, and `play` cannot fail",
+    ),
+    "condition asked once": (
+        f"sequence: [{ASKED}, open_gripper]",
+        "`ask` is asked once, and not again while `open_gripper` runs",
+    ),
+    "action in a reactive sequence": (
+        f"reactive_sequence: [{ACT}, open_gripper]",
+        "`play` begins again at every tick after its success",
+    ),
+}
+
+
+@pytest.mark.parametrize(("tree", "message"), ODD.values(), ids=ODD)
+def test_what_is_odd_is_a_warning(tmp_path, tree, message):
+    [found] = warnings(tmp_path, tree)
+    assert found.split(": ", 1)[1] == message
+
+
+SOUND = [
+    f"fallback: [{ACT}, open_gripper]",
+    f"fallback: [{{timeout_s: 1, force_success: false, {ACT}}}, open_gripper]",
+    f"fallback: [{{while: {{{ASKED}}}, sequence: [{SURE}]}}, open_gripper]",
+    f"fallback: [{{cooldown_s: 1, sequence: [{SURE}]}}, open_gripper]",
+    f"sequence: [{{invert: true, sequence: [{HOPELESS}]}}, open_gripper]",
+    f"sequence: [{{unless: {{{ASKED}}}, sequence: [{HOPELESS}]}}, open_gripper]",
+    f"sequence: [{{name: at the start, {ASKED}}}, open_gripper]",
+    f"sequence: [{ASKED}, {ASKED}]",
+    f"reactive_sequence: [{ASKED}, open_gripper]",
+    f"reactive_sequence: [{{once: true, {ACT}}}, open_gripper]",
+    f"{{while: {{{ASKED}}}, sequence: [open_gripper, {ACT}]}}",
+    f"sequence: [parallel: {{policy: any, children: [{HOPELESS}, {ACT}]}}, open_gripper]",
+    f"{{timeout_s: 3, until: [{ASKED}, {ACT}]}}",
+]
+
+
+@pytest.mark.parametrize("tree", SOUND)
+def test_what_is_meant_is_no_warning(tmp_path, tree):
+    assert warnings(tmp_path, tree) == []
+
+
+def test_warnings_are_where_the_node_is(tmp_path):
+    assert warnings(tmp_path, f"sequence:\n  - {ASKED}\n  - open_gripper")[0].startswith("2:5: ")
+
+
+def test_what_only_a_subtree_can_tell(tmp_path):
+    (tmp_path / "sure.yaml").write_text(f"task: sure\ntree: {SURE}\n")
+    [found] = warnings(tmp_path, "fallback: [subtree: {file: sure.yaml}, open_gripper]")
+    assert "`open_gripper` is never reached: `sure` before it never fails" in found
