@@ -4,7 +4,7 @@ BIN := .venv/bin
 TASK ?= trees/pick_place.yaml
 SEED ?= 0
 
-.PHONY: run test test-all lint clean
+.PHONY: run test test-all lint language-server clean
 
 run: .venv/installed
 	$(BIN)/frankie-task run $(TASK) --seed $(SEED)
@@ -19,6 +19,10 @@ lint: .venv/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# What editors check task files with, for the tests of the schema; needs npm.
+language-server: .venv/installed
+	npm install --silent --no-audit --no-fund --prefix .venv/node yaml-language-server@1.25.0
 
 .venv/installed: pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv

@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from trees.language.documents import FILE_KEYS
 from trees.language.kinds import PARAMETER_TYPES, ValueType
 from trees.language.registry import SET, LeafType, Output, Parameter
 from trees.language.tables import WORD
@@ -37,7 +38,13 @@ _REFERENCE = rf"\${WORD.pattern}"
 
 _NODE: Schema = {"$ref": "#/definitions/node"}
 _TEXT: Schema = {"type": "string"}
-_NUMBER: Schema = {"type": ["number", "string"], "pattern": f"^{_REFERENCE}$"}
+_NAMED_VALUE: Schema = {
+    "pattern": f"^{_REFERENCE}$",
+    "patternErrorMessage": "This is not such a value; `$name` stands for a parameter or key.",
+}
+"""The part of a schema that allows a reference in place of a value."""
+
+_NUMBER: Schema = {"type": ["number", "string"], **_NAMED_VALUE}
 _JSON_TYPES: Mapping[type, str] = {
     bool: "boolean",
     int: "integer",
@@ -62,15 +69,7 @@ def task_schema(leaves: Mapping[str, LeafType]) -> Schema:
         "title": "frankie-task",
         "description": "A task for a mobile manipulator: a behaviour tree and what it speaks of.",
         **_table(
-            {
-                "task": {**_word(), "description": "The task's name."},
-                "description": {**_TEXT, "description": "What the task does, in a line."},
-                "scene": {**_TEXT, "description": "The simulated scene that it is written for."},
-                "params": _named(_PARAMETER, "What may be chosen from outside: `-p name=value`."),
-                "poses": _named(_POSE, "Where to go, and postures of the arm."),
-                "regions": _named(_REGION, "Upright boxes in the world."),
-                "tree": {"allOf": [_NODE], "description": "What the robot does."},
-            },
+            {key: {**_SECTIONS[key], "description": about} for key, about in FILE_KEYS.items()},
             required=["task", "tree"],
         ),
         "definitions": {"node": _node(leaves), "condition": _condition(leaves)},
@@ -110,7 +109,8 @@ def _condition(leaves: Mapping[str, LeafType]) -> Schema:
 def _bare(leaves: Mapping[str, LeafType]) -> Schema:
     """A text that is the key of a leaf which needs no parameters."""
     keys = "|".join(key for key, leaf in leaves.items() if leaf is not SET and not _required(leaf))
-    return {"pattern": f"^({keys})$"}
+    message = "Expected one that needs no parameters; the others are written `name: {...}`."
+    return {"pattern": f"^({keys})$", "patternErrorMessage": message}
 
 
 def _leaf(leaf: LeafType) -> Schema:
@@ -175,23 +175,19 @@ def _modifier(word: ModifierWord) -> Schema:
 
 def _value(expected: ValueType) -> Schema:
     """A value of a type, or a reference to one."""
-    choices: list[Schema] = []
-    if expected.choices:
-        choices.append({"enum": list(expected.choices)})
-    if str in expected.kinds or expected.named_kinds:
-        choices.append(_TEXT)
-    elif expected.kinds:
-        names = [_JSON_TYPES[kind] for kind in expected.kinds]
-        bounds = {
-            "exclusiveMinimum": expected.above,
-            "minimum": expected.least,
-            "maximum": expected.most,
-        }
-        limits = {key: bound for key, bound in bounds.items() if bound is not None}
-        choices.append({"type": [*names, "string"], "pattern": f"^{_REFERENCE}$", **limits})
-    else:
-        choices.append({"type": "string", "pattern": f"^{_REFERENCE}$"})
-    return choices[0] if len(choices) == 1 else {"anyOf": choices}
+    limits = {
+        "exclusiveMinimum": expected.above,
+        "minimum": expected.least,
+        "maximum": expected.most,
+    }
+    kinds = [_JSON_TYPES[kind] for kind in expected.kinds if kind in _JSON_TYPES]
+    is_text = str in expected.kinds or bool(expected.named_kinds)
+    value = {
+        "type": [*kinds, "string"],
+        **({} if is_text else _NAMED_VALUE),
+        **{key: bound for key, bound in limits.items() if bound is not None},
+    }
+    return {"anyOf": [{"enum": list(expected.choices)}, value]} if expected.choices else value
 
 
 def _table(properties: Mapping[str, Schema], *, required: Sequence[str] = ()) -> Schema:
@@ -200,13 +196,12 @@ def _table(properties: Mapping[str, Schema], *, required: Sequence[str] = ()) ->
     return {**schema, "required": list(required)} if required else schema
 
 
-def _named(what: Schema, description: str) -> Schema:
+def _named(what: Schema) -> Schema:
     """A mapping of names; an empty section is no mistake."""
     return {
         "type": ["object", "null"],
         "propertyNames": {"pattern": f"^{WORD.pattern}$"},
         "additionalProperties": what,
-        "description": description,
     }
 
 
@@ -256,6 +251,16 @@ _PARAMETER = _table(
         "max": {"type": "number", "description": "Largest number allowed."},
     }
 )
+_SECTIONS: Mapping[str, Schema] = {
+    "task": _word(),
+    "description": _TEXT,
+    "scene": _TEXT,
+    "params": _named(_PARAMETER),
+    "outputs": _named({"type": ["string", "null"]}),
+    "poses": _named(_POSE),
+    "regions": _named(_REGION),
+    "tree": {"allOf": [_NODE]},
+}
 _GIVEN = {"type": "object", "additionalProperties": True}
 _SUBTREE = {
     **_table(

@@ -43,7 +43,7 @@ def read_literal(text: str, expected: ValueType | None) -> Plain:
 def survives(value: Plain, expected: ValueType | None) -> bool:
     """Whether a value written as a literal is read as the same value again."""
     text = literal(value)
-    if not text.isprintable() or text.startswith("{"):
+    if not text.isprintable() or (text.lstrip()[:1], text.rstrip()[-1:]) == ("{", "}"):
         return False
     again = read_literal(text, expected)
     return again == value and (type(again) is type(value) or isinstance(value, float))

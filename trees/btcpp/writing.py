@@ -41,7 +41,8 @@ def _number(dumper: _Dumper, number: float) -> yaml.Node:
 
 
 def _mapping(dumper: _Dumper, said: dict[str, Any]) -> yaml.Node:
-    return dumper.represent_dict(said.items())
+    flow = False if isinstance(said, Item) else None
+    return dumper.represent_mapping("tag:yaml.org,2002:map", said.items(), flow_style=flow)
 
 
 _Dumper.yaml_implicit_resolvers = {
@@ -90,7 +91,7 @@ def _arranged(said: Any) -> Any:
             return bare
         beside = {key: position for position, key in enumerate((NAME, *MODIFIERS))}
         keys.sort(key=lambda key: beside.get(key, len(beside)))
-    return Located(said.place, {key: _arranged(said[key]) for key in keys})
+    return type(said)(said.place, {key: _arranged(said[key]) for key in keys})
 
 
 def _traces(value: Value | None, said: Any, place: Place) -> Iterator[tuple[Place, Place]]:

@@ -74,7 +74,9 @@ class Box:
 
 def boxes(node: Node) -> Box:
     """The box of a node and of everything below it, the trees of other files included."""
-    modifiers = tuple(_pair(key, value) for key, value in node.modifiers.items())
+    modifiers = tuple(
+        key if value is True else _pair(key, value) for key, value in node.modifiers.items()
+    )
     if isinstance(node, LeafNode):
         kind = Kind.CONDITION if node.type.is_condition else Kind.ACTION
         key = node.type.key

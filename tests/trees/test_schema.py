@@ -1,0 +1,145 @@
+"""The schema that editors use: current, complete, and of the same opinion as `check`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from everything import EVERYTHING, write_everything
+from jsonschema import Draft7Validator
+
+import trees
+from behaviours import LEAVES
+from trees.language import check
+from trees.language.mistakes import Mistakes
+from trees.language.registry import describe_leaves
+from trees.language.source import Items, Table, Value, compose
+from trees.language.vocabulary import COMPOSITES, MODIFIERS, NAME, SUBTREE
+from trees.schema import SCHEMA_FILE, schema_text
+
+FOLDER = Path(trees.__file__).parent
+SHIPPED = sorted(FOLDER.rglob("*.yaml"))
+
+
+@pytest.fixture(scope="module")
+def schema() -> dict[str, Any]:
+    return json.loads(SCHEMA_FILE.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def validator(schema) -> Draft7Validator:
+    return Draft7Validator(schema)
+
+
+def content(text: str) -> Any:
+    """What a task file says, as JSON would say it; numbers and words as YAML 1.2 has them."""
+    return _plain(compose(text, Mistakes(Path("t.yaml"))))
+
+
+def _plain(value: Value | None) -> Any:
+    if isinstance(value, Table):
+        return {key: _plain(entry.value) for key, entry in value.entries.items()}
+    if isinstance(value, Items):
+        return [_plain(item) for item in value.items]
+    return getattr(value, "value", None)
+
+
+def test_the_committed_schema_is_what_the_command_makes():
+    current = schema_text(describe_leaves(LEAVES))
+    assert SCHEMA_FILE.read_text(encoding="utf-8") == current, (
+        "make it anew: frankie-task schema --output trees/frankie-task.schema.json"
+    )
+
+
+def test_it_is_a_schema_of_draft_7(schema):
+    Draft7Validator.check_schema(schema)
+    assert schema["$schema"] == "http://json-schema.org/draft-07/schema#"
+
+
+def test_every_word_is_offered_once_with_a_text_for_the_person_who_points_at_it(schema):
+    offered = schema["definitions"]["node"]["properties"]
+    words = {*LEAVES, *COMPOSITES, *MODIFIERS, NAME, SUBTREE, "set"}
+    assert set(offered) == words
+    assert all(len(about["description"]) > 10 for about in offered.values())
+    parameters = [
+        (key, name, about)
+        for key in LEAVES
+        for name, about in offered[key].get("properties", {}).items()
+    ]
+    assert parameters
+    assert [(key, name) for key, name, about in parameters if len(about["description"]) < 5] == []
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_the_shipped_tasks_are_valid(validator, path):
+    errors = list(validator.iter_errors(content(path.read_text(encoding="utf-8"))))
+    assert errors == []
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_the_shipped_tasks_name_the_schema_for_the_editor(path):
+    first = path.read_text(encoding="utf-8").splitlines()[0]
+    _, equals, named = first.partition("# yaml-language-server: $schema=")
+    assert equals
+    assert (path.parent / named.strip()).resolve() == SCHEMA_FILE
+
+
+def test_a_task_with_every_word_is_valid(validator, tmp_path):
+    assert check(write_everything(tmp_path)) == []
+    assert list(validator.iter_errors(content(EVERYTHING))) == []
+    text = EVERYTHING.split("\ntree:")[1]
+    unused = {word for word in (*COMPOSITES, *MODIFIERS, NAME, SUBTREE) if f"{word}:" not in text}
+    assert unused == set(), "a word of the language that the sample does not use yet"
+
+
+SOUND = {
+    "task": "task: t\n",
+    "poses": "poses: {above: {xyz: [1, 2, 3], rpy_deg: [180, 0, 0]}}\n",
+    "tree": "tree: {navigate: {to: above}}\n",
+}
+
+WRONG = {
+    "an unknown key": ("trees: {}\n", []),
+    "a name that is none": ("task: two words\n", ["task"]),
+    "an unknown node": ("tree: {navigat: {to: above}}\n", ["tree"]),
+    "a missing parameter": ("tree: {navigate: {}}\n", ["tree", "navigate"]),
+    "a bare leaf that needs one": ("tree: navigate\n", ["tree"]),
+    "an unknown parameter": ("tree: {navigate: {to: above, at: 3}}\n", ["tree", "navigate"]),
+    "text for a number": ("tree: {wait: {duration_s: soon}}\n", ["tree", "wait", "duration_s"]),
+    "a retry of nothing": ("tree: {retry: 0, open_gripper: }\n", ["tree", "retry"]),
+    "a timeout of nothing": ("tree: {timeout_s: 0, open_gripper: }\n", ["tree", "timeout_s"]),
+    "an empty sequence": ("tree: {sequence: []}\n", ["tree", "sequence"]),
+    "a question without work": ("tree: {until: [arm_healthy]}\n", ["tree", "until"]),
+    "two below forever": (
+        "tree: {forever: [arm_healthy, arm_healthy]}\n",
+        ["tree", "forever"],
+    ),
+    "an unknown policy": (
+        "tree: {parallel: {policy: most, children: [arm_healthy]}}\n",
+        ["tree", "parallel", "policy"],
+    ),
+    "a guard that is no condition": (
+        "tree: {while: open_gripper, wait: {duration_s: 1}}\n",
+        ["tree", "while"],
+    ),
+    "a pose of two numbers": (
+        "poses: {a: {xyz: [1, 2], rpy_deg: [0, 0, 0]}}\n",
+        ["poses", "a", "xyz"],
+    ),
+    "a region without size": ("regions: {a: {centre: [1, 2, 3]}}\n", ["regions", "a"]),
+    "an unknown type": ("params: {a: {type: number}}\n", ["params", "a", "type"]),
+    "a subtree without file": ("tree: {subtree: {with: {}}}\n", ["tree", "subtree"]),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_what_is_wrong_is_refused_where_it_stands_and_by_check_too(validator, tmp_path, wrong):
+    text, where = WRONG[wrong]
+    document = "".join((SOUND | {text.split(":")[0]: text}).values())
+    errors = list(validator.iter_errors(content(document)))
+    assert any(list(error.path)[: len(where)] == where for error in errors), errors
+    path = tmp_path / "t.yaml"
+    path.write_text(document, encoding="utf-8")
+    assert any(mistake.severity.value == "error" for mistake in check(path))
