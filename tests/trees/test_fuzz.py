@@ -7,6 +7,7 @@ is never read before it is written.
 from __future__ import annotations
 
 import random
+import re
 import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -19,45 +20,66 @@ from tree_toys import ToyContext
 
 import trees
 from behaviours.names import Key
-from trees.language import Mistake, Task, TaskFileError, known_leaves, load
+from trees.language import (
+    COMPOSITES,
+    MODIFIERS,
+    Mistake,
+    Task,
+    TaskFileError,
+    known_leaves,
+    load,
+)
+from trees.language.documents import FILE_KEYS
 
-EVERY_WORD = """\
-task: every_word
-description: A bit of everything.
-scene: single
+HEAD = """\
+task: some_words
 params:
   count: {type: int, default: 3, min: 1, max: 5, description: how many}
   side: {type: [left, right], default: left}
   goal: {type: pose, default: home}
+poses: {home: {xyz: [1, 2, 3], rpy_deg: [180, 0, 0]}}
+"""
+SOME_WORDS = {
+    "keys": """\
+description: Keys and conditions on them.
 outputs: {found: how many there were}
-poses:
-  home: {xyz: [1, 2, 3], rpy_deg: [180, 0, 0]}
-  dock: {base: [0, 0.5], heading_deg: 90}
-  folded: {joints_deg: [0, -17, 0, -126, 0, 115, 45]}
-regions:
-  box: {centre: [0, 0, 0.5], size: [1, 1, 0.2], yaw_deg: 5}
 tree:
-  while: arm_healthy
-  force_success: false
   sequence:
     - set: {found: 0, pause: 1.5, word: $side}
     - fallback:
-        - {retry: $count, delay_s: 0.1, scan_for_objects: {region: box, count: found}}
+        - {retry: $count, delay_s: 0.1, wait: {duration_s: $pause}}
         - {timeout_s: 3, navigate: {to: $goal}}
-    - parallel:
-        policy: any
-        children:
-          - {unless: {at_least: {value: $found, least: 1}}, wait: {duration_s: $pause}}
-          - {once: true, cooldown_s: 2, navigate: {to: dock}}
-    - reactive_fallback:
-        - {invert: true, equals: {value: $word, to: left}}
-        - until:
-            - {name: done, holding_object: }
-            - {repeat: 2, grasp: {within: box}}
-    - forever: {reactive_sequence: [arm_healthy, say: {text: $word}]}
+    - {unless: {at_least: {value: $found, least: 1}}, wait: {duration_s: $pause}}
+    - reactive_fallback: [equals: {value: $word, to: left}, set: {found: 2}]
+""",
+    "composites": """\
+regions: {box: {centre: [0, 0, 0.5], size: [1, 1, 0.2], yaw_deg: 5}}
+tree:
+  while: arm_healthy
+  forever:
+    sequence:
+      - until: [holding_object, {repeat: 2, grasp: {within: box}}]
+      - fallback:
+          - {retry: $count, scan_for_objects: {region: box, count: found}}
+          - set: {found: 0}
+      - parallel:
+          policy: any
+          children:
+            - {once: true, cooldown_s: 2, invert: true, navigate: {to: $goal}}
+            - {force_failure: true, say: {text: $side}}
+            - {force_success: true, reactive_sequence: [at_least: {value: $found, least: 2}]}
+""",
+    "subtrees": """\
+scene: single
+tree:
+  sequence:
+    - set: {pause: 1}
     - subtree: {file: parts/bit.yaml, with: {to: $goal, pause_s: $pause}, out: {done: more}}
-    - {force_failure: true, wait: {duration_s: $more}}
-"""
+    - {name: again, subtree: {file: parts/bit.yaml, with: {to: home, pause_s: $more}}}
+    - {delay_s: 1.5, wait: {duration_s: $more}}
+""",
+}
+"""Between them every word of the language."""
 BIT = """\
 task: bit
 params: {to: {type: pose}, pause_s: {type: float}}
@@ -113,6 +135,15 @@ def damaged(text: str, rng: random.Random) -> str:
     return text
 
 
+def write_samples(folder: Path) -> list[Path]:
+    """The samples as files, with the subtree that one of them has."""
+    (folder / "parts").mkdir(exist_ok=True)
+    (folder / "parts" / "bit.yaml").write_text(BIT)
+    for name, text in SOME_WORDS.items():
+        (folder / f"{name}.yaml").write_text(HEAD + text)
+    return [folder / f"{name}.yaml" for name in SOME_WORDS]
+
+
 def cases(folder: Path, count: int, seed: int) -> Iterator[Path]:
     """Paths of task files, each time with another damage in it or in its subtree."""
     rng = random.Random(seed)
@@ -120,14 +151,14 @@ def cases(folder: Path, count: int, seed: int) -> Iterator[Path]:
     for path in (*shipped.glob("*.yaml"), *shipped.glob("parts/*.yaml")):
         (folder / path.relative_to(shipped)).parent.mkdir(exist_ok=True)
         shutil.copy(path, folder / path.relative_to(shipped))
-    (folder / "every_word.yaml").write_text(EVERY_WORD)
-    (folder / "parts" / "bit.yaml").write_text(BIT)
+    write_samples(folder)
     whole = {path: path.read_text() for path in sorted(folder.rglob("*.yaml"))}
     tops = [path for path in whole if path.parent == folder]
-    weights = [5 if path.stem == "every_word" else 1 for path in tops]
+    parts = [path for path in whole if path.parent != folder]
+    weights = [5 if path.stem in SOME_WORDS else 1 for path in tops]
     for _ in range(count):
         [top] = rng.choices(tops, weights)
-        broken = rng.choice([top, top, top, *(path for path in whole if path not in tops)])
+        broken = rng.choice([top, top, top, *parts])
         broken.write_bytes(damaged(whole[broken], rng).encode("utf-8", errors="replace"))
         yield top
         broken.write_text(whole[broken])
@@ -175,12 +206,12 @@ def run(task: Task, rng: random.Random) -> None:
     assert not any(node.status is Status.RUNNING for node in root.iterate())
 
 
-def test_a_file_with_every_word_is_sound(tmp_path):
-    (tmp_path / "parts").mkdir()
-    (tmp_path / "parts" / "bit.yaml").write_text(BIT)
-    (tmp_path / "every_word.yaml").write_text(EVERY_WORD)
-    task = load(tmp_path / "every_word.yaml", leaves=LEAVES)
-    run(task, random.Random(0))
+def test_the_samples_are_sound_and_have_every_word(tmp_path):
+    words: set[str] = set()
+    for path in write_samples(tmp_path):
+        run(load(path, leaves=LEAVES), random.Random(0))
+        words |= set(re.findall(r"[a-z_]+", path.read_text()))
+    assert {*COMPOSITES, *MODIFIERS, *FILE_KEYS, "subtree", "set", "with", "out"} <= words
 
 
 def test_two_thousand_damaged_files(tmp_path):
@@ -199,12 +230,12 @@ def test_a_hundred_thousand_damaged_files(tmp_path):
 @pytest.mark.parametrize(
     "text",
     [
-        "task: t\ntree:\n  sequence:\n" + "    - zzzz: {a: 1}\n" * 9_000,
-        "task: t\ntree: {sequence: [" + "open_gripper, " * 14_000 + "]}\n",
-        "task: t\ntree: {" + "".join(f"navigat{n}: 1, " for n in range(10_000)) + "}\n",
-        "task: " + "x" * 199_000 + "\ntree: open_gripper\n",
-        "task: t\ntree: " + "{forever: " * 5_000 + "open_gripper" + "}" * 5_000 + "\n",
-        "task: t\nposes: {" + "".join(f"p{n}: [, " for n in range(9_000)) + "}\n",
+        "task: t\ntree:\n  sequence:\n" + "    - zzzz: {a: 1}\n" * 3_000,
+        "task: t\ntree: {sequence: [" + "open_gripper, " * 4_500 + "]}\n",
+        "task: t\ntree: {" + "".join(f"navigat{n}: 1, " for n in range(3_500)) + "}\n",
+        "task: " + "x" * 63_000 + "\ntree: open_gripper\n",
+        "task: t\ntree: " + "{forever: " * 2_500 + "open_gripper" + "}" * 2_500 + "\n",
+        "task: t\nposes: {" + "".join(f"p{n}: [, " for n in range(4_500)) + "}\n",
     ],
     ids=["errors", "nodes", "keys", "name", "depth", "brackets"],
 )

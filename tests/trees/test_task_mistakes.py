@@ -334,8 +334,8 @@ def test_files_that_cannot_be_read(tmp_path):
     latin.write_bytes(b"task: toy\ndescription: H\xc3\xb6he f\xfcr\n")
     assert only(latin) == f"{latin}:2:20: byte 0xfc is not UTF-8 text; save the file as UTF-8"
     large = tmp_path / "large.yaml"
-    large.write_text("#" * 200_001)
-    assert only(large) == f"{large}: the file is larger than 200 kB; split the task in smaller ones"
+    large.write_text("#" * 64_001)
+    assert only(large) == f"{large}: the file is larger than 64 kB; split the task into subtrees"
 
 
 def test_a_leaf_may_refuse_its_parameters_when_the_tree_is_built(tmp_path):

@@ -6,14 +6,12 @@ from importlib import metadata
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from tree_toys import TOYS, Play, ToyContext
 
 import trees
 from behaviours.names import Posture
 from controller import READY
-from trees.language import LeafError, Task, TaskFileError, check, load, nodes_in_order
+from trees.language import LeafError, Task, check, load, nodes_in_order
 
 
 @pytest.fixture
@@ -191,31 +189,3 @@ def test_a_tree_is_found_by_name_or_by_path(tmp_path, monkeypatch):
         match=r"^no tree is called `pick_plce`; did you mean `pick_place`\? give a file or one of",
     ):
         trees.find("pick_plce")
-
-
-SHIPPED = [trees.shipped(name).read_text() for name in trees.shipped_names()]
-SNIPPETS = ["\n", ":", "- ", "{", "}", "[", "]", "$", "&a", "*a", "!t ", "'", '"', "|", "\t", "#"]
-SNIPPETS += ["? ", "0", ".nan", "null", "\u2028", "\x00", "ü", "---\n", "sequence:", "retry: -1\n"]
-
-
-@settings(max_examples=150, deadline=None, derandomize=True)
-@given(data=st.data())
-def test_a_damaged_task_is_a_task_or_located_mistakes(data, tmp_path_factory):
-    text = data.draw(st.sampled_from(SHIPPED))
-    for _ in range(data.draw(st.integers(1, 3))):
-        start = data.draw(st.integers(0, len(text)))
-        end = min(len(text), start + data.draw(st.integers(0, 12)))
-        text = text[:start] + data.draw(st.sampled_from(["", *SNIPPETS])) + text[end:]
-    path = tmp_path_factory.getbasetemp() / "damaged.yaml"
-    path.write_bytes(text.encode())
-    try:
-        task, mistakes = load(path, leaves=TOYS), ()
-    except TaskFileError as error:
-        task, mistakes = None, error.mistakes
-    assert task is not None or mistakes
-    for mistake in mistakes:
-        assert mistake.place is not None
-        assert 1 <= mistake.place.line <= len(text.splitlines()) + 1
-        assert mistake.place.column >= 1
-        assert mistake.what
-        assert mistake.mend

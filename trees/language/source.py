@@ -17,7 +17,8 @@ import yaml
 from trees.language.kinds import Named, Plain
 from trees.language.mistakes import Mistakes, Place
 
-MAX_BYTES = 200_000
+MAX_BYTES = 64_000
+"""A task of a thousand nodes is smaller, and is read within a second."""
 MAX_DEPTH = 64
 
 
@@ -117,7 +118,7 @@ def read_text(path: Path, mistakes: Mistakes) -> str | None:
         mistakes.error(
             None,
             f"the file is larger than {MAX_BYTES // 1000} kB",
-            "split the task in smaller ones",
+            "split the task into subtrees",
         )
         return None
     try:
