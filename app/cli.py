@@ -56,7 +56,10 @@ def _parameters(values: list[str]) -> dict[str, str]:
 def run(
     tree: Annotated[str, typer.Argument(help="A task file, or the name of a shipped task.")],
     robot: Annotated[RobotChoice, typer.Option(help="Who does it.")] = RobotChoice.SIM,
-    scene: Annotated[str, typer.Option(help="A shipped scene or a scene file.")] = "household",
+    scene: Annotated[
+        str | None,
+        typer.Option(help="A shipped scene or a scene file; else the task's own, or household."),
+    ] = None,
     seed: Annotated[int, typer.Option(help="Of objects and camera noise.", min=0)] = 0,
     parameter: Annotated[
         list[str] | None, typer.Option("--parameter", "-p", help="A task parameter, key=value.")

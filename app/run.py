@@ -22,7 +22,7 @@ from behaviours import Context, Eyes
 from controller import HolisticController, robot_model
 from hw import SimClock, stopwatch
 from hw.gate import Gate
-from hw.sim import World, load_scene
+from hw.sim import World, load_scene, scene_names
 from hw.sim.robot import SimRobot
 from perception import GraspDetector
 from trees.btcpp import BtLog
@@ -38,7 +38,8 @@ class RunOptions:
 
     tree: Path
     robot: str = "sim"
-    scene: str = "household"
+    scene: str | None = None
+    """A shipped scene or a scene file; None takes the one made for the task, or `household`."""
     seed: int = 0
     parameters: Mapping[str, str] = field(default_factory=dict)
     paced: bool = False
@@ -71,7 +72,8 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
             moved.
     """
     task = load(options.tree, overrides=options.parameters)
-    world = load_scene(options.scene, options.seed)
+    scene = options.scene or scene_for(task.name)
+    world = load_scene(scene, options.seed)
     detector = GraspDetector(options.weights)
     model_name = ROBOTS[options.robot]
     clock = SimClock(pace=1.0 if options.paced else None)
@@ -89,7 +91,7 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
     measurements = Measurements(limits=limits)
     supports = _supports(world)
 
-    folder = make_folder(options.record, task.name, task.text, asdict(options))
+    folder = make_folder(options.record, task.name, task.text, asdict(options) | {"scene": scene})
     recorder = Recorder(
         folder / RECORDING,
         tree=tree_view(nodes),
@@ -123,7 +125,7 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
         summary = summarise(
             task=task.name,
             robot=model_name,
-            scene=options.scene,
+            scene=scene,
             seed=options.seed,
             outcome=outcome,
             objects=len(world.objects),
@@ -137,6 +139,11 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
         )
         summary.write(folder / SUMMARY)
     return Result(outcome, summary, folder, warning)
+
+
+def scene_for(task: str) -> str:
+    """The shipped scene that has the name of a task, else `household`."""
+    return task if task in scene_names() else "household"
 
 
 def _supports(world: World) -> dict[str, str]:

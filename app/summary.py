@@ -56,6 +56,8 @@ class Summary:
     """Real time spent on rendering and grasp detection."""
     real_time_factor: float
     """Simulated seconds per real second, over the whole run."""
+    said: list[str]
+    """What the robot told people, in order."""
     carried: list[dict[str, float | int | None]]
     """Each object's times and attempts."""
 
@@ -82,6 +84,8 @@ class Summary:
             f"joints at least {self.smallest_joint_margin_deg:.1f}° inside their range",
             "control tick": f"median {self.tick_median_ms:.2f} ms, p99 {self.tick_p99_ms:.2f} ms",
         }
+        if self.said:
+            rows["said"] = "\n".join(self.said)
         if self.refused_commands:
             refused = (f"{count} {reason}" for reason, count in self.refused_commands.items())
             rows["refused"] = ", ".join(refused)
@@ -148,6 +152,7 @@ def summarise(
         tick_p99_ms=round(float(np.percentile(ticks_ms, 99)), 3),
         perception_s=round(perception_seconds, 2),
         real_time_factor=round(duration / real_seconds, 3) if real_seconds > 0.0 else 0.0,
+        said=[text for _, text in log.said],
         carried=[asdict(thing) for thing in log.carried],
     )
 

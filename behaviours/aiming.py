@@ -11,7 +11,6 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours.eyes import OLDEST_FRAME
 from behaviours.leaf import Leaf
 from hw import RobotState
 
@@ -20,7 +19,7 @@ Array: TypeAlias = npt.NDArray[np.float64]
 _AT_REST = 0.05
 """Slower than this the hand stands still [m/s and rad/s]."""
 _PATIENCE = 2.0
-"""Standing still without a frame for longer than this is to be blind [s]."""
+"""Without a frame at rest for longer than this the camera is blind [s]."""
 
 
 class AimingLeaf(Leaf):
@@ -42,14 +41,14 @@ class AimingLeaf(Leaf):
             return None
         if fault := self.fault():
             return self.failure(fault)
-        if moves(context.state):
-            self._still_since = now
         context.eyes.new_frame()
         frame = context.eyes.frame
-        if frame is not None and frame.stamp >= self._still_since:
+        if moves(context.state):
+            self._still_since = now
+        elif frame is not None and frame.stamp >= self._still_since:
             self._eTc = context.wTe.actInv(frame.wTc)
             return None
-        if now - self._begun > _PATIENCE + OLDEST_FRAME:
+        if now - self._begun > _PATIENCE:
             return self.failure("no camera frame")
         return self.running("standing still to look")
 

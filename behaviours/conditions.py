@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import degrees, isnan
+from math import degrees
 from typing import ClassVar
 
 import numpy as np
@@ -12,6 +12,8 @@ from py_trees.common import Status
 from behaviours.context import Context
 from behaviours.leaf import Condition
 from behaviours.names import BasePose, Posture, Region, ToolPose
+from behaviours.survey import Survey
+from hw import DepthFrame
 
 
 class ArmHealthy(Condition):
@@ -113,9 +115,9 @@ class ArmAt(Condition):
 
 
 class ObjectVisible(Condition):
-    """Succeeds if the newest picture of the camera shows something in a region.
+    """Succeeds if the newest picture of the camera shows something that stands in a region.
 
-    Fails too when there is no picture, or none that shows the region from above.
+    Fails too when there is no picture, or the region is not in it.
 
     Args:
         within: region of the task file; its floor is what things stand on.
@@ -130,13 +132,21 @@ class ObjectVisible(Condition):
         super().__init__(name, context)
         self._within = within
         self._smallest = 1e-4 * smallest_cm2
+        self._judged: DepthFrame | None = None
 
     def update(self) -> Status:
-        """One tick."""
-        seen = self.context.eyes.see(self._within, self.context.clock.now())
-        if seen is None:
+        """One tick; a frame is judged once."""
+        eyes = self.context.eyes
+        eyes.new_frame()
+        if eyes.frame is None or eyes.blind(self.context.clock.now()):
             return self.failure("no camera frame")
-        if isnan(seen.occupied_area):
-            return self.failure(seen.reason)
-        text = f"{1e4 * seen.occupied_area:.0f} cm² of things in {self._within.name}"
-        return self.success(text) if seen.occupied_area > self._smallest else self.failure(text)
+        if eyes.frame is not self._judged:
+            self._judged = eyes.frame
+            with eyes.at_work():
+                self._survey = Survey(self._within, cell=0.008, stride=3)
+                self._survey.add(eyes.frame)
+                self._count = len(self._survey.things(self._smallest))
+        if self._survey.seen == 0.0:
+            return self.failure(f"{self._within.name} is out of view")
+        text = f"{self._count} things seen in {self._within.name}"
+        return self.success(text) if self._count else self.failure(text)

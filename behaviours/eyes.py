@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from hw import DepthFrame, Robot, stopwatch
 from perception import Detection, GraspDetector, GraspEstimate, GraspTracker, Workspace
 
@@ -23,12 +26,11 @@ class Eyes:
         self._robot = robot
         self._detector = detector
         self._fresh = False
-        self._found: dict[Workspace, Detection] = {}
         self.tracker = GraspTracker()
         self.frame: DepthFrame | None = None
         """The newest frame that was looked at."""
         self.detection: Detection | None = None
-        """What was found in it last; None if nobody asked."""
+        """What grasps were found in it; None if nobody looked for any."""
         self.grasp: GraspEstimate | None = None
         """The grasp that is followed, if any."""
         self.seconds = 0.0
@@ -38,40 +40,29 @@ class Eyes:
         """From now on a newer frame counts as new."""
         self._fresh = False
 
+    @contextmanager
+    def at_work(self) -> Iterator[None]:
+        """What is computed inside counts as looking."""
+        begun = stopwatch()
+        yield
+        self.seconds += stopwatch() - begun
+
     def new_frame(self) -> DepthFrame | None:
         """The frame that has come since the last tick; None if there is none."""
         if not self._fresh:
-            begun = stopwatch()
-            frame = self._robot.depth()
+            with self.at_work():
+                frame = self._robot.depth()
             if frame is not None:
-                self._fresh, self.frame, self.detection, self._found = True, frame, None, {}
-            self.seconds += stopwatch() - begun
+                self._fresh, self.frame, self.detection = True, frame, None
         return self.frame if self._fresh else None
 
     def look(self, workspace: Workspace) -> Detection | None:
         """Detect grasps in the newest frame; None if there is no new one."""
         frame = self.new_frame()
-        return None if frame is None else self._detect(frame, workspace)
-
-    def see(self, workspace: Workspace, now: float) -> Detection | None:
-        """What the newest frame shows, new or not; None if there is none to be believed.
-
-        Args:
-            workspace: where it matters.
-            now: the session's time [s].
-        """
-        self.new_frame()
-        return (
-            None if self.frame is None or self.blind(now) else self._detect(self.frame, workspace)
-        )
-
-    def _detect(self, frame: DepthFrame, workspace: Workspace) -> Detection:
-        if workspace not in self._found:
-            begun = stopwatch()
-            self._found[workspace] = self._detector.detect(frame, workspace)
-            self.seconds += stopwatch() - begun
-        self.detection = self._found[workspace]
-        return self.detection
+        if frame is not None:
+            with self.at_work():
+                self.detection = self._detector.detect(frame, workspace)
+        return None if frame is None else self.detection
 
     def follow(self, workspace: Workspace, now: float) -> GraspEstimate | None:
         """Follow one grasp from frame to frame.

@@ -101,11 +101,13 @@ class Follow(Leaf):
         frame = self.context.eyes.new_frame()
         if frame is None:
             return
-        survey = Survey(self._within, cell=0.008, stride=3)
-        survey.add(frame)
+        with self.context.eyes.at_work():
+            survey = Survey(self._within, cell=0.008, stride=3)
+            survey.add(frame)
+            seen = survey.things(_THING)
         before = self.context.wTe.translation if self._thing is None else self._thing
         reach = np.inf if self._thing is None else _SAME
-        things = [(_apart(thing, before), thing) for thing in survey.things(_THING)]
+        things = [(_apart(thing, before), thing) for thing in seen]
         distance, nearest = min(things, key=lambda near: near[0], default=(np.inf, None))
         if nearest is not None and distance < reach:
             self._thing, self._seen = nearest.centre, self.context.clock.now()

@@ -95,7 +95,8 @@ class ScanForObjects(AimingLeaf):
         """One tick of standing in a view; no goal is left, so the hand is at rest."""
         frame = self.context.eyes.new_frame()
         if frame is not None:
-            self._survey.add(frame)
+            with self.context.eyes.at_work():
+                self._survey.add(frame)
             self._taken += 1
         elif self.context.clock.now() - self._arrived > 2.0 * self._frames:
             return self.failure("no camera frame")

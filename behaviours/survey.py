@@ -35,7 +35,7 @@ class Survey:
         stride: take only every so many pixels, along rows and columns.
     """
 
-    def __init__(self, region: Region, cell: float = 0.003, stride: int = 1) -> None:
+    def __init__(self, region: Region, cell: float = 0.003, stride: int = 2) -> None:
         self._region = region
         self._cell = cell
         self._stride = stride

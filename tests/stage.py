@@ -134,6 +134,11 @@ class Stage:
                 return
         raise AssertionError(f"not there: {report}")
 
+    def reach_over(self, wTe: SE3) -> None:
+        """Bring the hand somewhere and let it come to rest."""
+        self.reach(PoseGoal(wTe=wTe))
+        self.run_for(None, 0.5)
+
     def run(self, leaf: Leaf, seconds: float = 30.0) -> Status:
         """Tick until the leaf ends; RUNNING if it does not in time."""
         for _ in range(round(seconds * 100)):

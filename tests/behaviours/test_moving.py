@@ -9,7 +9,6 @@ from py_trees.common import Status
 from stage import BUTTON, ON_TABLE, REFLEX, TABLE_TOP, Stage, block, looking_down, table_world
 
 from behaviours import BasePose, Leaf, Posture, Region, ToolPose
-from behaviours.conditions import ArmHealthy
 from behaviours.fingers import HoldingObject, OpenGripper
 from behaviours.navigate import Navigate
 from behaviours.place import Place, places
@@ -324,16 +323,6 @@ def test_wait_takes_its_time():
     leaf = Wait("wait", stage.context, duration_s=0.5)
     assert stage.run(leaf) is Status.SUCCESS
     assert stage.clock.now() == pytest.approx(0.51, abs=0.011)
-
-
-def test_arm_healthy_sees_faults():
-    stage = Stage()
-    leaf = ArmHealthy("arm_healthy", stage.context)
-    stage.tick(leaf)
-    assert leaf.status is Status.SUCCESS
-    stage.robot.faults = (REFLEX,)
-    stage.tick(leaf)
-    assert leaf.status is Status.FAILURE
 
 
 def test_an_exception_in_a_leaf_carries_its_name():
