@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 bench = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
-    help="Measure: time of a control step, Experiments 1 and 2 of the paper, the main job.",
+    help="Measure: time of a control step and of the tree, the paper's experiments, the main job.",
 )
 
 
@@ -292,6 +292,21 @@ def step(
         for line in step_notes(result):
             console.print(line, highlight=False)
     _keep(json, step_json(results, {"seed": seed} | machine()))
+
+
+@bench.command("tree")
+def bench_tree(
+    rounds: Annotated[int, typer.Option(help="How often the file is read.", min=2)] = 50,
+    json: _Json = None,
+) -> None:
+    """Time of reading a task file of 200 nodes, and of a tick of a tree of 31 nodes."""
+    from app.bench.machine import machine
+    from app.bench.tree import time_tree, tree_json, tree_table
+
+    _check_writable(json)
+    timings = time_tree(rounds)
+    _console().print(tree_table(timings))
+    _keep(json, tree_json(timings, machine()))
 
 
 @bench.command("pick-place")

@@ -207,3 +207,17 @@ def test_a_cluster_gives_the_same_figures_as_this_computer(tmp_path):
         assert call("reach", *common, "--cluster", address, "--json", there)[0] == 0
     assert call("reach", *common, "--workers", 1, "--json", here)[0] == 0
     assert json.loads(here.read_text()) == json.loads(there.read_text())
+
+
+# tree
+
+
+def test_tree_times_reading_and_ticking(tmp_path):
+    path = tmp_path / "tree.json"
+    code, out, _ = call("tree", "--rounds", 2, "--json", path)
+    assert code == 0
+    assert "200 nodes" in out
+    assert "31 nodes" in out
+    read, tick = json.loads(path.read_text())["results"]
+    assert (read["steps"], tick["steps"]) == (2, 200)
+    assert 0.0 < tick["median"] < read["median"]
