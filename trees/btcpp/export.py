@@ -214,6 +214,9 @@ class _Writer:
             element.set("code", self._script(node))
             return
         self._export.add_leaf(node.type)
+        if self._export.models[node.type.key].tag == SUBTREE:
+            what = f"the name `{node.type.key}` is taken by a task in the exported file"
+            self._mistakes.error(node.place, what, "give the task another name")
         if node.type.key in _TAKEN or any(key in RESERVED_PORTS for key in node.type.parameters):
             what = (
                 f"BehaviorTree.CPP has its own meaning for the key or a port of `{node.type.key}`"

@@ -212,7 +212,8 @@ def _read_children(value: Value | None, place: Place, key: str, scope: Scope) ->
     word = COMPOSITES[key]
     if value is None:
         return ()
-    if word.only_child and isinstance(value, Table):
+    is_bare = isinstance(value, Scalar) and isinstance(value.value, str)
+    if word.only_child and (is_bare or isinstance(value, Table)):
         value = Items(place=value.place, items=(value,))
     if isinstance(value, Scalar) and value.value is None:
         value = Items(place=place, items=())
