@@ -95,6 +95,14 @@ def test_a_leaf_that_breaks_its_promise_to_write_is_named(tmp_path):
         tree.ticks(1)
 
 
+def test_set_that_copies_what_is_not_there_is_named(tmp_path):
+    tree = Run(tmp_path, "sequence: [set: {n: 1}, {name: copy, set: {m: $n}}, note: {value: $m}]")
+    tree.root.children[0] = tree.root.children[1]
+    with pytest.raises(LeafCrashedError) as raised:
+        tree.ticks(1)
+    assert raised.value.leaf == "copy"
+
+
 def test_every_build_has_keys_of_its_own(run):
     first = run("sequence: [count: {times: n}, note: {value: $n}]")
     second = run("sequence: [count: {times: n}, note: {value: $n}]")

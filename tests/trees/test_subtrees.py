@@ -135,6 +135,7 @@ def test_mistakes_are_located_in_the_file_that_they_are_in_and_told_once(folder)
             "no file `parts/prt.yaml` beside this one; did you mean",
         ),
         ("subtree: {file: parts}", "5:23: there is no file `parts` beside this one"),
+        (f"subtree: {{file: {'x' * 300}.yaml}}", "xxx.yaml` leads nowhere; name a file"),
         ("subtree: {file: ../other.yaml}", "5:23: `../other.yaml` leads out of the folder of the"),
         ("subtree: {file: /etc/passwd}", "5:23: `/etc/passwd` leads out of the folder of the task"),
         ("subtree: {file: top.yaml}", "a circle: top.yaml > top.yaml; break it"),
@@ -211,6 +212,30 @@ def test_subtrees_that_multiply_are_bounded(folder):
         (folder / f"p{number}.yaml").write_text(twice)
     [found] = errors(folder, "task: top\ntree: {subtree: {file: p0.yaml}}\n")
     assert "the task has more than 200 subtrees" in found
+
+
+def test_the_depth_of_the_whole_tree_is_bounded(folder):
+    words = ["force_success: true", "once: true", "cooldown_s: 1", "retry: 2", "repeat: 2"]
+    modified = "{" + ", ".join([*words, "delay_s: 1", "timeout_s: 9"]) + ", %s}"
+    nest = "%s"
+    for _ in range(6):
+        nest %= modified % "forever: %s"
+    (folder / "last.yaml").write_text(f"task: last\ntree: {nest % '{open_gripper: }'}\n")
+    (folder / "top.yaml").write_text(f"task: top\ntree: {nest % '{subtree: {file: last.yaml}}'}\n")
+    root = load(folder / "top.yaml", leaves=TOYS).build(ToyContext())
+    root.tick_once()
+    deeper = modified % f"forever: {nest % '{subtree: {file: last.yaml}}'}"
+    [found] = errors(folder, f"task: top\ntree: {deeper}\n")
+    assert found.startswith("last.yaml:2:")
+    assert "the tree is more than 100 levels deep here, modifiers counted" in found
+
+
+def test_a_long_chain_of_files_is_bounded(folder):
+    for number in range(150):
+        text = f"task: p\ntree: {{subtree: {{file: p{number + 1}.yaml}}}}\n"
+        (folder / f"p{number}.yaml").write_text(text)
+    [found] = errors(folder, "task: top\ntree: {subtree: {file: p0.yaml}}\n")
+    assert "the tree is more than 100 levels deep" in found
 
 
 def test_a_part_can_be_checked_alone_and_not_be_built(folder):

@@ -29,9 +29,16 @@ class Set(Behaviour):
         self._values = values
 
     def update(self) -> Status:
-        """One tick."""
-        for key, supply in self._values.items():
-            key.write(supply())
+        """One tick.
+
+        Raises:
+            LeafCrashedError: a key that is copied was not written; its writer is at fault.
+        """
+        try:
+            for key, supply in self._values.items():
+                key.write(supply())
+        except LookupError as error:
+            raise LeafCrashedError(self.name, error) from error
         written = (f"{key.name} = {key.read()}" for key in self._values)
         self.feedback_message = ", ".join(written)
         return Status.SUCCESS

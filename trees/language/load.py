@@ -164,6 +164,7 @@ class _Assembler:
             places=places,
             mistakes=mistakes,
             include=subtrees.include,
+            level=subtrees.level,
         )
         for parameter in declared.values():
             scope.use(parameter.value)

@@ -26,6 +26,9 @@ from trees.language.vocabulary import (
     CompositeWord,
 )
 
+MAX_LEVELS = 100
+"""Of nodes and modifiers one inside the other, over all files: a tick goes through all of them."""
+
 
 def read_node(value: Value, scope: Scope) -> Node | None:
     """A node of the tree: a mapping with one node key, or the bare key of a leaf."""
@@ -44,7 +47,12 @@ def read_node(value: Value, scope: Scope) -> Node | None:
     name = _read_name(entries, scope.mistakes)
     if key is None:
         return None
-    node = _read_core(key, entries, scope)
+    below = scope.below(1 + len(modifiers))
+    if below.level > MAX_LEVELS:
+        what = f"the tree is more than {MAX_LEVELS} levels deep here, modifiers counted"
+        scope.mistakes.error(value.place, what, "make it flatter")
+        return None
+    node = _read_core(key, entries, below)
     return node and replace(node, name=name or node.name, modifiers=modifiers)
 
 
@@ -58,7 +66,8 @@ def _read_core(key: str, entries: Mapping[str, Entry], scope: Scope) -> Node | N
     word = COMPOSITES[key]
     items, options = _read_options(entry, word, scope)
     children = _read_children(items, entry.place, key, scope)
-    _check_policy(entry, word, options, len(children), scope)
+    if isinstance(items, Items):
+        _check_policy(entry, options, len(items.items), scope)
     return CompositeNode(
         place=entry.place, name=key, modifiers={}, key=key, children=children, options=options
     )
@@ -195,17 +204,13 @@ def _read_options(
 
 
 def _check_policy(
-    entry: Entry,
-    word: CompositeWord,
-    options: Mapping[str, Plain | KeyRead],
-    count: int,
-    scope: Scope,
+    entry: Entry, options: Mapping[str, Plain | KeyRead], count: int, scope: Scope
 ) -> None:
-    """Whether as many children can succeed as are wanted to."""
-    for key, given in options.items():
-        if isinstance(given, int) and given > count:
-            what = f"`{key}` of `{word.node.key}` is {given}, and there are {count} children"
-            scope.mistakes.error(entry.place, what, f"write at most {count}, or `all`")
+    """Whether as many children can succeed as have to."""
+    policy = options.get("policy")
+    if isinstance(policy, int) and policy > count:
+        what = f"`policy` wants {policy} children to succeed, and there are {count}"
+        scope.mistakes.error(entry.place, what, f"write at most {count}, or `all`")
 
 
 def _read_children(value: Value | None, place: Place, key: str, scope: Scope) -> tuple[Node, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from trees.language.kinds import Named
@@ -28,8 +28,14 @@ class Scope:
     places: Places
     mistakes: Mistakes
     include: Include
+    level: int = 0
+    """How many nodes and modifiers are above, those of including files counted."""
     used: set[str] = field(default_factory=set)
     """Receives the names of the poses and regions that the tree refers to."""
+
+    def below(self, levels: int) -> Scope:
+        """The scope so many levels further down."""
+        return replace(self, level=self.level + levels)
 
     def use(self, value: object) -> None:
         """Note that a pose or region is referred to."""

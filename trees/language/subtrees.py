@@ -42,6 +42,8 @@ class Subtrees:
     assemble: Assemble
     chain: tuple[Path, ...]
     """The files from the first to this one, as a person names them."""
+    level: int = 0
+    """How deep in the whole tree this file is."""
     documents: dict[Path, Document | None] = field(default_factory=dict)
     """Every file that was read, by its real path."""
     numbers: count[int] = field(default_factory=count)
@@ -75,7 +77,7 @@ class Subtrees:
             name: replace(parameter, value=scope.known(arguments.get(name)))
             for name, parameter in document.parameters.items()
         }
-        below = replace(self, chain=(*self.chain, path))
+        below = replace(self, chain=(*self.chain, path), level=scope.level)
         task = self.assemble(document, parameters, inner, below)
         if task is None:
             return None
@@ -101,19 +103,19 @@ class Subtrees:
         path = self.chain[-1].parent / name
         try:
             real, inside = path.resolve(), folder.resolve()
-        except (OSError, RuntimeError) as error:
-            mistakes.error(value.place, f"`{name}` leads nowhere ({error})", "mend the link")
+            is_there = real.is_file()
+            others = () if is_there else tuple(path.parent.glob("*.yaml"))
+        except (OSError, RuntimeError):
+            mistakes.error(value.place, f"`{name}` leads nowhere", "name a file, or mend the link")
             return None
         if Path(name).is_absolute() or not real.is_relative_to(inside):
             what = f"`{name}` leads out of the folder of the task"
             mistakes.error(value.place, what, f"keep it in `{folder}` or below")
             return None
-        if not real.is_file():
-            known = {other.name for other in path.parent.glob("*.yaml")}
-            others = known - {other.name for other in self.chain}
-            near = suggestion(path.name, others) if others else "check the path"
-            what = f"there is no file `{name}` beside this one"
-            mistakes.error(value.place, what, near)
+        if not is_there:
+            known = {other.name for other in others} - {other.name for other in self.chain}
+            near = suggestion(path.name, known) if known else "check the path"
+            mistakes.error(value.place, f"there is no file `{name}` beside this one", near)
             return None
         around = [other.resolve() for other in self.chain]
         if real in around:
