@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 from tree_toys import TOYS
+from typer.testing import CliRunner
 
+from app.cli import app
 from trees.language import Severity, check
 
 
@@ -128,3 +130,12 @@ def test_what_only_a_subtree_can_tell(tmp_path):
     (tmp_path / "sure.yaml").write_text(f"task: sure\ntree: {SURE}\n")
     [found] = warnings(tmp_path, "fallback: [subtree: {file: sure.yaml}, open_gripper]")
     assert "`open_gripper` is never reached: `sure` before it never fails" in found
+
+
+def test_a_file_with_warnings_alone_passes(tmp_path):
+    path = tmp_path / "t.yaml"
+    path.write_text("task: t\nparams: {a: {default: 1}}\ntree: open_gripper\n")
+    result = CliRunner().invoke(app, ["check", str(path)])
+    assert result.exit_code == 0
+    assert f"{path}:2:10: warning: the parameter `a` is never used; " in result.stdout
+    assert f"{path}: good" in result.stdout

@@ -1,0 +1,103 @@
+"""What the registry reads from the classes of leaves."""
+
+from __future__ import annotations
+
+import pytest
+from tree_toys import TOYS, Toy
+
+from behaviours import LEAVES
+from behaviours.names import Key
+from trees.language import COMPOSITES, MODIFIERS, LeafError, describe_leaves
+
+
+class Measure(Toy):
+    """Look at something
+    for a while.
+
+    It takes its time, and
+    says what it saw.
+
+    Then it ends.
+
+    Args:
+        lock_distance_m: how near.
+        speed_m_s: how fast [m/s].
+        turn_deg: how far.
+        area: how large [cm^2].
+        percent: how full.
+        times: how often.
+        mean_s: how long on average.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        context: object,
+        *,
+        lock_distance_m: float,
+        speed_m_s: float = 1.0,
+        turn_deg: float = 0.0,
+        area: float = 1.0,
+        percent: float = 5.0,
+        times: int = 1,
+        mean_s: Key[float],
+        found: Key[int | str] | None = None,
+    ) -> None: ...
+
+
+def test_a_leaf_is_described_by_its_constructor_and_docstring():
+    measure = describe_leaves({"measure": Measure})["measure"]
+    assert measure.description == "Look at something for a while."
+    assert measure.details == "It takes its time, and says what it saw. Then it ends."
+    assert not measure.is_condition
+    assert {name: parameter.unit for name, parameter in measure.parameters.items()} == {
+        "lock_distance_m": "m",
+        "speed_m_s": "m/s",
+        "turn_deg": "°",
+        "area": "cm²",
+        "percent": "%",
+        "times": "",
+    }
+    assert measure.parameters["lock_distance_m"].required
+    assert measure.parameters["speed_m_s"].default == 1.0
+    assert [(output.name, str(output.type)) for output in measure.outputs.values()] == [
+        ("mean_s", "a number"),
+        ("found", "a whole number or text"),
+    ]
+    assert [output.required for output in measure.outputs.values()] == [True, False]
+    assert measure.outputs["mean_s"].unit == "s"
+    assert measure.outputs["mean_s"].description == "how long on average"
+
+
+def test_conditions_are_told_from_actions():
+    types = describe_leaves(TOYS)
+    assert types["ask"].is_condition
+    assert not types["play"].is_condition
+    shipped = describe_leaves(LEAVES)
+    assert shipped["arm_healthy"].is_condition
+    assert shipped["holding_object"].is_condition
+    assert not shipped["region_empty"].is_condition
+
+
+def test_every_word_and_every_shipped_leaf_says_what_it_is():
+    types = describe_leaves(LEAVES)
+    assert all(word.description.endswith(".") for word in COMPOSITES.values())
+    assert all(word.description.endswith(".") for word in MODIFIERS.values())
+    for leaf in types.values():
+        assert leaf.description, leaf.key
+        for parameter in leaf.described:
+            assert parameter.description, (leaf.key, parameter.name)
+
+
+@pytest.mark.parametrize("key", ["set", "subtree", "sequence", "while", "name"])
+def test_words_of_the_language_are_no_keys_of_leaves(key):
+    with pytest.raises(LeafError, match=f"`{key}` is a word of the language"):
+        describe_leaves({key: Toy})
+
+
+def test_an_output_that_no_file_can_take_is_refused():
+    class Odd(Toy):
+        def __init__(self, name: str, context: object, *, where: Key[dict]) -> None: ...
+
+    with pytest.raises(LeafError, match=r"^leaf `odd`: .*dict.*; use float, int, bool"):
+        describe_leaves({"odd": Odd})
