@@ -48,7 +48,7 @@ class ScriptError(Exception):
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """What one node came to in one tick."""
+    """What a node came to in a tick, or that a leaf began to run."""
 
     tick: int
     stamp: float
@@ -60,6 +60,11 @@ class Step:
     """What the node is: `grasp`, `sequence`, `retry`, ..."""
     status: str
     reason: str
+
+    @property
+    def is_news(self) -> bool:
+        """Whether it says more than the line before: a composite without a name does not."""
+        return self.key not in COMPOSITES or self.name != self.key
 
     @property
     def called(self) -> str:
@@ -87,8 +92,7 @@ class DryRun:
 
     def to_text(self) -> str:
         """A line a step, the last line what it came to."""
-        # A composite without a name only hands on what the last line said.
-        said = [step for step in self.steps if step.key not in COMPOSITES or step.name != step.key]
+        said = [step for step in self.steps if step.is_news]
         hidden = len(said) - _MOST_SHOWN
         lines = [
             f"{step.stamp:8.1f} s  {_GLYPHS[step.status]} {step.called}: {step.reason}"
@@ -221,21 +225,26 @@ def dry_run(
     root = task.build(context, lambda node, _, arguments: _DryLeaf(node, script, arguments))
     paths = {place.node: place.path for place in nodes_in_order(root)}
     steps: list[Step] = []
+    were_running: set[Behaviour] = set()
     for tick in range(1, most_ticks + 1):
+        running: set[Behaviour] = set()
         for node in root.tick():
-            key = str(getattr(node, "key", ""))
-            if not node.children or node.status is not Status.RUNNING:
-                steps.append(
-                    Step(
-                        tick=tick,
-                        stamp=round(clock.now(), 6),
-                        path=paths[node],
-                        name=node.name,
-                        key=key,
-                        status=node.status.value.lower(),
-                        reason=node.feedback_message,
-                    )
+            if node.status is Status.RUNNING:
+                running.add(node)
+                if node.children or node in were_running:
+                    continue
+            steps.append(
+                Step(
+                    tick=tick,
+                    stamp=round(clock.now(), 6),
+                    path=paths[node],
+                    name=node.name,
+                    key=str(getattr(node, "key", "")),
+                    status=node.status.value.lower(),
+                    reason=node.feedback_message,
                 )
+            )
+        were_running = running
         if root.status is not Status.RUNNING:
             break
         clock.sleep_until(PERIOD * tick)

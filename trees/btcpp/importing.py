@@ -360,5 +360,5 @@ def _wrapped(key: str, value: object, inner: Item, place: Place) -> Item:
     order = list(MODIFIERS)
     inside = [order.index(other) for other in inner if other in MODIFIERS]
     if all(order.index(key) > other for other in inside):
-        return Item(inner.place, {key: value, **inner})
-    return Item(place, {key: value, "sequence": [inner]})
+        return Item(inner.place, {key: value, **inner}, {**inner.modifiers, key: place})
+    return Item(place, {key: value, "sequence": [inner]}, {key: place})

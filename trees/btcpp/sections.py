@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 from trees.btcpp.elements import Element
@@ -15,6 +16,9 @@ from trees.language.mistakes import Mistakes, Place, suggestion
 from trees.language.source import plain
 
 _WORDS: Mapping[str, str] = {port: word for word, port in PORT_TYPES.items()}
+
+
+NOWHERE: Mapping[str, Place] = MappingProxyType({})
 
 
 class Located(dict[str, Any]):
@@ -31,7 +35,19 @@ class Located(dict[str, Any]):
 
 
 class Item(Located):
-    """A node of the tree, with what stands beside its key."""
+    """A node of the tree, with what stands beside its key.
+
+    Args:
+        place: of the node in the XML.
+        said: keys and values.
+        modifiers: where each of its modifiers is in the XML.
+    """
+
+    def __init__(
+        self, place: Place, said: Mapping[str, Any], modifiers: Mapping[str, Place] = NOWHERE
+    ) -> None:
+        super().__init__(place, said)
+        self.modifiers = modifiers
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from trees.btcpp.sections import Item, Located
+from trees.btcpp.sections import NOWHERE, Item, Located
 from trees.language.mistakes import Mistakes, Place
 from trees.language.source import Items, Table, Value, compose, plain
 from trees.language.vocabulary import MODIFIERS, NAME
@@ -91,7 +91,10 @@ def _arranged(said: Any) -> Any:
             return bare
         beside = {key: position for position, key in enumerate((NAME, *MODIFIERS))}
         keys.sort(key=lambda key: beside.get(key, len(beside)))
-    return type(said)(said.place, {key: _arranged(said[key]) for key in keys})
+    arranged = {key: _arranged(said[key]) for key in keys}
+    if isinstance(said, Item):
+        return Item(said.place, arranged, said.modifiers)
+    return Located(said.place, arranged)
 
 
 def _traces(value: Value | None, said: Any, place: Place) -> Iterator[tuple[Place, Place]]:
@@ -101,8 +104,9 @@ def _traces(value: Value | None, said: Any, place: Place) -> Iterator[tuple[Plac
         return
     yield value.place, place
     if isinstance(value, Table) and isinstance(said, Mapping):
+        beside = said.modifiers if isinstance(said, Item) else NOWHERE
         for key, entry in value.entries.items():
-            inner = getattr(said[key], "place", place)
+            inner: Place = beside.get(key, getattr(said[key], "place", place))
             yield entry.place, inner
             yield from _traces(entry.value, said[key], inner)
     elif isinstance(value, Items) and isinstance(said, list):

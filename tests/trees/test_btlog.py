@@ -1,0 +1,131 @@
+"""Logs for Groot2: laid out as BehaviorTree.CPP lays out its own, and true to the run."""
+
+from __future__ import annotations
+
+import struct
+import time
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+import behaviortreepy as bt
+import pytest
+from tree_toys import Run
+
+from trees.btcpp import BtLog
+from trees.language import nodes_in_order
+
+STATUS = {0: "idle", 1: "running", 2: "success", 3: "failure"}
+
+
+class Log(NamedTuple):
+    """What a `.btlog` says; written after the format, not after the code that writes it."""
+
+    names: dict[int, str]
+    tags: dict[int, str]
+    began: int
+    changes: list[tuple[int, int, str]]
+    """Microseconds since then, node, status."""
+
+
+def read(data: bytes) -> Log:
+    assert data[:18] == b"BTCPP4-FileLogger2"
+    version, length = struct.unpack_from("<Bi", data, 18)
+    assert version == 1
+    xml = ElementTree.fromstring(data[23 : 23 + length])
+    (began,) = struct.unpack_from("<q", data, 23 + length)
+    rest = data[31 + length :]
+    assert len(rest) % 9 == 0
+    changes = []
+    for start in range(0, len(rest), 9):
+        microseconds = int.from_bytes(rest[start : start + 6], "little")
+        number, status = struct.unpack_from("<HB", rest, start + 6)
+        changes.append((microseconds, number, STATUS[status]))
+    nodes = [element for element in xml.iter() if element.get("_uid")]
+    return Log(
+        names={int(node.get("_uid")): node.get("name") for node in nodes},
+        tags={int(node.get("_uid")): node.tag for node in nodes},
+        began=began,
+        changes=changes,
+    )
+
+
+TREE = """
+sequence:
+  - name: try
+    retry: 3
+    play: {script: FRS}
+  - name: done
+    play: {script: RS}
+"""
+
+
+@pytest.fixture
+def logged(tmp_path) -> Log:
+    run = Run(tmp_path, TREE)
+    log = BtLog(nodes_in_order(run.root))
+    for _ in range(4):
+        stamp = run.context.clock.now()
+        run.ticks(1)
+        log.note(stamp)
+    return read(log.to_bytes())
+
+
+def test_nodes_are_numbered_as_they_stand_in_the_tree(logged):
+    assert logged.names == {1: "sequence", 2: "retry", 3: "try", 4: "done"}
+    assert logged.tags == {1: "Sequence", 2: "RetryUntilSuccessful", 3: "play", 4: "play"}
+
+
+def test_every_change_is_there_with_its_time(logged):
+    assert logged.began == 0
+    assert logged.changes == [
+        (0, 1, "running"),
+        (0, 2, "running"),
+        (0, 3, "failure"),
+        (10_000, 3, "running"),
+        (20_000, 2, "success"),
+        (20_000, 3, "success"),
+        (20_000, 4, "running"),
+        (30_000, 1, "success"),
+        (30_000, 4, "success"),
+    ]
+
+
+def test_bt_cpp_writes_the_same_format_with_the_same_numbers(tmp_path, logged):
+    """Its own logger, on the same tree: it notes more, but nothing in another order."""
+    scripts = {"try": list("FRS"), "done": list("RS")}
+    letters = {"F": bt.NodeStatus.FAILURE, "R": bt.NodeStatus.RUNNING, "S": bt.NodeStatus.SUCCESS}
+
+    def play(node):
+        return letters[scripts[node.name()].pop(0)]
+
+    factory = bt.BehaviorTreeFactory()
+    factory.register_simple_stateful_action("play", play, play)
+    factory.register_behavior_tree_from_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence name="sequence">'
+        '<RetryUntilSuccessful name="retry" num_attempts="3"><play name="try"/>'
+        '</RetryUntilSuccessful><play name="done"/></Sequence></BehaviorTree></root>'
+    )
+    tree = factory.create_tree("Main")
+    path: Path = tmp_path / "theirs.btlog"
+    logger = bt.FileLogger(tree, str(path))
+    for _ in range(4):
+        tree.tick_exactly_once()
+    for _ in range(500):  # a thread of its own writes it out
+        logger.flush()
+        theirs = read(path.read_bytes())
+        if (1, "success") in {change[1:] for change in theirs.changes}:
+            break
+        time.sleep(0.01)
+    assert theirs.names == logged.names
+    assert theirs.tags == logged.tags
+    for number in theirs.names:
+        ours = [status for _, node, status in logged.changes if node == number]
+        noted = iter(status for _, node, status in theirs.changes if node == number)
+        assert all(status in noted for status in ours), number
+
+
+def test_names_that_xml_cannot_say_do_not_break_the_log(tmp_path):
+    run = Run(tmp_path, 'name: "a <b> & \\"c\\" é"\nplay: {script: S}')
+    log = read(BtLog(nodes_in_order(run.root)).to_bytes())
+    assert log.names == {1: 'a <b> & "c" é'}
