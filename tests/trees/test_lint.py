@@ -87,6 +87,10 @@ ODD = {
         f"sequence: [{ASKED}, open_gripper]",
         "`ask` is asked once, and not again while `open_gripper` runs",
     ),
+    "second condition asked once": (
+        f"sequence: [{{name: at the start, {ASKED}}}, {ASKED}, set: {{n: 1}}, note: {{value: $n}}]",
+        "`ask` is asked once, and not again while `note` runs",
+    ),
     "action in a reactive sequence": (
         f"reactive_sequence: [{ACT}, open_gripper]",
         "`play` begins again at every tick after its success",
@@ -109,6 +113,7 @@ SOUND = [
     f"sequence: [{{unless: {{{ASKED}}}, sequence: [{HOPELESS}]}}, open_gripper]",
     f"sequence: [{{name: at the start, {ASKED}}}, open_gripper]",
     f"sequence: [{ASKED}, {ASKED}]",
+    f"sequence: [open_gripper, {ASKED}, open_gripper]",
     f"reactive_sequence: [{ASKED}, open_gripper]",
     f"reactive_sequence: [{{once: true, {ACT}}}, open_gripper]",
     f"{{while: {{{ASKED}}}, sequence: [open_gripper, {ACT}]}}",

@@ -92,6 +92,7 @@ def test_values_from_outside_that_do_not_fit(path, override, message):
         ("{type: pose, default: hme}", "the default of `a`: no tool pose or base pose is called"),
         ("{default: 5, max: 3}", "2:23: the default of `a`: expected a whole number of at most 3"),
         ("{default: x, min: 3}", "2:26: parameter `a` is no number: it has no `min`; remove it"),
+        ("{default: 1, min: 3, max: 1}", "2:26: parameter `a` has a `min` above its `max`; swap"),
         ("{default: 1, min: low}", "2:31: `min`: expected a number, got the text `low`"),
         ("{default: $b}", "2:23: parameter `a` has no usable default; give a number"),
         ("{default: 1, defualt: 2}", "parameter `a` has no key `defualt`; did you mean `default`?"),

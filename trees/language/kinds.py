@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import types
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, TypeAlias, Union, get_args, get_origin
 
 from behaviours.names import BasePose, Posture, Region, ToolPose
@@ -115,11 +115,6 @@ PARAMETER_TYPES: Mapping[str, ValueType] = {
     "region": ValueType(kinds=(Region,)),
 }
 """What may stand after `type:` in the section `params`; a list of choices may too."""
-
-
-def bounded(expected: ValueType, least: float | None, most: float | None) -> ValueType:
-    """The same type within bounds."""
-    return replace(expected, least=least, most=most)
 
 
 def written(value: Plain) -> str:

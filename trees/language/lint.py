@@ -145,17 +145,19 @@ _NEEDLESS: Mapping[str, Callable[[Node, Ends], str | None]] = {
 """Why a modifier has no effect on a node that can end so; None if it has."""
 
 
-def _warn_of_lone_guard(node: CompositeNode, warn: Warn) -> None:
-    """Of a condition that is asked once, before an action that it seems to guard."""
-    first, *rest = node.children
-    if not isinstance(first, LeafNode) or not first.type.is_condition:
-        return
-    action = next((child for child in rest if _takes_time(child)), None)
-    if action is None or first.modifiers or first.name != first.type.key:
-        return
-    what = f"`{first.name}` is asked once, and not again while `{action.name}` runs"
-    mend = "write it as `while:` beside `sequence`, or give it a `name` if once is meant"
-    warn(first.place, what, mend)
+def _warn_of_lone_guards(node: CompositeNode, warn: Warn) -> None:
+    """Of conditions that are asked once, before an action that they seem to guard."""
+    guards: list[LeafNode] = []
+    for child in node.children:
+        if not isinstance(child, LeafNode) or not child.type.is_condition:
+            break
+        guards.append(child)
+    action = next((child for child in node.children[len(guards) :] if _takes_time(child)), None)
+    for guard in guards:
+        if action is not None and not guard.modifiers and guard.name == guard.type.key:
+            what = f"`{guard.name}` is asked once, and not again while `{action.name}` runs"
+            mend = "write it as `while:` beside `sequence`, or give it a `name` if once is meant"
+            warn(guard.place, what, mend)
 
 
 def _warn_of_early_action(node: CompositeNode, warn: Warn) -> None:
@@ -168,7 +170,7 @@ def _warn_of_early_action(node: CompositeNode, warn: Warn) -> None:
 
 
 _GUARDING: Mapping[str, Callable[[CompositeNode, Warn], None]] = {
-    "sequence": _warn_of_lone_guard,
+    "sequence": _warn_of_lone_guards,
     "reactive_sequence": _warn_of_early_action,
 }
 

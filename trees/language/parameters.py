@@ -10,7 +10,6 @@ from trees.language.kinds import (
     PARAMETER_TYPES,
     Named,
     ValueType,
-    bounded,
     type_of,
     written,
 )
@@ -133,7 +132,12 @@ def _read_bounds(
             return None
         assert isinstance(given, float)
         bounds[key] = given
-    return bounded(expected, bounds["min"], bounds["max"])
+    least, most = bounds["min"], bounds["max"]
+    if least is not None and most is not None and least > most:
+        mend = "swap them"
+        mistakes.error(entries["min"].place, f"{what} has a `min` above its `max`", mend)
+        return None
+    return replace(expected, least=least, most=most)
 
 
 def given_texts(
@@ -243,7 +247,7 @@ def substitute(
             return _stand_in(value.place, name, parameter)
         if keys and WORD.fullmatch(name):
             return Reference(place=value.place, name=name)
-        mistakes.error(value.place, *_no_parameter(name, parameters))
+        mistakes.error(value.place, *no_parameter(name, parameters))
         return Scalar(place=value.place, value=None, parameter=name)
 
     return replaced(value)
@@ -264,7 +268,7 @@ def _stand_in(place: Place, name: str, parameter: TaskParameter) -> Value:
     return Scalar(place=place, value=value, parameter=name)
 
 
-def _no_parameter(name: str, parameters: Mapping[str, TaskParameter]) -> tuple[str, str]:
+def no_parameter(name: str, parameters: Mapping[str, TaskParameter]) -> tuple[str, str]:
     """What is wrong with a `$` that stands for nothing, and how to mend it."""
     if not WORD.fullmatch(name):
         what = f"`${name}` begins with `$` and is neither a parameter nor a key"

@@ -12,6 +12,7 @@ from dataclasses import replace
 from trees.language.arguments import note_mismatch, read_leaf
 from trees.language.kinds import Named, Plain, ValueType
 from trees.language.mistakes import Mistakes, Place, quoted, suggestion
+from trees.language.parameters import no_parameter
 from trees.language.scope import Scope
 from trees.language.source import Entry, Items, Scalar, Table, Value
 from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node
@@ -142,9 +143,7 @@ def _read_fixed(key: str, value: Value, expected: ValueType, scope: Scope) -> Pl
         return given
     parameter = scope.parameters.get(given.name)
     if parameter is None:
-        what = f"the task has no parameter `{given.name}`"
-        known = scope.parameters
-        mend = suggestion(given.name, known) if known else "define it under `params:`"
+        what, mend = no_parameter(given.name, scope.parameters)
     elif parameter.value is not None:
         what = f"`{key}` is fixed before the run, and `{given}` is given a key"
         mend = "give the parameter a value"
