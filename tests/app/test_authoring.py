@@ -1,0 +1,208 @@
+"""The commands for whoever writes tasks, as a person meets them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from typer.testing import CliRunner
+
+import trees
+from app.cli import app
+from behaviours import LEAVES
+from trees.language.vocabulary import COMPOSITES, MODIFIERS
+
+
+def call(*arguments: object) -> tuple[int, str, str]:
+    result = CliRunner().invoke(
+        app, [str(argument) for argument in arguments], env={"COLUMNS": "200"}
+    )
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+BROKEN = "task: broken\ntree:\n  sequence:\n    - open_griper\n"
+
+
+@pytest.fixture
+def broken(tmp_path) -> Path:
+    path = tmp_path / "broken.yaml"
+    path.write_text(BROKEN)
+    return path
+
+
+# nodes
+
+
+def test_nodes_lists_every_word_with_what_it_takes():
+    code, out, _ = call("nodes")
+    assert code == 0
+    first = {line.split()[0] for line in out.splitlines() if line.strip()}
+    assert {*LEAVES, *COMPOSITES, *MODIFIERS, "name", "subtree", "set"} <= first
+    (grasp,) = [line for line in out.splitlines() if line.startswith("grasp ")]
+    assert "within, [lock_distance_m]" in grasp
+
+
+def test_nodes_tells_all_about_one():
+    code, out, _ = call("nodes", "grasp")
+    assert code == 0
+    (line,) = [line for line in out.splitlines() if line.startswith("lock_distance_m")]
+    for part in ("a number", " m ", "0.25", "nearer than this to the camera"):
+        assert part in line
+    assert "required" in next(line for line in out.splitlines() if line.startswith("within"))
+    assert "holding_object" not in out
+
+
+@pytest.mark.parametrize("word", [*LEAVES, *COMPOSITES, *MODIFIERS, "name", "subtree", "set"])
+def test_nodes_knows_every_word(word):
+    code, out, _ = call("nodes", word)
+    assert code == 0
+    assert out.startswith(word)
+    assert len(out.splitlines()) > 1
+
+
+def test_nodes_tells_of_outputs():
+    _, out, _ = call("nodes", "scan_for_objects")
+    outputs = out[out.index("outputs") :]
+    assert "count" in outputs
+    assert "a whole number" in outputs
+
+
+def test_an_unknown_word_gets_a_suggestion():
+    code, out, err = call("nodes", "graps")
+    assert (code, out) == (2, "")
+    assert "did you mean `grasp`?" in err
+    assert err.count("\n") == 1
+
+
+# draw
+
+
+def test_draw_prints_or_writes_a_picture(tmp_path):
+    code, out, _ = call("draw", "pick_one")
+    assert code == 0
+    assert "pick (sequence)  [retry: $attempts]" in out
+    picture = tmp_path / "tree.svg"
+    code, out, _ = call("draw", "pick_one", "--format", "svg", "--output", picture)
+    assert (code, out) == (0, f"{picture}: written\n")
+    assert ElementTree.parse(picture).getroot().tag.endswith("svg")
+    code, out, _ = call("draw", "pick_one", "--format", "mermaid")
+    assert out.startswith("flowchart TD\n")
+
+
+@pytest.mark.parametrize("command", ["draw", "export"])
+def test_a_task_with_mistakes_is_located(broken, command):
+    code, out, err = call(command, broken)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"{broken}:4:7: ")
+    assert "did you mean `open_gripper`" in err
+
+
+def test_a_file_that_cannot_be_written_is_one_line(tmp_path):
+    code, _, err = call("draw", "pick_one", "-o", tmp_path / "none" / "tree.txt")
+    assert code == 2
+    assert "cannot be written" in err
+    assert err.count("\n") == 1
+
+
+# schema
+
+
+def test_schema_prints_json():
+    code, out, _ = call("schema")
+    assert code == 0
+    assert "grasp" in json.loads(out)["definitions"]["node"]["properties"]
+
+
+# new
+
+
+def test_a_new_task_is_sound_complete_for_the_editor_and_runs(tmp_path):
+    code, out, _ = call("new", "tidy_up", "--folder", tmp_path)
+    task = tmp_path / "tidy_up.yaml"
+    assert code == 0
+    assert str(task) in out
+    assert call("check", task) == (0, f"{task}: good\n", "")
+    assert task.read_text().startswith("# yaml-language-server: $schema=frankie-task.schema.json\n")
+    assert json.loads((tmp_path / "frankie-task.schema.json").read_text())
+    code, out, _ = call("run", task, "--dry")
+    assert (code, "tidy_up, dry: success" in out) == (0, True)
+
+
+@pytest.mark.slow
+def test_a_new_task_runs_in_the_simulator(tmp_path):
+    call("new", "look", "--folder", tmp_path)
+    command = ["run", tmp_path / "look.yaml", "--record", tmp_path / "runs", "--json"]
+    code, out, _ = call(*command, "-p", "patience_s=0.1")
+    assert (code, json.loads(out)["outcome"]) == (0, "success")
+
+
+def test_new_writes_over_nothing(tmp_path):
+    (tmp_path / "mine.yaml").write_text("precious")
+    (tmp_path / "frankie-task.schema.json").write_text("mine too")
+    code, _, err = call("new", "mine", "--folder", tmp_path)
+    assert code == 2
+    assert "is there already" in err
+    assert (tmp_path / "mine.yaml").read_text() == "precious"
+    assert call("new", "other", "--folder", tmp_path)[0] == 0
+    assert (tmp_path / "frankie-task.schema.json").read_text() == "mine too"
+
+
+@pytest.mark.parametrize("name", ["two words", "../up", "7up", "a.yaml"])
+def test_a_bad_name_is_refused(tmp_path, name):
+    code, _, err = call("new", name, "--folder", tmp_path)
+    assert code == 2
+    assert "letters, digits and `_`" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+# export and import
+
+
+def test_a_task_goes_to_bt_cpp_and_back(tmp_path):
+    xml = tmp_path / "pick_one.xml"
+    assert call("export", "pick_one", "--output", xml)[0] == 0
+    code, out, _ = call("import", xml)
+    assert code == 0
+    assert out.startswith("task: pick_one\n")
+    (tmp_path / "back").mkdir()
+    code, out, _ = call("import", xml, "--folder", tmp_path / "back")
+    path = tmp_path / "back" / "pick_one.yaml"
+    assert (code, out) == (0, f"{path}: written\n")
+    assert call("check", path)[0] == 0
+    code, _, err = call("import", xml, "--folder", tmp_path / "back")
+    assert code == 2
+    assert "is there already" in err
+
+
+def test_several_trees_want_a_folder(tmp_path):
+    (tmp_path / "part.yaml").write_text("task: part\ntree: {open_gripper: }\n")
+    whole = tmp_path / "whole.yaml"
+    whole.write_text("task: whole\ntree: {subtree: {file: part.yaml}}\n")
+    xml = tmp_path / "whole.xml"
+    call("export", whole, "-o", xml)
+    code, _, err = call("import", xml)
+    assert code == 2
+    assert "--folder" in err
+    (tmp_path / "back").mkdir()
+    assert call("import", xml, "--folder", tmp_path / "back")[0] == 0
+    assert call("check", tmp_path / "back" / "whole.yaml")[0] == 0
+
+
+def test_what_cannot_be_imported_is_located(tmp_path):
+    xml = tmp_path / "bad.xml"
+    xml.write_text('<root BTCPP_format="4">\n<BehaviorTree ID="a"><grab/></BehaviorTree>\n</root>')
+    code, out, err = call("import", xml)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"{xml}:2:22: `grab` has no counterpart; did you mean `grasp`")
+
+
+def test_every_shipped_task_is_drawn_and_exported_by_name():
+    for name in trees.shipped_names():
+        for command in ("draw", "export"):
+            code, out, err = call(command, name)
+            assert (code, err) == (0, "")
+            assert out

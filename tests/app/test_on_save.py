@@ -1,0 +1,98 @@
+"""`run --watch`: a save brings the robot to rest and starts the task anew."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+from threading import Thread
+
+import numpy as np
+import pytest
+
+from app.on_save import Saved, run_on_save
+from app.outcome import End
+from app.run import Result, RunOptions
+
+FAR = "{xyz: [-40.0, 0.0, 0.7], rpy_deg: [180, 0, 0]}"
+DRIVE = f"task: drive\nposes: {{far: {FAR}}}\ntree: {{navigate: {{to: far}}}}\n"
+WAIT = "task: pause\ntree: {subtree: {file: part.yaml}}\n"
+PART = "task: part\ntree: {wait: {duration_s: 0.05}}\n"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda path: path.write_text("longer than before"),
+        lambda path: path.unlink(),
+        lambda path: os.utime(path, (1, 1)),
+        lambda path: path.with_suffix(".new").rename(path),
+    ],
+    ids=["written", "removed", "touched", "replaced"],
+)
+def test_every_way_to_save_is_noticed(tmp_path, change):
+    path = tmp_path / "t.yaml"
+    path.write_text("text")
+    path.with_suffix(".new").write_text("text of an editor that renames")
+    saved = Saved([path, tmp_path / "other.yaml"])
+    assert not saved()
+    change(path)
+    assert saved()
+
+
+def test_a_file_that_appears_is_noticed(tmp_path):
+    saved = Saved([tmp_path / "t.yaml"])
+    (tmp_path / "t.yaml").write_text("text")
+    assert saved()
+
+
+class Author:
+    """Saves the next version whenever the last one has been dealt with, and stops at the end."""
+
+    def __init__(self, folder: Path) -> None:
+        self.task, self.part, self.runs = folder / "t.yaml", folder / "part.yaml", folder / "runs"
+        self.said: list[str] = []
+        self.results: list[Result] = []
+
+    def save_while_it_drives(self, text: str) -> None:
+        """From a thread: wait until the robot is on its way."""
+        while not list(self.runs.glob("*/recording.rrd")):
+            time.sleep(0.05)
+        time.sleep(1.0)
+        self.task.write_text(text)
+
+    def show(self, result: Result) -> None:
+        self.results.append(result)
+        if len(self.results) == 2:
+            self.part.write_text(PART.replace("0.05", "0.06"))  # a file that the task includes
+
+    def say(self, text: str) -> None:
+        self.said.append(text)
+        if "open_gripper" in text:
+            self.task.write_text(WAIT)
+        elif len(self.results) == 3:
+            signal.raise_signal(signal.SIGINT)
+
+
+def test_saves_restart_the_task_and_a_broken_one_is_waited_out(tmp_path):
+    author = Author(tmp_path)
+    author.task.write_text(DRIVE)
+    author.part.write_text(PART)
+    broken = "task: broken\ntree: {open_griper: }\n"
+    thread = Thread(target=author.save_while_it_drives, args=(broken,))
+    thread.start()
+    options = RunOptions(tree=author.task, scene="single", record=author.runs)
+    last = run_on_save(options, show=author.show, say=author.say)
+    thread.join()
+
+    drive, pause, again = author.results
+    assert drive.outcome.end is End.INTERRUPTED
+    commands = np.load(drive.folder / "commands.npy")[:, 1:]
+    assert np.abs(commands).max() > 0.05
+    assert np.abs(commands[-1]).max() < 1e-3  # at rest before anything else happens
+    mistakes, *_ = author.said
+    assert mistakes.startswith(f"{author.task}:2:8: ")
+    assert pause.outcome.end is again.outcome.end is End.SUCCESS
+    assert again.summary.duration_s > pause.summary.duration_s
+    assert last is again
