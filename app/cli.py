@@ -58,7 +58,7 @@ def run(
     robot: Annotated[RobotChoice, typer.Option(help="Who does it.")] = RobotChoice.SIM,
     scene: Annotated[
         str | None,
-        typer.Option(help="A shipped scene or a scene file; else the task's own, or household."),
+        typer.Option(help="A shipped scene or a scene file; default: what the task names."),
     ] = None,
     seed: Annotated[int, typer.Option(help="Of objects and camera noise.", min=0)] = 0,
     parameter: Annotated[

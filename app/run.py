@@ -22,7 +22,7 @@ from behaviours import Context, Eyes
 from controller import HolisticController, robot_model
 from hw import SimClock, stopwatch
 from hw.gate import Gate
-from hw.sim import World, load_scene, scene_names
+from hw.sim import World, load_scene
 from hw.sim.robot import SimRobot
 from perception import GraspDetector
 from trees.btcpp import BtLog
@@ -39,7 +39,7 @@ class RunOptions:
     tree: Path
     robot: str = "sim"
     scene: str | None = None
-    """A shipped scene or a scene file; None takes the one made for the task, or `household`."""
+    """A shipped scene or a scene file; None takes the one that the task names, or `household`."""
     seed: int = 0
     parameters: Mapping[str, str] = field(default_factory=dict)
     paced: bool = False
@@ -72,7 +72,7 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
             moved.
     """
     task = load(options.tree, overrides=options.parameters)
-    scene = options.scene or scene_for(task.name)
+    scene = options.scene or task.scene or "household"
     world = load_scene(scene, options.seed)
     detector = GraspDetector(options.weights)
     model_name = ROBOTS[options.robot]
@@ -139,11 +139,6 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
         )
         summary.write(folder / SUMMARY)
     return Result(outcome, summary, folder, warning)
-
-
-def scene_for(task: str) -> str:
-    """The shipped scene that has the name of a task, else `household`."""
-    return task if task in scene_names() else "household"
 
 
 def _supports(world: World) -> dict[str, str]:

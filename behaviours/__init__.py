@@ -12,6 +12,7 @@ from behaviours.eyes import Eyes
 from behaviours.fingers import HoldingObject, OpenGripper
 from behaviours.follow import Follow
 from behaviours.grasp import Grasp
+from behaviours.journey import Journey
 from behaviours.leaf import Condition, Leaf, LeafCrashedError
 from behaviours.log import Carried, TaskLog
 from behaviours.look_at import LookAt
@@ -61,6 +62,7 @@ __all__ = [
     "Condition",
     "Context",
     "Eyes",
+    "Journey",
     "Key",
     "Leaf",
     "LeafCrashedError",
