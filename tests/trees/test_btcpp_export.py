@@ -280,13 +280,21 @@ def test_the_comparison_sees_a_difference(tmp_path):
         ("sequence:\n  - set: {k: it's}\n  - say: {text: $k}", "5:7", "a script cannot write"),
     ],
 )
-def test_what_the_xml_cannot_say_is_refused_where_it_stands(tmp_path, tree, place, said):
+def test_what_the_xml_cannot_say_in_a_node_is_refused_where_it_stands(tmp_path, tree, place, said):
     path = write(tmp_path, tree)
     path.write_text(path.read_text().replace("task: t\n", "task: t\ndescription: d\n"))
     with pytest.raises(TaskFileError) as refused:
         exported(path)
     assert str(refused.value).startswith(f"{path}:{place}: ")
     assert said in str(refused.value)
+
+
+@pytest.mark.parametrize("choices", ['[left, "true"]', '[left, "a;b"]'])
+def test_choices_that_the_xml_cannot_say_are_refused(tmp_path, choices):
+    section = f"params: {{side: {{type: {choices}, default: left}}}}\n"
+    path = write(tmp_path, "equals: {value: $side, to: left}", section)
+    with pytest.raises(TaskFileError, match=r":2:10: the choice .* of `side`"):
+        exported(path)
 
 
 @pytest.mark.parametrize("name", ["Main", "Sequence", "grasp"])

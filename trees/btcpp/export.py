@@ -93,7 +93,12 @@ class _Export:
     def _add_ports(self, task: Task, mistakes: Mistakes) -> None:
         model = self.models[task.name] = Element(SUBTREE, ID=task.name)
         for name, parameter in task.parameters.items():
-            model.append(_parameter_port(name, parameter))
+            assert parameter.type is not None
+            model.append(_parameter_port(name, parameter, parameter.type))
+            for choice in parameter.type.choices:
+                if not survives(choice, None) or ";" in literal(choice):
+                    what = f"the choice `{choice}` of `{name}` would be read as something else"
+                    mistakes.error(parameter.place, what, "write it in another way")
         for name, place in (*task.poses.items(), *task.regions.items()):
             kind = port_type(ValueType(kinds=(type(place),)))
             port = SubElement(model, "input_port", name=name, type=kind)
@@ -271,16 +276,15 @@ class _Writer:
         return literal(value)
 
 
-def _parameter_port(name: str, parameter: TaskParameter) -> Element:
-    assert parameter.type is not None
-    port = Element("input_port", name=name, type=port_type(parameter.type))
+def _parameter_port(name: str, parameter: TaskParameter, expected: ValueType) -> Element:
+    port = Element("input_port", name=name, type=port_type(expected))
     if parameter.default is not None:
         port.set("default", literal(parameter.default.value))
-    bounds = {"_min": parameter.type.least, "_max": parameter.type.most}
+    bounds = {"_min": expected.least, "_max": expected.most}
     for key, bound in bounds.items():
         if bound is not None:
             port.set(key, f"{bound:.15g}")
-    if parameter.type.choices:
-        port.set("_choices", ";".join(literal(choice) for choice in parameter.type.choices))
+    if expected.choices:
+        port.set("_choices", ";".join(literal(choice) for choice in expected.choices))
     port.text = parameter.description or None
     return port
