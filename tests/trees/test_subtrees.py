@@ -94,6 +94,41 @@ tree:
     assert context.events == ["note begins with 'hello'"]
 
 
+def test_keys_cross_the_border_by_value_at_the_start_and_at_the_success(folder):
+    part = """\
+task: part
+params: {start: {type: int}, answer: {type: text}}
+outputs: {end: the next number}
+tree:
+  sequence:
+    - count: {times: end}
+    - note: {value: $start}
+    - ask: {answers: $answer}
+"""
+    top = """\
+task: top
+tree:
+  sequence:
+    - set: {n: 7}
+    - fallback:
+        - subtree: {file: parts/part.yaml, with: {start: $n, answer: F}, out: {end: n}}
+        - note: {value: $n}
+    - subtree: {file: parts/part.yaml, with: {start: $n, answer: S}, out: {end: n}}
+    - note: {value: $n}
+"""
+    assert [line for line in errors(folder, top, part) if "warning" not in line] == []
+    context = ToyContext()
+    root = load(folder / "top.yaml", leaves=TOYS).build(context)
+    for _ in range(5):
+        root.tick_once()
+    assert [event for event in context.events if "begins" in event] == [
+        "note begins with 7.0",
+        "note begins with 7.0",
+        "note begins with 7.0",
+        "note begins with 2.0",
+    ]
+
+
 def test_a_subtree_sees_nothing_of_the_file_around_it(folder):
     part = """\
 task: part

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from py_trees.behaviour import Behaviour
 
 from behaviours.names import Key
-from trees.language.composites import Subtree
-from trees.language.keys import LateLeaf, Set, Supply
+from trees.language.keys import LateLeaf, Set, Subtree, Supply
 from trees.language.mistakes import Mistake, TaskFileError
 from trees.language.registry import SET
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode
@@ -60,7 +58,7 @@ class _Builder:
             children = [self.build(child) for child in node.children]
             behaviour: Behaviour = COMPOSITES[node.key].node(node.name, children, **node.options)
         elif isinstance(node, SubtreeNode):
-            behaviour = Subtree(node.name, self._subtree(node))
+            behaviour = self._subtree(node)
         else:
             behaviour = self._leaf(node)
         for key, value in node.modifiers.items():
@@ -69,15 +67,17 @@ class _Builder:
         return behaviour
 
     def _subtree(self, node: SubtreeNode) -> Behaviour:
-        """The other file's tree; keys that cross the border are shared, under two names."""
-        shared = {inner: self._key(outer.name) for inner, outer in node.outputs.items()}
-        for name, value in node.arguments.items():
-            if isinstance(value, KeyRead):
-                shared[name] = self._key(value.name)
-        inner = _Builder(
-            context=self.context, make_leaf=self.make_leaf, path=node.task.path, keys=shared
+        inner = _Builder(context=self.context, make_leaf=self.make_leaf, path=node.task.path)
+        return Subtree(
+            node.name,
+            inner.build(node.task.root),
+            given={
+                inner._key(name): self._supply(value)
+                for name, value in node.arguments.items()
+                if isinstance(value, KeyRead)
+            },
+            taken={self._key(outer.name): inner._key(name) for name, outer in node.outputs.items()},
         )
-        return inner.build(node.task.root)
 
     def _leaf(self, node: LeafNode) -> Behaviour:
         supplies = {name: self._supply(value) for name, value in node.arguments.items()}
@@ -106,8 +106,4 @@ class _Builder:
         if isinstance(value, KeyRead):
             key = self._key(value.name)
             return lambda: value.fitted(key.read())
-        return partial(_same, value)
-
-
-def _same(value: object) -> object:
-    return value
+        return lambda: value

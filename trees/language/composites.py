@@ -155,21 +155,3 @@ class Until(Branch):
         self.rewind()
         self.restart()
         return Status.RUNNING
-
-
-class Subtree(Branch):
-    """Runs the tree of another file.
-
-    Args:
-        name: the node's name in the tree.
-        child: the root of the other tree.
-    """
-
-    key = "subtree"
-
-    def __init__(self, name: str, child: Behaviour) -> None:
-        super().__init__(name, [child])
-
-    def advance(self) -> Ticking:
-        """Tick it."""
-        return (yield from self.run(self.children[0]))

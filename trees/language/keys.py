@@ -1,4 +1,4 @@
-"""Leaves that the language itself makes for keys: `set`, and leaves that read keys."""
+"""Nodes that the language itself makes for keys: `set`, leaves that read, subtrees."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from py_trees.common import Status
 
 from behaviours.leaf import LeafCrashedError
 from behaviours.names import Key
+from trees.language.branch import Branch, Ticking
 
 Supply = Callable[[], object]
 """Gives a value when it is asked."""
@@ -34,14 +35,46 @@ class Set(Behaviour):
         Raises:
             LeafCrashedError: a key that is copied was not written; its writer is at fault.
         """
-        try:
-            for key, supply in self._values.items():
-                key.write(supply())
-        except LookupError as error:
-            raise LeafCrashedError(self.name, error) from error
+        _write(self.name, self._values)
         written = (f"{key.name} = {key.read()}" for key in self._values)
         self.feedback_message = ", ".join(written)
         return Status.SUCCESS
+
+
+class Subtree(Branch):
+    """Runs the tree of another file, whose keys are its own.
+
+    Args:
+        name: the node's name in the tree.
+        child: the root of the other tree.
+        given: its keys that get a value at every start.
+        taken: the keys around it that get the values of its own when it succeeds.
+    """
+
+    key = "subtree"
+
+    def __init__(
+        self,
+        name: str,
+        child: Behaviour,
+        *,
+        given: Mapping[Key[object], Supply],
+        taken: Mapping[Key[object], Key[object]],
+    ) -> None:
+        super().__init__(name, [child])
+        self._given = given
+        self._taken = taken
+
+    def restart(self) -> None:
+        """Hand over what it is given."""
+        _write(self.name, self._given)
+
+    def advance(self) -> Ticking:
+        """Tick it; a success hands its outputs over."""
+        status = yield from self.run(self.children[0])
+        if status is Status.SUCCESS:
+            _write(self.name, {outer: inner.read for outer, inner in self._taken.items()})
+        return status
 
 
 class LateLeaf(Behaviour):
@@ -87,3 +120,16 @@ class LateLeaf(Behaviour):
         """Halt the leaf if it is running."""
         if self._leaf is not None and self._leaf.status is Status.RUNNING:
             self._leaf.stop(new_status)
+
+
+def _write(node: str, values: Mapping[Key[object], Supply]) -> None:
+    """Write values to keys.
+
+    Raises:
+        LeafCrashedError: one comes from a key that was not written; its writer is at fault.
+    """
+    try:
+        for key, supply in values.items():
+            key.write(supply())
+    except LookupError as error:
+        raise LeafCrashedError(node, error) from error

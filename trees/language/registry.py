@@ -126,9 +126,7 @@ def _describe(key: str, leaf: type[Leaf]) -> LeafType:
     if key in (*RESERVED, SET.key):
         raise LeafError(f"leaf `{leaf.__name__}`: `{key}` is a word of the language; rename it")
     docstring = inspect.cleandoc(leaf.__doc__ or "")
-    description, _, details = re.split(r"^Args:", docstring, maxsplit=1, flags=re.MULTILINE)[
-        0
-    ].partition("\n\n")
+    description, _, details = docstring.partition("\nArgs:\n")[0].partition("\n\n")
     described = list(_parameters(key, leaf.__init__, _argument_texts(docstring)))
     return LeafType(
         key=key,
