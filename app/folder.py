@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -22,13 +23,13 @@ class FolderError(Exception):
     """The folder of a run cannot be made."""
 
 
-def make_folder(root: Path, task: str, text: str, options: dict[str, Any]) -> Path:
-    """A new folder `<time>-<task>` with the task file and the options of the run in it.
+def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[str, Any]) -> Path:
+    """A new folder `<time>-<task>` with the task's files and the options of the run in it.
 
     Args:
         root: where to make it; made too if need be.
         task: name of the task.
-        text: the task file.
+        texts: the task's files, by their paths in the folder.
         options: what a person chose, for `options.json`.
 
     Raises:
@@ -43,7 +44,9 @@ def make_folder(root: Path, task: str, text: str, options: dict[str, Any]) -> Pa
             number += 1
             folder = root / f"{stamp}-{task}-{number}"
         folder.mkdir()
-        (folder / "task.yaml").write_text(text, encoding="utf-8")
+        for name, text in texts.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_text(text, encoding="utf-8")
         options_text = json.dumps(options, indent=2, default=str)
         (folder / "options.json").write_text(options_text + "\n", encoding="utf-8")
     except OSError as error:

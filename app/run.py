@@ -6,6 +6,7 @@ import signal
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
+from os.path import relpath
 from pathlib import Path
 from threading import Event
 from typing import NamedTuple
@@ -26,7 +27,7 @@ from hw.sim import World, load_scene
 from hw.sim.robot import SimRobot
 from perception import GraspDetector
 from trees.btcpp import BtLog
-from trees.language import load, nodes_in_order
+from trees.language import Task, load, nodes_in_order
 
 ROBOTS = {"sim": "frankie", "omni": "omni"}
 """What `--robot` accepts, and the model that it stands for."""
@@ -91,7 +92,9 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
     measurements = Measurements(limits=limits)
     supports = _supports(world)
 
-    folder = make_folder(options.record, task.name, task.text, asdict(options) | {"scene": scene})
+    folder = make_folder(
+        options.record, task.name, _texts(task), asdict(options) | {"scene": scene}
+    )
     recorder = Recorder(
         folder / RECORDING,
         tree=tree_view(nodes),
@@ -139,6 +142,13 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
         )
         summary.write(folder / SUMMARY)
     return Result(outcome, summary, folder, warning)
+
+
+def _texts(task: Task) -> dict[str, str]:
+    """The files of a task, the first as `task.yaml` and its subtrees where they are beside it."""
+    here = task.path.parent
+    inner = {relpath(path, here): path.read_text(encoding="utf-8") for path in task.files[1:]}
+    return inner | {"task.yaml": task.text}
 
 
 def _supports(world: World) -> dict[str, str]:

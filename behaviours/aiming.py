@@ -18,8 +18,8 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 _AT_REST = 0.05
 """Slower than this the hand stands still [m/s and rad/s]."""
-_PATIENCE = 2.0
-"""Without a frame at rest for longer than this the camera is blind [s]."""
+PATIENCE = 2.0
+"""A camera that gives no frame at rest for longer than this is blind [s]."""
 
 
 class AimingLeaf(Leaf):
@@ -28,6 +28,9 @@ class AimingLeaf(Leaf):
     Where the camera sits on the hand is told by a frame that was captured while nothing moved, so
     the robot comes to rest first.
     """
+
+    wTc: SE3
+    """Where the camera was in the world when it was found."""
 
     def initialise(self) -> None:
         """Start at rest."""
@@ -46,9 +49,9 @@ class AimingLeaf(Leaf):
         if moves(context.state):
             self._still_since = now
         elif frame is not None and frame.stamp >= self._still_since:
-            self._eTc = context.wTe.actInv(frame.wTc)
+            self._eTc, self.wTc = context.wTe.actInv(frame.wTc), frame.wTc
             return None
-        if now - self._begun > _PATIENCE:
+        if now - self._begun > PATIENCE:
             return self.failure("no camera frame")
         return self.running("standing still to look")
 

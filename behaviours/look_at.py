@@ -53,9 +53,7 @@ class LookAt(AimingLeaf):
         if (waiting := self.find_camera()) is not None:
             return waiting
         if self._journey is None:
-            frame = self.context.eyes.frame
-            assert frame is not None
-            wTc = turned_towards(frame.wTc, self._point, self._distance)
+            wTc = turned_towards(self.wTc, self._point, self._distance)
             goal = PoseGoal(wTe=self.hand_for(wTc), speed=0.5)
             target = f"a view of {self._at.name}"
             self._journey = Journey(self, goal, target, self._timeout)

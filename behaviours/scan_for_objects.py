@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from py_trees.common import Status
 
-from behaviours.aiming import AimingLeaf, straight_down
+from behaviours.aiming import PATIENCE, AimingLeaf, straight_down
 from behaviours.context import Context
 from behaviours.journey import Journey
 from behaviours.names import Key, Region
@@ -77,28 +77,29 @@ class ScanForObjects(AimingLeaf):
             status = self._go()
             if status is not Status.SUCCESS:
                 return status
-            self._there, self._taken, self._arrived = True, 0, self.context.clock.now()
+            self._there, self._taken, self._waiting_since = True, 0, self.context.clock.now()
         return self._take_pictures()
 
     def _go(self) -> Status:
         """One tick of the way to the view whose turn it is."""
         if self._journey is None:
-            frame = self.context.eyes.frame
-            assert frame is not None
-            wTc = straight_down(self._views[self._view], self._height, like=frame.wTc)
+            wTc = straight_down(self._views[self._view], self._height, like=self.wTc)
             goal = PoseGoal(wTe=self.hand_for(wTc))
             target = f"view {self._view + 1} of {len(self._views)} of {self._region.name}"
             self._journey = Journey(self, goal, target, self._timeout)
         return self._journey.tick()
 
     def _take_pictures(self) -> Status:
-        """One tick of standing in a view; no goal is left, so the hand is at rest."""
-        frame = self.context.eyes.new_frame()
+        """One tick of standing in a view; no goal is left, so the hand comes to rest."""
+        if fault := self.fault():
+            return self.failure(fault)
+        eyes, now = self.context.eyes, self.context.clock.now()
+        frame = eyes.new_frame()
         if frame is not None:
-            with self.context.eyes.at_work():
+            with eyes.at_work():
                 self._survey.add(frame)
-            self._taken += 1
-        elif self.context.clock.now() - self._arrived > 2.0 * self._frames:
+            self._taken, self._waiting_since = self._taken + 1, now
+        elif now - self._waiting_since > PATIENCE:
             return self.failure("no camera frame")
         seen = f"view {self._view + 1} of {len(self._views)}"
         if self._taken < self._frames:

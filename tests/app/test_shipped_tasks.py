@@ -161,10 +161,11 @@ def test_a_table_is_tidied_and_an_empty_one_is_tidy(tmp_path):
     text = (SCENES / "tidy_two_tables.yaml").read_text()
     scene = tmp_path / "scene.yaml"
     scene.write_text(text.replace("count: 2", "count: 1", 1).replace("count: 2", "count: 0"))
-    code, summary, _ = run(tmp_path / "runs", "tidy_two_tables", "--scene", scene)
+    code, summary, folder = run(tmp_path / "runs", "tidy_two_tables", "--scene", scene)
     assert code == 0
     assert (summary["placed"], summary["objects"]) == (1, 1)
     assert summary["said"] == ["Both tables are clear."]
+    assert check(folder / "task.yaml") == []  # its parts are kept with it, to run it again
 
 
 def test_tidying_fails_in_the_subtree_that_could_not_do_it(tmp_path):

@@ -121,6 +121,16 @@ def test_a_scan_fails_without_a_camera_at_any_view():
     assert leaf.feedback_message == "no camera frame"
 
 
+def test_a_scan_fails_on_a_fault_at_a_view():
+    stage = over_the_table()
+    leaf = ScanForObjects("scan", stage.context, region=LARGE, count=Key("count"))
+    while not leaf.feedback_message.endswith("1 pictures"):
+        stage.tick(leaf)
+    stage.robot.faults = (REFLEX,)
+    assert stage.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "the arm hit something"
+
+
 def test_a_scan_that_cannot_reach_a_view_says_which():
     stage = over_the_table()
     stage.robot.stuck = True
