@@ -36,7 +36,7 @@ def nodes(
     """What a task can be made of: leaves, composites, modifiers, with their parameters."""
     from app.vocabulary import UnknownWordError, show_all, show_one
 
-    with _mended():
+    with _bad_task():
         if name is None:
             show_all(Console())
             return
@@ -56,7 +56,7 @@ def draw(
     from trees.draw import FORMATS, boxes
     from trees.language import load
 
-    with _mended():
+    with _bad_task():
         task = load(find_tree(tree), open_parameters=True)
     _deliver(FORMATS[picture.value](boxes(task.root)), output)
 
@@ -67,7 +67,7 @@ def schema(output: Output = None) -> None:
     from trees.language.registry import describe_leaves, known_leaves
     from trees.schema import schema_text
 
-    with _mended():
+    with _bad_task():
         text = schema_text(describe_leaves(known_leaves()))
     _deliver(text, output)
 
@@ -80,7 +80,7 @@ def new(
     """Begin a task: a commented file that runs as it is, and the schema for the editor."""
     from trees.template import BadNameError, new_files
 
-    with _mended():
+    with _bad_task():
         try:
             files = new_files(name)
         except BadNameError as error:
@@ -100,7 +100,7 @@ def export_tree(tree: Tree, output: Output = None) -> None:
     from trees.btcpp import export_xml
     from trees.language import load
 
-    with _mended():
+    with _bad_task():
         text = export_xml(load(find_tree(tree), open_parameters=True))
     _deliver(text, output)
 
@@ -115,7 +115,7 @@ def import_tree(
     """Task files from XML of BehaviorTree.CPP 4: one a tree; what has no counterpart is refused."""
     from trees.btcpp import import_xml
 
-    with _mended():
+    with _bad_task():
         texts = import_xml(file)
     if folder is None and len(texts) > 1:
         refuse(f"{file}: has {len(texts)} trees, each a file; say where they go: --folder DIR")
@@ -128,8 +128,8 @@ def import_tree(
 
 
 @contextmanager
-def _mended() -> Iterator[None]:
-    """Refuse with the text of an error in a task file, or in a leaf of another package."""
+def _bad_task() -> Iterator[None]:
+    """Refuse with the text of a mistake in a task file, or in a leaf of another package."""
     from trees.language import LeafError, TaskFileError
 
     try:

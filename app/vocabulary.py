@@ -13,7 +13,6 @@ from trees.language.kinds import ValueType, written
 from trees.language.registry import (
     SET,
     LeafType,
-    Output,
     Parameter,
     describe_leaves,
     known_leaves,
@@ -124,8 +123,8 @@ def _taken(expected: ValueType | None) -> str:
     return "a condition" if expected is None else str(expected)
 
 
-def _default(parameter: Parameter | Output) -> str:
-    if parameter.required or isinstance(parameter, Output):
+def _default(parameter: Parameter) -> str:
+    if parameter.required:
         return "required"
     default = parameter.default
     plain = default is None or isinstance(default, bool | int | float | str)

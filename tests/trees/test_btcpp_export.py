@@ -289,6 +289,14 @@ def test_what_the_xml_cannot_say_in_a_node_is_refused_where_it_stands(tmp_path, 
     assert said in str(refused.value)
 
 
+def test_a_key_with_the_name_of_a_pose_is_refused(tmp_path):
+    poses = "poses: {home: {base: [0, 0], heading_deg: 0}}\n"
+    tree = "sequence:\n  - set: {home: 3}\n  - equals: {value: $home, to: 3}"
+    path = write(tmp_path, f"{tree}\n  - drive: {{to: home}}", poses)
+    with pytest.raises(TaskFileError, match=r":5:7: `home` is a key and a pose"):
+        exported(path)
+
+
 @pytest.mark.parametrize("choices", ['[left, "true"]', '[left, "a;b"]'])
 def test_choices_that_the_xml_cannot_say_are_refused(tmp_path, choices):
     section = f"params: {{side: {{type: {choices}, default: left}}}}\n"
@@ -297,7 +305,15 @@ def test_choices_that_the_xml_cannot_say_are_refused(tmp_path, choices):
         exported(path)
 
 
-@pytest.mark.parametrize("name", ["Main", "Sequence", "grasp"])
+def test_seconds_become_whole_milliseconds_whatever_their_rounding(tmp_path):
+    for seconds in ("2.3", "0.1", "1.1", "600", "0.001"):
+        text = exported(write(tmp_path, f"timeout_s: {seconds}\nopen_gripper:"))
+        assert f'<Timeout msec="{round(1000 * float(seconds))}">' in text
+    text = exported(write(tmp_path, "timeout_s: 0.0015\nopen_gripper:"))
+    assert '<timeout_s value="0.0015">' in text
+
+
+@pytest.mark.parametrize("name", ["Main", "Sequence", "until", "grasp"])
 def test_a_name_that_the_xml_needs_itself_is_refused(tmp_path, name):
     path = write(tmp_path, "open_gripper:" if name != "grasp" else "grasp: {within: r}")
     text = path.read_text().replace("task: t", f"task: {name}")

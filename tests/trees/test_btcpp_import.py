@@ -195,6 +195,10 @@ REFUSED = {
         "3:5: success_count 1 with failure_count 1 has no counterpart",
     ),
     "an empty sequence": ("<Sequence/>", "3:5: `sequence` is empty"),
+    "a text that would become a reference": (
+        "<say text='$tries'/>",
+        "3:5: the text '$tries' has no counterpart",
+    ),
     "another tree": ('<SubTree ID="away"/>', "3:5: the tree `away` is not in the file"),
     "a tree in itself": ('<SubTree ID="fetch"/>', "3:5: the tree `fetch` goes round in a circle"),
     "an automatic remapping": (
@@ -245,6 +249,11 @@ FILES = {
     "a name that leads away": (
         '<root BTCPP_format="4">\n<BehaviorTree ID="../x"><arm_healthy/></BehaviorTree></root>',
         "2:1: `../x` cannot name a task",
+    ),
+    "two trees of a name": (
+        '<root BTCPP_format="4">\n<BehaviorTree ID="a"><arm_healthy/></BehaviorTree>\n'
+        '<BehaviorTree ID="a"><arm_healthy/></BehaviorTree></root>',
+        "2:1: there is another tree `a`",
     ),
     "not UTF-8": (b'<root a="\xff"/>', "1:10: byte 0xff is not UTF-8"),
     "much too deep": ("<a>" * 100, "1:193: elements nest deeper than 64 levels"),

@@ -37,7 +37,7 @@ from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode
 from trees.language.values import KeyRead
 from trees.language.vocabulary import COMPOSITES, MODIFIERS
 
-_TAKEN = frozenset({MAIN, SCRIPT, SUBTREE, *STANDARD_TAGS.values()})
+_TAKEN = frozenset({MAIN, SCRIPT, SUBTREE, *STANDARD_TAGS.values(), *COMPOSITES, *MODIFIERS})
 """What neither a task nor a leaf may be called in the XML."""
 
 
@@ -119,11 +119,9 @@ class _Export:
         for parameter in leaf.parameters.values():
             port = SubElement(model, "input_port", name=parameter.name)
             port.set("type", port_type(parameter.type))
-            default = parameter.default
-            if parameter.required:
-                pass
-            elif default is None or isinstance(default, bool | int | float | str):
-                port.set("default", "" if default is None else literal(default))
+            default = "" if parameter.default is None else parameter.default
+            if isinstance(default, bool | int | float | str) and not parameter.required:
+                port.set("default", literal(default))
             port.text = parameter.description or None
         for output in leaf.outputs.values():
             port = SubElement(model, "output_port", name=output.name, type=port_type(output.type))
@@ -178,9 +176,9 @@ class _Writer:
         if standard is not None and isinstance(value, KeyRead) and standard.scale == 1:
             return SubElement(above, standard.tag, {standard.port: pointer(value.name)})
         if standard is not None and isinstance(value, int | float):
-            scaled = value * standard.scale
-            if scaled == round(scaled):
-                return SubElement(above, standard.tag, {standard.port: str(round(scaled))})
+            whole = round(value * standard.scale)
+            if whole / standard.scale == value:
+                return SubElement(above, standard.tag, {standard.port: str(whole)})
         kind = MODIFIERS[key].type
         self._export.add_word("Decorator", key, {} if kind is None else {VALUE: kind})
         text = self._text(value, kind, node.place, key)
@@ -233,7 +231,7 @@ class _Writer:
             kind = node.type.parameters[name].type
             element.set(name, self._text(value, kind, node.place, name))
         for name, key in node.outputs.items():
-            element.set(name, pointer(key.name))
+            element.set(name, self._pointer(key.name, node.place))
 
     def _script(self, node: LeafNode) -> str:
         """The assignments of a `set`."""
@@ -244,6 +242,7 @@ class _Writer:
                 what = f"`{key}`: a script cannot write {text}"
                 self._mistakes.error(node.place, what, "write another value")
             is_word = isinstance(value, bool | int | float)
+            self._pointer(key, node.place)
             parts.append(f"{key} := {pointed_at(text) or (text if is_word else repr(text))}")
         return "; ".join(parts)
 
@@ -255,17 +254,24 @@ class _Writer:
             kind = node.task.parameters[name].type
             element.set(name, self._text(value, kind, node.place, name))
         for name, key in node.outputs.items():
-            element.set(name, pointer(key.name))
+            element.set(name, self._pointer(key.name, node.place))
 
     def _name(self, node: Node, unnamed: str, element: Element) -> None:
         """Name the element, if the node has a name of its own."""
         if node.name != unnamed:
             element.set("name", node.name)
 
+    def _pointer(self, name: str, place: Place) -> str:
+        """The attribute that stands for a parameter or key."""
+        if name in self._task.poses or name in self._task.regions:
+            what = f"`{name}` is a key and a pose or region, which share one blackboard in the XML"
+            self._mistakes.error(place, what, "rename one of them")
+        return pointer(name)
+
     def _text(self, value: object, kind: ValueType | None, place: Place, about: str) -> str:
         """A value as the text of an attribute."""
         if isinstance(value, KeyRead):
-            return pointer(value.name)
+            return self._pointer(value.name, place)
         if isinstance(value, Named):
             defined = value.name in self._task.poses or value.name in self._task.regions
             return pointer(value.name) if defined else value.name
