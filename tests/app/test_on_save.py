@@ -96,3 +96,7 @@ def test_saves_restart_the_task_and_a_broken_one_is_waited_out(tmp_path):
     assert pause.outcome.end is again.outcome.end is End.SUCCESS
     assert again.summary.duration_s > pause.summary.duration_s
     assert last is again
+    log = (again.folder / "tree.btlog").read_bytes()
+    assert log.startswith(b"BTCPP4-FileLogger2\x01")
+    assert b'name="wait"' in log
+    assert log[-1] == 2  # the wait has succeeded

@@ -14,6 +14,7 @@ from everything import write_everything
 import trees
 from behaviours.names import BasePose, Posture, Region, ToolPose
 from trees.btcpp import export_xml, import_xml
+from trees.btcpp.words import STANDARD_COMPOSITES, STANDARD_MODIFIERS
 from trees.language import Task, TaskFileError, load
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode
 from trees.language.values import KeyRead
@@ -164,6 +165,16 @@ def test_every_node_has_a_model_with_all_its_ports(path):
                 assert (key in trees_of) == (models[key].tag == "SubTree")
             else:
                 assert key[0].isupper(), f"{key} is no node of BehaviorTree.CPP"
+
+
+def test_the_documentation_names_every_word_with_its_counterpart():
+    page = Path(trees.__file__).parents[1] / "docs" / "behaviortree_cpp.md"
+    rows = [
+        line for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("| `")
+    ]
+    for key, standard in (STANDARD_COMPOSITES | STANDARD_MODIFIERS).items():
+        (row,) = [row for row in rows if f"`{key}`" in row.split("|")[1]]
+        assert f"`{standard.tag}`" in row.split("|")[2]
 
 
 # and nothing gets lost
