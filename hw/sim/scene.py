@@ -100,12 +100,23 @@ class Motion(_Strict):
     """Simulated time from which they stand still [s]; without it they never do."""
 
 
+_TAKEN = ("container", "floor", "pedestal", "table")
+"""Names of what every scene has."""
+
+
 class SideTable(Table):
     """A further table, with objects anywhere on it."""
 
     name: Annotated[str, Field(pattern=r"^[^/]+$")]
     objects: Objects
     motion: Motion | None = None
+
+    @field_validator("name")
+    @classmethod
+    def _free(cls, name: str) -> str:
+        if name in _TAKEN:
+            raise ValueError("is the name of other furniture: choose another one")
+        return name
 
 
 class Scene(_Strict):

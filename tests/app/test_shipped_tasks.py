@@ -168,6 +168,7 @@ def test_a_table_is_tidied_and_an_empty_one_is_tidy(tmp_path):
     assert check(folder / "task.yaml") == []  # its parts are kept with it, to run it again
 
 
+@pytest.mark.slow
 def test_tidying_fails_in_the_subtree_that_could_not_do_it(tmp_path):
     scene = scene_like(
         tmp_path, "tidy_two_tables", ("count: 2", "count: 1"), ("[30, 300]", "[30000, 40000]")

@@ -212,6 +212,10 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
             "8:44: side_tables.0.high: unknown key: did you mean 'height'?",
         ),
         (
+            GOOD + "side_tables:\n  - {name: table, centre: [0, 0], objects: {}}\n",
+            "8:6: side_tables.0.name: is the name of other furniture: choose another one",
+        ),
+        (
             GOOD + "side_tables:\n  - {name: a, centre: [0, 0], size: [0.2, 0.2], objects: {}}\n",
             "objects: 10 do not fit on a: lower",
         ),
