@@ -80,8 +80,8 @@ def run_on_save(
             except TaskFileError as error:
                 say(str(error))
                 files |= {mistake.path for mistake in error.mistakes}
-            if not saved():
-                say(f"{options.tree}: save it to run it again; Ctrl-C ends")
+            next_is = "saved, starts anew" if saved() else "save it to run it again; Ctrl-C ends"
+            say(f"{options.tree}: {next_is}")
             while not saved():
                 clock.sleep_until(clock.now() + _LOOK_PERIOD)
     except KeyboardInterrupt:  # between two runs; in a run the session takes it

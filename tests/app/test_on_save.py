@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
-import time
+from itertools import count
 from pathlib import Path
-from threading import Thread
 
 import numpy as np
 import pytest
@@ -55,13 +54,6 @@ class Author:
         self.said: list[str] = []
         self.results: list[Result] = []
 
-    def save_while_it_drives(self, text: str) -> None:
-        """From a thread: wait until the robot is on its way."""
-        while not list(self.runs.glob("*/recording.rrd")):
-            time.sleep(0.05)
-        time.sleep(1.0)
-        self.task.write_text(text)
-
     def show(self, result: Result) -> None:
         self.results.append(result)
         if len(self.results) == 2:
@@ -71,27 +63,35 @@ class Author:
         self.said.append(text)
         if "open_gripper" in text:
             self.task.write_text(WAIT)
-        elif len(self.results) == 3:
+        elif len(self.results) == 3 and "Ctrl-C" in text:
             signal.raise_signal(signal.SIGINT)
 
 
-def test_saves_restart_the_task_and_a_broken_one_is_waited_out(tmp_path):
+def test_saves_restart_the_task_and_a_broken_one_is_waited_out(tmp_path, monkeypatch):
     author = Author(tmp_path)
+    asked = count()
+
+    class SavedOnTheWay(Saved):
+        """Looks at the files as ever; a second into the first run, one has been saved."""
+
+        def __call__(self) -> bool:
+            if next(asked) == 100:
+                author.task.write_text("task: broken\ntree: {open_griper: }\n")
+            return super().__call__()
+
+    monkeypatch.setattr("app.on_save.Saved", SavedOnTheWay)
     author.task.write_text(DRIVE)
     author.part.write_text(PART)
-    broken = "task: broken\ntree: {open_griper: }\n"
-    thread = Thread(target=author.save_while_it_drives, args=(broken,))
-    thread.start()
     options = RunOptions(tree=author.task, scene="single", record=author.runs)
     last = run_on_save(options, show=author.show, say=author.say)
-    thread.join()
 
     drive, pause, again = author.results
     assert drive.outcome.end is End.INTERRUPTED
     commands = np.load(drive.folder / "commands.npy")[:, 1:]
     assert np.abs(commands).max() > 0.05
     assert np.abs(commands[-1]).max() < 1e-3  # at rest before anything else happens
-    mistakes, *_ = author.said
+    starting, mistakes, *_ = author.said
+    assert starting == f"{author.task}: saved, starts anew"
     assert mistakes.startswith(f"{author.task}:2:8: ")
     assert pause.outcome.end is again.outcome.end is End.SUCCESS
     assert again.summary.duration_s > pause.summary.duration_s
