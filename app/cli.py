@@ -40,6 +40,15 @@ class Speed(StrEnum):
     MAX = "max"
 
 
+class ViewChoice(StrEnum):
+    """How a run is watched."""
+
+    AUTO = "auto"
+    SPAWN = "spawn"
+    WEB = "web"
+    NONE = "none"
+
+
 def _parameters(values: list[str]) -> dict[str, str]:
     parameters = {}
     for value in values:
@@ -62,11 +71,27 @@ def run(
     speed: Annotated[Speed, typer.Option(help="Pace of simulated time.")] = Speed.MAX,
     record: Annotated[Path, typer.Option(help="Folder for the folders of runs.")] = Path("runs"),
     weights: Annotated[Path | None, typer.Option(help="Of the grasp network.")] = None,
+    view: Annotated[
+        ViewChoice,
+        typer.Option(
+            help="Watch in a window, in a browser, or not; auto: a window if there is a screen."
+        ),
+    ] = ViewChoice.AUTO,
+    view_host: Annotated[
+        str, typer.Option(help="Address to serve viewers on; there is no password.")
+    ] = "127.0.0.1",
+    view_port: Annotated[
+        int | None, typer.Option(help="Of the live data.", min=1, max=65535)
+    ] = None,
+    web_port: Annotated[
+        int | None, typer.Option(help="Of the page of --view web.", min=1, max=65535)
+    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as one JSON object.")
     ] = False,
 ) -> None:
     """Run a task; leaves a folder with a recording and a summary."""
+    from app.monitor import View, ViewOptions
     from app.run import RunOptions, run_task
 
     with bad_input():
@@ -80,6 +105,9 @@ def run(
                 paced=speed is Speed.REAL,
                 record=record,
                 weights=weights,
+                view=ViewOptions(
+                    view=View(view.value), host=view_host, port=view_port, web_port=web_port
+                ),
             )
         )
     for_people = Console(stderr=as_json)

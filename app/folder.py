@@ -12,6 +12,8 @@ import numpy.typing as npt
 
 RECORDING = "recording.rrd"
 SUMMARY = "summary.json"
+VIEWER_LOG = "viewer.log"
+"""What a viewer that was started for the run had to say."""
 COMMANDS = "commands.npy"
 """(ticks, 11) float64: stamp [s], base twist (3), joint velocities (7) as they were applied."""
 

@@ -23,7 +23,7 @@ def refuse(message: str) -> NoReturn:
 def bad_input() -> Iterator[None]:
     """Refuse with the text of any error that a person can mend."""
     from app.folder import FolderError
-    from app.monitor import RecorderError
+    from app.monitor import RecorderError, ViewError
     from hw.sim import SceneError
     from perception import WeightsError
     from trees.language import LeafError, TaskFileError
@@ -36,6 +36,7 @@ def bad_input() -> Iterator[None]:
         RecorderError,
         SceneError,
         TaskFileError,
+        ViewError,
         WeightsError,
     ) as error:
         refuse(str(error))

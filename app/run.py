@@ -10,9 +10,11 @@ from pathlib import Path
 from threading import Event
 from typing import NamedTuple
 
-from app.folder import RECORDING, SUMMARY, make_folder, write_commands
+from rich.console import Console
+
+from app.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder, write_commands
 from app.measure import Measurements
-from app.monitor import Recorder, RecorderError
+from app.monitor import Recorder, RecorderError, Viewer, ViewOptions
 from app.outcome import Outcome
 from app.session import Session, Tick
 from app.status_line import StatusLine
@@ -46,6 +48,8 @@ class RunOptions:
     """Where the folder of the run is made."""
     weights: Path | None = None
     """Of the grasp network; None takes those that come with the package."""
+    view: ViewOptions = field(default_factory=ViewOptions)
+    """How it is watched meanwhile."""
 
 
 class Result(NamedTuple):
@@ -62,9 +66,10 @@ def run_task(options: RunOptions) -> Result:
     """Run a task in simulation.
 
     Raises:
-        TaskFileError, SceneError, WeightsError, FolderError, RecorderError: bad input; nothing has
-            moved.
+        TaskFileError, SceneError, WeightsError, FolderError, ViewError, RecorderError: bad input;
+            nothing has moved.
     """
+    viewer = Viewer(options.view, say=_tell)
     task = load(options.tree, overrides=options.parameters)
     world = load_scene(options.scene, options.seed)
     detector = GraspDetector(options.weights)
@@ -89,10 +94,15 @@ def run_task(options: RunOptions) -> Result:
         tree=tree_view(nodes),
         model=robot_model(model_name),
         scene=scene_view(world),
-        lossless=True,
+        lossless=not options.paced,
+        server=viewer.server,
     )
     begun = stopwatch()
-    with _interrupts() as interrupted, StatusLine(tree_view(nodes)) as status_line:
+    with (
+        viewer.showing(folder / VIEWER_LOG),
+        _interrupts() as interrupted,
+        StatusLine(tree_view(nodes)) as status_line,
+    ):
 
         def watch(tick: Tick) -> None:
             seen = snapshot(tick, nodes, world)
@@ -129,6 +139,11 @@ def run_task(options: RunOptions) -> Result:
         )
         summary.write(folder / SUMMARY)
     return Result(outcome, summary, folder, warning)
+
+
+def _tell(text: str) -> None:
+    """Say something to the person at the terminal."""
+    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
 
 
 def _supports(world: World) -> dict[str, str]:

@@ -22,8 +22,8 @@ _FEWEST_ROWS = 22
 _BACKGROUND = (24, 26, 31)
 
 
-def blueprint(tree: Sequence[NodeInfo], scene: SceneView) -> rrb.Blueprint:
-    """The layout for a run of `tree` in `scene`."""
+def blueprint(tree: Sequence[NodeInfo], scene: SceneView, *, live: bool) -> rrb.Blueprint:
+    """The layout for a run of `tree` in `scene`; the cursor of a `live` one stays at its end."""
     history = rrb.StateTimelineView(
         origin="/status", name="history", time_view=_last(_HISTORY_WINDOW)
     )
@@ -53,7 +53,9 @@ def blueprint(tree: Sequence[NodeInfo], scene: SceneView) -> rrb.Blueprint:
             ),
             column_shares=[1, 1.15, 1.75],
         ),
-        rrb.TimePanel(state="collapsed", timeline="t", play_state="playing"),
+        rrb.TimePanel(
+            state="collapsed", timeline="t", play_state="following" if live else "playing"
+        ),
         rrb.BlueprintPanel(state="hidden"),
         rrb.SelectionPanel(state="hidden"),
         auto_views=False,

@@ -1,7 +1,8 @@
-"""The way from the control loop to the disk: a bounded queue and one thread that empties it.
+"""The way from the control loop to disk and viewer: a bounded queue and a thread that empties it.
 
-The loop only appends. When the writer falls behind, a simulation waits for it and keeps every tick;
-a robot cannot wait and loses the oldest ones, counted.
+The loop only appends. When the writer falls behind, a simulation that goes as fast as it can waits
+for it and keeps every tick; whatever runs in real time cannot wait and loses the oldest ones,
+counted.
 """
 
 from __future__ import annotations
@@ -13,9 +14,6 @@ from typing import Generic, TypeVar
 
 Item = TypeVar("Item")
 
-_LONGEST_WAIT = 1.0
-"""Nothing waits longer than this for a full batch [s of real time]."""
-
 
 class Feed(Generic[Item]):
     """Hands items to a slow writer, in order and in batches, from a thread of its own.
@@ -24,6 +22,7 @@ class Feed(Generic[Item]):
         write: called with one batch at a time, never empty, always from the same thread. The first
             exception ends the writing, not the run.
         lossless: wait when the queue is full, instead of dropping the oldest item.
+        period: nothing waits longer than this for a full batch [s of real time].
         capacity: most items that wait.
         batch: items that are worth a call of `write`.
     """
@@ -33,13 +32,15 @@ class Feed(Generic[Item]):
         write: Callable[[Sequence[Item]], None],
         *,
         lossless: bool,
+        period: float = 0.5,
         capacity: int = 400,
-        batch: int = 50,
+        batch: int = 100,
     ) -> None:
         self.dropped = 0
         self.error: Exception | None = None
         self._write = write
         self._lossless = lossless
+        self._period = period
         self._capacity = capacity
         self._batch = min(batch, capacity)
         self._items: deque[Item] = deque()
@@ -100,7 +101,7 @@ class Feed(Generic[Item]):
             while not self._items and not self._closing:
                 self._changed.wait()
             self._changed.wait_for(
-                lambda: len(self._items) >= self._batch or self._closing, timeout=_LONGEST_WAIT
+                lambda: len(self._items) >= self._batch or self._closing, timeout=self._period
             )
             batch = list(self._items)
             self._items.clear()
