@@ -10,7 +10,7 @@ import rerun.blueprint as rrb
 from rerun.blueprint import archetypes, encodings
 
 from app.monitor.snapshot import NodeInfo, SceneView
-from app.monitor.tree_panel import ROW, pill_boxes
+from app.monitor.tree_layout import MOST_SHOWN, ROW, listed
 from hw.sim.shapes import Plane
 
 _PLOT_WINDOW = 20.0
@@ -34,9 +34,11 @@ def blueprint(tree: Sequence[NodeInfo], scene: SceneView, *, live: bool) -> rrb.
             name="velocities",
         ),
         rrb.Vertical(
-            _plot("error", "distance to the goal"), _plot("manipulability"), name="controller"
+            _plot("error", "distance to the goal"),
+            _plot("controller", "manipulability and slack"),
+            name="controller",
         ),
-        rrb.Vertical(_plot("slack"), _plot("tick", "computing time"), name="loop"),
+        _plot("loop"),
         active_tab=0,
     )
     camera = rrb.Spatial2DView(
@@ -44,7 +46,7 @@ def blueprint(tree: Sequence[NodeInfo], scene: SceneView, *, live: bool) -> rrb.
     )
     return rrb.Blueprint(
         rrb.Horizontal(
-            rrb.Vertical(_tree(tree), _now(), row_shares=[5, 1]),
+            rrb.Vertical(_trees(tree), _words(), row_shares=[5, 1]),
             rrb.Vertical(history, _log(), row_shares=[2, 1]),
             rrb.Vertical(
                 _scene(scene),
@@ -57,7 +59,7 @@ def blueprint(tree: Sequence[NodeInfo], scene: SceneView, *, live: bool) -> rrb.
             state="collapsed", timeline="t", play_state="following" if live else "playing"
         ),
         rrb.BlueprintPanel(state="hidden"),
-        rrb.SelectionPanel(state="hidden"),
+        rrb.SelectionPanel(state="collapsed"),
         auto_views=False,
     )
 
@@ -81,19 +83,29 @@ def _plot(
     )
 
 
-def _tree(tree: Sequence[NodeInfo]) -> rrb.Spatial2DView:
-    left, height, width = pill_boxes(tree).T
+def _trees(tree: Sequence[NodeInfo]) -> rrb.Tabs:
+    listing = listed(tree)
+    rows = np.clip(len(tree), _FEWEST_ROWS, MOST_SHOWN)
     bounds = rrb.VisualBounds2D(
-        x_range=(-ROW, float((left + width).max()) + ROW / 2),
-        y_range=(-ROW, max(float(height[-1]) + ROW, ROW * _FEWEST_ROWS)),
+        x_range=(-ROW, float((listing.left + listing.width).max()) + ROW / 2),
+        y_range=(-ROW, ROW * float(rows)),
     )
-    return rrb.Spatial2DView(
-        origin="/tree", name="tree", visual_bounds=bounds, background=_BACKGROUND
+    return rrb.Tabs(
+        rrb.Spatial2DView(
+            origin="/tree/list", name="tree", visual_bounds=bounds, background=_BACKGROUND
+        ),
+        rrb.Spatial2DView(origin="/tree/chart", name="top-down", background=_BACKGROUND),
+        rrb.GraphView(origin="/tree/graph", name="graph"),
+        active_tab=0,
     )
 
 
-def _now() -> rrb.TextDocumentView:
-    return rrb.TextDocumentView(origin="/now", name="now")
+def _words() -> rrb.Tabs:
+    return rrb.Tabs(
+        rrb.TextDocumentView(origin="/now", name="now"),
+        rrb.TextDocumentView(origin="/blackboard", name="blackboard"),
+        active_tab=0,
+    )
 
 
 def _log() -> rrb.TextLogView:

@@ -19,7 +19,7 @@ _PERIOD = 0.5
 _LIVE_PERIOD = 0.2
 """How long the writer gathers what it writes at once [s of real time]."""
 
-_DEPTH_PERIOD = 0.2
+_DEPTH_PERIOD = 0.4
 """Depth images are kept no oftener than this [s]."""
 
 _PATIENCE = 30.0

@@ -21,6 +21,7 @@ from app.monitor.signals_panel import SignalsPanel
 from app.monitor.snapshot import NodeInfo, SceneView, Snapshot
 from app.monitor.tree_panel import TreePanel
 from app.monitor.viewer import Address
+from app.monitor.words_panel import WordsPanel
 from controller import RobotModel
 
 APPLICATION = "frankie-task"
@@ -69,6 +70,7 @@ class Writer:
             socket.create_connection((server.host, server.port), timeout=_FAREWELL).close()
         self._panels = (
             TreePanel(self._stream, tree),
+            WordsPanel(self._stream, tree),
             ScenePanel(self._stream, model, scene),
             CameraPanel(self._stream),
             SignalsPanel(self._stream, model.limits),
