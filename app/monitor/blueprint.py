@@ -123,7 +123,7 @@ def _scene(scene: SceneView) -> rrb.Spatial3DView:
     low, high = points.min(axis=0), points.max(axis=0)
     target = np.append((low + high)[:2] / 2.0, 0.5)
     reach = max(float(np.linalg.norm((high - low)[:2])), 2.0)
-    eye = target + reach * np.array([-0.3, -0.7, 0.5])
+    eye = target + reach * np.array([-0.25, -0.55, 0.42])
     relative = rrb.TimeRangeBoundary.cursor_relative
     trail = rrb.VisibleTimeRanges(
         timeline="t", start=relative(seconds=-_TRAIL_WINDOW), end=relative()
@@ -134,7 +134,7 @@ def _scene(scene: SceneView) -> rrb.Spatial3DView:
         contents=["+ $origin/**", "- /world/camera/quality", "- /world/camera/grasps"],
         overrides={
             "world/trail": trail,
-            "world/camera/depth": rr.DepthImage.from_fields(
+            "world/camera/depth": rr.EncodedDepthImage.from_fields(
                 colormap="viridis", point_fill_ratio=0.6
             ),
         },
