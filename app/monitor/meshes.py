@@ -95,7 +95,7 @@ def _thinned(name: str) -> Mesh:
     vertices, normals, colours, triangles, count = [], [], [], [], 0
     for piece in trimesh.load_scene(Path(rtbdata.__path__[0]) / _FOLDER / f"{name}.dae").dump():
         piece.merge_vertices(merge_norm=True, merge_tex=True)
-        colour = piece.visual.material.main_color[:3]
+        colour = getattr(piece.visual, "material", piece.visual).main_color[:3]
         fewest = min(len(piece.faces), _FEWEST)
         thin = fast_simplification.simplify(
             np.asarray(piece.vertices, np.float32),
