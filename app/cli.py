@@ -86,11 +86,29 @@ def run(
     web_port: Annotated[
         int | None, typer.Option(help="Of the page of --view web.", min=1, max=65535)
     ] = None,
+    control: Annotated[
+        bool, typer.Option("--control", help="Serve a page that pauses, steps and stops the run.")
+    ] = False,
+    control_port: Annotated[
+        int | None, typer.Option(help="Of the page of --control.", min=1, max=65535)
+    ] = None,
+    paused: Annotated[bool, typer.Option("--paused", help="Wait before the first tick.")] = False,
+    stop_before: Annotated[
+        list[str] | None,
+        typer.Option("--break", help="Pause before this node: its name, key or path."),
+    ] = None,
+    groot2: Annotated[
+        bool, typer.Option("--groot2", help="Serve Groot2, the tree editor.")
+    ] = False,
+    groot2_port: Annotated[
+        int, typer.Option(help="Of --groot2; the next one is taken too.", min=1, max=65534)
+    ] = 1667,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as one JSON object.")
     ] = False,
 ) -> None:
     """Run a task; leaves a folder with a recording and a summary."""
+    from app.control_room import ControlOptions
     from app.monitor import View, ViewOptions
     from app.run import RunOptions, run_task
 
@@ -107,6 +125,14 @@ def run(
                 weights=weights,
                 view=ViewOptions(
                     view=View(view.value), host=view_host, port=view_port, web_port=web_port
+                ),
+                control=ControlOptions(
+                    page=control,
+                    page_port=control_port,
+                    paused=paused,
+                    breaks=tuple(stop_before or ()),
+                    groot=groot2,
+                    groot_port=groot2_port,
                 ),
             )
         )

@@ -36,3 +36,5 @@ class Outcome:
     """For people: what was achieved or what went wrong."""
     node: str = ""
     """The node that failed or crashed; empty if none did."""
+    trace: str = ""
+    """Where in the code a leaf crashed, as Python tells it; empty if none did."""

@@ -1,18 +1,21 @@
 """The loop: read the robot, tick the tree, step the controller, pass the gate; again.
 
 It is the only place that commands motion. Whatever happens, an end of the tree, an exception in a
-leaf, an interrupt, the robot is brought to rest within its limits before `run` returns.
+leaf, an interrupt, the robot is brought to rest within its limits before `run` returns. While the
+run is paused the loop goes on without the tree, which brings the robot to rest as well.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from traceback import format_exception
 
 import numpy as np
 import py_trees
 from py_trees.common import Status
 
+from app.control import Control, TaskClock
 from app.measure import Measurements
 from app.outcome import End, Outcome
 from behaviours import Context, LeafCrashedError
@@ -37,6 +40,8 @@ class Tick:
     context: Context
     seconds: float
     """Real time it took, without perception [s]."""
+    paused: bool
+    """Whether a person keeps the tree from being ticked."""
 
 
 class Session:
@@ -48,8 +53,9 @@ class Session:
         controller: turns their goal into velocities.
         gate: stands before the robot.
         measurements: what is measured on the way.
+        clock: the task's clock, held while paused; the loop itself runs on the session's behind it.
+        control: what people want; asked every tick.
         watch: called after every tick.
-        interrupted: whether a person wants it to end; asked every tick.
     """
 
     def __init__(
@@ -60,16 +66,18 @@ class Session:
         controller: HolisticController,
         gate: Gate,
         measurements: Measurements,
+        clock: TaskClock,
+        control: Control,
         watch: Callable[[Tick], None],
-        interrupted: Callable[[], bool],
     ) -> None:
         self._root = root
         self._context = context
         self._controller = controller
         self._gate = gate
         self._measurements = measurements
+        self._clock = clock
+        self._control = control
         self._watch = watch
-        self._interrupted = interrupted
         self._number = 0
         self._period = controller.settings.period
 
@@ -88,7 +96,8 @@ class Session:
         try:
             return part()
         except LeafCrashedError as error:
-            return Outcome(end=End.CRASH, reason=str(error), node=error.leaf)
+            trace = "".join(format_exception(error.__cause__))
+            return Outcome(end=End.CRASH, reason=str(error), node=error.leaf, trace=trace)
         except GoalError as error:
             leaf = self._context.goal_of
             name = str(getattr(leaf[0], "name", "")) if leaf else ""
@@ -97,7 +106,12 @@ class Session:
             return Outcome(end=End.HARDWARE, reason=str(error))
 
     def _run_tree(self) -> Outcome:
-        while not self._interrupted():
+        while not self._control.stopped:
+            if not self._control.take_turn():
+                self._clock.hold()
+                self._tick(None)
+                continue
+            self._clock.release()
             self._tick(self._root.tick_once)
             if self._root.status is Status.SUCCESS:
                 return Outcome(end=End.SUCCESS, reason=self._root.feedback_message)
@@ -116,17 +130,26 @@ class Session:
             end=End.HARDWARE, reason=f"the robot still moves after {_LONGEST_STOP:g} s of braking"
         )
 
-    def _tick(self, tick_tree: Callable[[], None]) -> RobotState:
-        """One turn of the loop; returns the reading that it began with."""
-        context, clock = self._context, self._context.clock
+    def _tick(self, tick_tree: Callable[[], None] | None) -> RobotState:
+        """One turn of the loop; returns the reading that it began with.
+
+        Without `tick_tree` the run is paused: the robot comes to rest, and the context keeps goal
+        and report, so that the leaf that goes on finds what the controller said last.
+        """
+        context, clock = self._context, self._clock.session
         begun, looked = stopwatch(), context.eyes.seconds
         state = context.robot.read()
         self._measurements.reading(state)
-        context.begin_tick(state)
-        tick_tree()
-        command, report = self._controller.step(state, context.goal, self._gate.applied)
+        if tick_tree is None:
+            context.state, goal = state, None
+        else:
+            context.begin_tick(state)
+            tick_tree()
+            goal = context.goal
+        command, report = self._controller.step(state, goal, self._gate.applied)
         applied = self._gate.send(command, state, clock.now())
-        context.end_tick(report)
+        if tick_tree is not None:
+            context.end_tick(report)
         seconds = stopwatch() - begun - (context.eyes.seconds - looked)
         self._measurements.command(state.stamp, applied)
         self._measurements.ticks_s.append(seconds)
@@ -138,9 +161,12 @@ class Session:
                 report=report,
                 context=context,
                 seconds=seconds,
+                paused=tick_tree is None,
             )
         )
         self._number += 1
+        if tick_tree is None:
+            self._control.wait(self._period - (stopwatch() - begun))
         clock.sleep_until(self._number * self._period)
         return state
 
