@@ -19,6 +19,12 @@ _TRAIL_WINDOW = 8.0
 _FEWEST_ROWS = 22
 """A small tree is drawn as large as one of so many nodes, so that its labels fit its pills."""
 
+_EYE = np.array([-0.12, -0.60, 0.42])
+_AIM = np.array([0.06, -0.05, 0.0])
+"""From where and at what the scene is looked at, from its middle, as shares of its size."""
+_CLOUD_RANGE = (150.0, 1500.0)
+"""Depths that get the first and the last colour of the cloud [mm]."""
+
 _BACKGROUND = (24, 26, 31)
 
 
@@ -121,9 +127,9 @@ def _scene(scene: SceneView) -> rrb.Spatial3DView:
     parts = [part for part in scene.fixtures if not isinstance(part.shape, Plane)]
     points = np.array([[0.0, 0.0, 0.0], *(part.pose.translation for part in parts)])
     low, high = points.min(axis=0), points.max(axis=0)
-    target = np.append((low + high)[:2] / 2.0, 0.5)
     reach = max(float(np.linalg.norm((high - low)[:2])), 2.0)
-    eye = target + reach * np.array([-0.25, -0.55, 0.42])
+    target = np.append((low + high)[:2] / 2.0, 0.3) + reach * _AIM
+    eye = target + reach * _EYE
     relative = rrb.TimeRangeBoundary.cursor_relative
     trail = rrb.VisibleTimeRanges(
         timeline="t", start=relative(seconds=-_TRAIL_WINDOW), end=relative()
@@ -135,7 +141,7 @@ def _scene(scene: SceneView) -> rrb.Spatial3DView:
         overrides={
             "world/trail": trail,
             "world/camera/depth": rr.EncodedDepthImage.from_fields(
-                colormap="viridis", point_fill_ratio=0.6
+                colormap="viridis", point_fill_ratio=0.6, depth_range=_CLOUD_RANGE
             ),
         },
         background=_BACKGROUND,

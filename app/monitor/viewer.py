@@ -106,12 +106,10 @@ class Viewer:
         if self._view is View.NONE:
             return
         host = _checked(options.host)
-        port = _free_port(host, options.port, USUAL_PORT, "--view-port")
+        port = _port(host, options.port, USUAL_PORT, "--view-port")
         self.server = Address(host=host, port=port)
         if self._view is View.WEB:
-            self._web_port = _free_port(
-                host, options.web_port, USUAL_WEB_PORT, "--web-port", taken=port
-            )
+            self._web_port = _port(host, options.web_port, USUAL_WEB_PORT, "--web-port", taken=port)
             source = quote(self.server.url, safe="")
             self.page = f"http://{_reachable(host)}:{self._web_port}/?url={source}"
 
@@ -161,7 +159,7 @@ class Viewer:
             port = self._web_port
             where = [self.server.host, "--serve-web", "--web-viewer-port", str(port)]
             return [*program, *where, self.server.url], port
-        port = _free_port(LOOPBACK, None, 0, "")
+        port = free_port(LOOPBACK)
         where = [LOOPBACK, "--port", str(port), "--connect", self.server.url]
         return [*program, *where, "--expect-data-soon"], port
 
@@ -208,9 +206,12 @@ def _reachable(host: str) -> str:
     return LOOPBACK if ipaddress.ip_address(host).is_unspecified else host
 
 
-def _free_port(
-    host: str, chosen: int | None, usual: int, option: str, taken: int | None = None
-) -> int:
+def free_port(host: str) -> int:
+    """Any port that nobody listens on."""
+    return _port(host, None, 0, "")
+
+
+def _port(host: str, chosen: int | None, usual: int, option: str, taken: int | None = None) -> int:
     """The chosen port, or else the usual or any other free one.
 
     Args:
