@@ -160,6 +160,7 @@ def _run(
             duration=duration,
             real_seconds=real_seconds,
             perception_seconds=rig.eyes.seconds,
+            dropped_snapshots=recorder.dropped,
         )
         summary.write(folder / SUMMARY)
     return Result(outcome, summary, folder, warning)

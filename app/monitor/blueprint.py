@@ -10,7 +10,7 @@ import rerun.blueprint as rrb
 from rerun.blueprint import archetypes, encodings
 
 from app.monitor.snapshot import NodeInfo, SceneView
-from app.monitor.tree_layout import MOST_SHOWN, ROW, listed
+from app.monitor.tree_layout import MOST_SHOWN, ROW, Layout, charted, listed
 from hw.sim.shapes import Plane
 
 _PLOT_WINDOW = 20.0
@@ -100,9 +100,21 @@ def _trees(tree: Sequence[NodeInfo]) -> rrb.Tabs:
         rrb.Spatial2DView(
             origin="/tree/list", name="tree", visual_bounds=bounds, background=_BACKGROUND
         ),
-        rrb.Spatial2DView(origin="/tree/chart", name="top-down", background=_BACKGROUND),
+        rrb.Spatial2DView(
+            origin="/tree/chart",
+            name="top-down",
+            visual_bounds=_around(charted(tree)),
+            background=_BACKGROUND,
+        ),
         rrb.GraphView(origin="/tree/graph", name="graph"),
         active_tab=0,
+    )
+
+
+def _around(layout: Layout) -> rrb.VisualBounds2D:
+    return rrb.VisualBounds2D(
+        x_range=(-ROW, float((layout.left + layout.width).max()) + ROW),
+        y_range=(-ROW, float(layout.height.max()) + ROW),
     )
 
 

@@ -52,7 +52,7 @@ def headless_viewer(
     from rerun.experimental import ViewerClient
 
     port = free_port(LOOPBACK)
-    command = [viewer_program(), "--headless", "--bind", LOOPBACK, "--port", str(port)]
+    command = [str(viewer_program()), "--headless", "--bind", LOOPBACK, "--port", str(port)]
     command += ["--window-size", size]
     if watch is not None:
         command += ["--connect", watch]

@@ -93,17 +93,18 @@ def _thinned(name: str) -> Mesh:
 
     share = _KEPT_OF_BASE if name == "omron" else _KEPT
     vertices, normals, colours, triangles, count = [], [], [], [], 0
-    for piece in trimesh.load_scene(Path(rtbdata.__path__[0]) / _FOLDER / f"{name}.dae").dump():
+    pieces: Any = trimesh.load_scene(Path(rtbdata.__path__[0]) / _FOLDER / f"{name}.dae").dump()
+    for piece in pieces:
         piece.merge_vertices(merge_norm=True, merge_tex=True)
         colour = getattr(piece.visual, "material", piece.visual).main_color[:3]
         fewest = min(len(piece.faces), _FEWEST)
-        thin = fast_simplification.simplify(
+        thin_vertices, thin_faces = fast_simplification.simplify(
             np.asarray(piece.vertices, np.float32),
             np.asarray(piece.faces),
             target_count=max(fewest, round(share * len(piece.faces))),
         )
         smooth = trimesh.graph.smooth_shade(
-            trimesh.Trimesh(*thin, process=False), angle=float(_HARD_EDGE)
+            trimesh.Trimesh(thin_vertices, thin_faces, process=False), angle=float(_HARD_EDGE)
         )
         vertices.append(smooth.vertices)
         normals.append(smooth.vertex_normals)

@@ -61,7 +61,16 @@ def make(folder: Path) -> list[Path]:
 def _live(path: Path, record: Path) -> Path:
     """The whole viewer while a task runs; the run is stopped then."""
     port = free_port(LOOPBACK)
-    options = ["--view", "web", "--view-port", str(port), "--speed", "real", "--record", record]
+    options = [
+        "--view",
+        "web",
+        "--view-port",
+        str(port),
+        "--speed",
+        "real",
+        "--record",
+        str(record),
+    ]
     command = [sys.executable, "-m", "app.cli", "run", "pick_place", *options]
     with subprocess.Popen(command) as run:
         try:
@@ -89,7 +98,7 @@ def _maximised(viewer: HeadlessViewer, path: Path, view: str, moment: float) -> 
     (view_id,) = (v.view_id for v in client.get_state().views if v.name == view)
     layout = client.get_blueprint().blueprint
     layout["/viewport"]["ViewportBlueprint"]["maximized"] = view_id
-    client.set_blueprint(layout)
+    client.set_blueprint(layout, of="recording")
     client.set_time("t", duration=moment, play_state="paused")
     threading.Event().wait(_NOTICES)
     path.write_bytes(client.take_screenshot(view_id))
