@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from app.afterwards import explain, runs, view
 from app.bench.commands import bench
 from app.outcome import EXIT_BAD_INPUT
 from app.refuse import bad_input, find_tree, refuse
@@ -170,6 +171,10 @@ def check(
             console.print(f"{path}: good", highlight=False, markup=False)
     if errors:
         raise typer.Exit(EXIT_BAD_INPUT)
+
+
+for command in (runs, view, explain):
+    app.command()(command)
 
 
 @grasp.command("train")

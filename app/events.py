@@ -9,7 +9,7 @@ It is written as things happen, so that a run whose process was killed tells as 
 | `now` | once a second | `node` (the one that decides), `message`, `values` |
 | `fault` | the robot's faults changed | `faults` (texts; empty when healthy again) |
 | `pause`, `resume` | a person did so | `why` |
-| `end` | after the last tick | `outcome`, `reason`, `node` (name), `trace`, `values` |
+| `end` | after the last tick | `outcome`, `reason`, `node` (index or null), `trace`, `values` |
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from app.control import Hook
 from app.monitor import Snapshot
 from app.monitor.every import Every
 from app.monitor.snapshot import tip
@@ -57,6 +59,7 @@ class EventLog:
 
     def __init__(self, path: Path, task: str, nodes: Sequence[PlacedNode]) -> None:
         self._file: TextIO = path.open("w", encoding="utf-8", buffering=1)
+        self._nodes = [place.node for place in nodes]
         self._statuses = [Status.INVALID] * len(nodes)
         self._faults: tuple[str, ...] = ()
         self._paused = False
@@ -125,10 +128,15 @@ class EventLog:
             time,
             outcome=outcome.end.value,
             reason=outcome.reason,
-            node=outcome.node,
+            node=self._index(outcome.where),
             trace=outcome.trace,
             values=values(self._last) if self._last is not None else {},
         )
+
+    def _index(self, node: Behaviour | None) -> int | None:
+        """Which node of the tree it is; a hook stands for the node behind it."""
+        known = node.node if isinstance(node, Hook) else node
+        return self._nodes.index(known) if known in self._nodes else None
 
     def _write(self, event: str, time: float, **fields: object) -> None:
         line = {"event": event, "time": round(time, 4), **fields}
@@ -136,20 +144,17 @@ class EventLog:
 
 
 def values(seen: Snapshot) -> dict[str, float]:
-    """The numbers that tell most often why something failed; only those that there are.
-
-    Each key ends in its unit.
-    """
+    """The numbers that tell most often why something failed; only those that there are."""
     signals, state = seen.signals, seen.state
     x, y = state.wTb.translation[:2]
     numbers = {
-        "goal distance m": signals.position_error,
-        "goal angle deg": degrees(signals.orientation_error),
-        "fingers mm": 1000.0 * state.gripper_width,
-        "base x m": float(x),
-        "base y m": float(y),
-        "base speed m/s": float(np.hypot(*state.base_twist[:2])),
-        "fastest joint rad/s": float(np.abs(state.qd).max()),
+        "goal distance [m]": signals.position_error,
+        "goal angle [deg]": degrees(signals.orientation_error),
+        "fingers apart [mm]": 1000.0 * state.gripper_width,
+        "base x [m]": float(x),
+        "base y [m]": float(y),
+        "base speed [m/s]": float(np.hypot(*state.base_twist[:2])),
+        "fastest joint [rad/s]": float(np.abs(state.qd).max()),
         "manipulability": signals.manipulability,
         "grasp quality": seen.grasp.quality if seen.grasp is not None else float("nan"),
     }

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from traceback import format_exception
 
 import numpy as np
-import py_trees
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from app.control import Control, TaskClock
@@ -22,6 +22,7 @@ from behaviours import Context, LeafCrashedError
 from controller import Command, GoalError, HolisticController, StepReport
 from hw import HardwareError, RobotState, stopwatch
 from hw.gate import Gate
+from trees.language.branch import Branch
 
 _LONGEST_STOP = 3.0
 """Coming to rest is given up after this [s]."""
@@ -61,7 +62,7 @@ class Session:
     def __init__(
         self,
         *,
-        root: py_trees.behaviour.Behaviour,
+        root: Behaviour,
         context: Context,
         controller: HolisticController,
         gate: Gate,
@@ -97,13 +98,17 @@ class Session:
             return part()
         except LeafCrashedError as error:
             trace = "".join(format_exception(error.__cause__))
-            return Outcome(end=End.CRASH, reason=str(error), node=error.leaf, trace=trace)
+            leaf = last_ticked(self._root)
+            return Outcome(
+                end=End.CRASH, reason=str(error), node=error.leaf, where=leaf, trace=trace
+            )
         except GoalError as error:
-            leaf = self._context.goal_of
-            name = str(getattr(leaf[0], "name", "")) if leaf else ""
-            return Outcome(end=End.CRASH, reason=str(error), node=name)
+            setter = self._context.goal_of[0] if self._context.goal_of else None
+            where = setter if isinstance(setter, Behaviour) else None
+            name = where.name if where else ""
+            return Outcome(end=End.CRASH, reason=str(error), node=name, where=where)
         except HardwareError as error:
-            return Outcome(end=End.HARDWARE, reason=str(error))
+            return Outcome(end=End.HARDWARE, reason=str(error), where=last_ticked(self._root))
 
     def _run_tree(self) -> Outcome:
         while not self._control.stopped:
@@ -117,8 +122,10 @@ class Session:
                 return Outcome(end=End.SUCCESS, reason=self._root.feedback_message)
             if self._root.status is not Status.RUNNING:
                 node = failed_node(self._root)
-                return Outcome(end=End.FAILURE, reason=node.feedback_message, node=node.name)
-        return Outcome(end=End.INTERRUPTED, reason="interrupted by a person")
+                reason = node.feedback_message
+                return Outcome(end=End.FAILURE, reason=reason, node=node.name, where=node)
+        where = last_ticked(self._root)
+        return Outcome(end=End.INTERRUPTED, reason="interrupted by a person", where=where)
 
     def _come_to_rest(self) -> Outcome:
         """Tick without the tree until nothing moves."""
@@ -171,9 +178,17 @@ class Session:
         return state
 
 
-def failed_node(root: py_trees.behaviour.Behaviour) -> py_trees.behaviour.Behaviour:
+def failed_node(root: Behaviour) -> Behaviour:
     """The deepest node that made a failed tree fail: down the last failed child of each node."""
     node = root
     while failed := [child for child in node.children if child.status is Status.FAILURE]:
         node = failed[-1]
+    return node
+
+
+def last_ticked(root: Behaviour) -> Behaviour:
+    """The leaf that was ticked last, or was being ticked when an exception came."""
+    node = root
+    while isinstance(node, Branch) and node.current_child is not None:
+        node = node.current_child
     return node
