@@ -1,4 +1,4 @@
-"""`frankie-task runs`, `view` and `explain`: what to do with runs that are over."""
+"""`frankie-task runs`, `view`, `explain` and `export`: what to do with runs that are over."""
 
 from __future__ import annotations
 
@@ -71,3 +71,19 @@ def explain(run: Run = "last", runs: Runs = Path("runs")) -> None:
     except NoEventsError as error:
         refuse(str(error))
     Console().print(text, soft_wrap=True, highlight=False, markup=False)
+
+
+def export(
+    run: Annotated[list[str], typer.Argument(help="Runs, as for `explain`; an episode each.")],
+    lerobot: Annotated[Path, typer.Option(help="Write a LeRobotDataset into this new folder.")],
+    runs: Runs = Path("runs"),
+    fps: Annotated[int, typer.Option(help="Frames a second; divides the control rate.")] = 50,
+) -> None:
+    """Export the motion of runs for learning."""
+    from app.lerobot import ExportError, export_lerobot
+
+    try:
+        frames = export_lerobot([find(name, runs) for name in run], lerobot, fps)
+    except ExportError as error:
+        refuse(str(error))
+    typer.echo(f"{lerobot}: {len(run)} episodes, {frames} frames")

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from app.afterwards import explain, runs, view
+from app.afterwards import explain, export, runs, view
 from app.bench.commands import bench
 from app.outcome import EXIT_BAD_INPUT
 from app.refuse import bad_input, find_tree, refuse
@@ -173,7 +173,7 @@ def check(
         raise typer.Exit(EXIT_BAD_INPUT)
 
 
-for command in (runs, view, explain):
+for command in (runs, view, explain, export):
     app.command()(command)
 
 
