@@ -99,7 +99,7 @@ class ControlRoom:
                         self.control,
                         tree,
                         inject=rig.robot.inject,
-                        mend=self._mend,
+                        mend=self.mend,
                         viewer=viewer,
                         port=options.page_port,
                     )
@@ -130,7 +130,7 @@ class ControlRoom:
         if self._page is not None:
             self._page.show(seen)
         if self._groot is not None:
-            self._groot.show(seen, values(seen))
+            self._groot.show(seen, {**seen.blackboard, **values(seen)})
         if self._mended and not seen.state.faults:
             self._mended = False
             self._rig.gate.release()
@@ -154,7 +154,7 @@ class ControlRoom:
         if self._groot is not None:
             self._groot.reached(hook, side)
 
-    def _mend(self) -> None:
+    def mend(self) -> None:
         """Take injected faults away; the gate opens again on the loop, with the next reading."""
         self._rig.robot.mend()
         self._mended = True

@@ -126,7 +126,8 @@ def _run(
         def watch(tick: Tick) -> None:
             seen = snapshot(tick, nodes, rig.world)
             recorder.record(seen)
-            changed = events.update(seen, paused=tick.paused, why=room.control.state.why)
+            why = room.control.state.why if tick.paused else ""
+            changed = events.update(seen, paused=tick.paused, why=why)
             room.show(seen, changed=changed)
             status_line.update(seen, placed=log.placed, attempts=log.attempts)
 

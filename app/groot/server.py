@@ -212,8 +212,9 @@ class GrootServer:
     def _blackboard(self, names: bytes) -> Reply:
         with self._lock:
             boards = {self._task: dict(self._values)}
-        wanted = names.decode().split(";")
-        packed: bytes = self._pack({n: b for n, b in boards.items() if n in wanted}, default=str)
+        if wanted := names.decode():  # no name at all means every board
+            boards = {name: boards[name] for name in wanted.split(";") if name in boards}
+        packed: bytes = self._pack(boards, default=str)
         return packed
 
     def _insert(self, text: bytes) -> Reply:
