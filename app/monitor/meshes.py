@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -83,7 +84,8 @@ def _keep(path: Path, made: dict[str, Mesh]) -> None:
         np.savez_compressed(draft, **arrays)
         draft.replace(path)
     except OSError:
-        draft.unlink(missing_ok=True)
+        with suppress(OSError):
+            draft.unlink()
 
 
 def _thinned(name: str) -> Mesh:
@@ -103,9 +105,9 @@ def _thinned(name: str) -> Mesh:
             np.asarray(piece.faces),
             target_count=max(fewest, round(share * len(piece.faces))),
         )
-        smooth = trimesh.graph.smooth_shade(
-            trimesh.Trimesh(thin_vertices, thin_faces, process=False), angle=float(_HARD_EDGE)
-        )
+        mesh = trimesh.Trimesh(thin_vertices, thin_faces, process=False)
+        mesh.update_faces(mesh.nondegenerate_faces())
+        smooth = trimesh.graph.smooth_shade(mesh, angle=float(_HARD_EDGE))
         vertices.append(smooth.vertices)
         normals.append(smooth.vertex_normals)
         colours.append(np.tile(colour, (len(smooth.vertices), 1)))

@@ -299,7 +299,7 @@ def test_a_bare_robot_with_a_one_node_tree_is_recorded(tmp_path: Path) -> None:
 
 def test_a_run_without_a_tick_leaves_a_readable_file(tmp_path: Path) -> None:
     path = record(tmp_path / "x.rrd", [])
-    assert still(path, "/world/robot/base", "Boxes3D:half_sizes")
+    assert still(path, "/world/fixtures", "Boxes3D:half_sizes")
 
 
 @pytest.mark.parametrize("place", ["missing/x.rrd", ""])
