@@ -14,13 +14,13 @@ from app.monitor.tree_layout import MOST_SHOWN, ROW, Layout, charted, listed
 from hw.sim.shapes import Plane
 
 _PLOT_WINDOW = 20.0
-_HISTORY_WINDOW = 45.0
+_HISTORY_WINDOW = 30.0
 _TRAIL_WINDOW = 8.0
 _FEWEST_ROWS = 22
 """A small tree is drawn as large as one of so many nodes, so that its labels fit its pills."""
 
-_EYE = np.array([-0.12, -0.60, 0.42])
-_AIM = np.array([0.06, -0.05, 0.0])
+_EYE = np.array([-0.16, -0.60, 0.42])
+_AIM = np.array([0.13, -0.06, 0.0])
 """From where and at what the scene is looked at, from its middle, as shares of its size."""
 _CLOUD_RANGE = (150.0, 1500.0)
 """Depths that get the first and the last colour of the cloud [mm]."""
@@ -141,7 +141,6 @@ def _scene(scene: SceneView) -> rrb.Spatial3DView:
     low, high = points.min(axis=0), points.max(axis=0)
     reach = max(float(np.linalg.norm((high - low)[:2])), 2.0)
     target = np.append((low + high)[:2] / 2.0, 0.3) + reach * _AIM
-    eye = target + reach * _EYE
     relative = rrb.TimeRangeBoundary.cursor_relative
     trail = rrb.VisibleTimeRanges(
         timeline="t", start=relative(seconds=-_TRAIL_WINDOW), end=relative()
@@ -158,5 +157,5 @@ def _scene(scene: SceneView) -> rrb.Spatial3DView:
         },
         background=_BACKGROUND,
         line_grid=rrb.LineGrid3D(visible=True, spacing=0.5, color=(70, 74, 82)),
-        eye_controls=rrb.EyeControls3D(position=eye, look_target=target),
+        eye_controls=rrb.EyeControls3D(position=target + reach * _EYE, look_target=target),
     )

@@ -43,7 +43,8 @@ class Recorder:
             hangs holds up nothing.
 
     Raises:
-        RecorderError: the file cannot be written, or viewers cannot be served.
+        RecorderError: the file cannot be written.
+        ViewError: viewers cannot be served.
     """
 
     def __init__(

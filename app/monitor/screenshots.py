@@ -25,7 +25,7 @@ GRASPING = 20.3
 CARRYING = 23.0
 """When it is on its way to the table [s]."""
 
-_PATIENCE = 120.0
+_PATIENCE = 600.0
 _REST = 1.5
 """What the viewer needs to draw a new layout [s]."""
 _NOTICES = 8.0

@@ -20,7 +20,7 @@ from app.monitor.scene_panel import ScenePanel
 from app.monitor.signals_panel import SignalsPanel
 from app.monitor.snapshot import NodeInfo, SceneView, Snapshot
 from app.monitor.tree_panel import TreePanel
-from app.monitor.viewer import Address
+from app.monitor.viewer import Address, ViewError
 from app.monitor.words_panel import WordsPanel
 from controller import RobotModel
 
@@ -30,6 +30,7 @@ APPLICATION = "frankie-task"
 _SERVER_MEMORY = "200MB"
 """What viewers that come late can still be shown: more than ten minutes."""
 
+_PATIENCE = 5.0
 _FAREWELL = 1.0
 """Viewers are given so long to fetch the end of a run [s]."""
 
@@ -45,7 +46,8 @@ class Writer:
         server: where viewers are served too; None for nowhere.
 
     Raises:
-        OSError, RuntimeError: the file cannot be written, or nothing can be served there.
+        OSError, RuntimeError: the file cannot be written.
+        ViewError: nothing can be served there.
     """
 
     def __init__(
@@ -66,8 +68,7 @@ class Writer:
             default_blueprint=blueprint(tree, scene, live=self._live),
         )
         if server is not None:
-            # The sink says nothing about a port that it did not get.
-            socket.create_connection((server.host, server.port), timeout=_FAREWELL).close()
+            _check(server)
         self._panels = (
             TreePanel(self._stream, tree),
             WordsPanel(self._stream, tree),
@@ -87,6 +88,17 @@ class Writer:
         if self._live:
             threading.Event().wait(_FAREWELL)
         self._stream.disconnect()
+
+
+def _check(server: Address) -> None:
+    """Raise what the sink does not: that it did not get its port."""
+    try:
+        socket.create_connection((server.host, server.port), timeout=_PATIENCE).close()
+    except OSError as error:
+        raise ViewError(
+            f"nothing can be served on {server.host}:{server.port} ({error.strerror}); "
+            "choose another --view-port, or --view none"
+        ) from error
 
 
 def _served(server: Address) -> rr.GrpcServerSink:
