@@ -133,6 +133,14 @@ def test_signals_have_a_row_every_tick(recording: Path, snapshots: list[Snapshot
     assert errors[100]["scalars"] == pytest.approx([2.0, 0.2, 0.1])
 
 
+def test_dropped_snapshots_show_as_a_curve(tmp_path: Path) -> None:
+    run = [snapshot for snapshot in samples.run(30) if not 10 <= snapshot.tick < 20]
+    loop = rows(record(tmp_path / "x.rrd", run), "/signals/loop")
+    assert loop[-1]["scalars"][1] == 10.0
+    names = still(tmp_path / "x.rrd", "/signals/loop", "SeriesLines:names")
+    assert names == ["tick [ms]", "dropped snapshots"]
+
+
 def test_statuses_are_kept_when_they_change(recording: Path) -> None:
     kept = rows(recording, "/status")
     assert [row["tick"] for row in kept] == [tick for tick, _ in samples.STATUSES]
