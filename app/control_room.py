@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
@@ -109,14 +109,20 @@ class ControlRoom:
             raise
 
     def __enter__(self) -> ControlRoom:
-        if self._stack.enter_context(keys(self.control)):
-            self._say(HELP)
-        if self._page is not None:
-            self._say(f"control at {self._page.url}")
         return self
 
     def __exit__(self, *_: object) -> None:
         self._stack.close()
+
+    @contextmanager
+    def open(self) -> Iterator[None]:
+        """Tell people what they hold, and listen to keys; when the viewer is up that they see."""
+        with keys(self.control) as listening:
+            if listening:
+                self._say(HELP)
+            if self._page is not None:
+                self._say(f"control at {self._page.url}")
+            yield
 
     def show(self, seen: Snapshot, *, changed: bool) -> None:
         """Tell everybody what a tick looked like.

@@ -118,6 +118,7 @@ def _run(
     begun = stopwatch()
     with (
         viewer.showing(folder / VIEWER_LOG),
+        room.open(),
         _interrupts(room.control),
         EventLog(folder / EVENTS, task.name, nodes) as events,
         StatusLine(tree) as status_line,
