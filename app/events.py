@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from math import degrees, isfinite
 from pathlib import Path
@@ -26,6 +27,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from app.control import Hook
+from app.folder import FolderError
 from app.monitor import Snapshot
 from app.monitor.every import Every
 from app.monitor.snapshot import tip
@@ -55,10 +57,14 @@ class EventLog:
         path: the file to write.
         task: name of the task.
         nodes: the nodes of the tree, in preorder.
+
+    Raises:
+        FolderError: it cannot be written. Once the run goes on, that only ends the log.
     """
 
     def __init__(self, path: Path, task: str, nodes: Sequence[PlacedNode]) -> None:
-        self._file: TextIO = path.open("w", encoding="utf-8", buffering=1)
+        self.error: OSError | None = None
+        """Why the log ends early, if it does."""
         self._nodes = [place.node for place in nodes]
         self._statuses = [Status.INVALID] * len(nodes)
         self._faults: tuple[str, ...] = ()
@@ -69,13 +75,21 @@ class EventLog:
             {"path": n.path, "name": n.node.name, "kind": str(getattr(n.node, "key", ""))}
             for n in nodes
         ]
-        self._write("begin", 0.0, task=task, nodes=described)
+        try:
+            self._file: TextIO = path.open("w", encoding="utf-8", buffering=1)
+        except OSError as error:
+            self.error = error
+        else:
+            self._write("begin", 0.0, task=task, nodes=described)
+        if self.error is not None:
+            raise FolderError(f"{path}: cannot be written ({self.error.strerror})") from self.error
 
     def __enter__(self) -> EventLog:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._file.close()
+        with suppress(OSError):
+            self._file.close()
 
     def update(self, seen: Snapshot, *, paused: bool, why: str = "") -> bool:
         """Write down what a tick changed.
@@ -139,8 +153,13 @@ class EventLog:
         return self._nodes.index(known) if known in self._nodes else None
 
     def _write(self, event: str, time: float, **fields: object) -> None:
+        if self.error is not None:
+            return
         line = {"event": event, "time": round(time, 4), **fields}
-        self._file.write(json.dumps(line, ensure_ascii=False) + "\n")
+        try:
+            self._file.write(json.dumps(line, ensure_ascii=False) + "\n")
+        except OSError as error:  # the robot must go on
+            self.error = error
 
 
 def values(seen: Snapshot) -> dict[str, float]:

@@ -7,8 +7,9 @@ import socket
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from urllib.parse import quote
 
-from app.monitor.viewer import LOOPBACK, USUAL_WEB_PORT, ViewError, viewer_program
+from app.monitor.viewer import LOOPBACK, USUAL_WEB_PORT, Address, ViewError, viewer_program
 
 
 def replay(recording: Path, *, web: bool, say: Callable[[str], None]) -> int:
@@ -27,11 +28,13 @@ def replay(recording: Path, *, web: bool, say: Callable[[str], None]) -> int:
     """
     if not recording.is_file():
         raise ViewError(f"{recording}: the run has no recording")
-    command = [str(viewer_program()), "--bind", LOOPBACK, "--port", str(_free_port(0))]
+    data = Address(host=LOOPBACK, port=_free_port(0))
+    command = [str(viewer_program()), "--bind", data.host, "--port", str(data.port)]
     if web:
         port = _free_port(USUAL_WEB_PORT)
         command += ["--serve-web", "--web-viewer-port", str(port)]
-        say(f"the viewer's address follows; Ctrl-C ends it (page on {LOOPBACK}:{port})")
+        page = f"http://{LOOPBACK}:{port}/?url={quote(data.url, safe='')}"
+        say(f"watch at {page}; Ctrl-C ends it")
     elif not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise ViewError("there is no screen here; --web shows the recording in a browser")
     try:

@@ -147,6 +147,8 @@ def _run(
         events.end(outcome, duration)
         rig.robot.close()
         warning = _closed(recorder)
+        if events.error is not None:
+            warning = f"{EVENTS} ends early ({events.error.strerror}); {warning}".rstrip("; ")
         write_arrays(folder, commands=measurements.commands, states=measurements.states)
         summary = summarise(
             task=task.name,

@@ -110,7 +110,7 @@ class Control:
         """Tell that the last tick changed the status of some node."""
         with self._changed:
             if self._to_next_change:
-                self.pause("a node changed its status")
+                self.pause("at a change of the tree")
 
     def wait(self, seconds: float) -> None:
         """Let real time pass while paused; returns early when somebody wants something.

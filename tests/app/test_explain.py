@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -14,12 +15,17 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 import behaviours
+from app.events import EventLog
 from app.explain import NoEventsError, explain
+from app.folder import FolderError
+from app.outcome import End, Outcome
 from app.run import RunOptions, run_task
 from behaviours import Leaf
 from controller import PoseGoal
 from hw import HardwareError
 from hw.sim.robot import SimRobot
+from trees.language import nodes_in_order
+from trees.language.composites import Sequence
 
 HEAD = """\
 task: toy
@@ -302,3 +308,20 @@ def test_every_line_of_the_log_is_sound_json(tmp_path, record):
     assert events[0]["event"] == "begin"
     assert events[-1]["event"] == "end"
     assert [e["time"] for e in events] == sorted(e["time"] for e in events)
+
+
+def test_a_full_disk_ends_the_log_and_not_the_run(tmp_path):
+    nodes = nodes_in_order(Sequence("sequence", []))
+    with pytest.raises(FolderError, match="/dev/full: cannot be written"):
+        EventLog(Path("/dev/full"), "toy", nodes)
+    path = tmp_path / "events.jsonl"
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with EventLog(path, "toy", nodes) as log:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 20, limits[1]))
+        try:
+            log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
+            log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert log.error is not None
+    assert explain(tmp_path).story == []  # what there is can be read
