@@ -20,7 +20,7 @@ _FEWEST_ROWS = 22
 """A small tree is drawn as large as one of so many nodes, so that its labels fit its pills."""
 
 _EYE = np.array([-0.16, -0.60, 0.42])
-_AIM = np.array([0.13, -0.06, 0.0])
+_AIM = np.array([0.09, -0.06, 0.0])
 """From where and at what the scene is looked at, from its middle, as shares of its size."""
 _CLOUD_RANGE = (150.0, 1500.0)
 """Depths that get the first and the last colour of the cloud [mm]."""

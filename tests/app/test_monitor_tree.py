@@ -6,8 +6,8 @@ from pathlib import Path
 import monitor_samples as samples
 import numpy as np
 import pytest
+from monitor_files import record, rows, with_component
 from monitor_samples import FAILURE, IDLE, RUNNING, SUCCESS
-from test_monitor_recording import record, rows, with_component
 
 from app.monitor import NodeInfo, NodeStatus
 from app.monitor.snapshot import parents

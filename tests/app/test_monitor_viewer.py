@@ -10,13 +10,12 @@ from typing import Any
 
 import monitor_samples as samples
 import pytest
+from monitor_files import recorder
 
-from app.monitor import Recorder
 from app.monitor.glyphs import LETTERS, SYMBOLS
 from app.monitor.headless import HeadlessViewer, has_vulkan, headless_viewer
 from app.monitor.screenshots import cursor
 from app.monitor.viewer import LOOPBACK, Address, free_port
-from controller import robot_model
 
 pytestmark = [
     pytest.mark.slow,
@@ -55,11 +54,6 @@ def assert_nothing_is_wrong(viewer: HeadlessViewer) -> None:
         assert len(viewer.client.take_screenshot(view_id)) > 1_000
     reports = {view.name: view.reports for view in viewer.client.get_state().views}
     assert reports == {name: [] for name in views}
-
-
-def recorder(path: Path, **changes: Any) -> Recorder:
-    settings: dict[str, Any] = {"tree": samples.TREE, "scene": samples.SCENE, "lossless": True}
-    return Recorder(path, model=robot_model("frankie"), **(settings | changes))
 
 
 def test_a_recording_shows_every_part_and_complains_of_none(tmp_path: Path) -> None:
