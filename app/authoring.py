@@ -95,14 +95,44 @@ def new(
 
 
 @authoring.command("export")
-def export_tree(tree: Tree, output: Output = None) -> None:
-    """A task as XML for BehaviorTree.CPP 4 and Groot2."""
+def export(
+    what: Annotated[
+        list[str], typer.Argument(help="A task; with --lerobot runs, an episode each.")
+    ],
+    output: Output = None,
+    lerobot: Annotated[
+        Path | None, typer.Option(help="Write a LeRobotDataset of runs into this new folder.")
+    ] = None,
+    runs: Annotated[Path, typer.Option("--runs", help="Where the runs are.")] = Path("runs"),
+    fps: Annotated[
+        int, typer.Option(help="With --lerobot: frames a second; divides the control rate.")
+    ] = 50,
+) -> None:
+    """A task as XML for BehaviorTree.CPP 4 and Groot2; or the motion of runs for learning."""
+    if lerobot is not None:
+        if output is not None:
+            refuse("--output: a data set goes into the folder of --lerobot; leave it out")
+        _export_runs(what, lerobot, runs, fps)
+        return
+    if len(what) > 1:
+        refuse(f"{what[1]}: one task at a time becomes XML; add --lerobot DIR to export runs")
     from trees.btcpp import export_xml
     from trees.language import load
 
     with _bad_task():
-        text = export_xml(load(find_tree(tree), open_parameters=True))
+        text = export_xml(load(find_tree(what[0]), open_parameters=True))
     _deliver(text, output)
+
+
+def _export_runs(names: list[str], folder: Path, runs: Path, fps: int) -> None:
+    from app.afterwards import find
+    from app.lerobot import ExportError, export_lerobot
+
+    try:
+        frames = export_lerobot([find(name, runs) for name in names], folder, fps)
+    except ExportError as error:
+        refuse(str(error))
+    typer.echo(f"{folder}: {len(names)} episodes, {frames} frames")
 
 
 @authoring.command("import")

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
+from app.afterwards import explain, runs, view
 from app.authoring import authoring
 from app.bench.commands import bench
 from app.outcome import EXIT_BAD_INPUT
 from app.refuse import bad_input, find_tree, refuse
+from app.run_command import run
 
 app = typer.Typer(
     add_completion=False,
@@ -23,122 +24,11 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
+for command in (run, runs, view, explain):
+    app.command()(command)
 app.add_typer(bench, name="bench")
 grasp = typer.Typer(no_args_is_help=True, help="The grasp network: train it, see how good it is.")
 app.add_typer(grasp, name="grasp")
-
-
-class RobotChoice(StrEnum):
-    """The robots that can run a task."""
-
-    SIM = "sim"
-    OMNI = "omni"
-
-
-class Speed(StrEnum):
-    """How fast simulated time goes."""
-
-    REAL = "real"
-    MAX = "max"
-
-
-def _parameters(values: list[str]) -> dict[str, str]:
-    parameters = {}
-    for value in values:
-        key, equals, text = value.partition("=")
-        if not equals or not key:
-            refuse(f"-p {value}: a parameter is given as key=value, for example -p attempts=3")
-        parameters[key] = text
-    return parameters
-
-
-@app.command()
-def run(
-    tree: Annotated[str, typer.Argument(help="A task file, or the name of a shipped task.")],
-    robot: Annotated[RobotChoice, typer.Option(help="Who does it.")] = RobotChoice.SIM,
-    scene: Annotated[
-        str | None,
-        typer.Option(help="A shipped scene or a scene file; default: what the task names."),
-    ] = None,
-    seed: Annotated[int, typer.Option(help="Of objects and camera noise.", min=0)] = 0,
-    parameter: Annotated[
-        list[str] | None, typer.Option("--parameter", "-p", help="A task parameter, key=value.")
-    ] = None,
-    speed: Annotated[Speed, typer.Option(help="Pace of simulated time.")] = Speed.MAX,
-    record: Annotated[Path, typer.Option(help="Folder for the folders of runs.")] = Path("runs"),
-    weights: Annotated[Path | None, typer.Option(help="Of the grasp network.")] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the summary as one JSON object.")
-    ] = False,
-    watch: Annotated[
-        bool, typer.Option("--watch", help="Run anew whenever the task is saved.")
-    ] = False,
-    dry: Annotated[
-        bool, typer.Option("--dry", help="Without a robot: every leaf ends at once.")
-    ] = False,
-    outcome: Annotated[
-        list[str] | None,
-        typer.Option(help="With --dry: what a leaf answers, as grasp=failure,failure,success."),
-    ] = None,
-    ticks: Annotated[int, typer.Option(help="With --dry: most ticks.", min=1)] = 1000,
-) -> None:
-    """Run a task; leaves a folder with a recording and a summary."""
-    parameters = _parameters(parameter or [])
-    if outcome and not dry:
-        refuse("--outcome: is for a dry run; add --dry")
-    if dry and watch:
-        refuse("--watch: a dry run ends at once, and there is nothing to watch; leave it out")
-    if dry:
-        raise typer.Exit(_run_dry(find_tree(tree), parameters, outcome or [], ticks, as_json))
-    from app.run import Result, RunOptions, run_task
-
-    def show(result: Result) -> None:
-        for_people = Console(stderr=as_json)
-        if as_json:
-            print(result.summary.to_json())
-        result.summary.show(for_people)
-        for_people.print(f"left in {result.folder}/", highlight=False)
-        if result.warning:
-            Console(stderr=True).print(result.warning, soft_wrap=True, markup=False)
-
-    with bad_input():
-        options = RunOptions(
-            tree=find_tree(tree),
-            robot=robot.value,
-            scene=scene,
-            seed=seed,
-            parameters=parameters,
-            paced=speed is Speed.REAL,
-            record=record,
-            weights=weights,
-        )
-        if watch:
-            from app.on_save import run_on_save
-
-            result = run_on_save(options, show=show, say=_say)
-        else:
-            result = run_task(options)
-            show(result)
-    raise typer.Exit(result.outcome.end.exit_code if result else EXIT_BAD_INPUT)
-
-
-def _say(text: str) -> None:
-    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
-
-
-def _run_dry(
-    tree: Path, parameters: dict[str, str], outcomes: list[str], ticks: int, as_json: bool
-) -> int:
-    """Run a task without a robot, say what happened; returns the exit code."""
-    from app.dry import ScriptError, dry_run
-    from trees.language import LeafError, TaskFileError
-
-    try:
-        result = dry_run(tree, outcomes=outcomes, overrides=parameters, most_ticks=ticks)
-    except (LeafError, ScriptError, TaskFileError) as error:
-        refuse(str(error))
-    typer.echo(result.to_json() if as_json else result.to_text())
-    return result.outcome.end.exit_code
 
 
 @app.command()

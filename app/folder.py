@@ -15,8 +15,13 @@ RECORDING = "recording.rrd"
 SUMMARY = "summary.json"
 BT_LOG = "tree.btlog"
 """The status of every node over time, as Groot2 replays it."""
+VIEWER_LOG = "viewer.log"
+"""What a viewer that was started for the run had to say."""
 COMMANDS = "commands.npy"
 """(ticks, 11) float64: stamp [s], base twist (3), joint velocities (7) as they were applied."""
+STATES = "states.npy"
+"""(ticks, 22) float64, as read: stamp [s], base x, y [m] and heading [rad], base twist (3), joint
+positions (7) and velocities (7), width between the fingers [m]."""
 
 
 class FolderError(Exception):
@@ -56,6 +61,9 @@ def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[s
     return folder
 
 
-def write_commands(folder: Path, commands: npt.NDArray[np.float64]) -> None:
-    """Keep every command that the robot applied."""
+def write_arrays(
+    folder: Path, *, commands: npt.NDArray[np.float64], states: npt.NDArray[np.float64]
+) -> None:
+    """Keep every command that the robot applied and every state that it was in."""
     np.save(folder / COMMANDS, commands)
+    np.save(folder / STATES, states)

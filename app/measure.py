@@ -31,10 +31,15 @@ class Measurements:
     ticks_s: list[float] = field(default_factory=list)
     """Real time that each control tick took, without perception [s]."""
     _commands: list[npt.NDArray[np.float64]] = field(default_factory=list)
+    _states: list[npt.NDArray[np.float64]] = field(default_factory=list)
 
     def reading(self, state: RobotState) -> None:
-        """Hold a reading against the limits."""
+        """Keep a reading and hold it against the limits."""
         limits = self.limits
+        x, y, _ = state.wTb.translation
+        heading = np.arctan2(state.wTb.rotation[1, 0], state.wTb.rotation[0, 0])
+        base = (state.stamp, x, y, heading, *state.base_twist)
+        self._states.append(np.array([*base, *state.q, *state.qd, state.gripper_width]))
         margin = float(np.minimum(state.q - limits.q_min, limits.q_max - state.q).min())
         joint_share = float((np.abs(state.qd) / limits.qd).max())
         allowed = np.maximum(limits.base_twist, _ROUNDING)
@@ -52,3 +57,8 @@ class Measurements:
     def commands(self) -> npt.NDArray[np.float64]:
         """(ticks, 11): stamp [s], base twist (3), joint velocities (7)."""
         return np.array(self._commands).reshape(-1, 11)
+
+    @property
+    def states(self) -> npt.NDArray[np.float64]:
+        """(ticks, 22): stamp [s], base x, y, heading, base twist (3), q (7), qd (7), width."""
+        return np.array(self._states).reshape(-1, 22)

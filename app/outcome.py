@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from py_trees.behaviour import Behaviour
 
 EXIT_BAD_INPUT = 2
 """A file, a name or an option is wrong; nothing has moved."""
@@ -36,3 +40,7 @@ class Outcome:
     """For people: what was achieved or what went wrong."""
     node: str = ""
     """The node that failed or crashed; empty if none did."""
+    where: Behaviour | None = field(default=None, compare=False)
+    """The node that `node` names, or that was at work; None if there is none to tell."""
+    trace: str = ""
+    """Where in the code a leaf crashed, as Python tells it; empty if none did."""

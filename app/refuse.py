@@ -22,8 +22,10 @@ def refuse(message: str) -> NoReturn:
 @contextmanager
 def bad_input() -> Iterator[None]:
     """Refuse with the text of any error that a person can mend."""
+    from app.control import UnknownNodeError
+    from app.control_room import GrootError, NobodyError, PageError
     from app.folder import FolderError
-    from app.monitor import RecorderError
+    from app.monitor import RecorderError, ViewError
     from hw.sim import SceneError
     from perception import WeightsError
     from trees.language import LeafError, TaskFileError
@@ -32,10 +34,15 @@ def bad_input() -> Iterator[None]:
         yield
     except (
         FolderError,
+        GrootError,
         LeafError,
+        NobodyError,
+        PageError,
         RecorderError,
         SceneError,
         TaskFileError,
+        UnknownNodeError,
+        ViewError,
         WeightsError,
     ) as error:
         refuse(str(error))

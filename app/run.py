@@ -3,31 +3,34 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from os.path import relpath
 from pathlib import Path
-from threading import Event
 from typing import NamedTuple
 
-from app.folder import BT_LOG, RECORDING, SUMMARY, make_folder, write_commands
+from rich.console import Console
+
+from app.control import Control
+from app.control.page import WebViewer
+from app.control_room import ControlOptions, ControlRoom
+from app.events import EVENTS, EventLog
+from app.folder import BT_LOG, RECORDING, SUMMARY, VIEWER_LOG, make_folder, write_arrays
 from app.measure import Measurements
-from app.monitor import Recorder, RecorderError
+from app.monitor import Recorder, RecorderError, Viewer, ViewOptions
 from app.outcome import Outcome
+from app.rig import Rig, simulated_rig
 from app.session import Session, Tick
 from app.status_line import StatusLine
 from app.summary import Summary, summarise
 from app.watching import scene_view, snapshot, tree_view
-from behaviours import Context, Eyes
-from controller import HolisticController, robot_model
-from hw import SimClock, stopwatch
-from hw.gate import Gate
-from hw.sim import World, load_scene
-from hw.sim.robot import SimRobot
+from controller import robot_model
+from hw import stopwatch
+from hw.sim import World
 from perception import GraspDetector
 from trees.btcpp import BtLog
-from trees.language import Task, load, nodes_in_order
+from trees.language import PlacedNode, Task, load, nodes_in_order
 
 ROBOTS = {"sim": "frankie", "omni": "omni"}
 """What `--robot` accepts, and the model that it stands for."""
@@ -49,6 +52,10 @@ class RunOptions:
     """Where the folder of the run is made."""
     weights: Path | None = None
     """Of the grasp network; None takes those that come with the package."""
+    view: ViewOptions = field(default_factory=ViewOptions)
+    """How it is watched meanwhile."""
+    control: ControlOptions = field(default_factory=ControlOptions)
+    """What people have in hand meanwhile."""
 
 
 class Result(NamedTuple):
@@ -69,79 +76,131 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
         interrupted: asked every tick whether to end, as Ctrl-C does.
 
     Raises:
-        TaskFileError, SceneError, WeightsError, FolderError, RecorderError: bad input; nothing has
-            moved.
+        TaskFileError, SceneError, WeightsError, UnknownNodeError, NobodyError, ViewError,
+            PageError, GrootError, FolderError, RecorderError: bad input; nothing has moved.
     """
+    viewer = Viewer(options.view, say=_tell)
     task = load(options.tree, overrides=options.parameters)
-    scene = options.scene or task.scene or "household"
-    world = load_scene(scene, options.seed)
-    detector = GraspDetector(options.weights)
-    model_name = ROBOTS[options.robot]
-    clock = SimClock(pace=1.0 if options.paced else None)
-    robot = SimRobot(robot_model(model_name), world, clock, seed=options.seed)
-    controller = HolisticController(robot_model(model_name))
-    limits = controller.model.limits
-    gate = Gate(robot, limits, controller.settings.period)
-    eyes = Eyes(robot, detector)
-    context = Context(
-        robot=robot, model=controller.model, clock=clock, eyes=eyes, state=robot.read()
+    rig = simulated_rig(
+        ROBOTS[options.robot],
+        scene=_scene(options, task),
+        seed=options.seed,
+        paced=options.paced,
+        detector=GraspDetector(options.weights),
     )
-    root = task.build(context)
-    nodes = nodes_in_order(root)
-    bt_log = BtLog(nodes)
-    measurements = Measurements(limits=limits)
-    supports = _supports(world)
+    nodes = nodes_in_order(task.build(rig.context))
+    room = ControlRoom(
+        options.control,
+        task=task.name,
+        nodes=nodes,
+        rig=rig,
+        viewer=_web_viewer(viewer),
+        say=_tell,
+    )
+    with room:
+        return _run(options, task, rig, nodes, room, viewer, interrupted)
 
+
+def _run(
+    options: RunOptions,
+    task: Task,
+    rig: Rig,
+    nodes: Sequence[PlacedNode],
+    room: ControlRoom,
+    viewer: Viewer,
+    interrupted: Callable[[], bool],
+) -> Result:
+    """Run what has been put together, and keep all that it leaves."""
+    log, tree = rig.context.log, tree_view(nodes)
+    supports = _supports(rig.world)
+    measurements = Measurements(limits=rig.model.limits)
+    scene = _scene(options, task)
     folder = make_folder(
         options.record, task.name, _texts(task), asdict(options) | {"scene": scene}
     )
     recorder = Recorder(
         folder / RECORDING,
-        tree=tree_view(nodes),
-        model=robot_model(model_name),
-        scene=scene_view(world),
-        lossless=True,
+        tree=tree,
+        model=robot_model(ROBOTS[options.robot]),
+        scene=scene_view(rig.world),
+        lossless=not options.paced,
+        server=viewer.server,
     )
     begun = stopwatch()
-    with _interrupts() as signalled, StatusLine(tree_view(nodes)) as status_line:
+    with (
+        viewer.showing(folder / VIEWER_LOG),
+        room.open(),
+        _interrupts(room.control),
+        EventLog(folder / EVENTS, task.name, nodes) as events,
+        StatusLine(tree) as status_line,
+    ):
+        bt_log = BtLog(nodes)
 
         def watch(tick: Tick) -> None:
-            seen = snapshot(tick, nodes, world)
+            if interrupted():
+                room.control.stop()
+            seen = snapshot(tick, nodes, rig.world)
             recorder.record(seen)
             bt_log.note(seen.stamp)
-            status_line.update(seen, placed=context.log.placed, attempts=context.log.attempts)
+            why = room.control.state.why if tick.paused else ""
+            changed = events.update(seen, paused=tick.paused, why=why)
+            room.show(seen, changed=changed)
+            status_line.update(seen, placed=log.placed, attempts=log.attempts)
 
         outcome = Session(
-            root=root,
-            context=context,
-            controller=controller,
-            gate=gate,
+            root=room.root,
+            context=rig.context,
+            controller=rig.controller,
+            gate=rig.gate,
             measurements=measurements,
+            clock=rig.clock,
+            control=room.control,
             watch=watch,
-            interrupted=lambda: signalled.is_set() or interrupted(),
         ).run()
         real_seconds = stopwatch() - begun
-        robot.close()
+        duration = rig.clock.session.now()
+        events.end(outcome, duration)
+        rig.robot.close()
         warning = _closed(recorder)
-        write_commands(folder, measurements.commands)
+        if events.error is not None:
+            warning = f"{EVENTS} ends early ({events.error.strerror}); {warning}".rstrip("; ")
         (folder / BT_LOG).write_bytes(bt_log.to_bytes())
+        write_arrays(folder, commands=measurements.commands, states=measurements.states)
         summary = summarise(
             task=task.name,
-            robot=model_name,
+            robot=ROBOTS[options.robot],
             scene=scene,
             seed=options.seed,
             outcome=outcome,
-            objects=len(world.objects),
-            placed=_brought(supports, _supports(world)),
-            log=context.log,
+            objects=len(rig.world.objects),
+            placed=_brought(supports, _supports(rig.world)),
+            log=log,
             measurements=measurements,
-            gate=gate,
-            duration=clock.now(),
+            gate=rig.gate,
+            duration=duration,
             real_seconds=real_seconds,
-            perception_seconds=eyes.seconds,
+            perception_seconds=rig.eyes.seconds,
+            dropped_snapshots=recorder.dropped,
         )
         summary.write(folder / SUMMARY)
     return Result(outcome, summary, folder, warning)
+
+
+def _web_viewer(viewer: Viewer) -> WebViewer | None:
+    """Where the control page finds the viewer in the browser."""
+    if viewer.page is None or viewer.server is None:
+        return None
+    return WebViewer(files=viewer.page.partition("/?")[0], data=viewer.server.url)
+
+
+def _tell(text: str) -> None:
+    """Say something to the person at the terminal."""
+    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
+
+
+def _scene(options: RunOptions, task: Task) -> str:
+    """The scene that a person asked for, or the task, or the usual one."""
+    return options.scene or task.scene or "household"
 
 
 def _texts(task: Task) -> dict[str, str]:
@@ -172,13 +231,12 @@ def _closed(recorder: Recorder) -> str:
 
 
 @contextmanager
-def _interrupts() -> Iterator[Event]:
-    """An event that Ctrl-C and SIGTERM set instead of raising, as long as the context lasts."""
-    event = Event()
+def _interrupts(control: Control) -> Iterator[None]:
+    """Ctrl-C and SIGTERM stop the run instead of raising, as long as the context lasts."""
     kinds = (signal.SIGINT, signal.SIGTERM)
-    before = {kind: signal.signal(kind, lambda *_: event.set()) for kind in kinds}
+    before = {kind: signal.signal(kind, lambda *_: control.stop()) for kind in kinds}
     try:
-        yield event
+        yield
     finally:
         for kind, handler in before.items():
             signal.signal(kind, handler)

@@ -1,24 +1,28 @@
 """The loop: read the robot, tick the tree, step the controller, pass the gate; again.
 
 It is the only place that commands motion. Whatever happens, an end of the tree, an exception in a
-leaf, an interrupt, the robot is brought to rest within its limits before `run` returns.
+leaf, an interrupt, the robot is brought to rest within its limits before `run` returns. While the
+run is paused the loop goes on without the tree, which brings the robot to rest as well.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from traceback import format_exception
 
 import numpy as np
-import py_trees
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from app.control import Control, TaskClock
 from app.measure import Measurements
 from app.outcome import End, Outcome
 from behaviours import Context, LeafCrashedError
 from controller import Command, GoalError, HolisticController, StepReport
 from hw import HardwareError, RobotState, stopwatch
 from hw.gate import Gate
+from trees.language.branch import Branch
 
 _LONGEST_STOP = 3.0
 """Coming to rest is given up after this [s]."""
@@ -37,6 +41,8 @@ class Tick:
     context: Context
     seconds: float
     """Real time it took, without perception [s]."""
+    paused: bool
+    """Whether a person keeps the tree from being ticked."""
 
 
 class Session:
@@ -48,28 +54,31 @@ class Session:
         controller: turns their goal into velocities.
         gate: stands before the robot.
         measurements: what is measured on the way.
+        clock: the task's clock, held while paused; the loop itself runs on the session's behind it.
+        control: what people want; asked every tick.
         watch: called after every tick.
-        interrupted: whether a person wants it to end; asked every tick.
     """
 
     def __init__(
         self,
         *,
-        root: py_trees.behaviour.Behaviour,
+        root: Behaviour,
         context: Context,
         controller: HolisticController,
         gate: Gate,
         measurements: Measurements,
+        clock: TaskClock,
+        control: Control,
         watch: Callable[[Tick], None],
-        interrupted: Callable[[], bool],
     ) -> None:
         self._root = root
         self._context = context
         self._controller = controller
         self._gate = gate
         self._measurements = measurements
+        self._clock = clock
+        self._control = control
         self._watch = watch
-        self._interrupted = interrupted
         self._number = 0
         self._period = controller.settings.period
 
@@ -88,23 +97,35 @@ class Session:
         try:
             return part()
         except LeafCrashedError as error:
-            return Outcome(end=End.CRASH, reason=str(error), node=error.leaf)
+            trace = "".join(format_exception(error.__cause__))
+            leaf = last_ticked(self._root)
+            return Outcome(
+                end=End.CRASH, reason=str(error), node=error.leaf, where=leaf, trace=trace
+            )
         except GoalError as error:
-            leaf = self._context.goal_of
-            name = str(getattr(leaf[0], "name", "")) if leaf else ""
-            return Outcome(end=End.CRASH, reason=str(error), node=name)
+            setter = self._context.goal_of[0] if self._context.goal_of else None
+            where = setter if isinstance(setter, Behaviour) else None
+            name = where.name if where else ""
+            return Outcome(end=End.CRASH, reason=str(error), node=name, where=where)
         except HardwareError as error:
-            return Outcome(end=End.HARDWARE, reason=str(error))
+            return Outcome(end=End.HARDWARE, reason=str(error), where=last_ticked(self._root))
 
     def _run_tree(self) -> Outcome:
-        while not self._interrupted():
+        while not self._control.stopped:
+            if not self._control.take_turn():
+                self._clock.hold()
+                self._tick(None)
+                continue
+            self._clock.release()
             self._tick(self._root.tick_once)
             if self._root.status is Status.SUCCESS:
                 return Outcome(end=End.SUCCESS, reason=self._root.feedback_message)
             if self._root.status is not Status.RUNNING:
                 node = failed_node(self._root)
-                return Outcome(end=End.FAILURE, reason=node.feedback_message, node=node.name)
-        return Outcome(end=End.INTERRUPTED, reason="interrupted by a person")
+                reason = node.feedback_message
+                return Outcome(end=End.FAILURE, reason=reason, node=node.name, where=node)
+        where = last_ticked(self._root)
+        return Outcome(end=End.INTERRUPTED, reason="interrupted by a person", where=where)
 
     def _come_to_rest(self) -> Outcome:
         """Tick without the tree until nothing moves."""
@@ -116,17 +137,26 @@ class Session:
             end=End.HARDWARE, reason=f"the robot still moves after {_LONGEST_STOP:g} s of braking"
         )
 
-    def _tick(self, tick_tree: Callable[[], None]) -> RobotState:
-        """One turn of the loop; returns the reading that it began with."""
-        context, clock = self._context, self._context.clock
+    def _tick(self, tick_tree: Callable[[], None] | None) -> RobotState:
+        """One turn of the loop; returns the reading that it began with.
+
+        Without `tick_tree` the run is paused: the robot comes to rest, and the context keeps goal
+        and report, so that the leaf that goes on finds what the controller said last.
+        """
+        context, clock = self._context, self._clock.session
         begun, looked = stopwatch(), context.eyes.seconds
         state = context.robot.read()
         self._measurements.reading(state)
-        context.begin_tick(state)
-        tick_tree()
-        command, report = self._controller.step(state, context.goal, self._gate.applied)
+        if tick_tree is None:
+            context.state, goal = state, None
+        else:
+            context.begin_tick(state)
+            tick_tree()
+            goal = context.goal
+        command, report = self._controller.step(state, goal, self._gate.applied)
         applied = self._gate.send(command, state, clock.now())
-        context.end_tick(report)
+        if tick_tree is not None:
+            context.end_tick(report)
         seconds = stopwatch() - begun - (context.eyes.seconds - looked)
         self._measurements.command(state.stamp, applied)
         self._measurements.ticks_s.append(seconds)
@@ -138,16 +168,27 @@ class Session:
                 report=report,
                 context=context,
                 seconds=seconds,
+                paused=tick_tree is None,
             )
         )
         self._number += 1
+        if tick_tree is None:
+            self._control.wait(self._period - (stopwatch() - begun))
         clock.sleep_until(self._number * self._period)
         return state
 
 
-def failed_node(root: py_trees.behaviour.Behaviour) -> py_trees.behaviour.Behaviour:
+def failed_node(root: Behaviour) -> Behaviour:
     """The deepest node that made a failed tree fail: down the last failed child of each node."""
     node = root
     while failed := [child for child in node.children if child.status is Status.FAILURE]:
         node = failed[-1]
+    return node
+
+
+def last_ticked(root: Behaviour) -> Behaviour:
+    """The leaf that was ticked last, or was being ticked when an exception came."""
+    node = root
+    while isinstance(node, Branch) and node.current_child is not None:
+        node = node.current_child
     return node

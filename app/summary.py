@@ -58,6 +58,8 @@ class Summary:
     """Simulated seconds per real second, over the whole run."""
     said: list[str]
     """What the robot told people, in order."""
+    dropped_snapshots: int
+    """Ticks that neither recording nor viewer shows, because writing was too slow."""
     carried: list[dict[str, float | int | None]]
     """Each object's times and attempts."""
 
@@ -89,6 +91,8 @@ class Summary:
         if self.refused_commands:
             refused = (f"{count} {reason}" for reason, count in self.refused_commands.items())
             rows["refused"] = ", ".join(refused)
+        if self.dropped_snapshots:
+            rows["recording"] = f"{self.dropped_snapshots} of {self.ticks} ticks are missing"
         for name, value in rows.items():
             table.add_row(name, str(value))
         console.print(table)
@@ -109,6 +113,7 @@ def summarise(
     duration: float,
     real_seconds: float,
     perception_seconds: float,
+    dropped_snapshots: int,
 ) -> Summary:
     """The summary of a run.
 
@@ -126,6 +131,7 @@ def summarise(
         duration: time on the session's clock [s].
         real_seconds: time that passed meanwhile [s].
         perception_seconds: how much of it went into looking [s].
+        dropped_snapshots: ticks that are not in the recording.
     """
     done = [thing for thing in log.carried if thing.placed is not None]
     ticks_ms = 1000.0 * np.array(measurements.ticks_s or [0.0])
@@ -153,6 +159,7 @@ def summarise(
         perception_s=round(perception_seconds, 2),
         real_time_factor=round(duration / real_seconds, 3) if real_seconds > 0.0 else 0.0,
         said=[text for _, text in log.said],
+        dropped_snapshots=dropped_snapshots,
         carried=[asdict(thing) for thing in log.carried],
     )
 

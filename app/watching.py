@@ -38,9 +38,7 @@ def snapshot(tick: Tick, nodes: Sequence[PlacedNode], world: World) -> Snapshot:
         stamp=tick.state.stamp,
         state=tick.state,
         command=tick.applied,
-        nodes=tuple(
-            NodeStatus(status=n.node.status, message=str(n.node.feedback_message)) for n in nodes
-        ),
+        nodes=tuple([NodeStatus(n.node.status, n.node.feedback_message) for n in nodes]),
         goal=goal.wTe if isinstance(goal, PoseGoal) else None,
         wTe=tick.state.wTb * report.bTe,
         signals=Signals(
@@ -51,7 +49,7 @@ def snapshot(tick: Tick, nodes: Sequence[PlacedNode], world: World) -> Snapshot:
             heading_error=report.heading_error,
             tick_ms=1000.0 * tick.seconds,
         ),
-        objects=tuple(thing.pose for thing in world.objects),
+        objects=tuple([thing.pose for thing in world.objects]),
         frame=eyes.frame if fresh else None,
         detection=eyes.detection if fresh else None,
         grasp=eyes.grasp,

@@ -76,12 +76,13 @@ class Grasp(Leaf):
     def _follow(self) -> Status:
         """Keep over the grasp that perception follows, until it is locked and below the hand."""
         eyes, now = self.context.eyes, self.context.clock.now()
-        grasp = eyes.follow(self._within, now)
+        read = self.context.state.stamp  # frames have the session's time, which a pause adds to
+        grasp = eyes.follow(self._within, read)
         if grasp is None:
             if now - self._seen > self._patience:
                 if eyes.detection is not None and eyes.detection.grasps:
                     eyes.tracker.forget()  # every grasp in sight failed once: try them again
-                reason = "no camera frame" if eyes.blind(now) else eyes.tracker.reason
+                reason = "no camera frame" if eyes.blind(read) else eyes.tracker.reason
                 return self.failure(f"no grasp for {self._patience:g} s: {reason}")
             return self.running("looking for a grasp")
         self._seen = now

@@ -335,3 +335,21 @@ def bench_pick_place(
         )
     _console().print(pick_place.pick_place_table(summaries))
     _keep(json_file, pick_place.pick_place_json(summaries))
+
+
+@bench.command()
+def watch(
+    tree: Annotated[str, typer.Argument(help="A task file or a shipped task.")] = "pick_place",
+    seconds: Annotated[float, typer.Option(help="Of each of three runs.", min=1.0)] = 60.0,
+    json: _Json = None,
+) -> None:
+    """What watching costs the loop: nobody, a viewer, and a viewer that hangs."""
+    from app.bench import watch as watching
+    from app.bench.progress import progress
+
+    _check_writable(json)
+    path = find_tree(tree)
+    with bad_input(), progress("watch", len(watching.Watcher)) as advance:
+        results = watching.bench_watch(path, seconds, lambda: advance(False))
+    _console().print(watching.watch_table(results))
+    _keep(json, watching.watch_json(results))

@@ -1,11 +1,13 @@
-"""What a run tells: one `Snapshot` a tick, kept as a Rerun recording that shows the whole of it.
+"""What a run tells: one `Snapshot` a tick, shown live in Rerun and kept as a recording.
 
 The tree, the robot in its scene, what the camera saw and how the controller fared lie on one
-timeline. `Recorder` is handed the snapshots; Rerun is imported when the first one is made.
+timeline. `Recorder` is handed the snapshots, writes them and serves them; Rerun is imported when
+the first one is made. `Viewer` starts what a person watches with.
 """
 
 from app.monitor.recorder import Recorder, RecorderError
 from app.monitor.snapshot import NodeInfo, NodeStatus, ObjectView, SceneView, Signals, Snapshot
+from app.monitor.viewer import View, Viewer, ViewError, ViewOptions
 
 __all__ = [
     "NodeInfo",
@@ -16,4 +18,8 @@ __all__ = [
     "SceneView",
     "Signals",
     "Snapshot",
+    "View",
+    "ViewError",
+    "ViewOptions",
+    "Viewer",
 ]

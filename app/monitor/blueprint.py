@@ -10,20 +10,26 @@ import rerun.blueprint as rrb
 from rerun.blueprint import archetypes, encodings
 
 from app.monitor.snapshot import NodeInfo, SceneView
-from app.monitor.tree_panel import ROW, pill_boxes
+from app.monitor.tree_layout import MOST_SHOWN, ROW, Layout, charted, listed
 from hw.sim.shapes import Plane
 
 _PLOT_WINDOW = 20.0
-_HISTORY_WINDOW = 45.0
+_HISTORY_WINDOW = 30.0
 _TRAIL_WINDOW = 8.0
 _FEWEST_ROWS = 22
 """A small tree is drawn as large as one of so many nodes, so that its labels fit its pills."""
 
+_EYE = np.array([-0.16, -0.60, 0.42])
+_AIM = np.array([0.09, -0.06, 0.0])
+"""From where and at what the scene is looked at, from its middle, as shares of its size."""
+_CLOUD_RANGE = (150.0, 1500.0)
+"""Depths that get the first and the last colour of the cloud [mm]."""
+
 _BACKGROUND = (24, 26, 31)
 
 
-def blueprint(tree: Sequence[NodeInfo], scene: SceneView) -> rrb.Blueprint:
-    """The layout for a run of `tree` in `scene`."""
+def blueprint(tree: Sequence[NodeInfo], scene: SceneView, *, live: bool) -> rrb.Blueprint:
+    """The layout for a run of `tree` in `scene`; the cursor of a `live` one stays at its end."""
     history = rrb.StateTimelineView(
         origin="/status", name="history", time_view=_last(_HISTORY_WINDOW)
     )
@@ -34,9 +40,11 @@ def blueprint(tree: Sequence[NodeInfo], scene: SceneView) -> rrb.Blueprint:
             name="velocities",
         ),
         rrb.Vertical(
-            _plot("error", "distance to the goal"), _plot("manipulability"), name="controller"
+            _plot("error", "distance to the goal"),
+            _plot("controller", "manipulability and slack"),
+            name="controller",
         ),
-        rrb.Vertical(_plot("slack"), _plot("tick", "computing time"), name="loop"),
+        _plot("loop"),
         active_tab=0,
     )
     camera = rrb.Spatial2DView(
@@ -44,7 +52,7 @@ def blueprint(tree: Sequence[NodeInfo], scene: SceneView) -> rrb.Blueprint:
     )
     return rrb.Blueprint(
         rrb.Horizontal(
-            rrb.Vertical(_tree(tree), _now(), row_shares=[5, 1]),
+            rrb.Vertical(_trees(tree), _words(), row_shares=[5, 1]),
             rrb.Vertical(history, _log(), row_shares=[2, 1]),
             rrb.Vertical(
                 _scene(scene),
@@ -53,9 +61,11 @@ def blueprint(tree: Sequence[NodeInfo], scene: SceneView) -> rrb.Blueprint:
             ),
             column_shares=[1, 1.15, 1.75],
         ),
-        rrb.TimePanel(state="collapsed", timeline="t", play_state="playing"),
+        rrb.TimePanel(
+            state="collapsed", timeline="t", play_state="following" if live else "playing"
+        ),
         rrb.BlueprintPanel(state="hidden"),
-        rrb.SelectionPanel(state="hidden"),
+        rrb.SelectionPanel(state="collapsed"),
         auto_views=False,
     )
 
@@ -79,19 +89,41 @@ def _plot(
     )
 
 
-def _tree(tree: Sequence[NodeInfo]) -> rrb.Spatial2DView:
-    left, height, width = pill_boxes(tree).T
+def _trees(tree: Sequence[NodeInfo]) -> rrb.Tabs:
+    listing = listed(tree)
+    rows = np.clip(len(tree), _FEWEST_ROWS, MOST_SHOWN)
     bounds = rrb.VisualBounds2D(
-        x_range=(-ROW, float((left + width).max()) + ROW / 2),
-        y_range=(-ROW, max(float(height[-1]) + ROW, ROW * _FEWEST_ROWS)),
+        x_range=(-ROW, float((listing.left + listing.width).max()) + ROW / 2),
+        y_range=(-ROW, ROW * float(rows)),
     )
-    return rrb.Spatial2DView(
-        origin="/tree", name="tree", visual_bounds=bounds, background=_BACKGROUND
+    return rrb.Tabs(
+        rrb.Spatial2DView(
+            origin="/tree/list", name="tree", visual_bounds=bounds, background=_BACKGROUND
+        ),
+        rrb.Spatial2DView(
+            origin="/tree/chart",
+            name="top-down",
+            visual_bounds=_around(charted(tree)),
+            background=_BACKGROUND,
+        ),
+        rrb.GraphView(origin="/tree/graph", name="graph"),
+        active_tab=0,
     )
 
 
-def _now() -> rrb.TextDocumentView:
-    return rrb.TextDocumentView(origin="/now", name="now")
+def _around(layout: Layout) -> rrb.VisualBounds2D:
+    return rrb.VisualBounds2D(
+        x_range=(-ROW, float((layout.left + layout.width).max()) + ROW),
+        y_range=(-ROW, float(layout.height.max()) + ROW),
+    )
+
+
+def _words() -> rrb.Tabs:
+    return rrb.Tabs(
+        rrb.TextDocumentView(origin="/now", name="now"),
+        rrb.TextDocumentView(origin="/blackboard", name="blackboard"),
+        active_tab=0,
+    )
 
 
 def _log() -> rrb.TextLogView:
@@ -107,9 +139,8 @@ def _scene(scene: SceneView) -> rrb.Spatial3DView:
     parts = [part for part in scene.fixtures if not isinstance(part.shape, Plane)]
     points = np.array([[0.0, 0.0, 0.0], *(part.pose.translation for part in parts)])
     low, high = points.min(axis=0), points.max(axis=0)
-    target = np.append((low + high)[:2] / 2.0, 0.5)
     reach = max(float(np.linalg.norm((high - low)[:2])), 2.0)
-    eye = target + reach * np.array([-0.3, -0.7, 0.5])
+    target = np.append((low + high)[:2] / 2.0, 0.3) + reach * _AIM
     relative = rrb.TimeRangeBoundary.cursor_relative
     trail = rrb.VisibleTimeRanges(
         timeline="t", start=relative(seconds=-_TRAIL_WINDOW), end=relative()
@@ -120,11 +151,11 @@ def _scene(scene: SceneView) -> rrb.Spatial3DView:
         contents=["+ $origin/**", "- /world/camera/quality", "- /world/camera/grasps"],
         overrides={
             "world/trail": trail,
-            "world/camera/depth": rr.DepthImage.from_fields(
-                colormap="viridis", point_fill_ratio=0.6
+            "world/camera/depth": rr.EncodedDepthImage.from_fields(
+                colormap="viridis", point_fill_ratio=0.6, depth_range=_CLOUD_RANGE
             ),
         },
         background=_BACKGROUND,
         line_grid=rrb.LineGrid3D(visible=True, spacing=0.5, color=(70, 74, 82)),
-        eye_controls=rrb.EyeControls3D(position=eye, look_target=target),
+        eye_controls=rrb.EyeControls3D(position=target + reach * _EYE, look_target=target),
     )

@@ -9,13 +9,17 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from app.monitor.columns import Array, quaternion, set_time
+from app.monitor.columns import Array, send_poses, set_time
 from app.monitor.glyphs import Colour
 from app.monitor.snapshot import Snapshot
 from hw.interfaces import DepthFrame, Intrinsics
 from perception.grasp import Detection, GraspEstimate
 
 _CAMERA = "world/camera"
+_IMAGE = "world/camera/image"
+"""The frame of pixels."""
+_WIDEST = 320
+"""Images are kept with no more columns than this [px]: a run that always looks stays small."""
 _LEVELS = 20
 """Steps of the heat map; step 0 is clear."""
 
@@ -84,6 +88,8 @@ class CameraPanel:
             )
             for step, colour in zip(steps.tolist(), colours.tolist(), strict=True)
         ]
+        for part in ("depth", "quality", "grasps"):
+            stream.log(f"{_CAMERA}/{part}", rr.CoordinateFrame(_IMAGE), static=True)
         stream.log(f"{_CAMERA}/quality", rr.AnnotationContext(classes), static=True)
         stream.log(
             f"{_CAMERA}/grasps",
@@ -95,42 +101,52 @@ class CameraPanel:
         """Add the frames of a batch."""
         for snapshot in batch:
             if snapshot.frame is not None:
+                step = -(-snapshot.frame.intrinsics.width // _WIDEST)
+                self._draw_camera(snapshot.frame.intrinsics, step)
+                send_poses(self._stream, [(snapshot, {_CAMERA: snapshot.frame.wTc})])
                 set_time(self._stream, snapshot)
-                self._draw_frame(snapshot.frame)
-                self._draw_detection(snapshot.frame, snapshot.detection)
+                self._draw_depth(millimetres(snapshot.frame.depth[::step, ::step]))
+                self._draw_detection(snapshot.frame, snapshot.detection, step)
 
-    def _draw_frame(self, frame: DepthFrame) -> None:
-        log, camera = self._stream.log, frame.intrinsics
-        if camera != self._intrinsics:
-            self._intrinsics = camera
-            pinhole = rr.Pinhole(
-                focal_length=(camera.fx, camera.fy),
-                principal_point=(camera.cx, camera.cy),
-                width=camera.width,
-                height=camera.height,
-                camera_xyz=rr.ViewCoordinates.RDF,
-                image_plane_distance=0.12,
-            )
-            log(_CAMERA, pinhole, static=True)
-        log(
-            _CAMERA,
-            rr.Transform3D(translation=frame.wTc.translation, quaternion=quaternion(frame.wTc)),
+    def _draw_camera(self, camera: Intrinsics, step: int) -> None:
+        """Where pixels look, for every `step`th pixel of the image."""
+        if camera == self._intrinsics:
+            return
+        self._intrinsics = camera
+        pinhole = rr.Pinhole(
+            focal_length=(camera.fx / step, camera.fy / step),
+            principal_point=(camera.cx / step, camera.cy / step),
+            width=-(-camera.width // step),
+            height=-(-camera.height // step),
+            camera_xyz=rr.ViewCoordinates.RDF,
+            image_plane_distance=0.12,
+            parent_frame=_CAMERA,
+            child_frame=_IMAGE,
         )
-        depth = millimetres(frame.depth)
-        shades = _shades(depth)
-        image = rr.DepthImage(depth, meter=1000.0, colormap="grayscale", depth_range=shades)
-        log(f"{_CAMERA}/depth", image)
+        self._stream.log(_CAMERA, pinhole, rr.CoordinateFrame(_IMAGE), static=True)
 
-    def _draw_detection(self, frame: DepthFrame, detection: Detection | None) -> None:
+    def _draw_depth(self, depth: npt.NDArray[np.uint16]) -> None:
+        _, png = cv2.imencode(".png", depth, [cv2.IMWRITE_PNG_COMPRESSION, 1])
+        image = rr.EncodedDepthImage(
+            png.tobytes(),
+            media_type="image/png",
+            meter=1000.0,
+            colormap="grayscale",
+            depth_range=_shades(depth),
+        )
+        self._stream.log(f"{_CAMERA}/depth", image)
+
+    def _draw_detection(self, frame: DepthFrame, detection: Detection | None, step: int) -> None:
         height, width = frame.depth.shape
         steps = np.zeros((height, width), np.uint8)
         grasps: tuple[GraspEstimate, ...] = ()
         if detection is not None:
             steps = heat_map(detection, width, height)
             grasps = detection.grasps[:_MOST_GRASPS]
-        self._stream.log(f"{_CAMERA}/quality", rr.SegmentationImage(steps, opacity=0.55))
+        heat = rr.SegmentationImage(np.ascontiguousarray(steps[::step, ::step]), opacity=0.55)
+        self._stream.log(f"{_CAMERA}/quality", heat)
         outlines = rr.LineStrips2D.from_fields(
-            strips=[rectangle(grasp, frame) for grasp in grasps],
+            strips=[rectangle(grasp, frame) / step for grasp in grasps],
             colors=[_BEST, *[_OTHERS] * len(grasps)][: len(grasps)],
         )
         self._stream.log(f"{_CAMERA}/grasps", outlines)

@@ -1,7 +1,9 @@
-"""The way from the control loop to the disk: a bounded queue and one thread that empties it.
+"""The way from the control loop to disk and viewer: a bounded queue and a thread that empties it.
 
-The loop only appends. When the writer falls behind, a simulation waits for it and keeps every tick;
-a robot cannot wait and loses the oldest ones, counted.
+The loop only appends, and takes no lock: a thread that holds one may itself wait for the
+interpreter, and the loop would wait with it for milliseconds. When the writer falls behind, a
+simulation that goes as fast as it can waits for it and keeps every tick; whatever runs in real time
+cannot wait and loses the oldest ones, counted.
 """
 
 from __future__ import annotations
@@ -13,9 +15,6 @@ from typing import Generic, TypeVar
 
 Item = TypeVar("Item")
 
-_LONGEST_WAIT = 1.0
-"""Nothing waits longer than this for a full batch [s of real time]."""
-
 
 class Feed(Generic[Item]):
     """Hands items to a slow writer, in order and in batches, from a thread of its own.
@@ -24,8 +23,9 @@ class Feed(Generic[Item]):
         write: called with one batch at a time, never empty, always from the same thread. The first
             exception ends the writing, not the run.
         lossless: wait when the queue is full, instead of dropping the oldest item.
+        period: how often a batch is written, unless it is full before [s of real time].
         capacity: most items that wait.
-        batch: items that are worth a call of `write`.
+        batch: items that are not kept waiting for the period to end.
     """
 
     def __init__(
@@ -33,34 +33,40 @@ class Feed(Generic[Item]):
         write: Callable[[Sequence[Item]], None],
         *,
         lossless: bool,
+        period: float = 0.5,
         capacity: int = 400,
-        batch: int = 50,
+        batch: int = 100,
     ) -> None:
         self.dropped = 0
         self.error: Exception | None = None
         self._write = write
         self._lossless = lossless
+        self._period = period
         self._capacity = capacity
         self._batch = min(batch, capacity)
         self._items: deque[Item] = deque()
         self._closing = False
-        self._changed = threading.Condition()
+        self._wake, self._room = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
 
     def put(self, item: Item) -> None:
-        """Add an item; nothing happens once the writer has failed or the feed is closed."""
-        with self._changed:
+        """Add an item; nothing happens once the writer has failed or the feed is closed.
+
+        To be called by one thread.
+        """
+        while len(self._items) >= self._capacity and not self._is_over():
             if self._lossless:
-                self._changed.wait_for(lambda: self._has_room() or self._is_over())
-            if self._is_over():
-                return
-            if not self._has_room():
-                self._items.popleft()
-                self.dropped += 1
-            self._items.append(item)
-            if len(self._items) == 1 or len(self._items) >= self._batch:
-                self._changed.notify_all()
+                self._room.clear()
+                self._wake.set()
+                self._room.wait(self._period)
+            else:
+                self.dropped += self._pop() is not None
+        if self._is_over():
+            return
+        self._items.append(item)
+        if len(self._items) >= self._batch:
+            self._wake.set()
 
     def close(self, patience: float) -> bool:
         """Write what is left and end the thread.
@@ -71,38 +77,35 @@ class Feed(Generic[Item]):
         Returns:
             Whether the thread has ended.
         """
-        with self._changed:
-            self._closing = True
-            self._changed.notify_all()
+        self._closing = True
+        self._wake.set()
         self._thread.join(patience)
         return not self._thread.is_alive()
-
-    def _has_room(self) -> bool:
-        return len(self._items) < self._capacity
 
     def _is_over(self) -> bool:
         return self._closing or self.error is not None
 
-    def _run(self) -> None:
-        while batch := self._next_batch():
-            try:
-                self._write(batch)
-            except Exception as error:  # whatever it is, the robot must go on
-                with self._changed:
-                    self.error = error
-                    self._items.clear()
-                    self._changed.notify_all()
-                return
+    def _pop(self) -> Item | None:
+        """The oldest item; None if the other thread was quicker."""
+        try:
+            return self._items.popleft()
+        except IndexError:
+            return None
 
-    def _next_batch(self) -> list[Item]:
-        """What has come together; empty only at the end."""
-        with self._changed:
-            while not self._items and not self._closing:
-                self._changed.wait()
-            self._changed.wait_for(
-                lambda: len(self._items) >= self._batch or self._closing, timeout=_LONGEST_WAIT
-            )
-            batch = list(self._items)
-            self._items.clear()
-            self._changed.notify_all()
-            return batch
+    def _run(self) -> None:
+        last = False
+        while not last:
+            self._wake.wait(self._period)
+            self._wake.clear()
+            last = self._closing
+            taken = (self._pop() for _ in range(len(self._items)))
+            batch = [item for item in taken if item is not None]
+            self._room.set()
+            try:
+                if batch:
+                    self._write(batch)
+            except Exception as error:  # whatever it is, the robot must go on
+                self.error = error
+                self._items.clear()
+                self._room.set()
+                return

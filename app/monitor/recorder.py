@@ -1,4 +1,4 @@
-"""Keeps a run as a recording that the Rerun viewer opens with everything in its place."""
+"""Shows a run while it goes on, and keeps it as a recording that the Rerun viewer opens."""
 
 from __future__ import annotations
 
@@ -12,9 +12,14 @@ from app.monitor.feed import Feed
 from app.monitor.snapshot import NodeInfo, SceneView, Snapshot
 
 if TYPE_CHECKING:
+    from app.monitor.viewer import Address
     from controller import RobotModel
 
-_DEPTH_PERIOD = 0.2
+_PERIOD = 0.5
+_LIVE_PERIOD = 0.2
+"""How long the writer gathers what it writes at once [s of real time]."""
+
+_DEPTH_PERIOD = 0.4
 """Depth images are kept no oftener than this [s]."""
 
 _PATIENCE = 30.0
@@ -25,18 +30,21 @@ class RecorderError(Exception):
 
 
 class Recorder:
-    """Writes snapshots to a file, from a thread of its own.
+    """Writes snapshots to a file and to whoever watches, from a thread of its own.
 
     Args:
         path: the file to write; its folder exists.
         tree: the nodes of the tree, in preorder.
         model: kinematics of the robot; the recorder's alone, since the thread uses it.
         scene: what the world looks like.
-        lossless: whether `record` waits for a slow disk (simulation) or drops the oldest
-            snapshots instead (hardware).
+        lossless: whether `record` waits for a slow disk (simulation that goes as fast as it can)
+            or drops the oldest snapshots instead (whatever runs in real time).
+        server: where viewers are served while the run goes on; None for nowhere. A viewer that
+            hangs holds up nothing.
 
     Raises:
         RecorderError: the file cannot be written.
+        ViewError: viewers cannot be served.
     """
 
     def __init__(
@@ -47,24 +55,29 @@ class Recorder:
         model: RobotModel,
         scene: SceneView,
         lossless: bool,
+        server: Address | None = None,
     ) -> None:
         from app.monitor.writer import Writer  # Rerun takes a second to import
 
         self._path = path
         try:
-            self._writer = Writer(path, tree=tree, model=model, scene=scene)
+            self._writer = Writer(path, tree=tree, model=model, scene=scene, server=server)
         except (OSError, RuntimeError) as error:
             raise RecorderError(
                 f"{path}: cannot write the recording ({error}); "
                 "give a folder that exists, may be written to and has room"
             ) from error
-        self._feed: Feed[Snapshot] = Feed(self._writer.write, lossless=lossless)
+        self._feed: Feed[Snapshot] = Feed(
+            self._writer.write,
+            lossless=lossless,
+            period=_PERIOD if server is None else _LIVE_PERIOD,
+        )
         self._depth = Every(_DEPTH_PERIOD)
         self._closed = False
 
     @property
     def dropped(self) -> int:
-        """Snapshots that were lost because the disk was too slow."""
+        """Snapshots that were lost because writing was too slow."""
         return self._feed.dropped
 
     def record(self, snapshot: Snapshot) -> None:

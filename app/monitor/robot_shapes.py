@@ -62,17 +62,23 @@ LINKS: tuple[tuple[Placed, ...], ...] = (
 
 HAND: tuple[Placed, ...] = (
     Placed(Box((0.022, 0.102, 0.033)), _at(0.0, 0.0, 0.033), colour=_WHITE),
-    Placed(Box((0.012, 0.045, 0.012)), _at(0.065, 0.0, 0.012), colour=_BLACK),
 )
-"""The hand with its camera, in the flange's frame."""
+"""The hand, in the flange's frame."""
+CAMERA = Placed(Box((0.012, 0.045, 0.012)), _at(0.065, 0.0, 0.012), colour=_BLACK)
+"""The camera on it, in the same frame."""
 
+_HALF_TURN = SE3(np.diag([-1.0, -1.0, 1.0]), np.zeros(3))
 _FINGER = Box((0.010, 0.007, 0.026))
+_FINGER_ROOT = 0.0584
+"""Of a finger, in the hand along z [m]."""
+FINGER_MIDDLE = (0.0, _FINGER.half[1], 0.0274)
+"""Of a finger, from its root at the inner face of its pad [m]."""
 
 
 def finger_poses(width: float) -> tuple[SE3, SE3]:
     """Left and right finger in the hand, with `width` [m] between the pads."""
-    y = width / 2 + _FINGER.half[1]
-    return _at(0.0, y, 0.0858), _at(0.0, -y, 0.0858)
+    left = _at(0.0, width / 2 + FINGER_MIDDLE[1], _FINGER_ROOT + FINGER_MIDDLE[2])
+    return left, _HALF_TURN * left
 
 
 FINGER = (Placed(_FINGER, SE3.Identity(), colour=_DARK),)

@@ -8,26 +8,30 @@ import numpy as np
 import rerun as rr
 from pinocchio import SE3
 
-from app.monitor.columns import Array, axes_columns, pose_columns, timelines
+from app.monitor.columns import WORLD, Array, send_poses, timelines
 from app.monitor.every import Every
 from app.monitor.glyphs import Colour
-from app.monitor.robot_shapes import FINGER, HAND, LINKS, base_parts, finger_poses
+from app.monitor.robot_looks import robot_looks
+from app.monitor.robot_shapes import LINKS, finger_poses
 from app.monitor.snapshot import SceneView, Snapshot
 from app.monitor.solids import solids
 from controller import RobotModel
+from perception.grasp import GraspEstimate
 
-_POSE_PERIOD = 0.03
-"""Poses are kept no oftener than this [s]: smooth to the eye, a third of the file."""
+_POSE_PERIOD = 0.04
+"""Poses are kept no oftener than this [s]: smooth to the eye, a quarter of the file."""
 
 _AXES: tuple[Colour, ...] = ((230, 70, 60), (70, 190, 80), (70, 120, 240))
 _TRACKED: Colour = (255, 190, 40)
 _LOCKED: Colour = (60, 220, 100)
 _TRAIL: Colour = (90, 200, 220)
 _FINGER_LENGTH = 0.05
+_GOAL_LENGTH, _TOOL_LENGTH = 0.12, 0.06
 
 _BASE, _HAND = "world/robot/base", "world/robot/hand"
 _LINKS = tuple(f"world/robot/link{i}" for i in range(len(LINKS)))
-_FINGERS = (f"{_HAND}/left_finger", f"{_HAND}/right_finger")
+_FINGERS = ("world/robot/left_finger", "world/robot/right_finger")
+_GOAL, _TOOL = "world/goal", "world/tool"
 
 
 class ScenePanel:
@@ -46,84 +50,113 @@ class ScenePanel:
             f"world/objects/{index}_{''.join(c if c.isalnum() else '_' for c in view.name)}"
             for index, view in enumerate(scene.objects)
         ]
-        self._object_poses: list[SE3 | None] = [None] * len(scene.objects)
-        self._poses = Every(_POSE_PERIOD)
+        self._turn = Every(_POSE_PERIOD)
+        self._last: dict[str, SE3] = {}
+        self._goal_shown: bool | None = None
+        self._grasp: tuple[GraspEstimate | None, bool] | None = None
         self._last_point: Array | None = None
 
-        foot = float(model.description.bTa.translation[2])
-        bodies = {
-            "world/fixtures": scene.fixtures,
-            _BASE: base_parts(foot),
-            _HAND: HAND,
-            **dict(zip(_LINKS, LINKS, strict=True)),
-            **dict.fromkeys(_FINGERS, FINGER),
-            **{path: view.parts for path, view in zip(self._objects, scene.objects, strict=True)},
-        }
-        stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-        for path, parts in bodies.items():
-            for solid in solids(parts):
-                stream.log(path, solid, static=True)
-        for path, radius in (("world/goal", 0.006), ("world/tool", 0.003)):
-            arrows = rr.Arrows3D.from_fields(colors=_AXES, radii=radius)
-            stream.log(path, arrows, static=True)
-        trail = rr.LineStrips3D.from_fields(colors=[_TRAIL], radii=rr.Radius.ui_points(1.5))
-        stream.log("world/trail", trail, static=True)
-        stream.log("world/grasp", rr.LineStrips3D.from_fields(radii=0.004), static=True)
+        looks = robot_looks(model.description)
+        objects = [solids(view.parts) for view in scene.objects]
+        for path, bodies in {
+            _BASE: looks.base,
+            _HAND: looks.hand,
+            **dict(zip(_LINKS, looks.links, strict=True)),
+            **dict.fromkeys(_FINGERS, looks.finger),
+            **dict(zip(self._objects, objects, strict=True)),
+            _GOAL: [rr.Arrows3D.from_fields(colors=_AXES, radii=0.006)],
+            _TOOL: [rr.Arrows3D(vectors=_TOOL_LENGTH * np.eye(3), colors=_AXES, radii=0.003)],
+        }.items():
+            stream.log(path, rr.CoordinateFrame(path), static=True)
+            for body in bodies:
+                stream.log(path, body, static=True)
+        for path, bodies in {
+            WORLD: [rr.ViewCoordinates.RIGHT_HAND_Z_UP],
+            "world/fixtures": solids(scene.fixtures),
+            "world/trail": [
+                rr.LineStrips3D.from_fields(colors=[_TRAIL], radii=rr.Radius.ui_points(1.5))
+            ],
+            "world/grasp": [rr.LineStrips3D.from_fields(radii=0.004, show_labels=True)],
+        }.items():
+            stream.log(path, rr.CoordinateFrame(WORLD), static=True)
+            for body in bodies:
+                stream.log(path, body, static=True)
 
     def write(self, batch: Sequence[Snapshot]) -> None:
         """Add what a batch shows."""
-        shown = [snapshot for snapshot in batch if self._poses.due(snapshot.stamp)]
+        shown = [snapshot for snapshot in batch if self._turn.due(snapshot.stamp)]
         if not shown:
             return
-        times = timelines(shown)
-        self._send_robot(shown, times)
-        self._send_frames(shown, times)
-        self._send_trail(shown, times)
-        self._send_objects(shown)
+        send_poses(self._stream, [(snapshot, self._moved(snapshot)) for snapshot in shown])
+        self._send_goal(shown)
+        self._send_grasp(shown)
+        self._send_trail(shown)
 
-    def _send_robot(self, shown: Sequence[Snapshot], times: list[rr.TimeColumn]) -> None:
-        arms = [self._model.link_poses(s.state.wTb, s.state.q) for s in shown]
-        fingers = [finger_poses(s.state.gripper_width) for s in shown]
+    def _moved(self, snapshot: Snapshot) -> dict[str, SE3]:
+        """Where the frames are that are not where they were: most things rest most of the time."""
+        state = snapshot.state
+        *links, hand = self._model.link_poses(state.wTb, state.q)
+        fingers = [hand * finger for finger in finger_poses(state.gripper_width)]
         poses = {
-            _BASE: [s.state.wTb for s in shown],
-            **dict(zip((*_LINKS, _HAND), zip(*arms, strict=True), strict=True)),
-            **dict(zip(_FINGERS, zip(*fingers, strict=True), strict=True)),
+            _BASE: state.wTb,
+            _HAND: hand,
+            _TOOL: snapshot.wTe,
+            **dict(zip(_LINKS, links, strict=True)),
+            **dict(zip(_FINGERS, fingers, strict=True)),
+            **dict(zip(self._objects, snapshot.objects, strict=True)),
         }
-        for path, rows in poses.items():
-            self._stream.send_columns(path, indexes=times, columns=pose_columns(rows))
+        if snapshot.goal is not None:
+            poses[_GOAL] = snapshot.goal
+        moved = {
+            name: pose
+            for name, pose in poses.items()
+            if name not in self._last or not pose.isApprox(self._last[name], 1e-6)
+        }
+        self._last |= moved
+        return moved
 
-    def _send_frames(self, shown: Sequence[Snapshot], times: list[rr.TimeColumn]) -> None:
-        send = self._stream.send_columns
-        send("world/goal", indexes=times, columns=axes_columns([s.goal for s in shown], 0.12))
-        send("world/tool", indexes=times, columns=axes_columns([s.wTe for s in shown], 0.06))
-        grasps = [s.grasp for s in shown]
-        strips = [_jaws(grasp.wTg, grasp.width) for grasp in grasps if grasp is not None]
-        colours = [_LOCKED if s.locked else _TRACKED for s in shown if s.grasp is not None]
-        columns = rr.LineStrips3D.columns(strips=strips, colors=colours)
-        counts = [int(grasp is not None) for grasp in grasps]
-        send("world/grasp", indexes=times, columns=columns.partition(counts))
+    def _send_goal(self, shown: Sequence[Snapshot]) -> None:
+        """Its axes, or none while there is no goal."""
+        changed = []
+        for snapshot in shown:
+            if (snapshot.goal is not None) is not self._goal_shown:
+                self._goal_shown = snapshot.goal is not None
+                changed.append(snapshot)
+        if changed:
+            counts = [0 if snapshot.goal is None else 3 for snapshot in changed]
+            vectors = np.tile(_GOAL_LENGTH * np.eye(3), (sum(counts) // 3, 1))
+            columns = rr.Arrows3D.columns(vectors=vectors).partition(counts)
+            self._stream.send_columns(_GOAL, indexes=timelines(changed), columns=columns)
 
-    def _send_trail(self, shown: Sequence[Snapshot], times: list[rr.TimeColumn]) -> None:
+    def _send_grasp(self, shown: Sequence[Snapshot]) -> None:
+        """The open gripper where it will close, and how good that is."""
+        changed = []
+        for snapshot in shown:
+            if (snapshot.grasp, snapshot.locked) != self._grasp:
+                self._grasp = (snapshot.grasp, snapshot.locked)
+                changed.append(snapshot)
+        if changed:
+            there = [(s.grasp, s.locked) for s in changed if s.grasp is not None]
+            columns = rr.LineStrips3D.columns(
+                strips=[_jaws(grasp.wTg, grasp.width) for grasp, _ in there],
+                colors=[_LOCKED if locked else _TRACKED for _, locked in there],
+                labels=[
+                    f"{grasp.quality:.2f}{' locked' if locked else ''}" for grasp, locked in there
+                ],
+            )
+            counts = [int(snapshot.grasp is not None) for snapshot in changed]
+            self._stream.send_columns(
+                "world/grasp", indexes=timelines(changed), columns=columns.partition(counts)
+            )
+
+    def _send_trail(self, shown: Sequence[Snapshot]) -> None:
         """One short line a row; the view shows those of the last seconds together."""
         points = [s.wTe.translation for s in shown]
         before = [points[0] if self._last_point is None else self._last_point, *points[:-1]]
         self._last_point = points[-1]
         strips = np.stack([before, points], axis=1)
         columns = rr.LineStrips3D.columns(strips=strips)
-        self._stream.send_columns("world/trail", indexes=times, columns=columns)
-
-    def _send_objects(self, shown: Sequence[Snapshot]) -> None:
-        """Only what moved: most objects rest most of the time."""
-        for index, path in enumerate(self._objects):
-            moved = []
-            for snapshot in shown:
-                pose, last = snapshot.objects[index], self._object_poses[index]
-                if last is None or not pose.isApprox(last, 1e-6):
-                    self._object_poses[index] = pose
-                    moved.append(snapshot)
-            if moved:
-                columns = pose_columns([snapshot.objects[index] for snapshot in moved])
-                self._stream.send_columns(path, indexes=timelines(moved), columns=columns)
+        self._stream.send_columns("world/trail", indexes=timelines(shown), columns=columns)
 
 
 def _jaws(wTg: SE3, width: float) -> Array:

@@ -14,11 +14,11 @@ from controller import N_ARM, Limits
 _SERIES = {
     "joint_velocity": [f"joint {i + 1}" for i in range(N_ARM)],
     "base_twist": ["vx [m/s]", "vy [m/s]", "ω [rad/s]"],
-    "manipulability": ["manipulability"],
-    "slack": ["slack"],
-    "error": ["position [m]", "orientation [rad]", "heading [rad]"],
-    "tick": ["tick [ms]"],
+    "error": ["position [m]", "orientation [rad]", "heading θε [rad]"],
+    "controller": ["manipulability", "slack"],
+    "loop": ["tick [ms]", "dropped snapshots"],
 }
+"""Entities and their series; few entities keep the recording small."""
 
 
 class SignalsPanel:
@@ -32,6 +32,7 @@ class SignalsPanel:
     def __init__(self, stream: rr.RecordingStream, limits: Limits) -> None:
         self._stream = stream
         self._limits = limits
+        self._told = 0
         for name, series in _SERIES.items():
             stream.log(f"signals/{name}", rr.SeriesLines(names=series), static=True)
 
@@ -40,13 +41,15 @@ class SignalsPanel:
         times = timelines(batch)
         signals = [snapshot.signals for snapshot in batch]
         errors = [(s.position_error, s.orientation_error, s.heading_error) for s in signals]
+        # A tick that is not here was dropped on the way.
+        self._told += len(batch)
+        dropped = batch[-1].tick + 1 - self._told
         rows = {
             "joint_velocity": [s.command.qd / self._limits.qd for s in batch],
             "base_twist": [s.command.base_twist for s in batch],
-            "manipulability": [(s.manipulability,) for s in signals],
-            "slack": [(s.slack,) for s in signals],
             "error": errors,
-            "tick": [(s.tick_ms,) for s in signals],
+            "controller": [(s.manipulability, s.slack) for s in signals],
+            "loop": [(s.tick_ms, dropped) for s in signals],
         }
         for name, values in rows.items():
             table = np.array(values, dtype=float)

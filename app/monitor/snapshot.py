@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
 
 from py_trees.common import Status
 
@@ -28,9 +28,11 @@ class NodeInfo:
     """Number of ancestors; 0 at the root."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class NodeStatus:
-    """How a node of the tree stands."""
+class NodeStatus(NamedTuple):
+    """How a node of the tree stands.
+
+    A tuple, because every tick makes one a node: a frozen dataclass takes four times as long.
+    """
 
     status: Status
     message: str
@@ -82,6 +84,8 @@ class Snapshot:
     """The grasp that is being tracked."""
     locked: bool = False
     """Whether that grasp no longer moves."""
+    blackboard: Mapping[str, object] = field(default_factory=dict)
+    """What the nodes of the tree have written down for each other."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

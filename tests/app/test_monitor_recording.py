@@ -1,64 +1,22 @@
+import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
+import cv2
 import monitor_samples as samples
 import numpy as np
 import pytest
+from monitor_files import poses, record, recorder, rows, still, with_component
 from rerun.chunk import RrdReader
 
-from app.monitor import NodeInfo, NodeStatus, Recorder, RecorderError, SceneView, Snapshot
+from app.monitor import NodeInfo, NodeStatus, RecorderError, SceneView, Snapshot
 from app.monitor.camera_panel import rectangle
 from controller import READY, robot_model
 from hw.interfaces import Fault, FaultKind
 
 TICKS = 300
-Table = list[dict[str, Any]]
-
-
-def recorder(path: Path, **changes: Any) -> Recorder:
-    settings: dict[str, Any] = {"tree": samples.TREE, "scene": samples.SCENE, "lossless": True}
-    return Recorder(path, model=robot_model("frankie"), **(settings | changes))
-
-
-def rows(path: Path, entity: str) -> Table:
-    """What the file says about an entity over time, by tick; times in seconds."""
-    table: Table = []
-    for chunk in RrdReader(path).stream().filter(content=entity).to_chunks():
-        batch = chunk.to_record_batch()
-        if "tick" not in batch.schema.names:
-            continue
-        columns = {
-            name.split(":")[-1]: batch.column(name)
-            for name in batch.schema.names
-            if not name.startswith(("rerun.", "log_"))
-        }
-        columns["t"] = columns["t"].cast("int64")
-        for index in range(batch.num_rows):
-            row = {name: column[index].as_py() for name, column in columns.items()}
-            table.append(row | {"t": row["t"] / 1e9})
-    return sorted(table, key=lambda row: row["tick"])
-
-
-def still(path: Path, entity: str, component: str) -> list[Any]:
-    """What the file says about an entity for all times."""
-    for chunk in RrdReader(path).stream().filter(content=entity).to_chunks():
-        batch = chunk.to_record_batch()
-        if "tick" not in batch.schema.names and component in batch.schema.names:
-            return list(batch.column(component)[0].as_py())
-    raise AssertionError(f"no {component} of {entity}")
-
-
-def record(path: Path, snapshots: list[Snapshot], **changes: Any) -> Path:
-    made = recorder(path, **changes)
-    for snapshot in snapshots:
-        made.record(snapshot)
-    made.close()
-    assert made.dropped == 0
-    return path
 
 
 @pytest.fixture(scope="module")
@@ -74,13 +32,15 @@ def recording(tmp_path_factory: pytest.TempPathFactory, snapshots: list[Snapshot
 def test_every_part_of_the_picture_is_in_the_file(recording: Path) -> None:
     chunks = RrdReader(recording).stream().to_chunks()
     links = [f"/world/robot/link{i}" for i in range(8)]
-    signals = ["joint_velocity", "base_twist", "manipulability", "slack", "error", "tick"]
+    signals = ["joint_velocity", "base_twist", "error", "controller", "loop"]
+    parts = ("pills", "edges", "labels")
     assert {chunk.entity_path for chunk in chunks} >= {
-        *("/tree/pills", "/tree/edges", "/tree/labels", "/status", "/now", "/log"),
+        *(f"/tree/{drawing}/{part}" for drawing in ("list", "chart") for part in parts),
+        *("/tree/graph", "/status", "/now", "/blackboard", "/log"),
         *("/world/fixtures", "/world/goal", "/world/tool", "/world/trail", "/world/grasp"),
         *("/world/objects/0_box_1", "/world/objects/1_mug", "/world/objects/2_ball_and_bar"),
         *("/world/robot/base", "/world/robot/hand", *links),
-        *("/world/robot/hand/left_finger", "/world/robot/hand/right_finger"),
+        *("/world/robot/left_finger", "/world/robot/right_finger", "/world/poses"),
         *("/world/camera", "/world/camera/depth", "/world/camera/quality", "/world/camera/grasps"),
         *(f"/signals/{signal}" for signal in signals),
     }
@@ -109,16 +69,23 @@ def test_signals_have_a_row_every_tick(recording: Path, snapshots: list[Snapshot
         [row["scalars"] for row in velocities],
         [snapshot.command.qd / limits for snapshot in snapshots],
     )
-    for signal, given in {
-        "manipulability": [[s.signals.manipulability] for s in snapshots],
-        "slack": [[s.signals.slack] for s in snapshots],
-        "tick": [[s.signals.tick_ms] for s in snapshots],
+    for entity, given in {
+        "controller": [[s.signals.manipulability, s.signals.slack] for s in snapshots],
+        "loop": [[s.signals.tick_ms, 0.0] for s in snapshots],
         "base_twist": [s.command.base_twist for s in snapshots],
     }.items():
-        kept = [row["scalars"] for row in rows(recording, f"/signals/{signal}")]
-        np.testing.assert_allclose(kept, given, err_msg=signal)
+        kept = [row["scalars"] for row in rows(recording, f"/signals/{entity}")]
+        np.testing.assert_allclose(kept, given, err_msg=entity)
     errors = rows(recording, "/signals/error")
     assert errors[100]["scalars"] == pytest.approx([2.0, 0.2, 0.1])
+
+
+def test_dropped_snapshots_show_as_a_curve(tmp_path: Path) -> None:
+    run = [snapshot for snapshot in samples.run(30) if not 10 <= snapshot.tick < 20]
+    loop = rows(record(tmp_path / "x.rrd", run), "/signals/loop")
+    assert loop[-1]["scalars"][1] == 10.0
+    names = still(tmp_path / "x.rrd", "/signals/loop", "SeriesLines:names")
+    assert names == ["tick [ms]", "dropped snapshots"]
 
 
 def test_statuses_are_kept_when_they_change(recording: Path) -> None:
@@ -135,7 +102,10 @@ def test_statuses_are_kept_when_they_change(recording: Path) -> None:
 
 
 def test_pills_tell_status_by_colour_and_glyph(recording: Path) -> None:
-    pills, labels = rows(recording, "/tree/pills"), rows(recording, "/tree/labels")
+    pills, labels = (
+        with_component(recording, "/tree/list/pills", "colors"),
+        with_component(recording, "/tree/list/labels", "labels"),
+    )
     last = dict(zip(labels[-1]["labels"], pills[-1]["colors"], strict=True))
     colours = {label[0]: {c for text, c in last.items() if text[0] == label[0]} for label in last}
     assert set(colours) == set("▶✔✗·")
@@ -179,11 +149,11 @@ def test_depth_is_kept_to_the_millimetre_with_what_was_found(
     recording: Path, snapshots: list[Snapshot]
 ) -> None:
     images = rows(recording, "/world/camera/depth")
-    assert [row["tick"] for row in images] == list(range(170, 300, 10))
+    assert [row["tick"] for row in images] == list(range(170, 300, 20))
     for row in images:
         frame = snapshots[row["tick"]].frame
         assert frame is not None
-        kept = np.array(row["buffer"][0], np.uint8).view(np.uint16).reshape(120, 160)
+        kept = cv2.imdecode(np.array(row["blob"][0], np.uint8), cv2.IMREAD_UNCHANGED)
         assert (kept == np.rint(np.nan_to_num(frame.depth) * 1000)).all()
         assert kept[0, 0] == 0
         assert kept.max() > 500
@@ -229,27 +199,30 @@ def test_the_robot_stands_where_it_was(recording: Path, snapshots: list[Snapshot
         "link4": lambda s: model.link_poses(s.state.wTb, s.state.q)[4],
         "hand": lambda s: model.link_poses(s.state.wTb, s.state.q)[8],
     }.items():
-        kept = rows(recording, f"/world/robot/{entity}")
-        assert len(kept) >= TICKS / 2
+        kept = poses(recording, f"world/robot/{entity}")
+        assert len(kept) >= TICKS / 6
         for row in kept[::20]:
             pose = pose_of(snapshots[row["tick"]])
             np.testing.assert_allclose(row["translation"][0], pose.translation, atol=1e-5)
             x, y, z, w = row["quaternion"][0]
             back = np.array([1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)])
             np.testing.assert_allclose(back, pose.rotation[:, 0], atol=1e-5)
-    left = rows(recording, "/world/robot/hand/left_finger")
-    right = rows(recording, "/world/robot/hand/right_finger")
+    left = poses(recording, "world/robot/left_finger")
+    right = poses(recording, "world/robot/right_finger")
     for a, b in zip(left[::20], right[::20], strict=True):
-        gap = a["translation"][0][1] - b["translation"][0][1] - 2 * 0.007
+        gap = np.linalg.norm(np.subtract(a["translation"], b["translation"])) - 2 * 0.007
         assert gap == pytest.approx(snapshots[a["tick"]].state.gripper_width, abs=1e-6)
 
 
 def test_goal_and_grasp_are_drawn_only_while_there_is_one(
     recording: Path, snapshots: list[Snapshot]
 ) -> None:
-    for row in rows(recording, "/world/goal"):
-        assert len(row["vectors"]) == (3 if snapshots[row["tick"]].goal is not None else 0)
-    for row in rows(recording, "/world/grasp"):
+    goal = [(row["tick"], len(row["vectors"])) for row in rows(recording, "/world/goal")]
+    assert goal == [(0, 0), (50, 3)]
+    assert poses(recording, "world/goal")[0]["tick"] == 50
+    grasps = rows(recording, "/world/grasp")
+    assert any(row["labels"] == ["0.90 locked"] for row in grasps)
+    for row in grasps:
         assert len(row["strips"]) == (1 if snapshots[row["tick"]].grasp is not None else 0)
 
 
@@ -261,11 +234,11 @@ def test_objects_are_kept_when_they_move(tmp_path: Path) -> None:
         moved.translation += [0.0, 0.0, 0.01 * min(tick - 29, 10)]
         run[tick] = replace(run[tick], objects=(moved, *still_objects[1:]))
     path = record(tmp_path / "x.rrd", run)
-    lifted = rows(path, "/world/objects/0_box_1")
+    lifted = poses(path, "world/objects/0_box_1")
     assert lifted[0]["tick"] == 0
     assert all(30 <= row["tick"] <= 40 for row in lifted[1:])
     assert lifted[-1]["translation"][0][2] == pytest.approx(0.476 + 0.1)
-    assert len(rows(path, "/world/objects/1_mug")) == 1
+    assert len(poses(path, "world/objects/1_mug")) == 1
 
 
 def test_a_bare_robot_with_a_one_node_tree_is_recorded(tmp_path: Path) -> None:
@@ -275,13 +248,13 @@ def test_a_bare_robot_with_a_one_node_tree_is_recorded(tmp_path: Path) -> None:
         for s in samples.run(20)
     ]
     path = record(tmp_path / "x.rrd", run, tree=(node,), scene=SceneView())
-    assert len(rows(path, "/signals/slack")) == 20
-    assert rows(path, "/tree/labels")[0]["labels"] == ["▶ wait"]
+    assert len(rows(path, "/signals/loop")) == 20
+    assert with_component(path, "/tree/list/labels", "labels")[0]["labels"] == ["▶ wait"]
 
 
 def test_a_run_without_a_tick_leaves_a_readable_file(tmp_path: Path) -> None:
     path = record(tmp_path / "x.rrd", [])
-    assert still(path, "/world/robot/base", "Boxes3D:half_sizes")
+    assert still(path, "/world/fixtures", "Boxes3D:half_sizes")
 
 
 @pytest.mark.parametrize("place", ["missing/x.rrd", ""])
@@ -296,7 +269,7 @@ def test_close_twice(tmp_path: Path) -> None:
     made.close()
     made.close()
     made.record(samples.snapshot(1))
-    assert len(rows(tmp_path / "x.rrd", "/signals/slack")) == 1
+    assert len(rows(tmp_path / "x.rrd", "/signals/loop")) == 1
 
 
 def test_an_error_in_the_writer_is_said_once_and_spares_the_run(tmp_path: Path) -> None:
@@ -308,7 +281,7 @@ def test_an_error_in_the_writer_is_said_once_and_spares_the_run(tmp_path: Path) 
     with pytest.raises(RecorderError, match=r"x\.rrd: the recording ends early"):
         made.close()
     made.close()
-    assert len(rows(tmp_path / "x.rrd", "/signals/slack")) < 200
+    assert len(rows(tmp_path / "x.rrd", "/signals/loop")) < 200
 
 
 LIMITED = """
@@ -331,55 +304,48 @@ except RecorderError as error:
     print(error)
 """
 
-KILLED = LIMITED.split("resource.set", maxsplit=1)[0] + (
+IN_REAL_TIME = LIMITED.split("resource.set", maxsplit=1)[0] + (
     """
-import os, signal, threading
+import threading
 recorder = Recorder(
     Path(sys.argv[1]), tree=samples.TREE, model=robot_model("frankie"), scene=samples.SCENE,
-    lossless=True,
+    lossless=False,
 )
-for snapshot in samples.run(300):
+for snapshot in samples.run(1000):
     recorder.record(snapshot)
-for _ in range(200):
-    threading.Event().wait(0.1)
-    if Path(sys.argv[1]).stat().st_size > 400_000:
-        break
-os.kill(os.getpid(), signal.SIGKILL)
+    print(snapshot.stamp, flush=True)
+    threading.Event().wait(samples.PERIOD)
 """
 )
 
 
-@pytest.fixture
-def in_a_process(tmp_path: Path) -> Callable[[str], tuple[int, str, Path]]:
-    def run(program: str) -> tuple[int, str, Path]:
-        path = tmp_path / "x.rrd"
-        here = Path(__file__).parent
-        done = subprocess.run(
-            [sys.executable, "-c", program, path, here, here.parents[1]],
-            capture_output=True,
-            text=True,
-            timeout=120,
-            check=False,
-        )
-        return done.returncode, done.stdout, path
-
-    return run
+def command(program: str, path: Path) -> list[str | Path]:
+    here = Path(__file__).parent
+    return [sys.executable, "-c", program, path, here, here.parents[1]]
 
 
-def test_a_disk_that_fills_up_is_said_at_the_end(
-    in_a_process: Callable[[str], tuple[int, str, Path]],
-) -> None:
-    code, said, path = in_a_process(LIMITED)
-    assert code == 0
+def test_a_disk_that_fills_up_is_said_at_the_end(tmp_path: Path) -> None:
+    path = tmp_path / "x.rrd"
+    done = subprocess.run(
+        command(LIMITED, path), capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0
+    said = done.stdout
     assert "the recording ends early" in said
     assert "is the disk full?" in said
     assert path.stat().st_size <= 200_000
 
 
 @pytest.mark.filterwarnings("ignore:RRD file has no footer")
-def test_what_was_written_before_a_crash_can_be_read(
-    in_a_process: Callable[[str], tuple[int, str, Path]],
-) -> None:
-    code, _, path = in_a_process(KILLED)
-    assert code == -9
-    assert len(rows(path, "/signals/slack")) >= 250
+def test_a_run_that_is_killed_is_kept_up_to_a_second_before(tmp_path: Path) -> None:
+    path = tmp_path / "x.rrd"
+    with subprocess.Popen(
+        command(IN_REAL_TIME, path), stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        stamps = [float(process.stdout.readline()) for _ in range(200)]
+        process.kill()
+        stamps += [float(line) for line in process.stdout if line.endswith("\n")]
+    assert process.returncode == -signal.SIGKILL
+    for entity in ("/signals/loop", "/world/poses", "/world/camera/depth"):
+        assert rows(path, entity)[-1]["t"] >= stamps[-1] - 1.0, entity

@@ -1,9 +1,6 @@
-"""Opens a recording in the real viewer, without a window."""
+"""Opens recordings and live runs in the real viewer, without a window."""
 
-import glob
-import os
-import socket
-import subprocess
+import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -13,87 +10,138 @@ from typing import Any
 
 import monitor_samples as samples
 import pytest
+from monitor_files import recorder
 
-from app.monitor import Recorder
 from app.monitor.glyphs import LETTERS, SYMBOLS
-from controller import robot_model
+from app.monitor.headless import HeadlessViewer, has_vulkan, headless_viewer
+from app.monitor.screenshots import cursor
+from app.monitor.viewer import LOOPBACK, Address, free_port
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(
-        not glob.glob("/usr/share/vulkan/icd.d/*.json"),
-        reason="the viewer needs Vulkan: apt-get install mesa-vulkan-drivers",
+        not has_vulkan(), reason="the viewer needs Vulkan: apt-get install mesa-vulkan-drivers"
     ),
 ]
 
 VIEWS = {
-    *("tree", "now", "history", "log", "scene", "depth and grasp quality"),
-    *("joint velocities / limits", "base velocity"),
+    *("tree", "top-down", "graph", "now", "blackboard", "history", "log", "scene"),
+    *("depth and grasp quality", "joint velocities / limits", "base velocity"),
+    *("distance to the goal", "manipulability and slack", "loop"),
 }
+CLOSE_BEHIND = 2.0
+"""A viewer that is this close is live [s]."""
 
 
 def wait_for(what: Callable[[], Any], seconds: float = 60.0) -> Any:
     """What `what` gives as soon as it is something."""
-    error: Exception | None = None
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        try:
-            if result := what():
-                return result
-        except Exception as failed:  # not up yet
-            error = failed
-        threading.Event().wait(0.2)
-    raise AssertionError(f"nothing came in {seconds:.0f} s ({error})")
+        if result := what():
+            return result
+        threading.Event().wait(0.1)
+    raise AssertionError(f"nothing came in {seconds:.0f} s")
 
 
-@pytest.fixture
-def viewer(tmp_path: Path) -> Iterator[Any]:
-    import rerun_cli
-    from rerun.experimental import ViewerClient
-
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    program = Path(rerun_cli.__file__).parent / "rerun"
-    where = ["--bind", "127.0.0.1", "--port", str(port)]
-    with (tmp_path / "viewer.log").open("w") as log:
-        process = subprocess.Popen(
-            [program, "--headless", *where, "--window-size", "1600x1000"],
-            stdout=log,
-            stderr=log,
-            env=os.environ | {"XDG_RUNTIME_DIR": str(tmp_path)},
-        )
-        try:
-            url = f"rerun+http://127.0.0.1:{port}/proxy"
-            yield wait_for(lambda: ViewerClient.connect(url))
-            assert process.poll() is None, (tmp_path / "viewer.log").read_text()[-2000:]
-        finally:
-            process.terminate()
-            process.wait(20.0)
+def assert_nothing_is_wrong(viewer: HeadlessViewer) -> None:
+    """Every view shows something and complains of nothing; tabs are opened one after the other."""
+    views = {view.name: view.view_id for view in viewer.client.get_state().views}
+    assert set(views) == VIEWS
+    layout = viewer.client.get_blueprint().blueprint
+    for view_id in views.values():
+        layout["/viewport"]["ViewportBlueprint"]["maximized"] = view_id
+        viewer.client.set_blueprint(layout, of="recording")
+        assert len(viewer.client.take_screenshot(view_id)) > 1_000
+    reports = {view.name: view.reports for view in viewer.client.get_state().views}
+    assert reports == {name: [] for name in views}
 
 
-def test_the_viewer_shows_every_part_and_complains_of_none(viewer: Any, tmp_path: Path) -> None:
+def test_a_recording_shows_every_part_and_complains_of_none(tmp_path: Path) -> None:
     letters = "".join(chr(code) for low, high in LETTERS for code in range(low, high + 1))
     characters = letters + "".join(sorted(SYMBOLS)) + "🤖"
     share = -(-len(characters) // len(samples.TREE))
     names = [characters[start : start + share] for start in range(0, len(characters), share)]
     path = tmp_path / "recording.rrd"
-    recorder = Recorder(
-        path,
-        tree=[replace(node, name=name) for node, name in zip(samples.TREE, names, strict=True)],
-        model=robot_model("frankie"),
-        scene=samples.SCENE,
-        lossless=True,
-    )
+    tree = [replace(node, name=name) for node, name in zip(samples.TREE, names, strict=True)]
+    made = recorder(path, tree=tree)
     for snapshot in samples.run(300):
-        recorder.record(snapshot)
-    recorder.close()
+        made.record(replace(snapshot, blackboard={"grasps tried": 3, "🤖": "a|b\n*c*"}))
+    made.close()
+    with headless_viewer() as viewer:
+        viewer.client.open(str(path))
+        wait_for(lambda: viewer.client.get_state().views)
+        for stamp in (0.5, 3.9, 5.5):
+            viewer.client.set_time("t", duration=stamp, play_state="paused")
+            assert len(viewer.client.take_screenshot()) > 50_000, "the picture is not empty"
+        assert_nothing_is_wrong(viewer)
 
-    viewer.open(str(path))
-    wait_for(lambda: {view.name for view in viewer.get_state().views} >= VIEWS)
-    for stamp in (0.5, 3.9, 5.5):
-        viewer.set_time("t", duration=stamp, play_state="paused")
-        picture = viewer.take_screenshot()
-        assert len(picture) > 50_000, "the picture is not empty"
-    reports = {view.name: view.reports for view in viewer.get_state().views}
-    assert reports == {name: [] for name in reports}
+
+class LiveRun:
+    """A run in real time, from a thread of its own."""
+
+    def __init__(self, path: Path) -> None:
+        self.server = Address(host=LOOPBACK, port=free_port(LOOPBACK))
+        self.stamp = 0.0
+        self._recorder = recorder(path, server=self.server, lossless=False)
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self) -> None:
+        begun = time.monotonic()
+        for snapshot in samples.run(3000):
+            self._recorder.record(snapshot)
+            self.stamp = snapshot.stamp
+            if self._over.wait(max(begun + snapshot.stamp - time.monotonic(), 0.0)):
+                return
+
+    def end(self) -> None:
+        self._over.set()
+        self._thread.join()
+        self._recorder.close()
+        assert self._recorder.dropped == 0
+
+
+@pytest.fixture
+def live(tmp_path: Path) -> Iterator[LiveRun]:
+    run = LiveRun(tmp_path / "recording.rrd")
+    yield run
+    run.end()
+
+
+def test_a_live_run_is_shown_as_it_happens(live: LiveRun, tmp_path: Path) -> None:
+    with headless_viewer(watch=live.server.url) as viewer:
+        wait_for(lambda: cursor(viewer) > 0.0)
+        for moment in (4.0, 8.0, 12.0):
+            wait_for(lambda moment=moment: live.stamp > moment)
+            wait_for(lambda: live.stamp - cursor(viewer) < CLOSE_BEHIND)
+        picture = tmp_path / "live.png"
+        picture.write_bytes(viewer.client.take_screenshot())
+        assert picture.stat().st_size > 50_000
+        assert_nothing_is_wrong(viewer)
+
+
+def test_whoever_comes_late_gets_the_whole_run(live: LiveRun) -> None:
+    wait_for(lambda: live.stamp > 5.0)
+    with headless_viewer(watch=live.server.url) as viewer:
+        wait_for(lambda: live.stamp - cursor(viewer) < CLOSE_BEHIND)
+        (recording,) = viewer.client.get_state().recordings
+        (begin,) = (line.start for line in recording.timelines if line.name == "t")
+        assert begin == 0
+
+
+def test_a_viewer_that_hangs_holds_up_nothing_and_catches_up(live: LiveRun) -> None:
+    with headless_viewer(watch=live.server.url) as viewer:
+        wait_for(lambda: cursor(viewer) > 0.0)
+        viewer.process.send_signal(signal.SIGSTOP)
+        hung = live.stamp
+        wait_for(lambda: live.stamp > hung + 10.0)
+        viewer.process.send_signal(signal.SIGCONT)
+        wait_for(lambda: live.stamp - cursor(viewer) < CLOSE_BEHIND)
+
+
+def test_the_end_of_a_run_reaches_the_viewer(live: LiveRun) -> None:
+    with headless_viewer(watch=live.server.url) as viewer:
+        wait_for(lambda: cursor(viewer) > 1.0)
+        live.end()
+        wait_for(lambda: cursor(viewer) == pytest.approx(live.stamp, abs=0.05))

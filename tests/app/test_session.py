@@ -6,6 +6,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 from stage import BUTTON, Stage, looking_down
 
+from app.control import Control, TaskClock
 from app.measure import Measurements
 from app.outcome import End
 from app.session import Session
@@ -44,6 +45,8 @@ class Bench:
         self.stage = Stage()
         self.leaf = Scripted("runner", self.stage.context, ticks=ticks, then=then)
         self.ticks = []
+        self.control = Control()
+        self._interrupt_after = interrupt_after
         controller = self.stage.controller
         self.measurements = Measurements(limits=controller.model.limits)
         self.session = Session(
@@ -52,9 +55,15 @@ class Bench:
             controller=controller,
             gate=self.stage.gate,
             measurements=self.measurements,
-            watch=self.ticks.append,
-            interrupted=lambda: interrupt_after is not None and len(self.ticks) >= interrupt_after,
+            clock=TaskClock(self.stage.clock),
+            control=self.control,
+            watch=self._watch,
         )
+
+    def _watch(self, tick) -> None:
+        self.ticks.append(tick)
+        if len(self.ticks) == self._interrupt_after:
+            self.control.stop()
 
     def run(self):
         self.outcome = self.session.run()

@@ -1,0 +1,121 @@
+"""The robot's real shape, when the `assets` extra is installed: read, thinned out once, and kept.
+
+The meshes are those of Frankie in the package rtb-data: the arm as its maker published it, and the
+mobile base. They are far finer than a viewer needs and every recording carries them, so a tenth of
+their triangles is kept, in the user's cache folder.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+import numpy.typing as npt
+
+NAMES = (*(f"link{i}" for i in range(8)), "hand", "finger", "omron")
+"""Of the meshes, each in the frame of its link; `omron` is the base, its origin on the floor."""
+
+_FOLDER = Path("xacro/qut_frankie_description/meshes/visual")
+_EXTRA = ("rtbdata", "trimesh", "collada", "fast_simplification", "networkx", "scipy")
+_KEPT, _KEPT_OF_BASE = 0.18, 0.06
+"""Share of the triangles that is kept; the base's mesh is finer than the arm's."""
+_FEWEST = 80
+"""Triangles of one piece that are always kept."""
+_HARD_EDGE = np.radians(35.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Mesh:
+    """A coloured triangle mesh."""
+
+    vertices: npt.NDArray[np.float32]
+    """(N, 3) [m]."""
+    normals: npt.NDArray[np.float32]
+    """(N, 3) of the vertices."""
+    colours: npt.NDArray[np.uint8]
+    """(N, 3) of the vertices."""
+    triangles: npt.NDArray[np.uint32]
+    """(M, 3) indices of vertices."""
+
+
+def meshes() -> dict[str, Mesh] | None:
+    """The meshes by name; None without the `assets` extra."""
+    if any(importlib.util.find_spec(package) is None for package in _EXTRA):
+        return None
+    kept = _cache_folder() / f"frankie-meshes-{version('rtb-data')}.npz"
+    try:
+        return _read(kept)
+    except (OSError, KeyError, ValueError, BadZipFile):  # none yet, or one that is damaged
+        made = {name: _thinned(name) for name in NAMES}
+        _keep(kept, made)
+        return made
+
+
+def _cache_folder() -> Path:
+    root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(root) / "frankie-task"
+
+
+def _read(path: Path) -> dict[str, Mesh]:
+    with np.load(path) as arrays:
+        return {
+            name: Mesh(**{part: arrays[f"{name}.{part}"] for part in Mesh.__dataclass_fields__})
+            for name in NAMES
+        }
+
+
+def _keep(path: Path, made: dict[str, Mesh]) -> None:
+    """Write the cache; whoever cannot write it makes the meshes again next time."""
+    arrays: dict[str, Any] = {
+        f"{name}.{part}": getattr(mesh, part)
+        for name, mesh in made.items()
+        for part in Mesh.__dataclass_fields__
+    }
+    draft = path.with_suffix(f".{os.getpid()}.npz")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        np.savez_compressed(draft, **arrays)
+        draft.replace(path)
+    except OSError:
+        with suppress(OSError):
+            draft.unlink()
+
+
+def _thinned(name: str) -> Mesh:
+    import fast_simplification
+    import rtbdata
+    import trimesh
+
+    share = _KEPT_OF_BASE if name == "omron" else _KEPT
+    vertices, normals, colours, triangles, count = [], [], [], [], 0
+    pieces: Any = trimesh.load_scene(Path(rtbdata.__path__[0]) / _FOLDER / f"{name}.dae").dump()
+    for piece in pieces:
+        piece.merge_vertices(merge_norm=True, merge_tex=True)
+        colour = getattr(piece.visual, "material", piece.visual).main_color[:3]
+        fewest = min(len(piece.faces), _FEWEST)
+        thin_vertices, thin_faces = fast_simplification.simplify(
+            np.asarray(piece.vertices, np.float32),
+            np.asarray(piece.faces),
+            target_count=max(fewest, round(share * len(piece.faces))),
+        )
+        mesh = trimesh.Trimesh(thin_vertices, thin_faces, process=False)
+        mesh.update_faces(mesh.nondegenerate_faces())
+        smooth = trimesh.graph.smooth_shade(mesh, angle=float(_HARD_EDGE))
+        vertices.append(smooth.vertices)
+        normals.append(smooth.vertex_normals)
+        colours.append(np.tile(colour, (len(smooth.vertices), 1)))
+        triangles.append(smooth.faces + count)
+        count += len(smooth.vertices)
+    return Mesh(
+        vertices=np.concatenate(vertices).astype(np.float32),
+        normals=np.concatenate(normals).astype(np.float32),
+        colours=np.concatenate(colours).astype(np.uint8),
+        triangles=np.concatenate(triangles).astype(np.uint32),
+    )
