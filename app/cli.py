@@ -52,7 +52,7 @@ def check(
         bad = sum(mistake.severity is Severity.ERROR for mistake in mistakes)
         errors += bad
         if not bad:
-            console.print(f"{path}: good", highlight=False, markup=False)
+            console.print(f"{path}: good", soft_wrap=True, highlight=False, markup=False)
     if errors:
         raise typer.Exit(EXIT_BAD_INPUT)
 

@@ -54,4 +54,5 @@ def snapshot(tick: Tick, nodes: Sequence[PlacedNode], world: World) -> Snapshot:
         detection=eyes.detection if fresh else None,
         grasp=eyes.grasp,
         locked=eyes.tracker.locked,
+        blackboard={path: key.read() for path, key in context.keys.items() if key.written},
     )

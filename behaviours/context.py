@@ -8,6 +8,7 @@ from pinocchio import SE3
 
 from behaviours.eyes import Eyes
 from behaviours.log import TaskLog
+from behaviours.names import Key
 from controller import MotionGoal, RobotModel, StepReport
 from hw import Clock, Robot, RobotState
 
@@ -35,6 +36,8 @@ class Context:
     report_of: tuple[object, str] | None = None
     """The leaf whose goal the report is about, and its phase."""
     log: TaskLog = field(default_factory=TaskLog)
+    keys: dict[str, Key[object]] = field(default_factory=dict)
+    """Every key of the tree, by its path: those of a subtree after the name of its node."""
 
     @property
     def wTe(self) -> SE3:

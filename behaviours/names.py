@@ -80,12 +80,17 @@ class Key(Generic[Value]):
         """Leave a value in place of the one before."""
         self._value = value
 
+    @property
+    def written(self) -> bool:
+        """Whether there is a value to read."""
+        return self._value is not self._NOTHING
+
     def read(self) -> Value:
         """The value that was written last.
 
         Raises:
             LookupError: nothing was; the leaf that should have is at fault.
         """
-        if self._value is self._NOTHING:
+        if not self.written:
             raise LookupError(f"nothing was written to the key `{self.name}`")
         return cast(Value, self._value)

@@ -55,7 +55,7 @@ def test_markup_in_a_message_is_only_text() -> None:
     out, seconds = io.StringIO(), Seconds()
     console = Console(file=out, force_terminal=True, width=100, color_system=None)
     snapshot = samples.snapshot(0)
-    nodes = tuple(replace(node, message="[red]a\nb[/nope]") for node in snapshot.nodes)
+    nodes = tuple(node._replace(message="[red]a\nb[/nope]") for node in snapshot.nodes)
     with StatusLine(samples.TREE, seconds=seconds, console=console) as line:
         line.update(replace(snapshot, nodes=nodes), placed=0, attempts=0)
     assert "[red]a b[/nope]" in out.getvalue()

@@ -49,6 +49,8 @@ class _Builder:
     make_leaf: LeafMaker
     path: Path
     """The file, for messages."""
+    prefix: str = ""
+    """Before the names of its keys in the context."""
     keys: dict[str, Key[object]] = field(default_factory=dict)
     """By the names that this file gives them."""
 
@@ -67,7 +69,12 @@ class _Builder:
         return behaviour
 
     def _subtree(self, node: SubtreeNode) -> Behaviour:
-        inner = _Builder(context=self.context, make_leaf=self.make_leaf, path=node.task.path)
+        inner = _Builder(
+            context=self.context,
+            make_leaf=self.make_leaf,
+            path=node.task.path,
+            prefix=f"{self.prefix}{node.name}/",
+        )
         return Subtree(
             node.name,
             inner.build(node.task.root),
@@ -99,7 +106,10 @@ class _Builder:
             raise TaskFileError([mistake]) from error
 
     def _key(self, name: str) -> Key[object]:
-        return self.keys.setdefault(name, Key(name))
+        if name not in self.keys:
+            self.keys[name] = Key(name)
+            self.context.keys[self.prefix + name] = self.keys[name]
+        return self.keys[name]
 
     def _supply(self, value: Given) -> Supply:
         """Gives the value, or what its key holds at that time."""
