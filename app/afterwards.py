@@ -56,7 +56,7 @@ def view(
     path = Path(run)
     recording = path if path.suffix == ".rrd" else find(run, runs) / RECORDING
     try:
-        raise typer.Exit(replay(recording, web=web, say=lambda text: typer.echo(text, err=True)))
+        replay(recording, web=web, say=lambda text: typer.echo(text, err=True))
     except ViewError as error:
         refuse(str(error))
 

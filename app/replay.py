@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import os
 import socket
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from typing import NoReturn
 from urllib.parse import quote
 
 from app.monitor.viewer import LOOPBACK, USUAL_WEB_PORT, Address, ViewError, viewer_program
 
 
-def replay(recording: Path, *, web: bool, say: Callable[[str], None]) -> int:
-    """Show a recording until the person closes the viewer, or interrupts.
+def replay(recording: Path, *, web: bool, say: Callable[[str], None]) -> NoReturn:
+    """Show a recording: this process becomes the viewer, and ends with it.
 
     Args:
         recording: the file.
         web: in the browser instead of a window.
         say: told where to look.
-
-    Returns:
-        The viewer's exit code.
 
     Raises:
         ViewError: there is no recording, no viewer, or no screen for a window.
@@ -37,10 +34,7 @@ def replay(recording: Path, *, web: bool, say: Callable[[str], None]) -> int:
         say(f"watch at {page}; Ctrl-C ends it")
     elif not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise ViewError("there is no screen here; --web shows the recording in a browser")
-    try:
-        return subprocess.run([*command, str(recording)], check=False).returncode
-    except KeyboardInterrupt:
-        return 0
+    os.execv(command[0], [*command, str(recording)])
 
 
 def _free_port(usual: int) -> int:

@@ -77,8 +77,8 @@ class Hook(Branch):
         return self._waiting is not None and self.status is Status.RUNNING
 
     def restart(self) -> None:
-        """Nothing is waited for yet."""
-        self._waiting = None
+        """Nothing is waited for yet, and nothing answered."""
+        self._waiting, self.answer = None, None
 
     def advance(self) -> Ticking:
         """Tick the node, unless there is something to do before or after it."""

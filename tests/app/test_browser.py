@@ -61,8 +61,8 @@ class Run:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.process.kill()
-        self.process.communicate()
+        self.process.terminate()  # not killed: it has a viewer to end as well
+        self.process.communicate(timeout=30.0)
 
 
 def ticks(page) -> int:

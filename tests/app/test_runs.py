@@ -104,10 +104,7 @@ def test_view_opens_the_recording_on_loopback_alone(runs, monkeypatch):
     """What is started is the real viewer's command line; only the start is recorded."""
     started = []
     monkeypatch.setenv("DISPLAY", ":0")
-    monkeypatch.setattr(
-        "app.replay.subprocess.run",
-        lambda command, **_: started.append(command) or type("Done", (), {"returncode": 0})(),
-    )
+    monkeypatch.setattr("app.replay.os.execv", lambda program, command: started.append(command))
     for name in (run_folders(runs)[0].name, run_folders(runs)[0] / "recording.rrd"):
         assert call("view", name, "--runs", runs)[0] == 0
     for command in started:
