@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
@@ -262,6 +262,7 @@ class _DryContext:
     """All that a tree of dry leaves needs of a `Context`."""
 
     clock: SimClock
+    keys: dict[str, Key[object]] = field(default_factory=dict)
 
 
 def _came_to(root: Behaviour, most_ticks: int) -> Outcome:

@@ -28,6 +28,7 @@ class ToyContext:
     clock: SimClock = field(default_factory=SimClock)
     events: list[str] = field(default_factory=list)
     counted: int = 0
+    keys: dict[str, object] = field(default_factory=dict)
 
 
 class Toy(Behaviour):
