@@ -20,7 +20,7 @@ from app.outcome import End, Outcome
 from app.session import failed_node
 from behaviours.names import Key
 from hw.clock import SimClock
-from trees.language import Task, load, nodes_in_order
+from trees.language import Task, build, load, nodes_in_order
 from trees.language.kinds import ValueType
 from trees.language.registry import SET
 from trees.language.syntax import LeafNode, SubtreeNode, nodes_below
@@ -222,7 +222,7 @@ def dry_run(
     script = read_script(outcomes, task)
     clock = SimClock()
     context = cast(Any, _DryContext(clock=clock))
-    root = task.build(context, lambda node, _, arguments: _DryLeaf(node, script, arguments))
+    root = build(task, context, lambda node, _, arguments: _DryLeaf(node, script, arguments))
     paths = {place.node: place.path for place in nodes_in_order(root)}
     steps: list[Step] = []
     were_running: set[Behaviour] = set()

@@ -30,7 +30,7 @@ from hw import stopwatch
 from hw.sim import World
 from perception import GraspDetector
 from trees.btcpp import BtLog
-from trees.language import PlacedNode, Task, load, nodes_in_order
+from trees.language import PlacedNode, Task, build, load, nodes_in_order
 
 ROBOTS = {"sim": "frankie", "omni": "omni"}
 """What `--robot` accepts, and the model that it stands for."""
@@ -88,7 +88,7 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
         paced=options.paced,
         detector=GraspDetector(options.weights),
     )
-    nodes = nodes_in_order(task.build(rig.context))
+    nodes = nodes_in_order(build(task, rig.context))
     room = ControlRoom(
         options.control,
         task=task.name,

@@ -18,7 +18,7 @@ from rich.table import Table
 from app.bench.step import Timing
 from behaviours import Condition, Context, Leaf
 from hw import SimClock
-from trees.language import load, nodes_in_order
+from trees.language import build, load, nodes_in_order
 
 NODES_READ = 200
 NODES_TICKED = 31
@@ -90,7 +90,7 @@ def time_tree(rounds: int) -> list[Timing]:
         large, busy = Path(folder) / "large.yaml", Path(folder) / "busy.yaml"
         large.write_text(large_task(), encoding="utf-8")
         busy.write_text(busy_task(), encoding="utf-8")
-        root = load(busy, leaves=LEAVES).build(cast(Context, _Nobody()))
+        root = build(load(busy, leaves=LEAVES), cast(Context, _Nobody()))
         assert len(nodes_in_order(root)) == NODES_TICKED
         return [
             _timed(

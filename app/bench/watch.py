@@ -34,7 +34,7 @@ from app.watching import scene_view, snapshot, tree_view
 from controller import robot_model
 from hw import stopwatch
 from perception import GraspDetector
-from trees.language import load, nodes_in_order
+from trees.language import build, load, nodes_in_order
 
 if TYPE_CHECKING:
     import subprocess
@@ -112,7 +112,7 @@ def bench_watch(tree: Path, seconds: float, done: Callable[[], None]) -> list[Wa
 
 def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) -> WatchCost:
     rig = simulated_rig(_ROBOT, scene="household", seed=0, paced=True, detector=detector)
-    root = load(tree).build(rig.context)
+    root = build(load(tree), rig.context)
     nodes = nodes_in_order(root)
     period = rig.controller.settings.period
     ticks = round(seconds / period)

@@ -16,7 +16,7 @@ from app.rig import simulated_rig
 from controller import PoseGoal
 from hw import FaultKind
 from perception import GraspDetector
-from trees.language import load, nodes_in_order
+from trees.language import build, load, nodes_in_order
 
 TREE = """\
 task: toy
@@ -94,7 +94,7 @@ def test_a_run_with_the_page_ends_by_itself_and_closes_its_ports(tmp_path, task)
 def test_an_emergency_stop_that_is_mended_lets_the_robot_move_again(task):
     """The gate latches it; it opens on the loop, once no reading has the fault."""
     rig = simulated_rig("frankie", scene="single", seed=0, paced=False, detector=GraspDetector())
-    nodes = nodes_in_order(load(task).build(rig.context))
+    nodes = nodes_in_order(build(load(task), rig.context))
     room = ControlRoom(
         ControlOptions(), task="toy", nodes=nodes, rig=rig, viewer=None, say=lambda text: None
     )

@@ -6,7 +6,7 @@ import pytest
 from py_trees.common import Status
 from tree_toys import ToyContext
 
-from trees.language import check, load
+from trees.language import build, check, load
 
 
 @pytest.fixture
@@ -16,7 +16,7 @@ def outcome(tmp_path):
     def run(tree: str) -> tuple[Status, str]:
         path = tmp_path / "t.yaml"
         path.write_text(f"task: toy\ntree: {tree}\n")
-        root = load(path).build(ToyContext())
+        root = build(load(path), ToyContext())
         root.tick_once()
         return root.status, root.feedback_message
 

@@ -26,6 +26,7 @@ from trees.language import (
     Mistake,
     Task,
     TaskFileError,
+    build,
     known_leaves,
     load,
 )
@@ -193,7 +194,8 @@ def loaded(path: Path) -> tuple[Task | None, Sequence[Mistake]]:
 def run(task: Task, rng: random.Random) -> None:
     """A few ticks with leaves that end as dice fall."""
     context = ToyContext()
-    root = task.build(
+    root = build(
+        task,
         context,
         lambda node, context, arguments: Dice(
             node.name, rng, [value for value in arguments.values() if isinstance(value, Key)]

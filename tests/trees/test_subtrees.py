@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from tree_toys import TOYS, ToyContext
 
-from trees.language import TaskFileError, check, load, nodes_in_order
+from trees.language import TaskFileError, build, check, load, nodes_in_order
 
 PART = """\
 task: part
@@ -53,7 +53,7 @@ def errors(folder, top: str = TOP, part: str = PART) -> list[str]:
 def test_a_subtree_runs_with_its_own_values_and_hands_out_its_outputs(folder):
     task = load(folder / "top.yaml", leaves=TOYS)
     context = ToyContext()
-    root = task.build(context)
+    root = build(task, context)
     assert [place.path for place in nodes_in_order(root)][:5] == [
         "sequence",
         "sequence/part",
@@ -89,7 +89,7 @@ tree:
 """
     assert errors(folder, top, part) == []
     context = ToyContext()
-    root = load(folder / "top.yaml", leaves=TOYS).build(context)
+    root = build(load(folder / "top.yaml", leaves=TOYS), context)
     root.tick_once()
     assert context.events == ["note begins with 'hello'"]
 
@@ -118,7 +118,7 @@ tree:
 """
     assert [line for line in errors(folder, top, part) if "warning" not in line] == []
     context = ToyContext()
-    root = load(folder / "top.yaml", leaves=TOYS).build(context)
+    root = build(load(folder / "top.yaml", leaves=TOYS), context)
     for _ in range(5):
         root.tick_once()
     assert [event for event in context.events if "begins" in event] == [
@@ -257,7 +257,7 @@ def test_the_depth_of_the_whole_tree_is_bounded(folder):
         nest %= modified % "forever: %s"
     (folder / "last.yaml").write_text(f"task: last\ntree: {nest % '{open_gripper: }'}\n")
     (folder / "top.yaml").write_text(f"task: top\ntree: {nest % '{subtree: {file: last.yaml}}'}\n")
-    root = load(folder / "top.yaml", leaves=TOYS).build(ToyContext())
+    root = build(load(folder / "top.yaml", leaves=TOYS), ToyContext())
     root.tick_once()
     deeper = modified % f"forever: {nest % '{subtree: {file: last.yaml}}'}"
     [found] = errors(folder, f"task: top\ntree: {deeper}\n")
@@ -281,7 +281,7 @@ def test_a_part_can_be_checked_alone_and_not_be_built(folder):
     task = load(path, leaves=TOYS, open_parameters=True)
     assert str(task.root.children[0].arguments["to"]) == "$to"
     with pytest.raises(TaskFileError, match=r"the parameter `to` has no value; give it one"):
-        task.build(ToyContext())
+        build(task, ToyContext())
 
 
 def test_a_key_cannot_be_what_has_to_be_known_before_the_run(folder):

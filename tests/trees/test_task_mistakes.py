@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from tree_toys import TOYS
 
-from trees.language import Severity, TaskFileError, check, load
+from trees.language import Severity, TaskFileError, build, check, load
 
 HEAD = """\
 task: toy
@@ -343,7 +343,7 @@ def test_a_leaf_may_refuse_its_parameters_when_the_tree_is_built(tmp_path):
     path.write_text(HEAD + "  grasp: {within: box, lock_distance_m: 2}\n")
     task = load(path, leaves=TOYS)
     with pytest.raises(TaskFileError) as raised:
-        task.build(None)
+        build(task, None)
     assert str(raised.value) == (
         f"{path}:{FIRST}:3: `grasp` refuses its parameters: the lock distance is longer than the"
         " arm; change them"

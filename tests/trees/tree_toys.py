@@ -12,7 +12,7 @@ from py_trees.common import Status
 from behaviours.leaf import Condition
 from behaviours.names import BasePose, Key, Posture, Region, ToolPose
 from hw.clock import SimClock
-from trees.language import load
+from trees.language import build, load
 
 STATUS = {
     "S": Status.SUCCESS,
@@ -222,7 +222,7 @@ class Run:
         path = folder / "task.yaml"
         path.write_text(f"task: toy\ntree:\n{indented}\n")
         self.context = ToyContext()
-        self.root = load(path, leaves=TOYS).build(self.context)
+        self.root = build(load(path, leaves=TOYS), self.context)
 
     def ticks(self, count: int) -> str:
         """The status of the root after each tick, as letters."""

@@ -1,15 +1,15 @@
 """The tree language: task files in YAML, checked completely, built into py_trees behaviours.
 
 `load` reads a file into a `Task` or raises every mistake in it at once, each with line, column
-and how to mend it; `Task.build` makes the tree. Leaves are classes with typed constructors (see
+and how to mend it; `build` makes the tree. Leaves are classes with typed constructors (see
 `registry`), the other words of the language are listed in `vocabulary`.
 """
 
+from trees.language.build import build
 from trees.language.load import check, load
 from trees.language.mistakes import Mistake, Place, Severity, TaskFileError
 from trees.language.registry import LeafError, LeafType, describe_leaves, known_leaves
-from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode
-from trees.language.task import Task
+from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, Task
 from trees.language.vocabulary import COMPOSITES, MODIFIERS
 from trees.language.walk import PlacedNode, nodes_in_order
 
@@ -28,6 +28,7 @@ __all__ = [
     "SubtreeNode",
     "Task",
     "TaskFileError",
+    "build",
     "check",
     "describe_leaves",
     "known_leaves",

@@ -13,13 +13,12 @@ from behaviours.names import Key
 from trees.language.keys import LateLeaf, Set, Subtree, Supply
 from trees.language.mistakes import Mistake, TaskFileError
 from trees.language.registry import SET
-from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode
+from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, Task
 from trees.language.values import Given, KeyRead
 from trees.language.vocabulary import COMPOSITES, MODIFIERS
 
 if TYPE_CHECKING:
     from behaviours.context import Context
-    from trees.language.task import Task
 
 LeafMaker: TypeAlias = "Callable[[LeafNode, Context, Mapping[str, object]], Behaviour]"
 """(node, context, arguments and keys by parameter) to the leaf."""
@@ -30,8 +29,17 @@ def real_leaf(node: LeafNode, context: Context, arguments: Mapping[str, object])
     return node.type.behaviour(node.name, context, **arguments)
 
 
-def build_task(task: Task, context: Context, make_leaf: LeafMaker) -> Behaviour:
-    """The behaviours of a task; see `Task.build`."""
+def build(task: Task, context: Context, make_leaf: LeafMaker = real_leaf) -> Behaviour:
+    """A fresh tree, ready to tick, on the context's clock.
+
+    Args:
+        task: a checked task.
+        context: what all leaves share.
+        make_leaf: makes a leaf from its node, the context and its arguments.
+
+    Raises:
+        TaskFileError: a leaf refused its parameters, or a parameter has no value.
+    """
     for name, parameter in task.parameters.items():
         if parameter.value is None:
             what = f"the parameter `{name}` has no value"

@@ -9,8 +9,8 @@ from pathlib import Path
 from trees.language.mistakes import Mistakes
 from trees.language.parameters import TaskParameter, read_parameters
 from trees.language.source import Entry, Scalar, compose, read_text
+from trees.language.syntax import TaskOutput
 from trees.language.tables import WORD, fields, named_entries
-from trees.language.task import TaskOutput
 from trees.language.values import describe
 
 

@@ -15,8 +15,7 @@ from trees.language.kinds import ValueType, type_of
 from trees.language.mistakes import Mistakes, Place, suggestion
 from trees.language.parameters import TaskParameter
 from trees.language.registry import SET
-from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode
-from trees.language.task import TaskOutput
+from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, TaskOutput
 from trees.language.values import Given, KeyRead, KeyWrite
 
 

@@ -25,7 +25,7 @@ from trees.language.registry import LeafType, describe_leaves, known_leaves
 from trees.language.scope import Scope
 from trees.language.source import Entry, Scalar
 from trees.language.subtrees import Subtrees
-from trees.language.task import Task
+from trees.language.syntax import Task
 
 if TYPE_CHECKING:
     from behaviours.leaf import Leaf

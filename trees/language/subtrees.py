@@ -18,9 +18,8 @@ from trees.language.mistakes import Mistakes, Place, suggestion
 from trees.language.parameters import TaskParameter
 from trees.language.scope import Scope
 from trees.language.source import Entry, Scalar, Table, Value
-from trees.language.syntax import SubtreeNode
+from trees.language.syntax import SubtreeNode, Task
 from trees.language.tables import fields
-from trees.language.task import Task
 from trees.language.values import Given, KeyRead, KeyWrite, MismatchError, convert, describe
 
 MAX_SUBTREES = 200

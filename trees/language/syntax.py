@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
+from pathlib import Path
+from typing import TypeAlias
 
-from trees.language.kinds import Plain
-from trees.language.mistakes import Place
+from trees.language.kinds import Named, Plain, ValueType
+from trees.language.mistakes import Mistake, Place
+from trees.language.parameters import TaskParameter
 from trees.language.registry import LeafType
 from trees.language.values import Given, KeyRead, KeyWrite
-
-if TYPE_CHECKING:
-    from trees.language.task import Task
 
 Modifiers: TypeAlias = "Mapping[str, Plain | KeyRead | LeafNode]"
 """Values by key, in the order in which they wrap, innermost first; that of a guard is a condition.
@@ -74,3 +73,41 @@ def nodes_below(node: Node) -> Iterator[Node]:
     if isinstance(node, CompositeNode):
         for child in node.children:
             yield from nodes_below(child)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskOutput:
+    """A key that an including file may take over."""
+
+    place: Place
+    description: str
+    type: ValueType | None = None
+    """What the tree writes to it; None before the tree is read."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """A task file without mistakes."""
+
+    name: str
+    description: str
+    path: Path
+    text: str
+    """The file as it was read."""
+    scene: str
+    """The simulated scene that it is written for; empty if any will do."""
+    parameters: Mapping[str, TaskParameter]
+    poses: Mapping[str, Named]
+    """What the file defines: tool poses, base poses and postures."""
+    regions: Mapping[str, Named]
+    outputs: Mapping[str, TaskOutput]
+    root: Node
+    warnings: tuple[Mistake, ...] = ()
+    """What is probably not meant, and does not keep the task from running."""
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """This file and those of its subtrees, each once."""
+        inner = (node.task for node in nodes_below(self.root) if isinstance(node, SubtreeNode))
+        paths = (self.path, *(path for task in inner for path in task.files))
+        return tuple(dict.fromkeys(paths))
