@@ -24,6 +24,7 @@ def bad_input() -> Iterator[None]:
     """Refuse with the text of any error that a person can mend."""
     from app.folder import FolderError
     from app.monitor import RecorderError
+    from hw.config_file import ConfigError
     from hw.sim import SceneError
     from perception import WeightsError
     from trees.language import LeafError, TaskFileError
@@ -31,6 +32,7 @@ def bad_input() -> Iterator[None]:
     try:
         yield
     except (
+        ConfigError,
         FolderError,
         LeafError,
         RecorderError,

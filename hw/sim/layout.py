@@ -10,7 +10,7 @@ import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim.contact import separation
-from hw.sim.household import fitting, make_object
+from hw.sim.kinds import KINDS, fitting, make_object
 from hw.sim.objects import SimObject
 from hw.sim.scene import Container, Fixture, Scene, SceneError, Table, read_scene
 from hw.sim.shapes import Box, Colour, Placed, Plane
@@ -73,7 +73,7 @@ def _objects(scene: Scene, rng: np.random.Generator) -> list[SimObject]:
     wanted = scene.objects
     widths = (wanted.width_mm[0] / 1000.0, wanted.width_mm[1] / 1000.0)
     masses = (wanted.mass_g[0] / 1000.0, wanted.mass_g[1] / 1000.0)
-    kinds = fitting(wanted.kinds, widths)
+    kinds = fitting(KINDS, wanted.kinds, widths)
     if wanted.count and not kinds:
         low, high = wanted.width_mm
         raise SceneError(
@@ -82,7 +82,7 @@ def _objects(scene: Scene, rng: np.random.Generator) -> list[SimObject]:
         )
     for _ in range(_LAYOUTS):
         objects = [
-            make_object(f"{kind} {i + 1}", kind, widths, masses, rng)
+            make_object(f"{kind} {i + 1}", KINDS[kind], widths, masses, rng)
             for i, kind in enumerate(rng.choice(kinds, wanted.count) if wanted.count else [])
         ]
         if _lay_out(objects, scene.container, rng):
