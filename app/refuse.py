@@ -26,6 +26,7 @@ def bad_input() -> Iterator[None]:
     from app.control_room import GrootError, NobodyError, PageError
     from app.folder import FolderError
     from app.monitor import RecorderError, ViewError
+    from hw.config_file import ConfigError
     from hw.sim import SceneError
     from perception import WeightsError
     from trees.language import LeafError, TaskFileError
@@ -33,6 +34,7 @@ def bad_input() -> Iterator[None]:
     try:
         yield
     except (
+        ConfigError,
         FolderError,
         GrootError,
         LeafError,

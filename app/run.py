@@ -51,7 +51,9 @@ class RunOptions:
     record: Path = Path("runs")
     """Where the folder of the run is made."""
     weights: Path | None = None
-    """Of the grasp network; None takes those that come with the package."""
+    """A file of a grasp network; None takes a network that comes with the package."""
+    network: str | None = None
+    """Which of those; None takes the best."""
     view: ViewOptions = field(default_factory=ViewOptions)
     """How it is watched meanwhile."""
     control: ControlOptions = field(default_factory=ControlOptions)
@@ -86,7 +88,7 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
         scene=_scene(options, task),
         seed=options.seed,
         paced=options.paced,
-        detector=GraspDetector(options.weights),
+        detector=GraspDetector(options.weights, options.network),
     )
     nodes = nodes_in_order(build(task, rig.context))
     room = ControlRoom(

@@ -52,7 +52,10 @@ def run(
     ] = None,
     speed: Annotated[Speed, typer.Option(help="Pace of simulated time.")] = Speed.MAX,
     record: Annotated[Path, typer.Option(help="Folder for the folders of runs.")] = Path("runs"),
-    weights: Annotated[Path | None, typer.Option(help="Of the grasp network.")] = None,
+    weights: Annotated[Path | None, typer.Option(help="A file of a grasp network.")] = None,
+    network: Annotated[
+        str | None, typer.Option(help="Which shipped grasp network: bins (the default) or ggcnn.")
+    ] = None,
     view: Annotated[
         ViewChoice,
         typer.Option(
@@ -102,6 +105,8 @@ def run(
 ) -> None:
     """Run a task; leaves a folder with a recording and a summary."""
     parameters = _parameters(parameter or [])
+    if weights is not None and network is not None:
+        refuse("--network: the file of --weights tells the network already; give one of both")
     if outcome and not dry:
         refuse("--outcome: is for a dry run; add --dry")
     if dry and watch:
@@ -122,6 +127,7 @@ def run(
             paced=speed is Speed.REAL,
             record=record,
             weights=weights,
+            network=network,
             view=ViewOptions(
                 view=View(view.value), host=view_host, port=view_port, web_port=web_port
             ),

@@ -49,8 +49,9 @@ class Region:
 
     def contains(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
         """Which of the (N, 3) world points [m] lie inside: (N,) booleans."""
-        local = (points - self.wTr.translation) @ self.wTr.rotation
-        inside: npt.NDArray[np.bool_] = (np.abs(local) <= self.size / 2.0).all(axis=1)
+        local = np.abs((points - self.wTr.translation) @ self.wTr.rotation)
+        x, y, z = self.size / 2.0
+        inside: npt.NDArray[np.bool_] = (local[:, 0] <= x) & (local[:, 1] <= y) & (local[:, 2] <= z)
         return inside
 
     @property

@@ -19,10 +19,11 @@ def velocity_bounds(
     """Bounds on the velocities that keep speed, acceleration and joint position limits.
 
     They are the intersection of the speed limits, the velocity dampers of the joint limits
-    (Haviland 2022, eq. 13), the speed from which a joint can still brake before its limit, and
-    what the acceleration limits make reachable from the last velocities. Where braking for a joint
-    limit asks for more than the acceleration allows, the acceleration limit wins: the dampers are
-    wide enough that this happens only to a robot that starts outside its limits.
+    (Haviland 2022, eq. 13), the speed from which a joint can still brake before its limit although
+    it follows its commands with a lag, and what the acceleration limits make reachable from the
+    last velocities. Where braking for a joint limit asks for more than the acceleration allows, the
+    acceleration limit wins: the dampers are wide enough that this happens only to a robot that
+    starts outside its limits.
 
     Args:
         model: the robot.
@@ -38,7 +39,9 @@ def velocity_bounds(
     room = distance - settings.damper_stop
     towards = np.where(distance > settings.damper_influence, np.inf, slope * room)
     if settings.limit_acceleration:
-        braking = np.sqrt(2.0 * model.acceleration_limits * np.maximum(room, 0.0))
+        # The speed v from which v lag + v² / 2a is the room that is left.
+        limit, lag = model.acceleration_limits, settings.lag
+        braking = np.sqrt((limit * lag) ** 2 + 2.0 * limit * np.maximum(room, 0.0)) - limit * lag
         towards = np.minimum(towards, braking)
     bounds = _SIDES * np.minimum(np.maximum(towards, -_RETURN), model.speed_limits)
     if settings.limit_acceleration:

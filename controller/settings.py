@@ -52,6 +52,8 @@ class ControllerSettings:
     """The same for the end effector's rotation [rad/s^2]."""
     limit_acceleration: bool = True
     """Whether the bounds keep the acceleration limits and brake for joint limits."""
+    lag: float = 0.03
+    """How far the joints may be behind their commands while they brake for a limit [s]."""
     smoothness: float = 3.0
     """Cost of changing the velocities from one period to the next while under way."""
     avoid_contact: bool = True

@@ -11,6 +11,8 @@ Array: TypeAlias = npt.NDArray[np.float64]
 """Geometry."""
 Image: TypeAlias = npt.NDArray[np.float32]
 """Depth, heights, maps."""
+FloatArray: TypeAlias = npt.NDArray[np.floating]
+"""Either."""
 Mask: TypeAlias = npt.NDArray[np.bool_]
 """Yes or no for each element."""
 Indices: TypeAlias = npt.NDArray[np.int64]

@@ -16,13 +16,13 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from perception.arrays import Array, Mask
+from perception.arrays import Array, Image, Mask
 from perception.height_map import HeightMap, look_up
 
 MAX_OPENING = 0.08
 """Between the pads of the open hand [m]."""
-MAX_DEPTH = 0.030
-"""The grasp's centre goes to half the height of what it grasps, but no deeper than this [m]."""
+DEPTHS = (0.014, 0.022, 0.030)
+"""How deep below the surface the grasp's centre may go, but never below half the height [m]."""
 FLOOR_CLEARANCE = 0.011
 """Least height of the grasp's centre above what the objects stand on [m]."""
 TIP = 0.0084
@@ -80,7 +80,7 @@ class Assessment:
 
 
 def assess(scene: HeightMap, x: Array, y: Array, direction: Array, floor: float) -> Assessment:
-    """Judge grasps from straight above.
+    """Judge grasps from straight above, each at the best of `DEPTHS`.
 
     Args:
         scene: heights, measured or exact.
@@ -91,14 +91,60 @@ def assess(scene: HeightMap, x: Array, y: Array, direction: Array, floor: float)
     """
     cosine, sine = np.cos(direction), np.sin(direction)
     top = scene.at(x, y).astype(float)
-    deep = np.maximum(np.maximum(top - MAX_DEPTH, 0.5 * (top + floor)), floor + FLOOR_CLEARANCE)
-    z = np.maximum(deep, _highest_under_palm(scene, x, y, cosine, sine) + _PALM_CLEARANCE - PALM)
-    engagement = top - (z - TIP)
-
     along, across = _ALONG[None, None, :], _ACROSS[None, :, None]
     c, s = (a.astype(np.float32)[:, None, None] for a in (cosine, sine))
     east, north = (a.astype(np.float32)[:, None, None] for a in (x, y))
     heights = scene.at(east + c * along - s * across, north + s * along + c * across)
+    lowest = _highest_under_palm(scene, x, y, cosine, sine) + _PALM_CLEARANCE - PALM
+    half_way = np.maximum(0.5 * (top + floor), floor + FLOOR_CLEARANCE)
+    depths = [
+        _assess_at(heights, top, np.maximum(top - depth, half_way), lowest) for depth in DEPTHS
+    ]
+    # Where depths are equally good the shallowest wins: what is hidden below it does not matter.
+    scores = np.stack([d.score for d in depths]) * (1.0 - 0.03 * np.arange(len(DEPTHS)))[:, None]
+    best = scores.argmax(axis=0)[None]
+
+    def chosen(name: str) -> Array:
+        values = np.stack([getattr(depth, name) for depth in depths])
+        return np.asarray(np.take_along_axis(values, best, axis=0)[0])
+
+    offset = chosen("offset")
+    return Assessment(
+        score=chosen("score"),
+        x=x + cosine * offset,
+        y=y + sine * offset,
+        z=chosen("z"),
+        top=top,
+        width=chosen("width"),
+        opening=chosen("opening"),
+        offset=offset,
+        turn=chosen("turn"),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _AtDepth:
+    """What `Assessment` says, for one depth; all (N,)."""
+
+    score: Array
+    z: Array
+    width: Array
+    opening: Array
+    offset: Array
+    turn: Array
+
+
+def _assess_at(heights: Image, top: Array, deep: Array, lowest: Array) -> _AtDepth:
+    """Judge grasps at one depth each.
+
+    Args:
+        heights: (N, across, along) about each grasp, in the world [m].
+        top: (N,) of the surface at the grasp [m].
+        deep: (N,) where the grasp's centre should go [m].
+        lowest: (N,) no lower may it go, for the palm [m].
+    """
+    z = np.maximum(deep, lowest)
+    engagement = top - (z - TIP)
     level = z.astype(np.float32)[:, None, None]
     low = heights > level - np.float32(_CONTACT_BELOW)
     left, right, solid = _runs(low)
@@ -134,16 +180,13 @@ def assess(scene: HeightMap, x: Array, y: Array, direction: Array, floor: float)
         _fade(-steepest, -1.5 * cone, -0.3 * cone),
         _fade(-taper, -cone, -0.3 * cone),
         _fade(-skew, -cone, -0.5 * cone),
-        _fade(-flare, -1.2 * FRICTION, -0.6 * FRICTION),
+        _fade(-flare, -1.2 * FRICTION, -0.25 * FRICTION),
         _fade(np.minimum(lines_left, lines_right), 1.0, 3.0, least=0.1),
         whole & (width > 0.003),
     )
-    return Assessment(
+    return _AtDepth(
         score=np.prod(np.stack([np.asarray(f, dtype=float) for f in factors]), axis=0),
-        x=x + cosine * offset,
-        y=y + sine * offset,
         z=z,
-        top=top,
         width=width,
         opening=opening,
         offset=offset,

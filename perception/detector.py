@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from importlib.resources import as_file, files
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, Image, Mask
-from perception.frame import Frame, Intrinsics, Workspace
+from perception.frame import Frame, Workspace
+from perception.geometry import Camera, closing_direction, grasp_pose, world_points
 from perception.grasp import Detection, GraspEstimate
-from perception.height_map import HeightMap, height_map, world_points
-from perception.maps import SIZE
-from perception.postprocess import Candidates, find_candidates, grasp_maps
+from perception.height_map import HeightMap, height_map
+from perception.maps import SIZE, STRIDE
 from perception.preprocess import Prepared, central_square, prepare
-from perception.refine import refine
+from perception.refine import ALL_DIRECTIONS, refine
+
+if TYPE_CHECKING:
+    from perception.propose import Proposals, Proposer
 
 LEAST_HEIGHT = 0.008
 """What stands less than this above the floor is not grasped [m]."""
@@ -27,28 +29,37 @@ WALL_MARGIN = 0.008
 """How far inside the workspace's sides a grasp or an object has to be [m]."""
 FARTHEST = 5.0
 """Farther is not believed [m]."""
-_STRIDE = 3  # network pixels to a pixel of the mask of where grasps are allowed
+_SPARSE = 2  # every so many cells are counted where it is about areas
 
 
 class GraspDetector:
     """GG-CNN on a depth frame, with its proposals checked against the measured depth.
 
     Args:
-        weights: of the network; None takes those that come with the package.
+        weights: a file of them, which also tells the network; None takes those that come with the
+            package.
+        network: which of the shipped networks proposes; None takes the best. Not with `weights`.
+        proposer: a network made ready elsewhere, instead of both.
 
     Raises:
         WeightsError: the weights cannot be used.
     """
 
-    def __init__(self, weights: Path | None = None) -> None:
-        from perception.network import Inference, load_network  # torch takes a second to import
+    def __init__(
+        self,
+        weights: Path | None = None,
+        network: str | None = None,
+        *,
+        proposer: Proposer | None = None,
+    ) -> None:
+        if proposer is None:
+            from perception.propose import Proposer  # torch takes a second to import
+            from perception.weights import SHIPPED, load_network, shipped_network
 
-        if weights is None:
-            with as_file(files("perception") / "weights" / "ggcnn.safetensors") as path:
-                network = load_network(path)
-        else:
-            network = load_network(weights)
-        self._network = Inference(network)
+            proposer = Proposer(
+                load_network(weights) if weights else shipped_network(network or SHIPPED[0])
+            )
+        self.propose = proposer
 
     def detect(self, frame: Frame, workspace: Workspace | None = None) -> Detection:
         """Find grasps from straight above.
@@ -61,23 +72,20 @@ class GraspDetector:
         Returns:
             Grasps, best first, or none and why. A frame that cannot be used is such a reason too.
         """
-        reason = _unusable(frame)
+        depth, reason = _usable(frame)
         if reason:
             return _nothing(frame, reason)
-        depth = np.asarray(frame.depth, dtype=np.float32)
-        depth = np.where((depth > 0.0) & (depth < FARTHEST), depth, np.float32(np.nan))
         square = central_square(
             depth.shape, frame.intrinsics, _support_depth(depth, frame.wTc, workspace)
         )
         part = depth[square.v0 : square.v0 + square.size, square.u0 : square.u0 + square.size]
         if not np.isfinite(part).any():
             return _nothing(frame, "no depth was measured in the middle of the image")
-        prepared = prepare(depth, square)
+        prepared = prepare(depth, square, frame.intrinsics, frame.wTc)
 
         u = np.arange(square.size, dtype=float)[None, :] + square.u0
         v = np.arange(square.size, dtype=float)[:, None] + square.v0
-        points = world_points(prepared.native, frame.intrinsics, frame.wTc, u, v)
-        scene = height_map(points, frame.wTc)
+        scene = height_map(prepared.native, frame.intrinsics, frame.wTc, u, v)
         floor = _level(scene) if workspace is None else workspace.floor
         allowed = _allowed(prepared, frame, workspace, floor)
         occupied = _occupied_area(scene, workspace, floor)
@@ -85,42 +93,42 @@ class GraspDetector:
 
         if not allowed.any():
             return _nothing(frame, "nothing stands out in the workspace", crop, occupied)
-        maps = grasp_maps(self._network(prepared.network_input), allowed)
-        candidates = find_candidates(maps)
-        grasps = _grasps(frame, prepared, scene, candidates, workspace, floor)
+        proposals = self.propose(prepared.network_input, allowed)
+        grasps = _grasps(frame, prepared, scene, proposals, workspace, floor)
         if grasps:
             reason = ""
-        elif len(candidates.quality) == 0:
+        elif len(proposals.candidates.quality) == 0:
             reason = "the network sees no grasp in the workspace"
         else:
             reason = "the hand does not fit at any of the grasps that the network proposes"
         return Detection(
             grasps=grasps,
             reason=reason,
-            quality=maps.quality,
+            quality=proposals.quality,
             crop=crop,
             occupied_area=occupied,
             stamp=frame.stamp,
         )
 
 
-def _unusable(frame: Frame) -> str:
-    """Why nothing can be made of a frame; empty if something can."""
-    depth = np.asarray(frame.depth)
+def _usable(frame: Frame) -> tuple[Image, str]:
+    """The depth that can be believed, NaN elsewhere; and why it is no use, if it is none."""
+    depth, none = np.asarray(frame.depth), np.zeros((0, 0), dtype=np.float32)
     if depth.ndim != 2 or min(depth.shape, default=0) < 16:
-        return f"the depth image has shape {depth.shape}, not (H, W) of at least 16 pixels each"
+        return none, f"the depth image has shape {depth.shape}, not (H, W) of 16 pixels or more"
     if not np.issubdtype(depth.dtype, np.number):
-        return f"the depth image holds {depth.dtype}, not metres"
+        return none, f"the depth image holds {depth.dtype}, not metres"
     if not np.isfinite(frame.wTc.homogeneous).all():
-        return "the camera's pose is not finite"
+        return none, "the camera's pose is not finite"
     if frame.wTc.rotation[2, 2] > -0.5:
-        return "the camera does not look down"
-    valid = np.isfinite(depth) & (depth > 0.0) & (depth < FARTHEST)
-    if valid.mean() < 0.02:
-        return "hardly any depth was measured"
-    if np.ptp(depth[valid]) == 0.0:
-        return "the depth is the same in every pixel"
-    return ""
+        return none, "the camera does not look down"
+    valid = (depth > 0.0) & (depth < FARTHEST)
+    count = np.count_nonzero(valid)
+    if count < 0.02 * valid.size:
+        return none, "hardly any depth was measured"
+    if np.count_nonzero(depth == depth.flat[valid.argmax()]) >= count:
+        return none, "the depth is the same in every pixel"
+    return np.where(valid, depth, np.nan).astype(np.float32, copy=False), ""
 
 
 def _nothing(
@@ -167,7 +175,7 @@ def _well_inside(workspace: Workspace, points: Array) -> Mask:
 
 def _allowed(prepared: Prepared, frame: Frame, workspace: Workspace | None, floor: float) -> Mask:
     """(300, 300) where the network's quality counts."""
-    middle = np.arange(_STRIDE // 2, SIZE, _STRIDE)
+    middle = np.arange(STRIDE // 2, SIZE, STRIDE)
     grid = np.stack(np.meshgrid(middle, middle), axis=-1).astype(float)
     pixel = prepared.square.to_image(grid)
     depth = prepared.depth[np.ix_(middle, middle)]
@@ -181,91 +189,25 @@ def _allowed(prepared: Prepared, frame: Frame, workspace: Workspace | None, floo
 
 
 def _occupied_area(scene: HeightMap, workspace: Workspace | None, floor: float) -> float:
-    row, column = np.nonzero(scene.heights >= floor + OCCUPIED_HEIGHT)
+    heights = scene.heights[::_SPARSE, ::_SPARSE]
+    row, column = np.nonzero(heights >= floor + OCCUPIED_HEIGHT)
+    side = _SPARSE * scene.cell
     if workspace is None:
-        return float(len(row) * scene.cell**2)
-    x = scene.origin[0] + column * scene.cell
-    y = scene.origin[1] + row * scene.cell
-    points = np.stack([x, y, scene.heights[row, column].astype(float)], axis=1)
-    return float(_well_inside(workspace, points).sum() * scene.cell**2)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Camera:
-    """A pinhole camera in the world."""
-
-    intrinsics: Intrinsics
-    wTc: SE3
-
-    def project(self, points: Array) -> Array:
-        """(N, 2) pixels of (N, 3) world points."""
-        x, y, z = ((points - self.wTc.translation) @ self.wTc.rotation).T
-        camera = self.intrinsics
-        return np.stack([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy], axis=1)
-
-    def meet(self, pixel: Array, height: Array) -> Array:
-        """(N, 3) where the rays of (N, 2) pixels meet the planes at (N,) heights."""
-        camera = self.intrinsics
-        ray = np.stack(
-            [
-                (pixel[:, 0] - camera.cx) / camera.fx,
-                (pixel[:, 1] - camera.cy) / camera.fy,
-                np.ones(len(pixel)),
-            ],
-            axis=1,
-        )
-        ray = ray @ self.wTc.rotation.T
-        reach = (height - self.wTc.translation[2]) / ray[:, 2]
-        return np.asarray(self.wTc.translation + ray * reach[:, None])
-
-
-def closing_direction(
-    intrinsics: Intrinsics, wTc: SE3, pixel: Array, angle: Array, height: Array
-) -> Array:
-    """Directions in the horizontal plane that directions in the image show.
-
-    Args:
-        intrinsics: the camera's pinhole model.
-        wTc: camera in the world.
-        pixel: (N, 2) full-image (u, v).
-        angle: (N,) from u towards v [rad].
-        height: (N,) height of the horizontal plane [m].
-
-    Returns:
-        (N,) from x towards y of the world [rad].
-    """
-    camera = _Camera(intrinsics=intrinsics, wTc=wTc)
-    step = 4.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    line = camera.meet(pixel + step, height) - camera.meet(pixel - step, height)
-    return np.arctan2(line[:, 1], line[:, 0])
-
-
-def grasp_pose(x: float, y: float, z: float, direction: float, wTc: SE3) -> SE3:
-    """Grasp from straight above, of the two equal ones that which turns the camera less.
-
-    Args:
-        x: centre in the world [m].
-        y: [m].
-        z: [m].
-        direction: closing direction, from x towards y of the world [rad].
-        wTc: camera in the world.
-    """
-    closing = np.array([np.cos(direction), np.sin(direction), 0.0])
-    if closing @ wTc.rotation[:, 0] < 0.0:
-        closing = -closing
-    approach = np.array([0.0, 0.0, -1.0])
-    rotation = np.stack([np.cross(closing, approach), closing, approach], axis=1)
-    return SE3(rotation, np.array([x, y, z]))
+        return float(len(row) * side**2)
+    x, y = scene.origin[0] + column * side, scene.origin[1] + row * side
+    points = np.stack([x, y, heights[row, column].astype(float)], axis=1)
+    return float(_well_inside(workspace, points).sum() * side**2)
 
 
 def _grasps(
     frame: Frame,
     prepared: Prepared,
     scene: HeightMap,
-    candidates: Candidates,
+    proposals: Proposals,
     workspace: Workspace | None,
     floor: float,
 ) -> tuple[GraspEstimate, ...]:
+    candidates = proposals.candidates
     if len(candidates.quality) == 0:
         return ()
     pixel = prepared.square.to_image(candidates.pixel)
@@ -276,8 +218,11 @@ def _grasps(
     direction = closing_direction(
         frame.intrinsics, frame.wTc, pixel, candidates.angle, points[:, 2]
     )
-    found = refine(scene, points[:, 0], points[:, 1], direction, candidates.quality, floor)
-    camera = _Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)
+    proposed = (points[:, 0], points[:, 1], direction, candidates.quality, floor)
+    found = refine(scene, *proposed, directions=proposals.directions)
+    if len(found.score) == 0 and proposals.directions < ALL_DIRECTIONS:
+        found = refine(scene, *proposed, directions=ALL_DIRECTIONS)
+    camera = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)
     centre = np.stack([found.x, found.y, found.top], axis=1)
     along = 0.005 * np.stack(
         [np.cos(found.direction), np.sin(found.direction), np.zeros(len(found.x))], axis=1

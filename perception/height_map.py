@@ -10,6 +10,7 @@ from pinocchio import SE3
 
 from perception.arrays import Array, Image
 from perception.frame import Intrinsics
+from perception.geometry import world_maps
 from perception.preprocess import fill
 
 CELL = 0.0015
@@ -46,56 +47,35 @@ def look_up(values: Image, origin: Array, cell: float, x: Array | Image, y: Arra
     return found
 
 
-def world_points(
-    depth: Image,
-    intrinsics: Intrinsics,
-    wTc: SE3,
-    u: Array,
-    v: Array,
-) -> Array:
-    """World points of pixels.
-
-    Args:
-        depth: depth along the optical axis of each pixel, any shape [m].
-        intrinsics: the camera's pinhole model.
-        wTc: camera in the world.
-        u: columns in the full image, shaped like `depth` or broadcast to it [px].
-        v: rows in the full image, likewise [px].
-
-    Returns:
-        (..., 3) points [m]; NaN where the depth is.
-    """
-    z = depth.astype(float)
-    x = (u - intrinsics.cx) / intrinsics.fx * z
-    y = (v - intrinsics.cy) / intrinsics.fy * z
-    points: Array = np.stack([x, y, z], axis=-1) @ wTc.rotation.T + wTc.translation
-    return points
-
-
-def height_map(points: Array, wTc: SE3) -> HeightMap:
-    """The upper surface of measured points.
+def height_map(depth: Image, intrinsics: Intrinsics, wTc: SE3, u: Array, v: Array) -> HeightMap:
+    """The upper surface of what was measured.
 
     What nothing was measured of lies hidden behind something higher, so it takes the lower of its
     two neighbours in the row. A small median then takes single wrong points away.
 
     Args:
-        points: (..., 3) world points, all finite [m].
-        wTc: where they were seen from.
+        depth: (H, W) without holes [m].
+        intrinsics: the camera's pinhole model.
+        wTc: camera in the world.
+        u: (1, W) columns in the full image [px].
+        v: (H, 1) rows in the full image [px].
     """
-    x, y, z = np.ascontiguousarray(points.reshape(-1, 3).T)
-    near = np.abs(x - wTc.translation[0]) < REACH
-    near &= np.abs(y - wTc.translation[1]) < REACH
-    if near.any():
+    # About the camera single precision is exact to a micrometre.
+    here = SE3(wTc.rotation, np.array([0.0, 0.0, wTc.translation[2]]))
+    x, y, z = (each.ravel() for each in world_maps(depth, intrinsics, here, u, v))
+    near = (np.abs(x) < REACH) & (np.abs(y) < REACH)
+    if not near.any():
+        near[0] = True
+    if not near.all():
         x, y, z = x[near], y[near], z[near]
-    else:
-        x, y, z = x[:1], y[:1], z[:1]
-    origin = np.array([x.min(), y.min()])
-    column = np.rint((x - origin[0]) / CELL).astype(np.int64)
-    row = np.rint((y - origin[1]) / CELL).astype(np.int64)
+    first_x, first_y = x.min(), y.min()
+    column = ((x - first_x) * np.float32(1.0 / CELL) + np.float32(0.5)).astype(np.int32)
+    row = ((y - first_y) * np.float32(1.0 / CELL) + np.float32(0.5)).astype(np.int32)
     shape = (int(row.max()) + 1, int(column.max()) + 1)
     heights = np.full(shape, -np.inf, dtype=np.float32)
-    np.maximum.at(heights.ravel(), row * shape[1] + column, z.astype(np.float32))
+    np.maximum.at(heights.ravel(), row * np.int32(shape[1]) + column, z)
     heights = -fill(-heights, np.isinf(heights))
     return HeightMap(
-        heights=np.asarray(cv2.medianBlur(heights, 3), dtype=np.float32), origin=origin
+        heights=np.asarray(cv2.medianBlur(heights, 3), dtype=np.float32),
+        origin=np.array([first_x, first_y], dtype=float) + wTc.translation[:2],
     )

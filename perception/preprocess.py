@@ -1,8 +1,10 @@
-"""From a depth image to what the network sees: a square of constant scale, without holes.
+"""From a depth image to what the network sees: a square of constant scale, level and without holes.
 
 The network knows no scale: its widths are in pixels and its depth has lost its mean. So the square
 is cut such that one network pixel always covers the same length at the depth of what the objects
-stand on, as far as the image is large enough.
+stand on, as far as the image is large enough. Nor does it know how the camera is tilted: depth is
+replaced by how far below the camera a pixel lies, which is the depth if the camera looks straight
+down.
 
 A stereo camera misses mainly what lies in the shadow of a nearer surface beside it. What is hidden
 there is the background, so a hole takes the farther of its two neighbours in the row.
@@ -14,9 +16,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from pinocchio import SE3
 
 from perception.arrays import Array, Image, Mask
 from perception.frame import Intrinsics
+from perception.geometry import world_maps
 from perception.maps import SIZE
 
 METRES_PER_PIXEL = 0.0015
@@ -57,6 +61,8 @@ class Prepared:
     square: Square
     depth: Image
     """(300, 300) depth without holes [m]."""
+    below: Image
+    """(300, 300) how far below the camera that is [m]."""
     missing: Mask
     """(300, 300) where that depth was filled in."""
     native: Image
@@ -64,8 +70,8 @@ class Prepared:
 
     @property
     def network_input(self) -> Image:
-        """(300, 300) depth less its mean, clipped to [-1, 1] [m], as published."""
-        clipped: Image = np.clip(self.depth - self.depth.mean(), -1.0, 1.0)
+        """(300, 300) level depth less its mean, clipped to [-1, 1] [m]."""
+        clipped: Image = np.clip(self.below - self.below.mean(), -1.0, 1.0)
         return clipped
 
 
@@ -83,25 +89,33 @@ def central_square(shape: tuple[int, int], intrinsics: Intrinsics, depth: float)
     return Square(u0=(width - size) // 2, v0=(height - size) // 2, size=size)
 
 
-def prepare(depth: Image, square: Square) -> Prepared:
-    """Cut a square out, fill its holes and bring it to the network's size.
+def prepare(depth: Image, square: Square, intrinsics: Intrinsics, wTc: SE3) -> Prepared:
+    """Cut a square out, fill its holes, bring it to the network's size and level it.
 
     Args:
         depth: (H, W) depth [m]; NaN, infinite or not above 0 where missing.
         square: which part of it.
+        intrinsics: the camera's pinhole model.
+        wTc: camera in the world.
 
     Raises:
         ValueError: the square holds no depth at all.
     """
     part = depth[square.v0 : square.v0 + square.size, square.u0 : square.u0 + square.size]
-    missing = ~(np.isfinite(part) & (part > 0.0))
+    missing = ~((part > 0.0) & (part < np.inf))  # also where it is not a number
     native = fill(part, missing)
     interpolation = cv2.INTER_AREA if square.size > SIZE else cv2.INTER_LINEAR
+    resized: Image = np.asarray(
+        cv2.resize(native, (SIZE, SIZE), interpolation=interpolation), dtype=np.float32
+    )
+    pixels = np.arange(SIZE, dtype=float)
+    u, v = square.to_image(np.stack([pixels, pixels], axis=1)).T
+    camera = SE3(wTc.rotation, np.zeros(3))
+    (up,) = world_maps(resized, intrinsics, camera, u[None, :], v[:, None], axes=(2,))
     return Prepared(
         square=square,
-        depth=np.asarray(
-            cv2.resize(native, (SIZE, SIZE), interpolation=interpolation), dtype=np.float32
-        ),
+        depth=resized,
+        below=-up,
         missing=cv2.resize(
             missing.astype(np.uint8), (SIZE, SIZE), interpolation=cv2.INTER_NEAREST
         ).astype(np.bool_),
@@ -124,23 +138,22 @@ def fill(depth: Image, missing: Mask) -> Image:
     """
     if missing.all():
         raise ValueError("a depth image without any depth cannot be filled")
-    filled = np.where(missing, np.float32(-np.inf), depth).astype(np.float32)
-    if missing.any():
-        filled = np.maximum(_from_left(filled, missing), _from_right(filled, missing))
-        empty: Mask = np.asarray(missing.all(axis=1))
-        if empty.any():
-            rows = np.flatnonzero(~empty)
-            nearest = np.abs(np.arange(len(empty))[:, None] - rows[None, :]).argmin(axis=1)
-            filled = filled[rows[nearest]]
+    filled: Image = np.array(depth, dtype=np.float32)
+    row, column = np.nonzero(missing)
+    if len(row) == 0:
+        return filled
+    width = depth.shape[1]
+    columns = np.broadcast_to(np.arange(width, dtype=np.int16), depth.shape)
+    left = np.maximum.accumulate(np.where(missing, np.int16(-1), columns), axis=1)[row, column]
+    right = np.where(missing, np.int16(width), columns)[:, ::-1]
+    right = np.minimum.accumulate(right, axis=1)[:, ::-1][row, column]
+    filled[row, column] = np.maximum(
+        np.where(left >= 0, depth[row, left], -np.inf),
+        np.where(right < width, depth[row, np.minimum(right, width - 1)], -np.inf),
+    )
+    empty = np.asarray(missing.all(axis=1))
+    if empty.any():
+        rows = np.flatnonzero(~empty)
+        nearest = np.abs(np.arange(len(empty))[:, None] - rows[None, :]).argmin(axis=1)
+        filled = filled[rows[nearest]]
     return filled
-
-
-def _from_left(values: Image, missing: Mask) -> Image:
-    """Missing values replaced by the last one to their left; unchanged if there is none."""
-    source = np.where(missing, 0, np.arange(values.shape[1], dtype=np.intp)[None, :])
-    np.maximum.accumulate(source, axis=1, out=source)
-    return np.take_along_axis(values, source, axis=1)
-
-
-def _from_right(values: Image, missing: Mask) -> Image:
-    return _from_left(values[:, ::-1], missing[:, ::-1])[:, ::-1]

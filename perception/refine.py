@@ -1,8 +1,7 @@
 """Local search around what the network proposes: turn, centre, and keep what the hand can do.
 
-Where several closing directions are good the network's angle is their average, which may be none
-of them. So every proposal is tried in twelve directions, the network's own counting most, and the
-best few again after moving to the middle between their contacts and turning square to them.
+Every proposal is tried in some directions, the network's own counting most, and the best few again
+after moving to the middle between their contacts and turning square to them.
 """
 
 from __future__ import annotations
@@ -15,11 +14,11 @@ from perception.arrays import Array, Indices
 from perception.check import Assessment, assess
 from perception.height_map import HeightMap
 
-DIRECTIONS = 12
-"""How many closing directions are tried at each proposal."""
+ALL_DIRECTIONS = 12
+"""So many closing directions leave none out."""
 TURN_COST = 0.3
 """Share of its score that a grasp loses at right angles to the network's direction."""
-SECOND_ROUND = 24
+SECOND_ROUND = 12
 """How many of the first round are tried again, centred and turned."""
 MAX_TURN = 0.3
 """No further does a grasp turn to be square to its contacts [rad]."""
@@ -58,6 +57,8 @@ def refine(
     direction: Array,
     quality: Array,
     floor: float,
+    *,
+    directions: int = ALL_DIRECTIONS,
     count: int = 12,
 ) -> RefinedGrasps:
     """Check proposals on the measured heights and improve them.
@@ -69,12 +70,13 @@ def refine(
         direction: (N,) proposed closing directions, from x towards y [rad].
         quality: (N,) how good the network holds them to be, 0 to 1.
         floor: height of what the objects stand on [m].
+        directions: how many are tried at each proposal, evenly from the proposed one on.
         count: how many to give at most.
     """
-    turns = np.arange(DIRECTIONS) * np.pi / DIRECTIONS
+    turns = np.arange(directions) * np.pi / directions
     tried = (direction[:, None] + turns[None, :]).ravel()
     x, y, proposed, prior = (
-        np.repeat(values, DIRECTIONS) for values in (x, y, direction, np.sqrt(quality))
+        np.repeat(values, directions) for values in (x, y, direction, np.sqrt(quality))
     )
     first = assess(scene, x, y, tried, floor)
     score = first.score * prior * _preference(tried - proposed)

@@ -209,6 +209,9 @@ def poses(
     tolerance_mm: Annotated[float, typer.Option(help="Of the position.", min=0.01)] = 10.0,
     tolerance_deg: Annotated[float, typer.Option(help="Of the orientation.", min=0.01)] = 1.0,
     period: _Period = 0.01,
+    jumps: Annotated[
+        bool, typer.Option("--jumps", help="The velocity of the goal of d jumps.")
+    ] = False,
     plot: Annotated[
         Path | None, typer.Option(help="Folder for pictures of the motions and curves.")
     ] = None,
@@ -248,12 +251,12 @@ def poses(
         for contenders, into in ((ours, runs), (examples, rivals)):
             for contender in contenders:
                 for name in wanted:
-                    into.append(run_pose(contender, name, tolerances))
+                    into.append(run_pose(contender, name, tolerances, jumps=jumps))
                     advance(into[-1].trial.failure is not None)
     results = [result_of(run) for run in runs]
     for table in poses_tables(results, [result_of(run) for run in rivals]):
         _console().print(table)
-    _keep(json, poses_json(results, machine()))
+    _keep(json, poses_json(results, {"jumps": jumps} | machine()))
     if plot is not None:
         for path in make_plots(runs, plot):
             _console().print(f"left {path}", highlight=False)
@@ -307,6 +310,29 @@ def bench_tree(
     timings = time_tree(rounds)
     _console().print(tree_table(timings))
     _keep(json, tree_json(timings, machine()))
+
+
+@bench.command()
+def perception(
+    frames: Annotated[int, typer.Option(help="Frames of an approach, seen thrice.", min=2)] = 60,
+    json: _Json = None,
+) -> None:
+    """Processor time of a perception step: as it is used, and in plain PyTorch."""
+    from app.bench.machine import machine
+    from app.bench.perception import (
+        measure_perception,
+        perception_json,
+        perception_notes,
+        perception_table,
+    )
+
+    _check_writable(json)
+    result = measure_perception(frames)
+    console = _console()
+    console.print(perception_table(result))
+    for line in perception_notes(result):
+        console.print(line, highlight=False)
+    _keep(json, perception_json(result, machine()))
 
 
 @bench.command("pick-place")

@@ -18,12 +18,30 @@ import numpy as np
 from pinocchio import SE3
 from rich.table import Table
 
+import controller.controller
+import controller.holistic
 from app.bench.contenders import Contender
 from app.bench.motion import Stepper, run_motion
-from app.bench.parts import PartTimer
+from app.bench.parts import Functions, PartTimer
 from app.bench.published import PublishedStep
-from controller import Command, KinematicState, MotionGoal, PoseGoal, StepReport
+from controller import Body, Command, KinematicState, MotionGoal, PoseGoal, RobotModel, StepReport
 from controller.command import Array
+from controller.guidance import Guide
+from controller.programme import Solver
+
+PARTS: Functions = {
+    "checks and bounds": (
+        (controller.controller, "require_sound"),
+        (controller.controller, "velocity_bounds"),
+    ),
+    "kinematics": ((RobotModel, "kinematics"),),
+    "manipulability": ((controller.holistic, "manipulability"),),
+    "guidance": ((Guide, "pull"),),
+    "contact": ((Body, "near"),),
+    "assemble": ((controller.controller, "assemble"),),
+    "solve": ((Solver, "solve"),),
+}
+"""The functions that a step is made of."""
 
 _LIMIT = 20.0
 _STEPS_A_GOAL = 400
@@ -187,11 +205,25 @@ def _go(stepper: Stepper, contender: Contender, wTe: SE3) -> None:
 
 def _parts(contender: Contender, goals: Sequence[SE3]) -> dict[str, float]:
     model = contender.model()
-    timer = PartTimer(contender.stepper(model))
+    timer, stepper = PartTimer(PARTS), contender.stepper(model)
     with timer.watching():
         for wTe in goals:
-            _go(timer, contender, wTe)
+            _go(_Timed(stepper, timer), contender, wTe)
     return timer.medians()
+
+
+@dataclass(frozen=True, eq=False)
+class _Timed:
+    """Answers like a controller while its steps are timed."""
+
+    stepper: Stepper
+    timer: PartTimer
+
+    def step(
+        self, state: KinematicState, goal: MotionGoal | None, last: Command
+    ) -> tuple[Command, StepReport]:
+        """The command for the next period."""
+        return self.timer.step(lambda: self.stepper.step(state, goal, last))
 
 
 def _agreement(race: Race, velocities: Callable[[Command], Array]) -> float:

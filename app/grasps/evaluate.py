@@ -1,110 +1,246 @@
-"""How often the first choice of grasp works, on scenes that were never trained on.
-
-The camera comes down on the tracked grasp as it does on the robot, until the grasp is locked. Then
-the hand goes straight down and closes: the grasp works if nothing is touched on the way and the
-fingers hold. The object is taken away, and the next one is tried until the container is empty.
-"""
+"""`frankie-task grasp eval`: how good the grasps are on what was never learnt from, in figures."""
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from math import degrees, sqrt
+from pathlib import Path
+from typing import TypeVar
 
-import numpy as np
-from pinocchio import SE3
+import cv2
+import torch
+from rich.table import Table
 
-from behaviours.names import Region
-from hw import DepthFrame
-from hw.sim import D435Noise, DepthRenderer, World, hand_shapes, load_scene
-from hw.sim.robot import CAMERA, TOOL_TO_CAMERA
-from perception import Detection, GraspDetector, GraspEstimate, GraspTracker, Workspace
+from app.bench.machine import machine
+from app.bench.perception import approach, time_steps
+from app.bench.pool import run_all
+from app.bench.progress import progress
+from app.grasps.closed_loop import OBJECTS, Pick, empty_container, unseen_container
+from app.grasps.cornell import ROOM, CornellImage, matches, read_folder
+from app.grasps.images import CATEGORIES, Judged, judge_image, scenery_of
+from app.grasps.picture import overlay, side_by_side
+from perception import GraspDetector
+from perception.weights import read_story
 
-FIRST_SEED = 1_000_000
-"""Seeds from here on are not trained on."""
-_STANDOFF = 0.12
-_FRAMES = 40
-_APPROACH = 0.2  # share of the remaining way in one frame
-_MAX_FAILURES = 8
+_DRAWN = 24  # failures at most
 
-_CONTAINER = Region(
-    name="container",
-    wTr=SE3(np.eye(3), np.array([3.0, 0.0, 0.556])),
-    size=np.array([0.44, 0.36, 0.20]),
-)
-_ABOVE = SE3(np.diag([1.0, -1.0, -1.0]), np.array([2.935, 0.0, 0.85]))
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
-def evaluate(detector: GraspDetector, scene: str, seeds: range) -> Counter[str]:
-    """Empty one container for every seed; how often each attempt ended in which way.
+@dataclass(frozen=True, kw_only=True)
+class Proposing:
+    """Which network is judged; see `GraspDetector`."""
+
+    weights: Path | None = None
+    network: str | None = None
+
+    def detector(self) -> GraspDetector:
+        """Ready for use on one thread; made once a process."""
+        return _detector(self)
+
+
+@lru_cache(maxsize=2)
+def _detector(proposing: Proposing) -> GraspDetector:
+    cv2.setNumThreads(1)
+    torch.set_num_threads(1)
+    return GraspDetector(proposing.weights, proposing.network)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluation:
+    """Everything that was measured."""
+
+    network: str
+    images: tuple[Judged, ...]
+    picks: tuple[Pick, ...]
+    cornell: tuple[bool, ...]
+    step_median_ms: float
+    """Processor time from a frame to grasps in the world."""
+
+    def valid(self, category: str) -> list[bool]:
+        """Of every image of a category, whether its best grasp is valid."""
+        return [each.valid for each in self.images if each.category == category]
+
+    @property
+    def first_attempt(self) -> list[bool]:
+        """Of every object, whether the first attempt held it."""
+        return [pick.held and len(pick.ends) == 1 for pick in self.picks]
+
+    @property
+    def within_three(self) -> list[bool]:
+        """Of every object, whether one of three attempts held it."""
+        return [pick.held for pick in self.picks]
+
+    def to_json(self) -> dict[str, object]:
+        """What `--json` writes."""
+        return {
+            "network": self.network,
+            "images": len(self.images),
+            "valid_rate_single": share(self.valid("single")),
+            "valid_rate_clutter": share(self.valid("clutter")),
+            "objects": len(self.picks),
+            "first_attempt_rate": share(self.first_attempt),
+            "within_three_rate": share(self.within_three),
+            "cornell_images": len(self.cornell),
+            "cornell_iou_rate": share(self.cornell),
+            "step_median_ms": self.step_median_ms,
+            "image_ends": dict(Counter(each.end for each in self.images).most_common()),
+            "attempt_ends": dict(
+                Counter(end for pick in self.picks for end in pick.ends).most_common()
+            ),
+            "valid_rate_by": {
+                name: {label: share(values) for label, values in groups.items()}
+                for name, groups in _groups(self.images).items()
+            },
+            **machine(),
+        }
+
+
+def evaluate(
+    proposing: Proposing, *, images: int, objects: int, cornell: Path | None, workers: int
+) -> Evaluation:
+    """Measure everything.
+
+    Args:
+        proposing: the network.
+        images: how many; half of them single objects, half clutter.
+        objects: how many to pick in the closed loop, rounded up to whole containers.
+        cornell: a folder in the format of the Cornell grasping data set.
+        workers: processes.
 
     Raises:
-        SceneError: there is no such scene, or it is not a good one.
+        WeightsError: the network has no usable weights.
+        ConfigError: the folder has no usable images.
     """
-    ends: Counter[str] = Counter()
-    for seed in seeds:
-        ends.update(empty_container(load_scene(scene, seed), detector, seed))
-    return ends
+    detector = proposing.detector()
+    folder = tuple(read_folder(cornell)) if cornell else ()
+    wanted = [(category, seed) for seed in range(-(-images // 2)) for category in CATEGORIES]
+    judged = _all("images", partial(_image, proposing), wanted[:images], workers, lambda j: j.valid)
+    containers = range(-(-objects // OBJECTS))
+    emptied = _all(
+        "containers",
+        partial(_container, proposing),
+        containers,
+        workers,
+        lambda picks: all(pick.held for pick in picks),
+    )
+    return Evaluation(
+        network=str(proposing.weights) if proposing.weights else detector.propose.name,
+        images=tuple(judged),
+        picks=tuple(pick for picks in emptied for pick in picks),
+        cornell=tuple(
+            _all("Cornell", partial(_rectangles, proposing), folder, workers, lambda good: good)
+        ),
+        step_median_ms=time_steps({"": detector}, approach(20))[0].median,
+    )
 
 
-def empty_container(world: World, detector: GraspDetector, seed: int) -> list[str]:
-    """Grasp until nothing is left or too many grasps have failed; how each attempt ended."""
-    rng = np.random.default_rng(seed)
-    tracker = GraspTracker()
-    ends: list[str] = []
-    while world.objects and sum(end != "held" for end in ends) < _MAX_FAILURES:
-        grasp = come_near(world, detector, tracker, rng)
-        if grasp is None:
-            ends.append(f"no grasp: {tracker.reason}")
-            tracker.forget()
-            continue
-        end = execute(world, grasp)
-        ends.append(end)
-        if world.held is not None:
-            world.objects.remove(world.held)
-            world.held = None
-            tracker.forget()
-        else:
-            tracker.reject(grasp.wTg)
-    return ends
+def _image(proposing: Proposing, item: tuple[str, int]) -> Judged:
+    category, seed = item
+    return judge_image(proposing.detector(), seed, category)
 
 
-def come_near(
-    world: World, detector: GraspDetector, tracker: GraspTracker, rng: np.random.Generator
-) -> GraspEstimate | None:
-    """Follow one grasp from above the container until it is locked; None if there is none."""
-    tracker.reset()
-    wTe = _ABOVE
-    grasp = None
-    for _ in range(_FRAMES):
-        wTc = wTe * TOOL_TO_CAMERA
-        detection = look(world, wTe, detector, _CONTAINER, rng)
-        grasp = tracker.update(detection, wTc)
-        if tracker.locked:
-            break
-        if grasp is not None:
-            goal = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -_STANDOFF]))
-            wTe = SE3.Interpolate(wTe, goal, _APPROACH)
-    return grasp
+def _container(proposing: Proposing, seed: int) -> list[Pick]:
+    return empty_container(unseen_container(seed), proposing.detector(), seed)
 
 
-def look(
-    world: World,
-    wTe: SE3,
-    detector: GraspDetector,
-    workspace: Workspace | None,
-    rng: np.random.Generator,
-) -> Detection:
-    """What is found in one noisy frame from the wrist."""
-    wTc = wTe * TOOL_TO_CAMERA
-    depth = DepthRenderer(CAMERA).render([*world.shapes(), *hand_shapes(wTe, 0.08)], wTc)
-    depth = D435Noise().apply(depth, CAMERA, rng)
-    frame = DepthFrame(depth=depth, intrinsics=CAMERA, wTc=wTc, stamp=0.0)
-    return detector.detect(frame, workspace)
+def _rectangles(proposing: Proposing, image: CornellImage) -> bool:
+    weights = proposing.weights
+    from_elsewhere = weights is not None and "recipe" not in read_story(weights)
+    room = 0.0 if from_elsewhere else ROOM  # published networks have learnt from such rectangles
+    return matches(proposing.detector().propose, image, room=room)
 
 
-def execute(world: World, grasp: GraspEstimate) -> str:
-    """Go down, close, and say how it ended: `held`, or what went wrong."""
-    for height in np.linspace(_STANDOFF, 0.0, 25):
-        wTe = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -height]))
-        if hit := world.collision(wTe, grasp.opening):
-            return f"touched {'a wall' if 'wall' in hit else 'an object'} on the way down"
-    return world.close_fingers(grasp.wTg, grasp.opening, 20.0).reason.value
+def _all(
+    name: str,
+    work: Callable[[Item], Result],
+    items: Sequence[Item],
+    workers: int,
+    good: Callable[[Result], bool],
+) -> list[Result]:
+    """Results in the order of the items, with a bar."""
+    results: dict[int, Result] = {}
+    if items:
+        with progress(name, len(items)) as advance:
+            for number, result in run_all(work, items, workers=workers):
+                results[number] = result
+                advance(not good(result))
+    return [results[number] for number in range(len(items))]
+
+
+def share(outcomes: Sequence[bool]) -> float | None:
+    """Share of good outcomes; None if there are none at all."""
+    return sum(outcomes) / len(outcomes) if outcomes else None
+
+
+def interval(outcomes: Sequence[bool]) -> tuple[float, float]:
+    """Limits between which the true share lies in 95 of 100 cases (Wilson, 1927)."""
+    n, z = len(outcomes), 1.96
+    p = sum(outcomes) / n
+    centre = (p + z * z / (2 * n)) / (1 + z * z / n)
+    half = z / (1 + z * z / n) * sqrt(p * (1 - p) / n + z * z / (4 * n * n))
+    return max(0.0, centre - half), min(1.0, centre + half)
+
+
+def _groups(images: Iterable[Judged]) -> dict[str, dict[str, list[bool]]]:
+    """Whether grasps are valid, by what may matter."""
+    groups: dict[str, dict[str, list[bool]]] = {
+        "camera height": {},
+        "tilt": {},
+        "noise": {},
+        "kind": {},
+    }
+    for each in sorted(images, key=lambda each: (each.height, each.target)):
+        labels = {
+            "camera height": f"{0.1 * int(10 * each.height):.1f} m",
+            "tilt": f"to {5 * int(degrees(each.tilt) / 5) + 5:2d}°",
+            "noise": ("low", "middle", "high")[min(int(3 * each.trouble), 2)],
+            "kind": each.target or "none found",
+        }
+        for name, label in labels.items():
+            groups[name].setdefault(label, []).append(each.valid)
+    return {name: dict(sorted(found.items())) for name, found in groups.items()}
+
+
+def table(evaluation: Evaluation) -> Table:
+    """The figures, each with the interval in which it lies in 95 of 100 cases."""
+    shown = Table("measured", "good", "of", "share", "95 of 100", title=evaluation.network)
+    rows: list[tuple[str, Sequence[bool]]] = [
+        ("best grasp valid, single objects", evaluation.valid("single")),
+        ("best grasp valid, clutter", evaluation.valid("clutter")),
+        ("held at the first attempt", evaluation.first_attempt),
+        ("held within three attempts", evaluation.within_three),
+        ("Cornell rectangles", evaluation.cornell),
+    ]
+    for name, found in _groups(evaluation.images).items():
+        rows += [(f"valid, {name} {label}", values) for label, values in found.items()]
+    for name, outcomes in rows:
+        if outcomes:
+            low, high = interval(outcomes)
+            shown.add_row(
+                name,
+                str(sum(outcomes)),
+                str(len(outcomes)),
+                f"{100 * sum(outcomes) / len(outcomes):.1f} %",
+                f"{100 * low:.1f} to {100 * high:.1f} %",
+            )
+    return shown
+
+
+def draw_failures(proposing: Proposing, evaluation: Evaluation, out: Path) -> int:
+    """Pictures of images whose best grasp fails, side by side; returns how many."""
+    failed = [each for each in evaluation.images if not each.valid][:_DRAWN]
+    pictures = []
+    for each in failed:
+        scenery = scenery_of(each.seed, each.category)
+        detection = proposing.detector().detect(scenery.frame, scenery.region)
+        caption = f"{each.category} {each.seed}, {each.target}: {each.end}"
+        frame = scenery.frame
+        pictures.append(overlay(frame.depth, frame.intrinsics, detection, caption))
+    if pictures:
+        cv2.imwrite(str(out), side_by_side(pictures))
+    return len(pictures)

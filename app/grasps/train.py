@@ -1,88 +1,108 @@
-"""Make the grasp network's weights from nothing: render scenes, label them, train.
+"""Make a network's weights from nothing: render scenes, label them, learn, judge.
 
-Counting steps, the same numbers give the same weights; in minutes, training fits into a time.
+Everything lies in one folder: the shards, a checkpoint after every round, and the weights at the
+end. The same command goes on where an interrupted one stopped.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import TypeVar
 
+import cv2
 import torch
+from rich.console import Console
+from rich.progress import track
 
-from app.grasps.generate import VIEWS, generate
-from hw import stopwatch
-from perception.network import save_network
-from perception.training import Progress, Samples, train
+from app.grasps.generate import shard_path, shards_of, write_shards
+from app.grasps.images import judge_images, valid_rate
+from app.grasps.recipe import TrainingRecipe
+from hw.config_file import ConfigError
+from perception import GraspDetector
+from perception.training import Recipe, Report, train
+from perception.weights import NETWORKS, save_network
 
-_REPORT_EVERY = 100
-_SCENES_AT_ONCE = 20
+JUDGED = 200
+"""Images of each category that new weights are judged on, for the story in their file."""
 
-Say = Callable[[str], None]
+Item = TypeVar("Item")
 
 
 def make_weights(
-    out: Path,
-    *,
-    images: int,
-    seed: int,
-    steps: int | None,
-    minutes: float,
-    samples_file: Path | None,
-    say: Say,
-) -> None:
-    """Train on rendered scenes and save what comes of it.
+    recipe: TrainingRecipe, folder: Path, *, workers: int, device: str, console: Console
+) -> Path:
+    """Render what is missing, learn what is left, and save what comes of it.
 
     Args:
-        out: where the weights go, with a note of how they were made.
-        images: how many to render and learn from.
-        seed: of scenes, noise and training.
-        steps: how long to train; None goes by `minutes`.
-        minutes: how long to train [min].
-        samples_file: the rendered images are read from here if it exists, else kept here.
-        say: told now and then how far it is.
+        recipe: how.
+        folder: where everything lies; shards in `shards/`, so that recipes may share them.
+        workers: processes that render.
+        device: of PyTorch; `auto` takes a GPU if there is one.
+        console: for progress.
+
+    Returns:
+        The file of weights, with the recipe and how good they are in its metadata.
+
+    Raises:
+        ConfigError: the folder holds a training of another recipe.
     """
+    cv2.setNumThreads(1)
     torch.set_num_threads(1)
-    samples = _samples(images, seed, samples_file, say)
-    reports: list[Progress] = []
-    schedule = _schedule(steps, minutes, reports, say)
-    network = train(samples, seed=seed, elapsed=schedule)
-    last = reports[-1]
-    metadata = {
-        "network": "GG-CNN",
-        "data": f"{len(samples)} images of scenes made by app.grasps.generate, seed {seed}",
-        "training": f"{last.step} steps, final loss {last.loss:.4f}",
+    if device == "auto":
+        device = "cuda" if torch.cuda.is_available() else "cpu"
+    learn_from, validate_on = _shards(recipe, folder / "shards", workers, console)
+    torch.manual_seed(recipe.learning.seed)
+    learning = recipe.learning
+
+    def report(report: Report) -> None:
+        console.print(
+            f"round {report.round} of {learning.rounds}: loss {report.loss:.4f}, on unseen scenes "
+            f"{report.validation:.4f} (best {report.best:.4f})",
+            highlight=False,
+        )
+
+    try:
+        network, validation = train(
+            NETWORKS[recipe.network](),
+            learn_from,
+            validate_on,
+            Recipe(**learning.model_dump()),
+            checkpoint=folder / f"{recipe.network}.checkpoint",
+            device=device,
+            report=report,
+        )
+    except ValueError as error:
+        raise ConfigError(str(error)) from error
+    out = folder / f"{recipe.network}.safetensors"
+    save_network(network, out, {"recipe": recipe.model_dump()})
+    detector = GraspDetector(out)
+    judged = {
+        category: valid_rate(judge_images(detector, category, range(JUDGED)))
+        for category in ("single", "clutter")
+    }
+    story = {
+        "recipe": recipe.model_dump(),
+        "validation_loss": validation,
+        "valid_of_unseen": judged,
         "licence": "Apache-2.0",
     }
-    save_network(network, out, metadata)
-    say(f"{out}: {metadata['data']}; {metadata['training']}")
+    save_network(network, out, story)
+    return out
 
 
-def _samples(images: int, seed: int, path: Path | None, say: Say) -> Samples:
-    if path is not None and path.is_file():
-        return Samples.load(path)
-    begun = stopwatch()
-    scenes = -(-images // VIEWS)
-    made = []
-    for first in range(0, scenes, _SCENES_AT_ONCE):
-        made += generate(min(_SCENES_AT_ONCE, scenes - first), seed, first)
-        say(f"{len(made)} of {scenes * VIEWS} images, {stopwatch() - begun:.0f} s")
-    samples = Samples(made)
-    if path is not None:
-        samples.save(path)
-    return samples
+def _shards(
+    recipe: TrainingRecipe, folder: Path, workers: int, console: Console
+) -> tuple[list[Path], list[Path]]:
+    learn, validate = shards_of(recipe.data.images), shards_of(recipe.data.validation_images)
+    total, seed = learn + validate, recipe.data.seed
+    missing = sum(not shard_path(folder, seed, n).is_file() for n in range(total))
+    for _ in _told(write_shards(folder, total, seed, workers), missing, "rendering", console):
+        pass
+    paths = [shard_path(folder, seed, number) for number in range(total)]
+    return paths[:learn], paths[learn:]
 
 
-def _schedule(
-    steps: int | None, minutes: float, reports: list[Progress], say: Say
-) -> Callable[[Progress], float]:
-    """What `train` asks before every step: how much of it is over."""
-    begun = stopwatch()
-
-    def part(progress: Progress) -> float:
-        reports[:] = [progress]
-        if progress.step % _REPORT_EVERY == 0:
-            say(f"step {progress.step}, loss {progress.loss:.4f}, {stopwatch() - begun:.0f} s")
-        return progress.step / steps if steps else (stopwatch() - begun) / (60.0 * minutes)
-
-    return part
+def _told(items: Iterable[Item], total: int, what: str, console: Console) -> Iterator[Item]:
+    if total:
+        yield from track(items, what, total=total, console=console)

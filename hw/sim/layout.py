@@ -11,7 +11,7 @@ import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim.contact import separation
-from hw.sim.household import fitting, make_object
+from hw.sim.kinds import KINDS, fitting, make_object
 from hw.sim.objects import Motion, SimObject
 from hw.sim.scene import (
     Container,
@@ -131,7 +131,7 @@ def _objects(
     """Objects side by side on a surface, numbered on from how many there are `before`."""
     widths = (wanted.width_mm[0] / 1000.0, wanted.width_mm[1] / 1000.0)
     masses = (wanted.mass_g[0] / 1000.0, wanted.mass_g[1] / 1000.0)
-    kinds = fitting(wanted.kinds, widths)
+    kinds = fitting(KINDS, wanted.kinds, widths)
     if wanted.count and not kinds:
         low, high = wanted.width_mm
         raise SceneError(
@@ -140,7 +140,7 @@ def _objects(
         )
     for _ in range(_LAYOUTS):
         objects = [
-            make_object(f"{kind} {before + i + 1}", kind, widths, masses, rng)
+            make_object(f"{kind} {before + i + 1}", KINDS[kind], widths, masses, rng)
             for i, kind in enumerate(rng.choice(kinds, wanted.count) if wanted.count else [])
         ]
         if _lay_out(objects, surface, rng):

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import Field, field_validator
 
-from hw.sim.household import KINDS
+from hw.config_file import ConfigError, StrictModel, did_you_mean, read_config
+from hw.sim.kinds import HOUSEHOLD, KINDS
 
 SCENES = Path(__file__).parent / "scenes"
 """Where the shipped scenes lie."""
@@ -23,11 +22,7 @@ class SceneError(Exception):
     """A scene cannot be found, read or filled; the text says what, where and how to mend it."""
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Container(_Strict):
+class Container(StrictModel):
     """An open box on a pedestal."""
 
     centre: tuple[Coordinate, Coordinate]
@@ -42,7 +37,7 @@ class Container(_Strict):
     """[m]."""
 
 
-class Table(_Strict):
+class Table(StrictModel):
     """A table with four legs."""
 
     centre: tuple[Coordinate, Coordinate]
@@ -53,7 +48,7 @@ class Table(_Strict):
     """Of the top side [m]."""
 
 
-class Fixture(_Strict):
+class Fixture(StrictModel):
     """A box that never moves."""
 
     name: Annotated[str, Field(min_length=1)]
@@ -64,11 +59,11 @@ class Fixture(_Strict):
     yaw_deg: float = 0.0
 
 
-class Objects(_Strict):
+class Objects(StrictModel):
     """The objects in the container, or on a table."""
 
     count: Annotated[int, Field(ge=0, le=40)] = 10
-    kinds: tuple[str, ...] = tuple(KINDS)
+    kinds: tuple[str, ...] = tuple(HOUSEHOLD)
     width_mm: tuple[float, float] = (15.0, 70.0)
     """Range of the smallest width by which they can be grasped."""
     mass_g: tuple[float, float] = (30.0, 500.0)
@@ -78,7 +73,7 @@ class Objects(_Strict):
     def _known(cls, kinds: tuple[str, ...]) -> tuple[str, ...]:
         for kind in kinds:
             if kind not in KINDS:
-                raise ValueError(f"no kind of object {kind!r}{_instead(kind, KINDS)}")
+                raise ValueError(f"no kind of object {kind!r}{did_you_mean(kind, KINDS)}")
         return kinds
 
     @field_validator("width_mm", "mass_g")
@@ -89,7 +84,7 @@ class Objects(_Strict):
         return bounds
 
 
-class Motion(_Strict):
+class Motion(StrictModel):
     """How the objects of a table move by themselves: along a line, to and fro."""
 
     along: tuple[Coordinate, Coordinate]
@@ -119,7 +114,7 @@ class SideTable(Table):
         return name
 
 
-class Scene(_Strict):
+class Scene(StrictModel):
     """A scene file."""
 
     description: str = ""
@@ -145,21 +140,10 @@ def read_scene(scene: str | Path) -> Scene:
     Raises:
         SceneError: there is no such scene, or it says something that a scene cannot be.
     """
-    path = _find(scene)
     try:
-        text = path.read_text(encoding="utf-8")
-        node = yaml.compose(text, Loader=yaml.SafeLoader)
-        return Scene.model_validate(yaml.safe_load(text))
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path}: cannot be read: {error}") from error
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        where = f"{mark.line + 1}:{mark.column + 1}" if mark else "1:1"
-        raise SceneError(f"{path}:{where}: not YAML: {error.problem}") from error
-    except yaml.YAMLError as error:
-        raise SceneError(f"{path}: not YAML: {str(error).splitlines()[0]}") from error
-    except ValidationError as error:
-        raise SceneError(f"{path}:{_explain(node, error.errors()[0])}") from error
+        return read_config(_find(scene), Scene)
+    except ConfigError as error:
+        raise SceneError(str(error)) from error
 
 
 def _find(scene: str | Path) -> Path:
@@ -176,55 +160,3 @@ def _find(scene: str | Path) -> Path:
         f"no scene {str(scene)!r}{hint} Shipped are {', '.join(names)}; "
         "the path of a scene file will do too"
     )
-
-
-def _explain(root: yaml.Node | None, error: Any) -> str:
-    """One line for what pydantic objects to: where it stands, what is wrong, how to mend it."""
-    location, kind = error["loc"], error["type"]
-    line, column, holder = _locate(root, location)
-    where = f"{line}:{column}: {'.'.join(str(key) for key in location) or 'scene'}"
-    if kind == "extra_forbidden":
-        return f"{where}: unknown key{_instead(str(location[-1]), _fields(location[:-1]))}"
-    if kind == "missing":
-        return f"{where}: is missing: add it under {holder}"
-    message = error["msg"].removeprefix("Value error, ")
-    given = "" if isinstance(error["input"], dict) else f", not {error['input']!r}"
-    return f"{where}: {message[:1].lower()}{message[1:]}{given}"
-
-
-def _locate(root: yaml.Node | None, location: tuple[int | str, ...]) -> tuple[int, int, str]:
-    """Line and column of the deepest node on the way to a location, and that node's key."""
-    node, mark, holder = root, root.start_mark if root else None, "the top level"
-    for key in location:
-        if isinstance(node, yaml.MappingNode):
-            found = next((entry for entry in node.value if entry[0].value == key), None)
-            if found is None:
-                break
-            mark, node, holder = found[0].start_mark, found[1], str(key)
-        elif isinstance(node, yaml.SequenceNode) and isinstance(key, int) and key < len(node.value):
-            node = node.value[key]
-            mark = node.start_mark
-    return (mark.line + 1, mark.column + 1, holder) if mark else (1, 1, holder)
-
-
-def _fields(location: tuple[int | str, ...]) -> list[str]:
-    """The keys that are known at a location."""
-    keys = [key for key in location if isinstance(key, str)]
-    model = _MODELS[keys[-1]] if keys else Scene
-    return list(model.model_fields)
-
-
-_MODELS: dict[str, type[_Strict]] = {
-    "container": Container,
-    "table": Table,
-    "side_tables": SideTable,
-    "motion": Motion,
-    "fixtures": Fixture,
-    "objects": Objects,
-}
-
-
-def _instead(word: str, known: Iterable[str]) -> str:
-    words = list(known)
-    close = difflib.get_close_matches(word, words, n=1)
-    return f": did you mean {close[0]!r}?" if close else f": known are {', '.join(words)}"

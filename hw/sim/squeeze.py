@@ -31,7 +31,7 @@ MAX_DRAG = 0.025
 _MARGIN = 0.003
 """Objects are felt for from this far outside of where the pads began [m]."""
 
-_PRESS = 2e-4
+_PRESS = 5e-4
 """How far the pads yield when they press [m]."""
 
 _TURN_STEP = np.deg2rad(3.0)
@@ -160,14 +160,26 @@ def _fit(wTe: SE3, opening: float, target: SimObject, wTo: SE3) -> _Fit | None:
     slid = SE3(wTo.rotation, wTo.translation - offset * wTe.rotation[:, 1])
     parts = target.placed(slid)
     left, right = (
-        tuple(
+        [
             found
             for part in parts
             if (found := patch(pad(wTe, side, width / 2.0 - _PRESS), part)) is not None
-        )
+        ]
         for side in SIDES
     )
-    return _Fit(wTo=slid, width=width, drag=abs(offset), contacts=(left, right))
+    contacts = ((*left, *_resultant(left)), (*right, *_resultant(right)))
+    return _Fit(wTo=slid, width=width, drag=abs(offset), contacts=contacts)
+
+
+def _resultant(patches: Sequence[Contact]) -> list[Contact]:
+    """What a pad's patches are together, if there are several: as inside the rim of a cup."""
+    if len(patches) < 2:
+        return []
+    normal = np.sum([n for _, n in patches], axis=0)
+    length = float(np.linalg.norm(normal))
+    if length < 1e-6:
+        return []
+    return [(np.mean([p.mean(axis=0) for p, _ in patches], axis=0)[None], normal / length)]
 
 
 def _turned_flush(wTe: SE3, opening: float, target: SimObject, fit: _Fit) -> tuple[_Fit, float]:

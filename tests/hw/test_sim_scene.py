@@ -10,7 +10,15 @@ from pinocchio import SE3
 
 from hw.sim import Placed, SceneError, World, load_scene, scene_names
 from hw.sim.contact import separation
-from hw.sim.household import KINDS, MAX_HEIGHT, MAX_LENGTH, make_object
+from hw.sim.kinds import (
+    HOUSEHOLD,
+    KINDS,
+    MAX_HEIGHT,
+    MAX_LENGTH,
+    UNSEEN,
+    WORKSHOP,
+    make_object,
+)
 from hw.sim.shapes import reach
 
 GOOD = """\
@@ -66,13 +74,24 @@ def test_objects_lie_in_the_container_apart_from_each_other(name: str, seed: int
     assert len({thing.name for thing in world.objects}) == len(world.objects)
 
 
+@pytest.mark.parametrize("kind", HOUSEHOLD)
+def test_every_household_kind_can_be_grasped_by_every_part(kind: str) -> None:
+    rng = np.random.default_rng(7)
+    for _ in range(30):
+        thing = make_object("it", KINDS[kind], (0.015, 0.07), (0.03, 0.5), rng)
+        assert 0.015 - 1e-9 <= narrowest(thing.placed()) <= 0.07 + 1e-9
+
+
+def test_no_kind_is_in_two_collections() -> None:
+    assert len(KINDS) == len(HOUSEHOLD) + len(WORKSHOP) + len(UNSEEN)
+
+
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_can_be_grasped_and_is_neither_long_nor_high(kind: str) -> None:
+def test_every_kind_stands_on_the_floor_and_is_neither_long_nor_high(kind: str) -> None:
     rng = np.random.default_rng(7)
     up, along = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
     for _ in range(30):
-        thing = make_object("it", kind, (0.015, 0.07), (0.03, 0.5), rng)
-        assert 0.015 - 1e-9 <= narrowest(thing.placed()) <= 0.07 + 1e-9
+        thing = make_object("it", KINDS[kind], (0.005, 0.07), (0.03, 0.5), rng)
         assert thing.reach(up) + thing.reach(-up) <= MAX_HEIGHT + 1e-9
         assert thing.reach(-up) == pytest.approx(0.0, abs=1e-9)
         assert thing.reach(along) + thing.reach(-along) <= MAX_LENGTH + 1e-9
@@ -222,8 +241,8 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
         ("table: {centre: [0, 0]}\n", "1:1: container: is missing: add it under the top level"),
         ("table: [\n", "2:1: not YAML"),
         ("table: \x07\n", "not YAML"),
-        ("", "1:1: scene: "),
-        ("- 1\n", "1:1: scene: "),
+        ("", "1:1: the file: "),
+        ("- 1\n", "1:1: the file: "),
         (
             GOOD.replace("0.0]\ntable", "0.0]\n  inner_size: [0.1, 0.1]\ntable"),
             "2 do not fit into the",

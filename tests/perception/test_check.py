@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from pinocchio import SE3
 
-from perception.check import FLOOR_CLEARANCE, MAX_DEPTH, MAX_OPENING, PALM, TIP, assess
-from perception.height_map import CELL, HeightMap, height_map, world_points
+from perception.check import DEPTHS, FLOOR_CLEARANCE, MAX_OPENING, PALM, TIP, assess
+from perception.height_map import CELL, HeightMap, height_map
 from perception.refine import refine
 
 FLOOR = 0.456
@@ -54,14 +54,22 @@ def test_across_a_box_is_good_and_along_it_is_too_wide() -> None:
     assert across["score"] > 0.9
     assert across["width"] == pytest.approx(0.04, abs=0.003)
     assert across["top"] == pytest.approx(FLOOR + 0.05, abs=1e-4)
-    assert across["z"] == pytest.approx(FLOOR + 0.025, abs=1e-4)  # half its height
+    assert across["z"] == pytest.approx(FLOOR + 0.05 - DEPTHS[0], abs=1e-4)
     assert judge(where, 30)["score"] == 0.0
 
 
-def test_tall_things_are_not_grasped_too_deep_for_the_palm() -> None:
-    found = judge(scene(box(0, 0, 0.04, 0.04, 0.10)), 90)
-    assert found["z"] == pytest.approx(FLOOR + 0.10 - MAX_DEPTH, abs=1e-4)
-    assert found["z"] + PALM > FLOOR + 0.10
+def test_no_grasp_is_too_deep_for_the_palm() -> None:
+    for height in (0.04, 0.07, 0.10):
+        found = judge(scene(box(0, 0, 0.04, 0.04, height)), 90)
+        assert found["z"] + PALM > FLOOR + height
+
+
+def test_round_things_are_grasped_deeper_than_upright_ones() -> None:
+    upright = judge(scene(box(0, 0, 0.05, 0.05, 0.05)), 0)
+    round_one = judge(scene(ball(0, 0, 0.03)), 0)
+    assert upright["z"] == pytest.approx(FLOOR + 0.05 - DEPTHS[0], abs=1e-4)
+    assert round_one["z"] <= FLOOR + 0.06 - DEPTHS[1] + 1e-4
+    assert round_one["score"] > 0.5
 
 
 def test_the_centre_moves_to_the_middle_between_the_contacts() -> None:
@@ -164,6 +172,6 @@ def test_height_maps_of_a_tilted_camera_are_level() -> None:
     u, v = np.meshgrid(np.arange(200.0), np.arange(200.0))
     rays = np.stack([(u - 99.5) / 200, (v - 99.5) / 200, np.ones_like(u)], -1) @ rotation.T
     depth = ((FLOOR - 0.9) / rays[..., 2]).astype(np.float32)
-    found = height_map(world_points(depth, camera, wTc, u, v), wTc)
+    found = height_map(depth, camera, wTc, u, v)
     assert found.heights == pytest.approx(FLOOR, abs=1e-5)
     assert np.asarray(found.at(np.array([1.0]), np.array([2.0])))[0] == pytest.approx(FLOOR)

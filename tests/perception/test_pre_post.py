@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
+from pinocchio import SE3, exp3
 
 from hw import Intrinsics
-from perception.maps import WIDTH_SCALE
-from perception.postprocess import find_candidates, grasp_maps
+from perception.maps import BINS, WIDTH_SCALE
+from perception.postprocess import bin_candidates, find_candidates, grasp_maps
 from perception.preprocess import METRES_PER_PIXEL, Square, central_square, fill, prepare
 
 CAMERA = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
+DOWN = np.diag([1.0, -1.0, -1.0])
 ALL = np.ones((300, 300), dtype=np.bool_)
 
 
@@ -60,7 +62,7 @@ def test_preparing_keeps_depth_marks_holes_and_takes_the_mean_away() -> None:
     depth[100:140, 240:280] = np.nan
     depth[150:160, 240:280] = 0.0
     square = central_square(depth.shape, CAMERA, 0.45)
-    prepared = prepare(depth, square)
+    prepared = prepare(depth, square, CAMERA, SE3(DOWN, np.zeros(3)))
     u, v = np.rint(square.to_network(np.array([320.0, 240.0]))).astype(int)
     assert prepared.depth[v, u] == pytest.approx(0.40)
     u, v = np.rint(square.to_network(np.array([260.0, 120.0]))).astype(int)
@@ -132,3 +134,54 @@ def test_candidates_are_ranked_apart_and_limited() -> None:
     assert len(found.quality) == 5
     assert (np.diff(found.quality) <= 0).all()
     assert found.pixel[0, 0] == pytest.approx(270.0, abs=1.0)
+
+
+def test_a_tilted_camera_gives_a_level_image() -> None:
+    """A table seen from the side is as flat for the network as one seen from above."""
+    rotation = exp3(np.array([0.3, -0.2, 0.0])) @ DOWN
+    v, u = np.mgrid[0:480, 0:640].astype(float)
+    ray = np.stack([(u - 319.5) / 383.0, (v - 239.5) / 383.0, np.ones_like(u)], -1) @ rotation.T
+    depth = (-0.5 / ray[..., 2]).astype(np.float32)
+    square = central_square(depth.shape, CAMERA, 0.5)
+    prepared = prepare(depth, square, CAMERA, SE3(rotation, np.array([1.0, 2.0, 3.0])))
+    assert np.ptp(prepared.depth) > 0.1
+    assert prepared.below == pytest.approx(0.5, abs=2e-3)
+    assert np.abs(prepared.network_input).max() < 2e-3
+
+
+def _answer(u: float, v: float, bin_: float, width: float) -> np.ndarray:
+    """What the angle-bin network says of one good grasp at a network pixel, and nothing else."""
+    rows, columns = np.mgrid[0:100, 0:100]
+    distance = ((columns * 3 + 1 - u) ** 2 + (rows * 3 + 1 - v) ** 2) / 9.0
+    turn = (np.arange(BINS) - bin_ + BINS / 2) % BINS - BINS / 2
+    quality = np.exp(-0.5 * distance[..., None] / 4.0 - 0.5 * (turn / 1.5) ** 2)
+    quality = np.clip(quality, 1e-4, 0.95)
+    widths = np.full_like(quality, width / WIDTH_SCALE)
+    return np.concatenate([np.log(quality / (1.0 - quality)), widths], axis=2).astype(np.float32)
+
+
+@pytest.mark.parametrize("bin_", [0.0, 0.4, 7.7, 15.8])
+def test_the_best_direction_and_place_are_found_between_the_bins(bin_: float) -> None:
+    everywhere = np.ones((100, 100), dtype=np.bool_)
+    found, quality = bin_candidates(_answer(130.0, 88.0, bin_, 24.0), everywhere)
+    assert found.pixel[0] == pytest.approx([130.0, 88.0], abs=0.7)
+    turn = (-found.angle[0] - bin_ * np.pi / BINS + np.pi / 2) % np.pi - np.pi / 2
+    assert abs(np.rad2deg(turn)) < 3.0
+    assert found.width[0] == pytest.approx(24.0, rel=1e-5)
+    row, column = np.unravel_index(quality.argmax(), quality.shape)
+    assert (column, row) == (pytest.approx(130, abs=3), pytest.approx(88, abs=3))
+
+
+def test_two_good_directions_at_one_place_are_two_candidates() -> None:
+    one, other = _answer(150.0, 150.0, 2.0, 20.0), _answer(150.0, 150.0, 10.0, 20.0)
+    everywhere = np.ones((100, 100), dtype=np.bool_)
+    found, _ = bin_candidates(np.maximum(one, other), everywhere)
+    assert len(found.quality) == 2
+    assert sorted(np.rint(-found.angle * BINS / np.pi)) == [2, 10]
+
+
+def test_bins_are_silent_where_no_grasp_is_allowed() -> None:
+    nowhere = np.zeros((100, 100), dtype=np.bool_)
+    found, quality = bin_candidates(_answer(150.0, 150.0, 2.0, 20.0), nowhere)
+    assert len(found.quality) == 0
+    assert not quality.any()

@@ -1,121 +1,162 @@
-"""Labels from exact geometry, and a training loop that learns and repeats itself."""
+"""Shards keep samples, windows keep labels where they belong, and training learns and resumes."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
-from pinocchio import SE3, exp3
 
-from app.grasps.generate import generate, judge, view
-from hw.sim import Box, D435Noise, Placed, SimObject, World
-from perception.preprocess import METRES_PER_PIXEL
-from perception.training import Progress, Sample, Samples, train
+from perception.angle_bins import AngleBinNetwork
+from perception.ggcnn import GGCNN
+from perception.maps import BINS, CELLS, SIZE, STRIDE
+from perception.samples import WINDOW, Labels, Sample, SampleStream, Shard
+from perception.training import Recipe, Report, train
 
-FLOOR = 0.456
-PERFECT = D435Noise(disparity_noise=0.0, edge_loss=0.0, speckle=0.0, disparity_step=1e-4)
+RECIPE = Recipe(seed=1, rounds=2, steps=3, batch=2, held=1)
 
 
-def world_with_a_box(yaw: float) -> World:
-    """A box of 120 x 40 x 50 mm on a stand, and a wall of 6 x 300 x 50 mm beside it."""
-    thing = SimObject(
-        name="box",
-        parts=(Placed(Box((0.06, 0.02, 0.025)), SE3.Identity()),),
-        mass=0.2,
-        pose=SE3(exp3(np.array([0.0, 0.0, yaw])), np.array([0.0, 0.0, FLOOR + 0.025])),
+def bar(u: int, v: int, angle: float, length: int = 70, width: int = 16) -> Sample:
+    """A bar on a table: 50 mm high, its long side at an angle against v; good to close across."""
+    rows, columns = np.mgrid[0:SIZE, 0:SIZE]
+    along = (columns - u) * np.cos(angle) - (rows - v) * np.sin(angle)
+    across = (columns - u) * np.sin(angle) + (rows - v) * np.cos(angle)
+    on = (np.abs(along) < length / 2) & (np.abs(across) < width / 2)
+    image = np.where(on, -0.05, 0.0).astype(np.float32)
+    middle = on[1::STRIDE, 1::STRIDE] & (np.abs(across[1::STRIDE, 1::STRIDE]) < 4)
+    cell = np.flatnonzero(middle)
+    best = (angle + np.pi / 2) * BINS / np.pi
+    turn = (np.arange(BINS) - best + BINS / 2) % BINS - BINS / 2
+    quality = np.repeat(np.exp(-0.5 * turn**2)[None], len(cell), axis=0)
+    return Sample(
+        image=image,
+        labels=Labels(
+            cell=cell.astype(np.int16),
+            quality=quality.astype(np.float32),
+            width=np.full((len(cell), BINS), width, dtype=np.float32),
+        ),
     )
-    stand = Placed(Box((0.4, 0.4, 0.1)), SE3(np.eye(3), np.array([0.0, 0.0, FLOOR - 0.1])), "stand")
-    wall = Placed(
-        Box((0.003, 0.15, 0.025)), SE3(np.eye(3), np.array([0.15, 0.0, FLOOR + 0.025])), "wall"
-    )
-    return World([stand, wall], [thing])
 
 
-def looked_at(yaw: float, camera_yaw: float) -> Sample:
-    world = world_with_a_box(yaw)
-    rotation = exp3(np.array([0.0, 0.0, camera_yaw])) @ np.diag([1.0, -1.0, -1.0])
-    wTc = SE3(rotation, np.array([0.0, 0.0, FLOOR + 0.45]))
+@pytest.fixture
+def shards(tmp_path: Path) -> list[Path]:
     rng = np.random.default_rng(0)
-    return view(world, judge(world, FLOOR), wTc, FLOOR, rng, PERFECT)
+    paths = []
+    for number in range(3):
+        samples = [bar(*rng.integers(100, 200, 2), rng.uniform(0, np.pi)) for _ in range(4)]
+        paths.append(tmp_path / f"{number}.npz")
+        Shard.of(samples).save(paths[-1])
+    return paths
 
 
-@pytest.mark.parametrize(("yaw", "camera_yaw"), [(0.0, 0.0), (0.6, 0.0), (0.6, 0.9), (-0.8, 2.5)])
-def test_labels_of_a_box_are_across_it_and_as_wide(yaw: float, camera_yaw: float) -> None:
-    labels = looked_at(yaw, camera_yaw).labels
-    good = labels.quality > 0.5
-    assert good.sum() > 60
-    # Seen from above with z downwards, the image's anticlockwise is the world's.
-    turn = labels.angle[good] - (yaw + np.pi / 2 - camera_yaw)
-    turn = (turn + np.pi / 2) % np.pi - np.pi / 2
-    assert np.mean(np.abs(turn) < np.deg2rad(15)) > 0.95
-    assert abs(np.median(turn)) < np.deg2rad(9)
-    shown = 0.04 / METRES_PER_PIXEL * 0.45 / 0.40
-    assert np.median(labels.width[good]) == pytest.approx(shown, rel=0.1)
+def test_a_shard_keeps_what_was_put_in(tmp_path: Path) -> None:
+    samples = [bar(150, 120, 0.3), bar(80, 200, 1.2, width=30)]
+    Shard.of(samples).save(tmp_path / "s.npz")
+    loaded = Shard.load(tmp_path / "s.npz")
+    assert len(loaded) == 2
+    for index, sample in enumerate(samples):
+        assert loaded.image[index] * 1e-4 == pytest.approx(sample.image, abs=1e-4)
+        quality, width, on_object = loaded.dense(index)
+        cells = sample.labels.cell
+        flat = quality.reshape(-1, BINS)
+        assert flat[cells] == pytest.approx(sample.labels.quality, abs=0.003)
+        assert width.reshape(-1, BINS)[cells] == pytest.approx(sample.labels.width, abs=0.3)
+        assert on_object.sum() == len(cells)
+        assert flat.sum() == pytest.approx(flat[cells].sum())
+    assert not list(tmp_path.glob("*.part"))
 
 
-def test_good_labels_lie_along_the_middle_of_the_box_only() -> None:
-    labels = looked_at(0.0, 0.0).labels
-    rows, columns = np.nonzero(labels.quality > 0.6)
-    metres = METRES_PER_PIXEL * 3 * 0.40 / 0.45
-    assert np.abs((rows - 49.5) * metres).max() < 0.0145
-    assert np.abs((columns - 49.5) * metres).max() < 0.064
+def test_however_a_window_is_turned_closing_stays_across_the_bar(tmp_path: Path) -> None:
+    Shard.of([bar(150, 150, 0.5)]).save(tmp_path / "s.npz")
+    stream = SampleStream([tmp_path / "s.npz"], seed=0)
+    seen = set()
+    for _ in range(24):
+        batch = stream.draw(1)
+        assert batch.image.shape == (1, 1, WINDOW, WINDOW)
+        rows, columns = np.nonzero(batch.quality[0].max(axis=0) > 0.5)
+        on_bar = batch.image[0, 0][STRIDE * rows + 1, STRIDE * columns + 1]
+        assert np.mean(on_bar < -0.03) > 0.9  # labels lie on the bar, also after zooming
+        if len(rows) < 12:
+            continue
+        long_axis = np.linalg.eigh(np.cov(np.stack([columns, rows])))[1][:, 1]
+        best = batch.quality[0][:, rows, columns].mean(axis=1).argmax()
+        angle = best * np.pi / BINS
+        assert abs(np.array([np.cos(angle), -np.sin(angle)]) @ long_axis) < 0.35
+        seen.add(int(best))
+    assert len(seen) >= 4  # two ways round, mirrored or not
 
 
-def test_a_wall_is_never_labelled_graspable() -> None:
-    labels = looked_at(0.0, 0.0).labels
-    assert labels.on_object.sum() == pytest.approx(0.12 * 0.04 / (0.004**2), rel=0.15)
-    assert not labels.quality[~labels.on_object].any()
-    assert not labels.quality[:, 78:].any()
+def test_a_stream_repeats_itself_and_visits_every_shard(shards: list[Path]) -> None:
+    first, second = (SampleStream(shards, seed=3, held=1) for _ in range(2))
+    for _ in range(4):
+        for a, b in zip(first.draw(3), second.draw(3), strict=True):
+            assert np.array_equal(a, b)
+    loaded: list[str] = []
+    load = Shard.load
+    try:
+        Shard.load = lambda path: loaded.append(path.name) or load(path)  # type: ignore[method-assign]
+        stream = SampleStream(shards, seed=3, held=1)
+        for _ in range(6):
+            stream.draw(4)
+    finally:
+        Shard.load = load  # type: ignore[method-assign]
+    assert set(loaded) == {path.name for path in shards}
 
 
-def test_scenes_repeat_and_continue_one_another() -> None:
-    a = generate(2, seed=5)
-    b = generate(1, seed=5, first=1)
-    assert np.array_equal(a[3].image, b[0].image)
-    assert np.array_equal(a[3].labels.quality, b[0].labels.quality)
-    assert not np.array_equal(a[0].image, a[3].image)
-
-
-def test_training_learns() -> None:
+@pytest.mark.parametrize("network", [AngleBinNetwork, GGCNN])
+def test_training_learns(network: type, shards: list[Path]) -> None:
     torch.set_num_threads(1)
-    seen: list[float] = []
-
-    def elapsed(progress: Progress) -> float:
-        seen.append(progress.loss)
-        return progress.step / 50
-
-    samples = Samples([looked_at(yaw, 0.0) for yaw in (0.0, 0.7)])
-    train(samples, seed=1, elapsed=elapsed, batch_size=2, learning_rate=8e-3)
-    assert seen[-1] < 0.6 * seen[1]
+    torch.manual_seed(0)
+    reports: list[Report] = []
+    recipe = Recipe(seed=1, rounds=4, steps=12, batch=2, learning_rate=8e-3, held=3)
+    train(network(), shards[:2], shards[2:], recipe, report=reports.append)
+    assert len(reports) == 4
+    assert reports[-1].loss < 0.8 * reports[0].loss
+    assert reports[-1].best == min(each.validation for each in reports)
 
 
-def test_training_repeats_itself_also_from_a_file(tmp_path: Path) -> None:
+def test_an_interrupted_training_ends_with_the_same_weights(
+    shards: list[Path], tmp_path: Path
+) -> None:
     torch.set_num_threads(1)
-    samples = Samples([looked_at(0.0, 0.0)])
-    samples.save(tmp_path / "samples.npz")
-    first, second = (
-        train(known, seed=1, elapsed=lambda progress: progress.step / 4, batch_size=2)
-        for known in (samples, Samples.load(tmp_path / "samples.npz"))
-    )
-    for a, b in zip(first.parameters(), second.parameters(), strict=True):
+
+    class StoppedError(Exception):
+        pass
+
+    def stop(report: Report) -> None:
+        raise StoppedError
+
+    def fresh() -> AngleBinNetwork:
+        torch.manual_seed(5)
+        return AngleBinNetwork()
+
+    whole = train(fresh(), shards[:2], shards[2:], RECIPE).network
+    checkpoint = tmp_path / "c"
+    with pytest.raises(StoppedError):
+        train(fresh(), shards[:2], shards[2:], RECIPE, checkpoint=checkpoint, report=stop)
+    reports: list[Report] = []
+    resumed = train(
+        fresh(), shards[:2], shards[2:], RECIPE, checkpoint=checkpoint, report=reports.append
+    ).network
+    assert [each.round for each in reports] == [2]
+    for a, b in zip(whole.state_dict().values(), resumed.state_dict().values(), strict=True):
         assert torch.equal(a, b)
 
 
-def test_mirrored_windows_mirror_their_labels() -> None:
-    """Whatever the mirroring, closing stays across the box that the window shows."""
-    samples = Samples([looked_at(0.6, 0.0)])
-    rng = np.random.default_rng(0)
-    angles = set()
-    for _ in range(12):
-        batch = samples.batch(192, np.zeros(1, dtype=np.int64), rng)
-        target = batch.target[0].numpy()
-        good = target[0] > 0.5
-        if good.sum() < 60:
-            continue
-        rows, columns = np.nonzero(good)
-        long_axis = np.linalg.eigh(np.cov(np.stack([columns, rows])))[1][:, 1]
-        angle = 0.5 * np.arctan2(target[2][good].mean(), target[1][good].mean())
-        closing = np.array([np.cos(angle), -np.sin(angle)])
-        assert abs(closing @ long_axis) < 0.25
-        angles.add(round(float(angle), 1))
-    assert len(angles) > 1
+def test_a_checkpoint_of_another_recipe_is_refused(shards: list[Path], tmp_path: Path) -> None:
+    checkpoint = tmp_path / "c"
+    train(AngleBinNetwork(), shards[:1], shards[2:], RECIPE, checkpoint=checkpoint)
+    other = Recipe(seed=2, rounds=2, steps=3, batch=2, held=1)
+    with pytest.raises(ValueError, match="another recipe"):
+        train(AngleBinNetwork(), shards[:1], shards[2:], other, checkpoint=checkpoint)
+
+
+def test_training_ends_when_it_does_not_become_better(shards: list[Path]) -> None:
+    torch.set_num_threads(1)
+    reports: list[Report] = []
+    recipe = Recipe(seed=1, rounds=9, steps=1, batch=1, learning_rate=1e-9, patience=1, held=1)
+    train(AngleBinNetwork(), shards[:1], shards[2:], recipe, report=reports.append)
+    assert len(reports) < 9
+
+
+def test_labels_cover_the_image() -> None:
+    assert CELLS * STRIDE == SIZE

@@ -1,4 +1,4 @@
-"""The network is the published one, its fast form equals it, and bad weights say what to do."""
+"""The networks are the published ones, fast forms equal them, and bad weights say what to do."""
 
 import pickle
 from pathlib import Path
@@ -8,15 +8,18 @@ import pytest
 import torch
 from safetensors.torch import save_file
 
-from perception.maps import WeightsError
-from perception.network import (
-    GGCNN,
-    Inference,
-    evaluate,
+from perception.angle_bins import AngleBinNetwork
+from perception.ggcnn import GGCNN, GGCNN2, evaluate, rewritten
+from perception.maps import BINS, WeightsError
+from perception.propose import Proposer
+from perception.weights import (
+    NETWORKS,
+    SHIPPED,
     load_network,
-    read_metadata,
-    rewritten,
+    name_of,
+    read_story,
     save_network,
+    shipped_network,
 )
 
 PUBLISHED = {
@@ -59,12 +62,35 @@ def test_the_layers_have_the_published_sizes(network: GGCNN) -> None:
     assert maps.shape == (1, 4, 300, 300)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-def test_the_fast_form_equals_the_plain_one_up_to_the_border(network: GGCNN, seed: int) -> None:
-    image = np.random.default_rng(seed).normal(0.0, 0.2, (300, 300)).astype(np.float32)
+def test_the_successor_has_the_published_layers_and_size() -> None:
+    network = GGCNN2().eval()
+    assert sum(p.numel() for p in network.parameters()) == 66_676
+    names = {name.removesuffix(".weight") for name in network.state_dict() if "weight" in name}
+    layers = {f"features.{i}" for i in (0, 2, 5, 7, 10, 12, 15, 18)}
+    heads = {f"{head}_output" for head in ("pos", "cos", "sin", "width")}
+    assert names == layers | heads
     with torch.inference_mode():
-        plain = network(torch.from_numpy(image)[None, None])[0].numpy()
-    assert np.abs(Inference(network)(image) - plain).max() < 1e-5
+        assert network(torch.zeros(1, 1, 300, 300)).shape == (1, 4, 300, 300)
+
+
+def test_angle_bins_answer_every_third_pixel_with_every_direction() -> None:
+    with torch.inference_mode():
+        answer = AngleBinNetwork().eval()(torch.zeros(1, 1, 300, 300))
+    assert answer.shape == (1, 2 * BINS, 100, 100)
+
+
+@pytest.mark.parametrize("name", NETWORKS)
+def test_the_fast_form_equals_the_plain_one(name: str) -> None:
+    torch.manual_seed(1)
+    network = NETWORKS[name]()
+    for module in network.modules():  # batch norms that have seen something
+        if isinstance(module, torch.nn.BatchNorm2d):
+            torch.nn.init.uniform_(module.running_mean, -0.1, 0.1)
+            torch.nn.init.uniform_(module.running_var, 0.5, 2.0)
+    image = np.random.default_rng(0).normal(0.0, 0.2, (300, 300)).astype(np.float32)
+    plain = Proposer(network, plain=True).answer(image)
+    fast = Proposer(network).answer(image)
+    assert np.abs(fast - plain).max() < 2e-5 * max(1.0, np.abs(plain).max())
 
 
 def test_gradients_of_the_fast_form_reach_the_published_parameters(network: GGCNN) -> None:
@@ -77,26 +103,44 @@ def test_gradients_of_the_fast_form_reach_the_published_parameters(network: GGCN
         assert torch.allclose(a, b, rtol=1e-3, atol=1e-4 * float(a.abs().max()))
 
 
-def test_inference_keeps_the_callers_threads(network: GGCNN) -> None:
+def test_a_proposer_keeps_the_callers_threads(network: GGCNN) -> None:
     before = torch.get_num_threads()
-    Inference(network)(np.zeros((300, 300), dtype=np.float32))
+    Proposer(network).answer(np.zeros((300, 300), dtype=np.float32))
     assert torch.get_num_threads() == before
 
 
-def test_weights_survive_a_file(network: GGCNN, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", NETWORKS)
+def test_weights_survive_a_file_and_tell_their_network(name: str, tmp_path: Path) -> None:
     path = tmp_path / "w.safetensors"
-    save_network(network, path, {"data": "ten images"})
+    network = NETWORKS[name]()
+    save_network(network, path, {"data": {"images": 10}})
     loaded = load_network(path)
-    assert all(
-        torch.equal(a, b) for a, b in zip(network.parameters(), loaded.parameters(), strict=True)
-    )
-    assert read_metadata(path)["data"] == "ten images"
+    assert name_of(loaded) == name
+    for tensor, value in network.state_dict().items():
+        assert torch.equal(value, loaded.state_dict()[tensor])
+    assert read_story(path) == {"data": {"images": 10}}
 
 
 def test_a_published_style_state_dict_loads(network: GGCNN, tmp_path: Path) -> None:
     path = tmp_path / "published_statedict.pt"
     torch.save(network.state_dict(), path)
-    assert torch.equal(load_network(path).conv1.weight, network.conv1.weight)
+    loaded = load_network(path)
+    assert isinstance(loaded, GGCNN)
+    assert torch.equal(loaded.conv1.weight, network.conv1.weight)
+    assert read_story(path) == {}
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_weights_load_and_know_how_they_were_made(name: str) -> None:
+    assert name_of(shipped_network(name)) == name
+    story = read_story(Path("perception/weights") / f"{name}.safetensors")
+    assert story["recipe"]["network"] == name
+    assert story["valid_of_unseen"]["single"] > 0.8
+
+
+def test_an_unknown_network_is_told_the_known_ones() -> None:
+    with pytest.raises(WeightsError, match="`bins`, `ggcnn`"):
+        shipped_network("resnet")
 
 
 class _Bomb:
@@ -142,8 +186,8 @@ def _not_finite(path: Path) -> None:
         ("w.pt", _garbage, "give"),
         ("w.pt", _pickled, "state_dict()"),
         ("w.pt", _bare_pickle, "state_dict()"),
-        ("w.pt", _other_network, "not the weights of a GG-CNN"),
-        ("w.safetensors", _other_network, "not the weights of a GG-CNN"),
+        ("w.pt", _other_network, "belong to none of the networks"),
+        ("w.safetensors", _other_network, "belong to none of the networks"),
         ("w.safetensors", _not_finite, "not finite"),
     ],
 )

@@ -1,0 +1,98 @@
+"""Pictures of what was seen and what would be grasped, for people."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from hw import Intrinsics
+from perception import Detection, GraspEstimate
+
+Picture: TypeAlias = npt.NDArray[np.uint8]
+"""(H, W, 3), blue first as OpenCV has it."""
+
+_BEST, _OTHER, _TEXT = (60, 60, 240), (200, 180, 60), (255, 255, 255)
+_SHOWN = 5  # grasps
+_CAPTION = 24  # [px]
+
+
+def depth_picture(depth: npt.NDArray[np.float32]) -> Picture:
+    """A depth image from near (bright) to far; missing depth is blue."""
+    known = np.isfinite(depth) & (depth > 0.0)
+    low, high = np.percentile(depth[known], (1, 99)) if known.any() else (0.0, 1.0)
+    scaled = np.clip((high - np.where(known, depth, high)) / max(high - low, 1e-3), 0.0, 1.0)
+    grey = (40.0 + 200.0 * scaled).astype(np.uint8)
+    picture = np.repeat(grey[..., None], 3, axis=2)
+    picture[~known] = (90, 40, 20)
+    return picture
+
+
+def overlay(
+    depth: npt.NDArray[np.float32], intrinsics: Intrinsics, detection: Detection, caption: str = ""
+) -> Picture:
+    """A depth image, the quality over it, the best grasps as rectangles, and a caption below.
+
+    Args:
+        depth: (H, W) [m].
+        intrinsics: the camera's.
+        detection: what was found in it.
+        caption: what stands below; the reason, if there is no grasp, when empty.
+    """
+    picture = depth_picture(depth)
+    u, v, size = (round(x) for x in detection.crop)
+    if size > 0:
+        quality = cv2.resize(detection.quality, (size, size), interpolation=cv2.INTER_LINEAR)
+        quality = np.clip(quality, 0.0, 1.0)
+        colours = cv2.applyColorMap((255 * quality).astype(np.uint8), cv2.COLORMAP_INFERNO)
+        part = picture[v : v + size, u : u + size]
+        weight = (0.6 * np.sqrt(quality))[: part.shape[0], : part.shape[1], None]
+        part[:] = ((1 - weight) * part + weight * colours[: part.shape[0], : part.shape[1]]).astype(
+            np.uint8
+        )
+    for rank, grasp in reversed(list(enumerate(detection.grasps[:_SHOWN]))):
+        _draw(picture, grasp, depth, intrinsics, _OTHER if rank else _BEST)
+    below = np.zeros((_CAPTION, picture.shape[1], 3), dtype=np.uint8)
+    text = caption or detection.reason
+    font = cv2.FONT_HERSHEY_SIMPLEX
+    cv2.putText(below, text, (6, _CAPTION - 8), font, 0.45, _TEXT, 1, cv2.LINE_AA)
+    return np.vstack([picture, below])
+
+
+def _draw(
+    picture: Picture,
+    grasp: GraspEstimate,
+    depth: npt.NDArray[np.float32],
+    intrinsics: Intrinsics,
+    colour: tuple[int, int, int],
+) -> None:
+    """A rectangle as wide as the hand opens; its sides in bold are the finger pads."""
+    u, v = grasp.pixel
+    row, column = np.clip(np.rint((v, u)).astype(int), 0, np.array(depth.shape) - 1)
+    distance = depth[row, column]
+    if not np.isfinite(distance) or distance <= 0.0:
+        distance = float(np.nanmedian(depth))
+    along = 0.5 * grasp.opening * intrinsics.fx / distance
+    across = 0.010 * intrinsics.fx / distance
+    direction = np.array([np.cos(grasp.angle), np.sin(grasp.angle)])
+    normal = np.array([-direction[1], direction[0]])
+    centre = np.array([u, v])
+    corners = [
+        tuple(np.rint(centre + a * along * direction + b * across * normal).astype(int).tolist())
+        for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
+    for index, thick in enumerate((1, 3, 1, 3)):
+        cv2.line(
+            picture, corners[index], corners[(index + 1) % 4], colour, thick, lineType=cv2.LINE_AA
+        )
+
+
+def side_by_side(pictures: Sequence[Picture], columns: int = 4) -> Picture:
+    """Pictures of one size in rows."""
+    blank = np.zeros_like(pictures[0])
+    padded = [*pictures, *[blank] * (-len(pictures) % columns)]
+    rows = [np.hstack(padded[i : i + columns]) for i in range(0, len(padded), columns)]
+    return np.vstack(rows)

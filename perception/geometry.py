@@ -1,0 +1,125 @@
+"""Where pixels are in the world, and where things of the world are in the image."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pinocchio import SE3
+
+from perception.arrays import Array, FloatArray, Image
+from perception.frame import Intrinsics
+
+
+def world_points(
+    depth: Image,
+    intrinsics: Intrinsics,
+    wTc: SE3,
+    u: Array,
+    v: Array,
+) -> Array:
+    """World points of pixels.
+
+    Args:
+        depth: depth along the optical axis of each pixel, any shape [m].
+        intrinsics: the camera's pinhole model.
+        wTc: camera in the world.
+        u: columns in the full image, shaped like `depth` or broadcast to it [px].
+        v: rows in the full image, likewise [px].
+
+    Returns:
+        (..., 3) points [m]; NaN where the depth is.
+    """
+    return np.stack(world_maps(depth.astype(float), intrinsics, wTc, u, v), axis=-1)
+
+
+def world_maps(
+    depth: FloatArray,
+    intrinsics: Intrinsics,
+    wTc: SE3,
+    u: Array,
+    v: Array,
+    axes: Sequence[int] = (0, 1, 2),
+) -> list[FloatArray]:
+    """Some of x, y and z in the world of pixels [m], as precise as `depth` is.
+
+    Arguments are those of `world_points`, and which axes of the world are wanted.
+    """
+    x = ((u - intrinsics.cx) / intrinsics.fx).astype(depth.dtype)
+    y = ((v - intrinsics.cy) / intrinsics.fy).astype(depth.dtype)
+    rotation, translation = (part.astype(depth.dtype) for part in (wTc.rotation, wTc.translation))
+    return [
+        depth * (rotation[axis, 0] * x + (rotation[axis, 1] * y + rotation[axis, 2]))
+        + translation[axis]
+        for axis in axes
+    ]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Camera:
+    """A pinhole camera in the world."""
+
+    intrinsics: Intrinsics
+    wTc: SE3
+
+    def project(self, points: Array) -> Array:
+        """(N, 2) pixels of (N, 3) world points."""
+        x, y, z = ((points - self.wTc.translation) @ self.wTc.rotation).T
+        camera = self.intrinsics
+        return np.stack([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy], axis=1)
+
+    def meet(self, pixel: Array, height: Array) -> Array:
+        """(N, 3) where the rays of (N, 2) pixels meet the planes at (N,) heights."""
+        camera = self.intrinsics
+        ray = np.stack(
+            [
+                (pixel[:, 0] - camera.cx) / camera.fx,
+                (pixel[:, 1] - camera.cy) / camera.fy,
+                np.ones(len(pixel)),
+            ],
+            axis=1,
+        )
+        ray = ray @ self.wTc.rotation.T
+        reach = (height - self.wTc.translation[2]) / ray[:, 2]
+        return np.asarray(self.wTc.translation + ray * reach[:, None])
+
+
+def closing_direction(
+    intrinsics: Intrinsics, wTc: SE3, pixel: Array, angle: Array, height: Array
+) -> Array:
+    """Directions in the horizontal plane that directions in the image show.
+
+    Args:
+        intrinsics: the camera's pinhole model.
+        wTc: camera in the world.
+        pixel: (N, 2) full-image (u, v).
+        angle: (N,) from u towards v [rad].
+        height: (N,) height of the horizontal plane [m].
+
+    Returns:
+        (N,) from x towards y of the world [rad].
+    """
+    camera = Camera(intrinsics=intrinsics, wTc=wTc)
+    step = 4.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    line = camera.meet(pixel + step, height) - camera.meet(pixel - step, height)
+    return np.arctan2(line[:, 1], line[:, 0])
+
+
+def grasp_pose(x: float, y: float, z: float, direction: float, wTc: SE3) -> SE3:
+    """Grasp from straight above, of the two equal ones that which turns the camera less.
+
+    Args:
+        x: centre in the world [m].
+        y: [m].
+        z: [m].
+        direction: closing direction, from x towards y of the world [rad].
+        wTc: camera in the world.
+    """
+    x_closing, y_closing = np.cos(direction), np.sin(direction)
+    if x_closing * wTc.rotation[0, 0] + y_closing * wTc.rotation[1, 0] < 0.0:
+        x_closing, y_closing = -x_closing, -y_closing
+    rotation = np.array(
+        [[-y_closing, x_closing, 0.0], [x_closing, y_closing, 0.0], [0.0, 0.0, -1.0]]
+    )
+    return SE3(rotation, np.array([x, y, z]))
