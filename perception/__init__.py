@@ -7,8 +7,8 @@ Frames come in by shape alone (`Frame`, `Workspace`), so that any camera will do
 
 from perception.detector import OCCUPIED_HEIGHT, WALL_MARGIN, GraspDetector
 from perception.frame import Frame, Intrinsics, Workspace
-from perception.grasp import Detection, GraspEstimate
 from perception.geometry import world_points
+from perception.grasp import Detection, GraspEstimate
 from perception.maps import WeightsError
 from perception.tracker import GraspTracker
 

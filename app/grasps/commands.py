@@ -95,13 +95,19 @@ def evaluate(
 @app.command()
 def show(
     image: Annotated[
-        Path, typer.Argument(help="Depth as .npy, .png or .tiff: whole mm, or metres if float.")
+        Path,
+        typer.Argument(
+            help="Depth as .npy, .png, .tiff (whole mm, or metres if float), or an .rrd."
+        ),
     ],
     out: Annotated[
         Path | None, typer.Option(help="Where the picture goes; beside the image if not given.")
     ] = None,
     focal: Annotated[
         float | None, typer.Option(help="Focal length [px]; a D435's if not given.", min=1.0)
+    ] = None,
+    at: Annotated[
+        float | None, typer.Option(help="Time in a recording [s]; the last image if not given.")
     ] = None,
     weights: Annotated[Path | None, typer.Option(help="A file of weights.")] = None,
     network: Annotated[str | None, typer.Option(help="Which shipped network.")] = None,
@@ -114,7 +120,8 @@ def show(
         told = show_grasps(
             image,
             out or image.with_name(f"{image.stem}_grasps.png"),
-            focal,
-            GraspDetector(weights, network),
+            focal=focal,
+            at=at,
+            detector=GraspDetector(weights, network),
         )
     typer.echo(told)

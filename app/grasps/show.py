@@ -17,13 +17,16 @@ from perception.table import NoTableError, camera_above_table
 _D435_FOCAL = 0.6  # of a D435's depth image, in image widths
 
 
-def show_grasps(image: Path, out: Path, focal: float | None, detector: GraspDetector) -> str:
+def show_grasps(
+    image: Path, out: Path, *, focal: float | None, at: float | None, detector: GraspDetector
+) -> str:
     """Draw the grasps of a depth image; the table in it tells where the camera is.
 
     Args:
-        image: the file.
+        image: the file; an .rrd recording will do, too.
         out: where the picture goes (.png).
         focal: of the camera [px]; None for that of a D435.
+        at: time in a recording [s]; None takes the last image.
         detector: finds them.
 
     Returns:
@@ -32,9 +35,13 @@ def show_grasps(image: Path, out: Path, focal: float | None, detector: GraspDete
     Raises:
         ConfigError: the image cannot be read or shows no table, or the picture cannot be written.
     """
-    depth = read_depth(image)
+    recorded = None
+    if image.suffix == ".rrd":
+        depth, recorded = _recorded(image, at)
+    else:
+        depth = read_depth(image)
     height, width = depth.shape
-    focal = focal or _D435_FOCAL * width
+    focal = focal or recorded or _D435_FOCAL * width
     camera = Intrinsics(
         width=width, height=height, fx=focal, fy=focal, cx=(width - 1) / 2, cy=(height - 1) / 2
     )
@@ -61,6 +68,16 @@ def show_grasps(image: Path, out: Path, focal: float | None, detector: GraspDete
     if not written:
         raise ConfigError(f"{out}: cannot be written; name a .png file in a folder that exists")
     return f"{said}\n{out}"
+
+
+def _recorded(path: Path, at: float | None) -> tuple[npt.NDArray[np.float32], float | None]:
+    """Depth [m] out of a recording, and its camera's focal length if that was recorded."""
+    from app.monitor.recorded_depth import NoDepthError, recorded_depth
+
+    try:
+        return recorded_depth(path, at)
+    except NoDepthError as error:
+        raise ConfigError(f"{path}: {error}; give a recording with depth in it") from error
 
 
 def read_depth(path: Path) -> npt.NDArray[np.float32]:

@@ -6,6 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+import rerun as rr
 from typer.testing import CliRunner
 
 from app.cli import app
@@ -149,9 +150,29 @@ def test_grasps_of_ones_own_image_are_shown(tmp_path: Path, kind: str) -> None:
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
 
 
+def test_grasps_are_shown_in_a_recording(tmp_path: Path) -> None:
+    scenery = scenery_of(5, "single")
+    depth = np.nan_to_num(scenery.frame.depth)
+    stream = rr.RecordingStream("test")
+    stream.save(tmp_path / "mine.rrd")
+    for time, metres in ((0.0, np.full_like(depth, 0.7)), (1.0, depth)):
+        stream.set_time("t", duration=time)
+        stream.log("eye", rr.DepthImage(metres.astype(np.float32), meter=1.0))
+    stream.flush()
+    stream.disconnect()
+    focal = str(scenery.frame.intrinsics.fx)
+    arguments = ["grasp", "show", str(tmp_path / "mine.rrd"), "--focal", focal]
+    result = RUN.invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    assert "mm wide" in result.output
+    result = RUN.invoke(app, [*arguments, "--at", "0.1"])
+    assert "no grasp: " in result.output
+
+
 @pytest.mark.parametrize(
     ("name", "content", "says"),
     [
+        ("words.rrd", b"hello", "not a recording"),
         ("missing.npy", None, "no such file"),
         ("text.png", b"hello", "not a depth image"),
         ("broken.npy", b"\x93NUMPY garbage", "cannot be read"),
