@@ -35,8 +35,8 @@ LEAST_OVERLAP = 0.25
 MOST_TURN = np.radians(30.0)
 CAMERA = Intrinsics(width=640, height=480, fx=570.0, fy=570.0, cx=319.5, cy=239.5)
 """The data set's camera, near enough."""
-ROOM = 0.012
-"""For a finger, on either side of an object [m]."""
+ROOM = 0.024
+"""What the rectangles of the data set leave free on either side of an object, roughly [m]."""
 
 _SHAPE = (CAMERA.height, CAMERA.width)
 

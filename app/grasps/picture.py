@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import wrap
 from typing import TypeAlias
 
 import cv2
@@ -17,7 +18,7 @@ Picture: TypeAlias = npt.NDArray[np.uint8]
 
 _BEST, _OTHER, _TEXT = (60, 60, 240), (200, 180, 60), (255, 255, 255)
 _SHOWN = 5  # grasps
-_CAPTION = 24  # [px]
+_LINE, _LETTER = 18, 9  # of the caption [px]
 
 
 def depth_picture(depth: npt.NDArray[np.float32]) -> Picture:
@@ -55,10 +56,11 @@ def overlay(
         )
     for rank, grasp in reversed(list(enumerate(detection.grasps[:_SHOWN]))):
         _draw(picture, grasp, depth, intrinsics, _OTHER if rank else _BEST)
-    below = np.zeros((_CAPTION, picture.shape[1], 3), dtype=np.uint8)
-    text = caption or detection.reason
-    font = cv2.FONT_HERSHEY_SIMPLEX
-    cv2.putText(below, text, (6, _CAPTION - 8), font, 0.45, _TEXT, 1, cv2.LINE_AA)
+    lines = wrap(caption or detection.reason, picture.shape[1] // _LETTER)
+    below = np.zeros((_LINE * len(lines) + 8, picture.shape[1], 3), dtype=np.uint8)
+    for number, line in enumerate(lines, 1):
+        font = cv2.FONT_HERSHEY_SIMPLEX
+        cv2.putText(below, line, (6, _LINE * number), font, 0.45, _TEXT, 1, cv2.LINE_AA)
     return np.vstack([picture, below])
 
 
@@ -91,8 +93,9 @@ def _draw(
 
 
 def side_by_side(pictures: Sequence[Picture], columns: int = 4) -> Picture:
-    """Pictures of one size in rows."""
-    blank = np.zeros_like(pictures[0])
-    padded = [*pictures, *[blank] * (-len(pictures) % columns)]
+    """Pictures of one width in rows; lower ones are filled up below."""
+    height = max(len(picture) for picture in pictures)
+    full = [np.pad(p, ((0, height - len(p)), (0, 0), (0, 0))) for p in pictures]
+    padded = [*full, *[np.zeros_like(full[0])] * (-len(full) % columns)]
     rows = [np.hstack(padded[i : i + columns]) for i in range(0, len(padded), columns)]
     return np.vstack(rows)

@@ -115,7 +115,6 @@ def test_pause_step_resume_and_stop_are_seen_on_the_page(tmp_path, browser):
         expect(page.locator("#run")).to_have_text("the run is over")
 
 
-@pytest.mark.slow
 def test_the_viewer_on_the_page_shows_the_run_and_phones_nowhere(tmp_path, browser):
     from playwright.sync_api import expect
 

@@ -17,12 +17,9 @@ from app.monitor.headless import HeadlessViewer, has_vulkan, headless_viewer
 from app.monitor.screenshots import cursor
 from app.monitor.viewer import LOOPBACK, Address, free_port
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(
-        not has_vulkan(), reason="the viewer needs Vulkan: apt-get install mesa-vulkan-drivers"
-    ),
-]
+pytestmark = pytest.mark.skipif(
+    not has_vulkan(), reason="the viewer needs Vulkan: apt-get install mesa-vulkan-drivers"
+)
 
 VIEWS = {
     *("tree", "top-down", "graph", "now", "blackboard", "history", "log", "scene"),
@@ -121,6 +118,7 @@ def test_a_live_run_is_shown_as_it_happens(live: LiveRun, tmp_path: Path) -> Non
         assert_nothing_is_wrong(viewer)
 
 
+@pytest.mark.slow
 def test_whoever_comes_late_gets_the_whole_run(live: LiveRun) -> None:
     wait_for(lambda: live.stamp > 5.0)
     with headless_viewer(watch=live.server.url) as viewer:
@@ -130,6 +128,7 @@ def test_whoever_comes_late_gets_the_whole_run(live: LiveRun) -> None:
         assert begin == 0
 
 
+@pytest.mark.slow
 def test_a_viewer_that_hangs_holds_up_nothing_and_catches_up(live: LiveRun) -> None:
     with headless_viewer(watch=live.server.url) as viewer:
         wait_for(lambda: cursor(viewer) > 0.0)
@@ -140,6 +139,7 @@ def test_a_viewer_that_hangs_holds_up_nothing_and_catches_up(live: LiveRun) -> N
         wait_for(lambda: live.stamp - cursor(viewer) < CLOSE_BEHIND)
 
 
+@pytest.mark.slow
 def test_the_end_of_a_run_reaches_the_viewer(live: LiveRun) -> None:
     with headless_viewer(watch=live.server.url) as viewer:
         wait_for(lambda: cursor(viewer) > 1.0)
