@@ -15,7 +15,7 @@ from perception.geometry import Camera, closing_direction, grasp_pose, world_poi
 from perception.grasp import Detection, GraspEstimate
 from perception.height_map import HeightMap, height_map
 from perception.maps import SIZE, STRIDE
-from perception.preprocess import Prepared, central_square, prepare
+from perception.preprocess import NoDepthError, Prepared, central_square, measured, prepare
 from perception.refine import ALL_DIRECTIONS, refine
 
 if TYPE_CHECKING:
@@ -27,8 +27,6 @@ OCCUPIED_HEIGHT = 0.010
 """What stands less than this above the floor does not occupy it [m]."""
 WALL_MARGIN = 0.008
 """How far inside the workspace's sides a grasp or an object has to be [m]."""
-FARTHEST = 5.0
-"""Farther is not believed [m]."""
 _SPARSE = 2  # every so many cells are counted where it is about areas
 
 
@@ -72,16 +70,16 @@ class GraspDetector:
         Returns:
             Grasps, best first, or none and why. A frame that cannot be used is such a reason too.
         """
-        depth, reason = _usable(frame)
-        if reason:
+        if reason := _unusable(frame):
             return _nothing(frame, reason)
+        depth = np.asarray(frame.depth, dtype=np.float32)
         square = central_square(
             depth.shape, frame.intrinsics, _support_depth(depth, frame.wTc, workspace)
         )
-        part = depth[square.v0 : square.v0 + square.size, square.u0 : square.u0 + square.size]
-        if not np.isfinite(part).any():
+        try:
+            prepared = prepare(depth, square, frame.intrinsics, frame.wTc)
+        except NoDepthError:
             return _nothing(frame, "no depth was measured in the middle of the image")
-        prepared = prepare(depth, square, frame.intrinsics, frame.wTc)
 
         u = np.arange(square.size, dtype=float)[None, :] + square.u0
         v = np.arange(square.size, dtype=float)[:, None] + square.v0
@@ -111,24 +109,24 @@ class GraspDetector:
         )
 
 
-def _usable(frame: Frame) -> tuple[Image, str]:
-    """The depth that can be believed, NaN elsewhere; and why it is no use, if it is none."""
-    depth, none = np.asarray(frame.depth), np.zeros((0, 0), dtype=np.float32)
+def _unusable(frame: Frame) -> str:
+    """Why nothing can be made of a frame; empty if something can."""
+    depth = np.asarray(frame.depth)
     if depth.ndim != 2 or min(depth.shape, default=0) < 16:
-        return none, f"the depth image has shape {depth.shape}, not (H, W) of 16 pixels or more"
+        return f"the depth image has shape {depth.shape}, not (H, W) of 16 pixels or more"
     if not np.issubdtype(depth.dtype, np.number):
-        return none, f"the depth image holds {depth.dtype}, not metres"
+        return f"the depth image holds {depth.dtype}, not metres"
     if not np.isfinite(frame.wTc.homogeneous).all():
-        return none, "the camera's pose is not finite"
+        return "the camera's pose is not finite"
     if frame.wTc.rotation[2, 2] > -0.5:
-        return none, "the camera does not look down"
-    valid = (depth > 0.0) & (depth < FARTHEST)
+        return "the camera does not look down"
+    valid = measured(depth)
     count = np.count_nonzero(valid)
     if count < 0.02 * valid.size:
-        return none, "hardly any depth was measured"
+        return "hardly any depth was measured"
     if np.count_nonzero(depth == depth.flat[valid.argmax()]) >= count:
-        return none, "the depth is the same in every pixel"
-    return np.where(valid, depth, np.nan).astype(np.float32, copy=False), ""
+        return "the depth is the same in every pixel"
+    return ""
 
 
 def _nothing(
@@ -153,7 +151,7 @@ def _support_depth(depth: Image, wTc: SE3, workspace: Workspace | None) -> float
         along_axis = float((workspace.floor - wTc.translation[2]) / wTc.rotation[2, 2])
         if along_axis > 0.0:
             return along_axis
-    return float(np.nanmedian(depth))
+    return float(np.median(depth[measured(depth)]))
 
 
 def _level(scene: HeightMap) -> float:

@@ -25,6 +25,18 @@ from perception.maps import SIZE
 
 METRES_PER_PIXEL = 0.0015
 """Length that one network pixel covers at the depth of what the objects stand on [m]."""
+FARTHEST = 5.0
+"""Farther is not believed [m]."""
+
+
+class NoDepthError(ValueError):
+    """There is not a single depth to go by."""
+
+
+def measured(depth: Image) -> Mask:
+    """Where a depth image [m] holds something to be believed; not where it is not a number."""
+    believed: Mask = (depth > 0.0) & (depth < FARTHEST)
+    return believed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,16 +105,16 @@ def prepare(depth: Image, square: Square, intrinsics: Intrinsics, wTc: SE3) -> P
     """Cut a square out, fill its holes, bring it to the network's size and level it.
 
     Args:
-        depth: (H, W) depth [m]; NaN, infinite or not above 0 where missing.
+        depth: (H, W) depth [m]; what is not `measured` is missing.
         square: which part of it.
         intrinsics: the camera's pinhole model.
         wTc: camera in the world.
 
     Raises:
-        ValueError: the square holds no depth at all.
+        NoDepthError: the square holds no depth at all.
     """
     part = depth[square.v0 : square.v0 + square.size, square.u0 : square.u0 + square.size]
-    missing = ~((part > 0.0) & (part < np.inf))  # also where it is not a number
+    missing = ~measured(part)
     native = fill(part, missing)
     interpolation = cv2.INTER_AREA if square.size > SIZE else cv2.INTER_LINEAR
     resized: Image = np.asarray(
@@ -134,10 +146,10 @@ def fill(depth: Image, missing: Mask) -> Image:
         A copy without holes. A row without any value takes those of the nearest row that has some.
 
     Raises:
-        ValueError: everything is missing.
+        NoDepthError: everything is missing.
     """
     if missing.all():
-        raise ValueError("a depth image without any depth cannot be filled")
+        raise NoDepthError("a depth image without any depth cannot be filled")
     filled: Image = np.array(depth, dtype=np.float32)
     row, column = np.nonzero(missing)
     if len(row) == 0:
