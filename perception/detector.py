@@ -27,7 +27,7 @@ OCCUPIED_HEIGHT = 0.010
 """What stands less than this above the floor does not occupy it [m]."""
 WALL_MARGIN = 0.008
 """How far inside the workspace's sides a grasp or an object has to be [m]."""
-_SPARSE = 2  # every so many cells are counted where it is about areas
+_SPARSE = 3  # every so many cells are counted where it is about areas
 
 
 class GraspDetector:

@@ -96,14 +96,14 @@ def bin_candidates(
     answer: Image,
     allowed: Mask,
     *,
-    count: int = 24,
+    count: int = 16,
     distance: int = 2,
     threshold: float = 0.03,
 ) -> tuple[Candidates, Image]:
     """The local maxima over place and closing direction.
 
     Args:
-        answer: (n, n, 2 BINS) of an `AngleBinNetwork`, directions last.
+        answer: (n, n, 2 BINS) quality, 0 to 1, and width of each direction.
         allowed: (n, n) where a grasp may be.
         count: how many to give at most.
         distance: no better cell lies within this of a maximum, nor a better direction next to its
@@ -120,8 +120,7 @@ def bin_candidates(
         nothing = Candidates(pixel=np.zeros((0, 2)), angle=empty, width=empty, quality=empty)
         return nothing, np.zeros((SIZE, SIZE), dtype=np.float32)
     part = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-    logits = np.clip(answer[part][..., :BINS], -30.0, 30.0)
-    likely = 1.0 / (1.0 + np.exp(-logits))
+    likely = np.ascontiguousarray(answer[part][..., :BINS])
     quality: Image = np.asarray(cv2.GaussianBlur(likely, (0, 0), BIN_SMOOTHING), dtype=np.float32)
     quality = np.float32(0.5) * quality + np.float32(0.25) * _both_neighbours(quality, np.add)
     quality *= allowed[part][..., None]

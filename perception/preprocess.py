@@ -151,18 +151,19 @@ def fill(depth: Image, missing: Mask) -> Image:
     if missing.all():
         raise NoDepthError("a depth image without any depth cannot be filled")
     filled: Image = np.array(depth, dtype=np.float32)
-    row, column = np.nonzero(missing)
-    if len(row) == 0:
+    pixel = np.flatnonzero(missing)
+    if len(pixel) == 0:
         return filled
     width = depth.shape[1]
-    columns = np.broadcast_to(np.arange(width, dtype=np.int16), depth.shape)
-    left = np.maximum.accumulate(np.where(missing, np.int16(-1), columns), axis=1)[row, column]
-    right = np.where(missing, np.int16(width), columns)[:, ::-1]
-    right = np.minimum.accumulate(right, axis=1)[:, ::-1][row, column]
-    filled[row, column] = np.maximum(
-        np.where(left >= 0, depth[row, left], -np.inf),
-        np.where(right < width, depth[row, np.minimum(right, width - 1)], -np.inf),
+    follows = (np.diff(pixel) == 1) & (pixel[1:] % width != 0)
+    begin = np.flatnonzero(np.concatenate([[True], ~follows]))  # of each hole in its row
+    end = np.append(begin[1:], len(pixel))
+    first, last = pixel[begin], pixel[end - 1]
+    value = np.maximum(
+        np.where(first % width > 0, filled.ravel()[first - 1], -np.inf),
+        np.where((last + 1) % width > 0, filled.ravel()[(last + 1) % filled.size], -np.inf),
     )
+    filled.ravel()[pixel] = np.repeat(value, end - begin)
     empty = np.asarray(missing.all(axis=1))
     if empty.any():
         rows = np.flatnonzero(~empty)

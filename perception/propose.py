@@ -18,7 +18,7 @@ from torch.nn.utils.fusion import fuse_conv_bn_eval
 from perception.angle_bins import AngleBinNetwork
 from perception.arrays import Image, Mask
 from perception.ggcnn import GGCNN, Rewritten, evaluate, rewritten
-from perception.maps import STRIDE
+from perception.maps import BINS, STRIDE
 from perception.postprocess import Candidates, bin_candidates, find_candidates, grasp_maps
 from perception.refine import ALL_DIRECTIONS
 from perception.weights import Network, name_of
@@ -69,14 +69,20 @@ class Proposer:
         return Proposals(find_candidates(maps), maps.quality, directions=ALL_DIRECTIONS)
 
     def answer(self, image: Image) -> Image:
-        """The network's maps, (channels, rows, columns), of an image as `__call__` takes it."""
+        """The network's maps, (channels, rows, columns), of an image as `__call__` takes it.
+
+        The qualities of an `AngleBinNetwork` are shares, no longer logits.
+        """
         batch = torch.from_numpy(np.ascontiguousarray(image))[None, None]
         threads = torch.get_num_threads()
         if threads != 1:  # on a busy machine several threads wait for each other
             torch.set_num_threads(1)
         try:
             with torch.inference_mode():
-                answer: Image = self._forward(batch)[0].numpy()
+                maps = self._forward(batch)
+                if self._bins:
+                    maps[:, :BINS].sigmoid_()
+                answer: Image = maps[0].numpy()
         finally:
             if threads != 1:
                 torch.set_num_threads(threads)

@@ -18,7 +18,7 @@ ALL_DIRECTIONS = 12
 """So many closing directions leave none out."""
 TURN_COST = 0.3
 """Share of its score that a grasp loses at right angles to the network's direction."""
-SECOND_ROUND = 12
+SECOND_ROUND = 8
 """How many of the first round are tried again, centred and turned."""
 MAX_TURN = 0.3
 """No further does a grasp turn to be square to its contacts [rad]."""
@@ -59,7 +59,7 @@ def refine(
     floor: float,
     *,
     directions: int = ALL_DIRECTIONS,
-    count: int = 12,
+    count: int = 8,
 ) -> RefinedGrasps:
     """Check proposals on the measured heights and improve them.
 

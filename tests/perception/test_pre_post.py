@@ -157,7 +157,7 @@ def _answer(u: float, v: float, bin_: float, width: float) -> np.ndarray:
     quality = np.exp(-0.5 * distance[..., None] / 4.0 - 0.5 * (turn / 1.5) ** 2)
     quality = np.clip(quality, 1e-4, 0.95)
     widths = np.full_like(quality, width / WIDTH_SCALE)
-    return np.concatenate([np.log(quality / (1.0 - quality)), widths], axis=2).astype(np.float32)
+    return np.concatenate([quality, widths], axis=2).astype(np.float32)
 
 
 @pytest.mark.parametrize("bin_", [0.0, 0.4, 7.7, 15.8])
