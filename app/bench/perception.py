@@ -19,7 +19,7 @@ from rich.table import Table
 
 import perception.detector
 from app.bench.parts import Functions, PartTimer
-from behaviours.names import Region
+from app.grasps.closed_loop import CONTAINER
 from hw import DepthFrame
 from hw.sim import D435Noise, DepthRenderer, hand_shapes, load_scene
 from hw.sim.robot import CAMERA, TOOL_TO_CAMERA
@@ -37,11 +37,6 @@ PARTS: Functions = {
 """The functions that a step is made of."""
 
 _ROUNDS = 3
-_CONTAINER = Region(
-    name="container",
-    wTr=SE3(np.eye(3), np.array([3.0, 0.0, 0.556])),
-    size=np.array([0.44, 0.36, 0.20]),
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,12 +101,12 @@ def time_steps(
     names = list(detectors)
     spent: dict[str, list[int]] = {name: [] for name in names}
     for name in names:
-        detectors[name].detect(frames[0], _CONTAINER)  # the first time is never like the others
+        detectors[name].detect(frames[0], CONTAINER)  # the first time is never like the others
     for frame in [*frames] * _ROUNDS:
         for index in rng.permutation(len(names)):
             name = names[index]
             begun = thread_time_ns()
-            detectors[name].detect(frame, _CONTAINER)
+            detectors[name].detect(frame, CONTAINER)
             spent[name].append(thread_time_ns() - begun)
     result = []
     for name in names:
@@ -136,7 +131,7 @@ def measure_perception(frames: int) -> PerceptionResult:
     default = next(iter(everybody.values()))
     with timer.watching():
         for frame in seen:
-            timer.step(lambda frame=frame: default.detect(frame, _CONTAINER))  # type: ignore[misc]
+            timer.step(lambda frame=frame: default.detect(frame, CONTAINER))  # type: ignore[misc]
     parts = {name: 1e-3 * median for name, median in timer.medians().items()}
     return PerceptionResult(times=times, parts=parts)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from pinocchio import SE3
 
-from app.grasps.scenes import HELD_OUT, noise
+from app.grasps.scenes import FIRST_SEED, HELD_OUT, kind_of, nearest_object, noise
 from behaviours.names import Region
 from hw import DepthFrame
 from hw.sim import D435Noise, DepthRenderer, World, hand_shapes
@@ -21,8 +21,6 @@ from hw.sim.robot import CAMERA, TOOL_TO_CAMERA
 from hw.sim.scene import Objects, read_scene
 from perception import Detection, GraspDetector, GraspEstimate, GraspTracker, Workspace
 
-FIRST_SEED = 1_000_000
-"""Seeds from here on are not trained on."""
 ATTEMPTS = 3
 """Made for each object."""
 OBJECTS = 8
@@ -34,11 +32,12 @@ _STANDOFF = 0.12
 _FRAMES = 40
 _APPROACH = 0.2  # share of the remaining way in one frame
 
-_CONTAINER = Region(
+CONTAINER = Region(
     name="container",
     wTr=SE3(np.eye(3), np.array([3.0, 0.0, 0.556])),
     size=np.array([0.44, 0.36, 0.20]),
 )
+"""Where things lie in the scene `household`."""
 _ABOVE = SE3(np.diag([1.0, -1.0, -1.0]), np.array([2.935, 0.0, 0.85]))
 
 
@@ -80,15 +79,14 @@ def empty_container(world: World, detector: GraspDetector, seed: int) -> list[Pi
                 ends.append(f"no grasp: {tracker.reason}")
                 tracker.forget()
                 continue
-            place = grasp.wTg.translation
-            last = min(world.objects, key=lambda o: np.linalg.norm(o.pose.translation - place))
+            last = nearest_object(world, grasp.wTg.translation)
             ends.append(execute(world, grasp))
             tracker.reject(grasp.wTg)
         gone = world.held or last
         world.held = None
         world.objects.remove(gone)
         tracker.forget()
-        picks.append(Pick(kind=gone.name.rpartition(" ")[0], ends=tuple(ends)))
+        picks.append(Pick(kind=kind_of(gone), ends=tuple(ends)))
     return picks
 
 
@@ -104,7 +102,7 @@ def come_near(
     wTe = _ABOVE
     grasp = None
     for _ in range(_FRAMES):
-        detection = look(world, wTe, detector, _CONTAINER, camera, rng)
+        detection = look(world, wTe, detector, CONTAINER, camera, rng)
         grasp = tracker.update(detection, wTe * TOOL_TO_CAMERA)
         if tracker.locked:
             break

@@ -13,7 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.grasps.closed_loop import execute
-from app.grasps.scenes import HELD_OUT, View, random_view, random_world
+from app.grasps.scenes import (
+    FIRST_SEED,
+    HELD_OUT,
+    View,
+    kind_of,
+    nearest_object,
+    random_view,
+    random_world,
+)
 from behaviours.names import Region
 from hw import DepthFrame
 from hw.sim import DepthRenderer, World
@@ -22,8 +30,6 @@ from perception import GraspDetector
 
 CATEGORIES = ("single", "clutter")
 """One object, or two to ten."""
-FIRST_SEED = 1_000_000
-"""Seeds from here on are not trained on."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,13 +72,10 @@ def judge_image(detector: GraspDetector, seed: int, category: str) -> Judged:
     scenery = scenery_of(seed, category)
     detection = detector.detect(scenery.frame, scenery.region)
     end, target = f"no grasp: {detection.reason}", ""
-    objects = scenery.world.objects
-    kinds = tuple(kind_of(o.name) for o in objects)
+    kinds = tuple(kind_of(o) for o in scenery.world.objects)
     if detection.grasps:
         best = detection.grasps[0]
-        place = best.wTg.translation
-        nearest = min(objects, key=lambda o: np.linalg.norm(o.pose.translation - place))
-        target = kind_of(nearest.name)
+        target = kind_of(nearest_object(scenery.world, best.wTg.translation))
         end = execute(scenery.world, best)
     return Judged(
         seed=seed,
@@ -107,8 +110,3 @@ def scenery_of(seed: int, category: str) -> Scenery:
     depth = view.noise.apply(depth, CAMERA, rng)
     frame = DepthFrame(depth=depth, intrinsics=CAMERA, wTc=view.wTc, stamp=0.0)
     return Scenery(world=world, region=region, view=view, frame=frame)
-
-
-def kind_of(name: str) -> str:
-    """Kind of a simulated object, whose name is that and a number."""
-    return name.rpartition(" ")[0]

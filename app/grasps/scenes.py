@@ -10,13 +10,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from pinocchio import SE3, exp3
 
 from behaviours.names import Region
-from hw.sim import D435Noise, SceneError, World
+from hw.sim import D435Noise, SceneError, SimObject, World
 from hw.sim.kinds import HOUSEHOLD, UNSEEN, WORKSHOP
 from hw.sim.layout import build_world
 from hw.sim.scene import Container, Fixture, Objects, Scene, Table
+
+Array = npt.NDArray[np.float64]
 
 FLOOR = 0.456
 """Height of what the objects stand on [m]."""
@@ -24,6 +27,9 @@ LEARNT: tuple[str, ...] = (*HOUSEHOLD, *WORKSHOP)
 """The kinds of object that are learnt from."""
 HELD_OUT: tuple[str, ...] = tuple(UNSEEN)
 """The kinds of object that are judged on."""
+
+FIRST_SEED = 1_000_000
+"""What is judged on is made from seeds that begin with this number, and never learnt from."""
 
 _HEIGHT = (0.24, 0.65)  # of the camera above the floor [m]
 _TILT = (0.0, np.radians(15.0))
@@ -130,3 +136,13 @@ def noise(trouble: float) -> D435Noise:
         edge_loss=0.4 + 0.5 * trouble,
         speckle=0.002 + 0.020 * trouble,
     )
+
+
+def nearest_object(world: World, place: Array) -> SimObject:
+    """The object whose centre of mass is nearest to a (3,) point of the world [m]."""
+    return min(world.objects, key=lambda o: float(np.linalg.norm(o.pose.translation - place)))
+
+
+def kind_of(thing: SimObject) -> str:
+    """Kind of a simulated object, whose name is that and a number."""
+    return thing.name.rpartition(" ")[0]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 from trees.btcpp.words import ANY_TYPE, PORT_TYPES
 from trees.language.kinds import PARAMETER_TYPES, Plain, ValueType
@@ -58,9 +57,3 @@ def port_type(expected: ValueType) -> str:
         if set(known.kinds) == set(kinds):
             return PORT_TYPES[word]
     return ANY_TYPE
-
-
-def type_word(expected: ValueType) -> str:
-    """What a type is called in the section `params`; empty for choices."""
-    bare = replace(expected, above=None, least=None, most=None)
-    return next((word for word, known in PARAMETER_TYPES.items() if known == bare), "")
