@@ -7,13 +7,13 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from app.afterwards import explain, runs, view
-from app.authoring import authoring
-from app.bench.commands import bench
-from app.grasps.commands import app as grasp
-from app.outcome import EXIT_BAD_INPUT
-from app.refuse import find_tree, refuse
-from app.run_command import run
+from app.commands.authoring import authoring
+from app.commands.bench import bench
+from app.commands.grasp import app as grasp
+from app.commands.refuse import find_tree, refuse
+from app.commands.review import explain, runs, view
+from app.commands.run import run
+from app.core.outcome import EXIT_BAD_INPUT
 
 app = typer.Typer(
     add_completion=False,

@@ -4,27 +4,27 @@ Leaves read the state and leave one motion goal a tick in the `Context` that the
 command motion themselves. `LEAVES` has them by the key that a task file calls them by.
 """
 
+from behaviours.approach import Approach
 from behaviours.comparisons import AtLeast, Equals
 from behaviours.conditions import ArmAt, ArmHealthy, BatteryAbove, Near, ObjectVisible
 from behaviours.context import Context
 from behaviours.drive import Drive
-from behaviours.eyes import Eyes
-from behaviours.fingers import HoldingObject, OpenGripper
 from behaviours.follow import Follow
 from behaviours.grasp import Grasp
-from behaviours.journey import Journey
+from behaviours.gripper import HoldingObject, OpenGripper
 from behaviours.leaf import Condition, Leaf, LeafCrashedError
 from behaviours.log import Carried, TaskLog
 from behaviours.look_at import LookAt
 from behaviours.move_arm import MoveArm
-from behaviours.names import BasePose, Key, Posture, Region, ToolPose
+from behaviours.named import BasePose, Key, Posture, Region, ToolPose
 from behaviours.navigate import Navigate
 from behaviours.place import Place
 from behaviours.recover import Recover
 from behaviours.region_empty import RegionEmpty
 from behaviours.retreat_check import RetreatCheck
+from behaviours.say import Say, Wait
 from behaviours.scan_for_objects import ScanForObjects
-from behaviours.small import Say, Wait
+from behaviours.vision import Vision
 
 LEAVES: dict[str, type[Leaf]] = {
     leaf.key: leaf
@@ -57,12 +57,11 @@ LEAVES: dict[str, type[Leaf]] = {
 
 __all__ = [
     "LEAVES",
+    "Approach",
     "BasePose",
     "Carried",
     "Condition",
     "Context",
-    "Eyes",
-    "Journey",
     "Key",
     "Leaf",
     "LeafCrashedError",
@@ -70,4 +69,5 @@ __all__ = [
     "Region",
     "TaskLog",
     "ToolPose",
+    "Vision",
 ]

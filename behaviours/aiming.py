@@ -44,8 +44,8 @@ class AimingLeaf(Leaf):
             return None
         if fault := self.fault():
             return self.failure(fault)
-        context.eyes.new_frame()
-        frame = context.eyes.frame
+        context.vision.new_frame()
+        frame = context.vision.frame
         if moves(context.state):
             self._still_since = now
         elif frame is not None and frame.stamp >= self._still_since:

@@ -11,8 +11,8 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Condition
-from behaviours.names import BasePose, Posture, Region, ToolPose
-from behaviours.survey import Survey
+from behaviours.named import BasePose, Posture, Region, ToolPose
+from behaviours.occupancy import Occupancy
 from hw import DepthFrame
 
 
@@ -136,17 +136,17 @@ class ObjectVisible(Condition):
 
     def update(self) -> Status:
         """One tick; a frame is judged once."""
-        eyes = self.context.eyes
-        eyes.new_frame()
-        if eyes.frame is None or eyes.blind(self.context.clock.now()):
+        vision = self.context.vision
+        vision.new_frame()
+        if vision.frame is None or vision.blind(self.context.clock.now()):
             return self.failure("no camera frame")
-        if eyes.frame is not self._judged:
-            self._judged = eyes.frame
-            with eyes.at_work():
-                self._survey = Survey(self._within, cell=0.008, stride=3)
-                self._survey.add(eyes.frame)
-                self._count = len(self._survey.things(self._smallest))
-        if self._survey.seen == 0.0:
+        if vision.frame is not self._judged:
+            self._judged = vision.frame
+            with vision.at_work():
+                self._occupancy = Occupancy(self._within, cell=0.008, stride=3)
+                self._occupancy.add(vision.frame)
+                self._count = len(self._occupancy.things(self._smallest))
+        if self._occupancy.seen == 0.0:
             return self.failure(f"{self._within.name} is out of view")
         text = f"{self._count} things seen in {self._within.name}"
         return self.success(text) if self._count else self.failure(text)

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 from pinocchio import SE3
 
-from behaviours.eyes import Eyes
 from behaviours.log import TaskLog
-from behaviours.names import Key
+from behaviours.named import Key
+from behaviours.vision import Vision
 from controller import MotionGoal, RobotModel, StepReport
 from hw import Clock, Robot, RobotState
 
@@ -24,7 +24,7 @@ class Context:
     robot: Robot
     model: RobotModel
     clock: Clock
-    eyes: Eyes
+    vision: Vision
     state: RobotState
     """This tick's reading."""
     goal: MotionGoal | None = None
@@ -48,7 +48,7 @@ class Context:
         """Take a reading; without a new goal the robot will come to rest."""
         self.state = state
         self.goal, self.goal_of = None, None
-        self.eyes.begin_tick()
+        self.vision.begin_tick()
 
     def end_tick(self, report: StepReport) -> None:
         """Take what the controller said about the goal that the tick left."""

@@ -10,10 +10,10 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
+from behaviours.approach import Approach
 from behaviours.context import Context
-from behaviours.journey import Journey
 from behaviours.leaf import Leaf
-from behaviours.names import BasePose
+from behaviours.named import BasePose
 from controller import BaseGoal
 
 
@@ -63,8 +63,8 @@ class Drive(Leaf):
             parts = [f"{self._turn:g}°"] * (self._turn != 0.0)
             parts += [f"{self._forward:g} m"] * (self._forward != 0.0)
             target = f"the end of {' and '.join(parts)}"
-        self._journey = Journey(self, goal, target, self._timeout)
+        self._approach = Approach(self, goal, target, self._timeout)
 
     def update(self) -> Status:
         """One tick."""
-        return self._journey.tick()
+        return self._approach.tick()

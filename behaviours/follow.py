@@ -13,8 +13,8 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf, Progress, remaining
-from behaviours.names import Region
-from behaviours.survey import Survey, Thing
+from behaviours.named import Region
+from behaviours.occupancy import Occupancy, Thing
 from controller import PoseGoal
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -77,7 +77,7 @@ class Follow(Leaf):
         context, now = self.context, self.context.clock.now()
         self._look()
         if now - self._seen > self._patience:
-            reason = "no camera frame" if context.eyes.blind(now) else "nothing to follow"
+            reason = "no camera frame" if context.vision.blind(now) else "nothing to follow"
             return self.failure(f"{reason} for {self._patience:g} s")
         if self._thing is None:
             return self.running("looking for something to follow")
@@ -98,13 +98,13 @@ class Follow(Leaf):
 
     def _look(self) -> None:
         """See in a new picture where the thing is now."""
-        frame = self.context.eyes.new_frame()
+        frame = self.context.vision.new_frame()
         if frame is None:
             return
-        with self.context.eyes.at_work():
-            survey = Survey(self._within, cell=0.008, stride=3)
-            survey.add(frame)
-            seen = survey.things(_THING)
+        with self.context.vision.at_work():
+            occupancy = Occupancy(self._within, cell=0.008, stride=3)
+            occupancy.add(frame)
+            seen = occupancy.things(_THING)
         before = self.context.wTe.translation if self._thing is None else self._thing
         reach = np.inf if self._thing is None else _SAME
         things = [(_apart(thing, before), thing) for thing in seen]

@@ -10,7 +10,7 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf, Progress, remaining
-from behaviours.names import Region
+from behaviours.named import Region
 from controller import PoseGoal, StepReport
 from perception import GraspEstimate
 
@@ -59,30 +59,30 @@ class Grasp(Leaf):
         self._phase = self._follow
         self._progress = Progress()
         self._target = np.full(3, np.inf)
-        self.context.eyes.tracker.lock_distance = self._lock_distance
-        self.context.eyes.lose()
+        self.context.vision.tracker.lock_distance = self._lock_distance
+        self.context.vision.lose()
 
     def update(self) -> Status:
         """One tick of the phase that the grasp is in."""
         if fault := self.fault():
-            self.context.eyes.reject()
+            self.context.vision.reject()
             return self.failure(fault)
         return self._phase()
 
     def terminate(self, new_status: Status) -> None:
         """Follow nothing any longer."""
-        self.context.eyes.lose()
+        self.context.vision.lose()
 
     def _follow(self) -> Status:
         """Keep over the grasp that perception follows, until it is locked and below the hand."""
-        eyes, now = self.context.eyes, self.context.clock.now()
+        vision, now = self.context.vision, self.context.clock.now()
         read = self.context.state.stamp  # frames have the session's time, which a pause adds to
-        grasp = eyes.follow(self._within, read)
+        grasp = vision.follow(self._within, read)
         if grasp is None:
             if now - self._seen > self._patience:
-                if eyes.detection is not None and eyes.detection.grasps:
-                    eyes.tracker.forget()  # every grasp in sight failed once: try them again
-                reason = "no camera frame" if eyes.blind(read) else eyes.tracker.reason
+                if vision.detection is not None and vision.detection.grasps:
+                    vision.tracker.forget()  # every grasp in sight failed once: try them again
+                reason = "no camera frame" if vision.blind(read) else vision.tracker.reason
                 return self.failure(f"no grasp for {self._patience:g} s: {reason}")
             return self.running("looking for a grasp")
         self._seen = now
@@ -93,9 +93,9 @@ class Grasp(Leaf):
         if report is None:
             return self.running(f"following a grasp of quality {grasp.quality:.2f}")
         if self._stalled(report):
-            eyes.reject()
+            vision.reject()
             return self.failure(f"cannot get above the grasp, {report.position_error:.3f} m short")
-        if not eyes.tracker.locked:
+        if not vision.tracker.locked:
             return self.running(f"following, {report.position_error:.3f} m to go")
         if report.position_error > _ABOVE_POSITION or report.orientation_error > _ABOVE_ANGLE:
             return self.running(f"locked, {report.position_error:.3f} m to go")
@@ -111,7 +111,7 @@ class Grasp(Leaf):
         report = self.pursue(goal, "descend")
         if report is None or not report.arrived:
             if report is not None and self._stalled(report):
-                self.context.eyes.reject()
+                self.context.vision.reject()
                 return self.failure(f"stopped {report.position_error:.3f} m before the grasp")
             return self.running("going down")
         self._note(self._locked)

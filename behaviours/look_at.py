@@ -7,9 +7,9 @@ from typing import ClassVar
 from py_trees.common import Status
 
 from behaviours.aiming import AimingLeaf, moves, turned_towards
+from behaviours.approach import Approach
 from behaviours.context import Context
-from behaviours.journey import Journey
-from behaviours.names import Region, ToolPose
+from behaviours.named import Region, ToolPose
 from controller import PoseGoal
 
 
@@ -46,18 +46,18 @@ class LookAt(AimingLeaf):
     def initialise(self) -> None:
         """Start anew."""
         super().initialise()
-        self._journey: Journey | None = None
+        self._approach: Approach | None = None
 
     def update(self) -> Status:
         """One tick."""
         if (waiting := self.find_camera()) is not None:
             return waiting
-        if self._journey is None:
+        if self._approach is None:
             wTc = turned_towards(self.wTc, self._point, self._distance)
             goal = PoseGoal(wTe=self.hand_for(wTc), speed=0.5)
             target = f"a view of {self._at.name}"
-            self._journey = Journey(self, goal, target, self._timeout)
-        status = self._journey.tick()
+            self._approach = Approach(self, goal, target, self._timeout)
+        status = self._approach.tick()
         if status is not Status.SUCCESS:
             return status
         if moves(self.context.state):  # the goal stays, or the camera would coast on

@@ -7,10 +7,10 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
+from behaviours.approach import Approach
 from behaviours.context import Context
-from behaviours.journey import Journey
 from behaviours.leaf import Leaf
-from behaviours.names import Posture
+from behaviours.named import Posture
 from controller import PostureGoal
 
 
@@ -44,8 +44,8 @@ class MoveArm(Leaf):
 
     def initialise(self) -> None:
         """Start anew."""
-        self._journey = Journey(self, self._goal, self._to.name, self._timeout)
+        self._approach = Approach(self, self._goal, self._to.name, self._timeout)
 
     def update(self) -> Status:
         """One tick."""
-        return self._journey.tick()
+        return self._approach.tick()

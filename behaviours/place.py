@@ -13,7 +13,7 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf, Progress, remaining
-from behaviours.names import Region
+from behaviours.named import Region
 from behaviours.retreat_check import CLOSED
 from controller import PoseGoal
 from hw import HAND_OPENING

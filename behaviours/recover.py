@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf, Progress
-from behaviours.names import Posture
+from behaviours.named import Posture
 from controller import PoseGoal, PostureGoal
 
 _FOLDED = 0.05
@@ -43,7 +43,7 @@ class Recover(Leaf):
 
     def initialise(self) -> None:
         """Start anew, from wherever the hand is now."""
-        self.context.eyes.lose()
+        self.context.vision.lose()
         self._faults = 0
         self._rising = self._arm is not None and not self._folded(self._arm)
         self._progress = Progress(patience=1.0)

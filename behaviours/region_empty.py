@@ -9,7 +9,7 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.names import Region
+from behaviours.named import Region
 
 
 class RegionEmpty(Leaf):
@@ -49,7 +49,7 @@ class RegionEmpty(Leaf):
 
     def update(self) -> Status:
         """One tick; standing still, as no goal is left."""
-        seen = self.context.eyes.look(self._region)
+        seen = self.context.vision.look(self._region)
         if seen is None or isnan(seen.occupied_area):
             if self.context.clock.now() - self._begun > self._patience:
                 return self.failure(seen.reason if seen else "no camera frame")

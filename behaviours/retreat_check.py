@@ -53,7 +53,7 @@ class RetreatCheck(Leaf):
         if context.state.gripper_moving:
             return self.running("the fingers are slipping off")
         if report is not None and report.position_error <= self._goal.position_tolerance:
-            context.eyes.tracker.forget()
+            context.vision.tracker.forget()
             return self.success(f"holding something {1000 * width:.0f} mm wide")
         if report is not None and self._progress.stalled(
             report.position_error, context.clock.now()
@@ -63,5 +63,5 @@ class RetreatCheck(Leaf):
 
     def _missed(self, reason: str) -> Status:
         if self.context.log.last_grasp is not None:
-            self.context.eyes.tracker.reject(self.context.log.last_grasp)
+            self.context.vision.tracker.reject(self.context.log.last_grasp)
         return self.failure(reason)

@@ -9,10 +9,10 @@ import numpy as np
 from py_trees.common import Status
 
 from behaviours.aiming import PATIENCE, AimingLeaf, straight_down
+from behaviours.approach import Approach
 from behaviours.context import Context
-from behaviours.journey import Journey
-from behaviours.names import Key, Region
-from behaviours.survey import Survey
+from behaviours.named import Key, Region
+from behaviours.occupancy import Occupancy
 from controller import PoseGoal
 
 _VIEW = 0.8
@@ -63,10 +63,10 @@ class ScanForObjects(AimingLeaf):
     def initialise(self) -> None:
         """Start anew with the first view."""
         super().initialise()
-        self._survey = Survey(self._region)
+        self._occupancy = Occupancy(self._region)
         self._view = 0
         self._taken = 0
-        self._journey: Journey | None = None
+        self._approach: Approach | None = None
         self._there = False
 
     def update(self) -> Status:
@@ -82,22 +82,22 @@ class ScanForObjects(AimingLeaf):
 
     def _go(self) -> Status:
         """One tick of the way to the view whose turn it is."""
-        if self._journey is None:
+        if self._approach is None:
             wTc = straight_down(self._views[self._view], self._height, like=self.wTc)
             goal = PoseGoal(wTe=self.hand_for(wTc))
             target = f"view {self._view + 1} of {len(self._views)} of {self._region.name}"
-            self._journey = Journey(self, goal, target, self._timeout)
-        return self._journey.tick()
+            self._approach = Approach(self, goal, target, self._timeout)
+        return self._approach.tick()
 
     def _take_pictures(self) -> Status:
         """One tick of standing in a view; no goal is left, so the hand comes to rest."""
         if fault := self.fault():
             return self.failure(fault)
-        eyes, now = self.context.eyes, self.context.clock.now()
-        frame = eyes.new_frame()
+        vision, now = self.context.vision, self.context.clock.now()
+        frame = vision.new_frame()
         if frame is not None:
-            with eyes.at_work():
-                self._survey.add(frame)
+            with vision.at_work():
+                self._occupancy.add(frame)
             self._taken, self._waiting_since = self._taken + 1, now
         elif now - self._waiting_since > PATIENCE:
             return self.failure("no camera frame")
@@ -106,15 +106,15 @@ class ScanForObjects(AimingLeaf):
             return self.running(f"{seen}, {self._taken} pictures")
         if self._view + 1 < len(self._views):
             self._view += 1
-            self._journey, self._there = None, False
+            self._approach, self._there = None, False
             return self.running(f"{seen} taken")
         return self._conclude()
 
     def _conclude(self) -> Status:
-        if self._survey.seen < _SEEN:
-            share = 100.0 * self._survey.seen
+        if self._occupancy.seen < _SEEN:
+            share = 100.0 * self._occupancy.seen
             return self.failure(f"only {share:.0f} % of {self._region.name} could be seen")
-        count = len(self._survey.things(self._smallest))
+        count = len(self._occupancy.things(self._smallest))
         self._count.write(count)
         return self.success(f"{count} objects in {self._region.name}")
 

@@ -5,7 +5,6 @@ After Haviland, Sünderhauf and Corke, "A Holistic Approach to Reactive Mobile M
 randomness; the bank of postures that it looks up was drawn beforehand.
 """
 
-from controller.body import Body
 from controller.command import (
     N_ARM,
     BaseGoal,
@@ -16,7 +15,6 @@ from controller.command import (
     PostureGoal,
 )
 from controller.controller import HolisticController, StepReport
-from controller.inputs import GoalError
 from controller.model import (
     FRANKIE,
     HAND_TO_TOOL,
@@ -30,7 +28,9 @@ from controller.model import (
     robot_model,
     with_base_speed,
 )
+from controller.self_collision import SelfCollision
 from controller.settings import PAPER, PRESETS, ControllerSettings
+from controller.validation import GoalError
 
 __all__ = [
     "FRANKIE",
@@ -42,7 +42,6 @@ __all__ = [
     "READY",
     "ROBOTS",
     "BaseGoal",
-    "Body",
     "Command",
     "ControllerSettings",
     "GoalError",
@@ -54,6 +53,7 @@ __all__ = [
     "PostureGoal",
     "RobotDescription",
     "RobotModel",
+    "SelfCollision",
     "StepReport",
     "manipulability",
     "robot_model",

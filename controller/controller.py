@@ -10,7 +10,6 @@ import numpy as np
 from pinocchio import SE3
 
 from controller.base_drive import drive_to, planar
-from controller.body import Body
 from controller.bounds import velocity_bounds
 from controller.command import (
     Array,
@@ -22,12 +21,13 @@ from controller.command import (
     PostureGoal,
 )
 from controller.guidance import Guide
-from controller.holistic import Situation, assemble, look
-from controller.inputs import require_sound
+from controller.holistic import Linearisation, assemble, linearise
 from controller.model import RobotModel
-from controller.programme import ROUGH, Programme, Solver
+from controller.qp import QP, ROUGH, Solver
+from controller.self_collision import SelfCollision
 from controller.servo import approach_speed, desired_twist, norm_of, pose_error
 from controller.settings import ControllerSettings
+from controller.validation import require_sound
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,7 +47,7 @@ class StepReport:
     slack: float
     """|δ|: norm of the end-effector twist that was wanted and not given [m/s and rad/s]."""
     solved: bool
-    """Whether the quadratic programme was solved; if not, the command brakes."""
+    """Whether the quadratic qp was solved; if not, the command brakes."""
     bTe: SE3
     """End effector in the base."""
 
@@ -66,7 +66,7 @@ class HolisticController:
     """Turns a goal into velocities of base and arm, one period at a time.
 
     Every returned command keeps the speed, acceleration and joint position limits by construction:
-    they are the bounds of the programme, and nothing is scaled after it.
+    they are the bounds of the qp, and nothing is scaled after it.
 
     Args:
         model: the robot.
@@ -78,7 +78,7 @@ class HolisticController:
         self.settings = settings or ControllerSettings()
         self._solver = Solver()
         self._soft_solver = Solver(ROUGH)
-        self._body = Body(model)
+        self._body = SelfCollision(model)
         self._guide = Guide(model, self.settings, self._body) if self.settings.guidance else None
 
     def step(
@@ -99,12 +99,12 @@ class HolisticController:
         model, settings = self.model, self.settings
         velocities = model.velocities(last)
         bounds = velocity_bounds(model, settings, state.q, velocities)
-        situation = look(model, settings, state.q)
+        linearisation = linearise(model, settings, state.q)
         if self._guide is not None and not isinstance(goal, PoseGoal):
             self._guide.forget()
         match goal:
             case PoseGoal():
-                answer = self._reach(state, goal, situation, bounds, velocities)
+                answer = self._reach(state, goal, linearisation, bounds, velocities)
             case PostureGoal():
                 answer = self._fold(state, goal, bounds)
             case BaseGoal():
@@ -119,33 +119,33 @@ class HolisticController:
             arrived=answer.arrived,
             position_error=answer.position_error,
             orientation_error=answer.orientation_error,
-            manipulability=situation.manipulability,
-            heading_error=situation.heading_error,
+            manipulability=linearisation.manipulability,
+            heading_error=linearisation.heading_error,
             slack=answer.slack,
             solved=answer.velocities is not None,
-            bTe=situation.bTe,
+            bTe=linearisation.bTe,
         )
 
     def _reach(
         self,
         state: KinematicState,
         goal: PoseGoal,
-        situation: Situation,
+        linearisation: Linearisation,
         bounds: tuple[Array, Array],
         last: Array,
     ) -> _Answer:
         """Base and arm as one towards an end-effector pose."""
         model, settings = self.model, self.settings
         bTw = state.wTb.inverse()
-        error = pose_error(situation.bTe, bTw * goal.wTe)
-        twist = desired_twist(settings, goal, bTw, situation.bTe, error)
-        pull = None
+        error = pose_error(linearisation.bTe, bTw * goal.wTe)
+        twist = desired_twist(settings, goal, bTw, linearisation.bTe, error)
+        bias = None
         if self._guide is not None:
-            pull = self._guide.pull(goal, error, planar(state.wTb), state.q)
-        distance = norm_of(settings, situation.bTe, error)
-        programme = assemble(model, settings, situation, twist, distance, bounds, last, pull)
-        velocities = self._solve(programme, state.q)
-        given = np.zeros(6) if velocities is None else situation.J @ velocities
+            bias = self._guide.bias(goal, error, planar(state.wTb), state.q)
+        distance = norm_of(settings, linearisation.bTe, error)
+        qp = assemble(model, settings, linearisation, twist, distance, bounds, last, bias)
+        velocities = self._solve(qp, state.q)
+        given = np.zeros(6) if velocities is None else linearisation.J @ velocities
         slack = twist - given
         return _Answer(
             velocities,
@@ -156,16 +156,16 @@ class HolisticController:
             slack=sqrt(float(slack @ slack)),
         )
 
-    def _solve(self, programme: Programme, q: Array) -> Array | None:
+    def _solve(self, qp: QP, q: Array) -> Array | None:
         """Solve it, parts of the robot that are near each other kept apart."""
         s = self.settings
         near = self._body.near(q, s.contact_influence) if s.avoid_contact else []
         if not near:
-            return self._solver.solve(programme)
+            return self._solver.solve(qp)
         rows = np.zeros((len(near), self.model.n))
         rows[:, self.model.n_base :] = [pair.row for pair in near]
         allowed = [self._allowed_approach(pair.distance - s.contact_stop) for pair in near]
-        return self._soft_solver.solve_softly(programme, rows, -np.array(allowed))
+        return self._soft_solver.solve_soft(qp, rows, -np.array(allowed))
 
     def _allowed_approach(self, room: float) -> float:
         """How fast parts may approach that have so much room left [m/s]; negative is apart."""
@@ -189,7 +189,7 @@ class HolisticController:
         duration = max(abs(e) / v if v > 0.0 else 0.0 for e, v in zip(error, speeds, strict=True))
         qd = error / duration if duration > 0.0 else np.zeros_like(error)
         wanted = np.concatenate([np.zeros(model.n_base), qd])
-        velocities = self._solve(Programme(np.eye(model.n), -wanted, *bounds), state.q)
+        velocities = self._solve(QP(np.eye(model.n), -wanted, *bounds), state.q)
         return _Answer(velocities, 0.0, farthest, arrived=farthest <= goal.tolerance)
 
     def _drive(self, state: KinematicState, goal: BaseGoal) -> _Answer:

@@ -1,7 +1,7 @@
 """The way out of local minima: towards a stance that is known to reach the goal.
 
 Far from the goal the base is led to where it will stand and the arm to the posture it will have;
-near the goal the end effector takes over. The two are blended in one programme by their weights.
+near the goal the end effector takes over. The two are blended in one qp by their weights.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ import numpy as np
 from pinocchio import SE3
 
 from controller.base_drive import Planar, drive_to, time_to_drive
-from controller.body import Body
-from controller.choice import Stance, choose
 from controller.command import Array, PoseGoal
 from controller.model import RobotModel
 from controller.postures import bank
+from controller.self_collision import SelfCollision
 from controller.servo import PoseError
 from controller.settings import ControllerSettings
+from controller.stance import Stance, choose_stance
 
 _ROTATION_SHARE = 0.3
 """An error of one radian counts like this many metres."""
@@ -47,8 +47,8 @@ _DETOURS = 4
 """After so many stalls before the same goal the end effector goes on alone."""
 
 
-class Pull(NamedTuple):
-    """What the guidance asks of one programme."""
+class StanceBias(NamedTuple):
+    """What the guidance asks of one qp."""
 
     share: float
     """s in [0, 1]: 0 leaves all to the end effector, 1 nearly all to base and arm."""
@@ -86,7 +86,9 @@ class Guide:
         body: the robot's shapes.
     """
 
-    def __init__(self, model: RobotModel, settings: ControllerSettings, body: Body) -> None:
+    def __init__(
+        self, model: RobotModel, settings: ControllerSettings, body: SelfCollision
+    ) -> None:
         self._model = model
         self._settings = settings
         self._body = body
@@ -101,7 +103,7 @@ class Guide:
         self._detours_left = _DETOURS
         self._take(None)
 
-    def pull(self, goal: PoseGoal, error: PoseError, base: Planar, q: Array) -> Pull | None:
+    def bias(self, goal: PoseGoal, error: PoseError, base: Planar, q: Array) -> StanceBias | None:
         """Where the goal's stance pulls base and arm; None if the end effector goes alone.
 
         Args:
@@ -135,7 +137,7 @@ class Guide:
 
     def _choose(self, goal: PoseGoal, base: Planar, q: Array) -> Stance:
         model, settings = self._model, self._settings
-        return choose(
+        return choose_stance(
             model, settings, self._bank, self._body, goal.wTe, base, q, failed=self._failed
         )
 
@@ -175,7 +177,7 @@ class Guide:
             self._waited += 1
         return self._waited * self._settings.period >= self._settings.patience
 
-    def _towards(self, stance: Stance, way: _Way, goal: PoseGoal, base: Planar) -> Pull:
+    def _towards(self, stance: Stance, way: _Way, goal: PoseGoal, base: Planar) -> StanceBias:
         there = way.there
         share = min(
             1.0,
@@ -194,4 +196,4 @@ class Guide:
             vx, vy = goal.twist[0], goal.twist[1]
             drive += model.description.base_axes[:2].T @ [c * vx + s * vy, c * vy - s * vx]
         folding = max(1.0 / _FASTEST_FOLD, _SLOW_FOLD * way.to_go, way.least / _JOINT_SHARE)
-        return Pull(share, drive, way.fold / folding, self._detour)
+        return StanceBias(share, drive, way.fold / folding, self._detour)

@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from pinocchio import SE3
 
-from controller.body import Body
 from controller.command import N_ARM, Array
 from controller.model import ARM_JOINTS, HAND_TO_TOOL, LINK7_TO_HAND, ROBOTS, RobotModel
+from controller.self_collision import SelfCollision
 
 BANK = Path(__file__).with_name("postures.npy")
 """The stored bank: (60 000, 7) joint positions in half precision [rad], from `draw` with `SEED`."""
@@ -108,7 +108,7 @@ def bank(name: str) -> Bank:
 def draw(count: int, rng: np.random.Generator) -> Array:
     """Draw a bank of (count, 7) postures that are good on every robot [rad]."""
     robots = [RobotModel(description) for description in ROBOTS.values()]
-    bodies = [Body(robot) for robot in robots]
+    bodies = [SelfCollision(robot) for robot in robots]
     limits = robots[0].limits
     low, high = limits.q_min + _LIMIT_MARGIN, limits.q_max - _LIMIT_MARGIN
     drawn: list[Array] = []

@@ -98,7 +98,7 @@ def directed(vector: Array, length: float, speed: float) -> Array:
 
 
 def norm_of(settings: ControllerSettings, here: SE3, error: PoseError) -> float:
-    """|e| of the programme's weights [m]."""
+    """|e| of the qp's weights [m]."""
     if settings.distance == "euclidean":
         return error.position
     return float(np.abs(here.rotation.T @ error.translation_vector).sum())

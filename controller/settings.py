@@ -9,7 +9,7 @@ from typing import Literal
 
 @dataclass(frozen=True, kw_only=True)
 class ControllerSettings:
-    """How the terms of the quadratic programme weigh against each other.
+    """How the terms of the quadratic qp weigh against each other.
 
     The defaults are the preset `frankie`; `PAPER` is the published controller.
     """
@@ -17,7 +17,7 @@ class ControllerSettings:
     period: float = 0.01
     """Control period [s]."""
 
-    # The programme of the paper.
+    # The qp of the paper.
     arm_effort: float = 0.01
     """k_a: cost of joint motion (Haviland 2022, eq. 8)."""
     base_effort: float = 0.01

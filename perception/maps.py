@@ -13,4 +13,4 @@ WIDTH_SCALE = 150.0
 
 
 class WeightsError(Exception):
-    """Weights that are missing or do not fit the network; the text says how to mend it."""
+    """Weights that are missing or do not fit the network; the text says how to fix it."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from perception.arrays import Array, Indices
-from perception.check import Assessment, assess
+from perception.grasp_feasibility import Assessment, assess
 from perception.height_map import HeightMap
 
 ALL_DIRECTIONS = 12

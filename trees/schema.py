@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from trees.language.documents import FILE_KEYS
-from trees.language.kinds import PARAMETER_TYPES, ValueType
 from trees.language.registry import SET, LeafType, Output, Parameter
 from trees.language.tables import WORD
+from trees.language.value_types import PARAMETER_TYPES, ValueType
 from trees.language.vocabulary import (
     CHILDREN,
     COMPOSITES,
@@ -197,7 +197,7 @@ def _table(properties: Mapping[str, Schema], *, required: Sequence[str] = ()) ->
 
 
 def _named(what: Schema) -> Schema:
-    """A mapping of names; an empty section is no mistake."""
+    """A mapping of names; an empty section is no diagnostic."""
     return {
         "type": ["object", "null"],
         "propertyNames": {"pattern": f"^{WORD.pattern}$"},

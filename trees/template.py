@@ -9,7 +9,7 @@ from trees.schema import SCHEMA_FILE, schema_text
 _TASK = """\
 # yaml-language-server: $schema={schema}
 # The line above lets an editor complete and explain what you write.
-# Mistakes, with line and column:     frankie-task check {name}.yaml
+# Diagnostics, with line and column:     frankie-task check {name}.yaml
 # Try it without a robot:             frankie-task run {name}.yaml --dry
 # All that a task can be made of:     frankie-task nodes
 task: {name}

@@ -4,14 +4,14 @@
 at it; `World` decides by contact geometry what closing the fingers does. It knows nothing of time.
 """
 
+from hw.sim.grasp_contact import Reason
 from hw.sim.hand import hand_shapes
 from hw.sim.layout import load_scene
 from hw.sim.noise import D435Noise
-from hw.sim.objects import SimObject
 from hw.sim.render import DepthRenderer
 from hw.sim.scene import SceneError, scene_names
-from hw.sim.shapes import Box, Capsule, Cylinder, Placed, Plane, Sphere
-from hw.sim.squeeze import Reason
+from hw.sim.shapes import Box, Capsule, Cylinder, Geom, Plane, Sphere
+from hw.sim.sim_object import SimObject
 from hw.sim.world import GraspOutcome, World
 
 __all__ = [
@@ -20,8 +20,8 @@ __all__ = [
     "Cylinder",
     "D435Noise",
     "DepthRenderer",
+    "Geom",
     "GraspOutcome",
-    "Placed",
     "Plane",
     "Reason",
     "SceneError",

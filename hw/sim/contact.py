@@ -14,7 +14,7 @@ import coal
 import numpy as np
 from pinocchio import SE3
 
-from hw.sim.shapes import Array, Placed, coal_geometry, half_extents
+from hw.sim.shapes import Array, Geom, coal_geometry, half_extents
 
 TOUCH = 2e-5
 """A gap of less than this is a touch [m]."""
@@ -31,7 +31,7 @@ _collision_request.enable_contact = True
 _patch_request = coal.ContactPatchRequest()
 
 
-def separation(a: Placed, b: Placed) -> tuple[float, Array]:
+def separation(a: Geom, b: Geom) -> tuple[float, Array]:
     """Signed distance of two shapes and the (3,) unit normal from a to b, as in the world.
 
     Returns:
@@ -40,7 +40,7 @@ def separation(a: Placed, b: Placed) -> tuple[float, Array]:
     return _separation(coal_geometry(a.shape), _transform(a.pose), b, _transform(b.pose))
 
 
-def travel(moving: Placed, direction: Array, still: Iterable[Placed], limit: float) -> float | None:
+def travel(moving: Geom, direction: Array, still: Iterable[Geom], limit: float) -> float | None:
     """How far a shape can go along a unit direction (3,) until it first touches any other [m].
 
     Returns:
@@ -53,7 +53,7 @@ def travel(moving: Placed, direction: Array, still: Iterable[Placed], limit: flo
     return nearest
 
 
-def patch(a: Placed, b: Placed) -> tuple[Array, Array] | None:
+def patch(a: Geom, b: Geom) -> tuple[Array, Array] | None:
     """Where two slightly overlapping shapes press on each other.
 
     Returns:
@@ -87,13 +87,13 @@ class Vicinity:
         shapes: in the world.
     """
 
-    def __init__(self, shapes: Sequence[Placed]) -> None:
+    def __init__(self, shapes: Sequence[Geom]) -> None:
         self._shapes = tuple(shapes)
         self._rotation = np.array([s.pose.rotation for s in shapes]).reshape(-1, 3, 3)
         self._position = np.array([s.pose.translation for s in shapes]).reshape(-1, 3)
         self._half = np.array([half_extents(s.shape) for s in shapes]).reshape(-1, 3)
 
-    def near(self, point: Array, radius: float) -> list[Placed]:
+    def near(self, point: Array, radius: float) -> list[Geom]:
         """The shapes whose bounding box is less than `radius` [m] from the (3,) world point."""
         local = np.einsum("ni,nij->nj", point - self._position, self._rotation)
         outside = np.maximum(np.abs(local) - self._half, 0.0)
@@ -101,7 +101,7 @@ class Vicinity:
         return [self._shapes[i] for i in np.flatnonzero(near)]
 
 
-def _travel(moving: Placed, direction: Array, still: Placed, limit: float) -> float | None:
+def _travel(moving: Geom, direction: Array, still: Geom, limit: float) -> float | None:
     geometry = coal_geometry(moving.shape)
     start = np.array(moving.pose.translation)
     here, there = _transform(moving.pose), _transform(still.pose)
@@ -120,7 +120,7 @@ def _travel(moving: Placed, direction: Array, still: Placed, limit: float) -> fl
     return gone
 
 
-def _separation(geometry: Any, pose: Any, other: Placed, other_pose: Any) -> tuple[float, Array]:
+def _separation(geometry: Any, pose: Any, other: Geom, other_pose: Any) -> tuple[float, Array]:
     result = coal.DistanceResult()
     gap = coal.distance(
         geometry, pose, coal_geometry(other.shape), other_pose, _distance_request, result

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from pinocchio import SE3
 
-from hw.sim.shapes import Box, Placed
+from hw.sim.shapes import Box, Geom
 
 TIP = 0.008
 """How far the pads reach beyond the grasp centre along the approach [m]."""
@@ -34,23 +34,23 @@ _METAL = (225, 225, 228)
 _RUBBER = (40, 40, 44)
 
 
-def pad(wTe: SE3, side: str, from_centre: float) -> Placed:
+def pad(wTe: SE3, side: str, from_centre: float) -> Geom:
     """The pad of the `left` or `right` finger, its face `from_centre` [m] from the grasp centre."""
     y = SIDES[side] * (from_centre + _PAD.half[1])
-    return Placed(_PAD, wTe * _shifted(y, _PAD_Z), f"{side} pad", _RUBBER)
+    return Geom(_PAD, wTe * _shifted(y, _PAD_Z), f"{side} pad", _RUBBER)
 
 
-def hand_shapes(wTe: SE3, width: float) -> list[Placed]:
+def hand_shapes(wTe: SE3, width: float) -> list[Geom]:
     """The whole hand in the world.
 
     Args:
         wTe: end effector in the world.
         width: distance between the pads [m].
     """
-    shapes = [Placed(_PALM, wTe * _shifted(0.0, _PALM_Z), "palm", _METAL)]
+    shapes = [Geom(_PALM, wTe * _shifted(0.0, _PALM_Z), "palm", _METAL)]
     for side, sign in SIDES.items():
         y = sign * (width / 2.0 + _FINGER_BEHIND)
-        shapes.append(Placed(_FINGER, wTe * _shifted(y, _FINGER_Z), f"{side} finger", _METAL))
+        shapes.append(Geom(_FINGER, wTe * _shifted(y, _FINGER_Z), f"{side} finger", _METAL))
         shapes.append(pad(wTe, side, width / 2.0))
     return shapes
 

@@ -11,8 +11,7 @@ import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim.contact import separation
-from hw.sim.kinds import KINDS, fitting, make_object
-from hw.sim.objects import Motion, SimObject
+from hw.sim.objects import KINDS, fitting, make_object
 from hw.sim.scene import (
     Container,
     Fixture,
@@ -23,7 +22,8 @@ from hw.sim.scene import (
     Table,
     read_scene,
 )
-from hw.sim.shapes import Box, Colour, Placed, Plane
+from hw.sim.shapes import Box, Colour, Geom, Plane
+from hw.sim.sim_object import Motion, SimObject
 from hw.sim.world import World
 
 GAP = 0.006
@@ -71,7 +71,7 @@ def build_world(scene: Scene, rng: np.random.Generator) -> World:
         SceneError: the objects that it asks for cannot be made, or do not fit.
     """
     fixtures = [
-        Placed(Plane(), SE3.Identity(), "floor", _FLOOR),
+        Geom(Plane(), SE3.Identity(), "floor", _FLOOR),
         *_container(scene.container),
         *_table(scene.table, "table"),
         *(part for table in scene.side_tables for part in _table(table, table.name)),
@@ -192,7 +192,7 @@ def _apart(a: SimObject, b: SimObject, gap: float) -> bool:
     )
 
 
-def _container(container: Container) -> list[Placed]:
+def _container(container: Container) -> list[Geom]:
     """Pedestal, floor and four walls, in this order."""
     x, y = container.centre
     half_x, half_y = container.inner_size[0] / 2.0, container.inner_size[1] / 2.0
@@ -216,7 +216,7 @@ def _container(container: Container) -> list[Placed]:
     ]
 
 
-def _table(table: Table, name: str) -> list[Placed]:
+def _table(table: Table, name: str) -> list[Geom]:
     x, y = table.centre
     half_x, half_y, thick, leg = table.size[0] / 2.0, table.size[1] / 2.0, 0.015, 0.025
     leg_half = table.height / 2.0 - thick
@@ -235,14 +235,14 @@ def _table(table: Table, name: str) -> list[Placed]:
     ]
 
 
-def _fixture(fixture: Fixture) -> Placed:
+def _fixture(fixture: Fixture) -> Geom:
     x, y, z = fixture.size
     turn = exp3(np.array([0.0, 0.0, np.deg2rad(fixture.yaw_deg)]))
     pose = SE3(turn, np.array(fixture.centre))
-    return Placed(Box((x / 2.0, y / 2.0, z / 2.0)), pose, fixture.name, _STONE)
+    return Geom(Box((x / 2.0, y / 2.0, z / 2.0)), pose, fixture.name, _STONE)
 
 
 def _upright(
     name: str, centre: tuple[float, float, float], half: tuple[float, float, float], colour: Colour
-) -> Placed:
-    return Placed(Box(half), SE3(np.eye(3), np.array(centre)), name, colour)
+) -> Geom:
+    return Geom(Box(half), SE3(np.eye(3), np.array(centre)), name, colour)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 from hw.interfaces import Intrinsics
-from hw.sim.shapes import Box, Capsule, Cylinder, Placed, Plane, Shape, Sphere, half_extents
+from hw.sim.shapes import Box, Capsule, Cylinder, Geom, Plane, Shape, Sphere, half_extents
 
 Image: TypeAlias = npt.NDArray[np.float32]
 Ids: TypeAlias = npt.NDArray[np.int16]
@@ -50,16 +50,16 @@ class DepthRenderer:
 
     @overload
     def render(
-        self, shapes: Sequence[Placed], wTc: SE3, with_ids: Literal[False] = False
+        self, shapes: Sequence[Geom], wTc: SE3, with_ids: Literal[False] = False
     ) -> Image: ...
 
     @overload
     def render(
-        self, shapes: Sequence[Placed], wTc: SE3, with_ids: Literal[True]
+        self, shapes: Sequence[Geom], wTc: SE3, with_ids: Literal[True]
     ) -> tuple[Image, Ids]: ...
 
     def render(
-        self, shapes: Sequence[Placed], wTc: SE3, with_ids: bool = False
+        self, shapes: Sequence[Geom], wTc: SE3, with_ids: bool = False
     ) -> Image | tuple[Image, Ids]:
         """What the camera sees.
 
@@ -97,7 +97,7 @@ class DepthRenderer:
         return depth if ids is None else (depth, ids)
 
     def _visible(
-        self, shapes: Sequence[Placed], wTc: SE3
+        self, shapes: Sequence[Geom], wTc: SE3
     ) -> list[tuple[int, Shape, Image, Image, tuple[int, int, int, int]]]:
         """What may show: index, shape, rotation sRc, camera in the shape's frame, rectangle."""
         if not shapes:

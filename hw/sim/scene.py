@@ -8,8 +8,8 @@ from typing import Annotated
 
 from pydantic import Field, field_validator
 
-from hw.config_file import ConfigError, StrictModel, did_you_mean, read_config
-from hw.sim.kinds import HOUSEHOLD, KINDS
+from config.reader import ConfigError, StrictModel, did_you_mean, read_config
+from hw.sim.objects import HOUSEHOLD, KINDS
 
 SCENES = Path(__file__).parent / "scenes"
 """Where the shipped scenes lie."""
@@ -19,7 +19,7 @@ Coordinate = Annotated[float, Field(ge=-50.0, le=50.0)]
 
 
 class SceneError(Exception):
-    """A scene cannot be found, read or filled; the text says what, where and how to mend it."""
+    """A scene cannot be found, read or filled; the text says what, where and how to fix it."""
 
 
 class Container(StrictModel):

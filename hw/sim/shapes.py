@@ -62,7 +62,7 @@ Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Plane
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class Geom:
     """A shape somewhere.
 
     The frame that `pose` is relative to is for the holder to say: the world, an object, a hand.
@@ -73,9 +73,9 @@ class Placed:
     name: str = ""
     colour: Colour = GREY
 
-    def moved(self, aTb: SE3) -> Placed:
+    def moved(self, aTb: SE3) -> Geom:
         """The same shape seen from frame a, when `pose` is relative to frame b."""
-        return Placed(self.shape, aTb * self.pose, self.name, self.colour)
+        return Geom(self.shape, aTb * self.pose, self.name, self.colour)
 
 
 def half_extents(shape: Shape) -> tuple[float, float, float]:
@@ -104,7 +104,7 @@ def bounding_radius(shape: Shape) -> float:
             return float(np.linalg.norm(half_extents(shape)))
 
 
-def reach(placed: Placed, direction: Array) -> float:
+def reach(placed: Geom, direction: Array) -> float:
     """How far a bounded shape reaches along a unit direction (3,), both in its pose's frame [m]."""
     x, y, z = placed.pose.rotation.T @ direction
     match placed.shape:

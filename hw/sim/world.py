@@ -9,10 +9,10 @@ import numpy as np
 from pinocchio import SE3
 
 from hw.sim.contact import TOUCH, Vicinity, separation, travel
+from hw.sim.grasp_contact import Reason, squeeze
 from hw.sim.hand import CENTRE, RADIUS, hand_shapes
-from hw.sim.objects import SimObject
-from hw.sim.shapes import Placed
-from hw.sim.squeeze import Reason, squeeze
+from hw.sim.shapes import Geom
+from hw.sim.sim_object import SimObject
 
 HAND_TOLERANCE = 0.002
 """The hand may press into things this deep before it counts as a collision [m] ..."""
@@ -49,7 +49,7 @@ class World:
         objects: what can be picked up, each at its pose.
     """
 
-    def __init__(self, fixtures: Sequence[Placed], objects: Sequence[SimObject]) -> None:
+    def __init__(self, fixtures: Sequence[Geom], objects: Sequence[SimObject]) -> None:
         self.fixtures = tuple(fixtures)
         self.objects = list(objects)
         self.held: SimObject | None = None
@@ -57,7 +57,7 @@ class World:
         self._held_width = 0.0
         self._vicinity = Vicinity(self.fixtures)
 
-    def shapes(self) -> list[Placed]:
+    def shapes(self) -> list[Geom]:
         """Everything that can be seen but the robot, in the world."""
         return [*self.fixtures, *(part for o in self.objects for part in o.placed())]
 
@@ -206,7 +206,7 @@ class World:
         ]
 
 
-def _deepest(shapes: Iterable[Placed], others: Sequence[Placed], tolerance: float) -> str | None:
+def _deepest(shapes: Iterable[Geom], others: Sequence[Geom], tolerance: float) -> str | None:
     """Name of whichever of the others is pressed into deepest, if deeper than the tolerance [m]."""
     worst, name = -tolerance, None
     for shape in shapes:
@@ -217,13 +217,13 @@ def _deepest(shapes: Iterable[Placed], others: Sequence[Placed], tolerance: floa
     return name
 
 
-def _overlapping(a: Placed, b: Placed) -> bool:
+def _overlapping(a: Geom, b: Geom) -> bool:
     """Whether a shape is inside another, beyond what a touch from the side excuses."""
     gap, normal = separation(a, b)
     return gap < -HELD_TOLERANCE or (gap < -TOUCH and abs(normal[2]) > 0.5)
 
 
-def _presses_down(a: Placed, b: Placed) -> bool:
+def _presses_down(a: Geom, b: Geom) -> bool:
     gap, normal = separation(a, b)
     return gap < 0.0 and normal[2] < -0.3
 

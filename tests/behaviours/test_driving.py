@@ -5,9 +5,9 @@ from math import atan2, degrees
 import numpy as np
 import pinocchio as pin
 import pytest
+from harness import REFLEX, Harness
 from pinocchio import SE3
 from py_trees.common import Status
-from stage import REFLEX, Stage
 
 from behaviours import BasePose, Posture
 from behaviours.drive import Drive
@@ -20,22 +20,22 @@ CORNER = BasePose(
 BENT = Posture(name="bent", q=READY + np.array([0.5, -0.3, 0.0, -0.3, 0.0, 0.2, 0.0]))
 
 
-def standing(stage: Stage) -> tuple[float, float, float]:
+def standing(harness: Harness) -> tuple[float, float, float]:
     """x, y [m] and heading [degrees] of the base at rest."""
-    stage.run_for(None, 1.0)
-    wTb = stage.robot.read().wTb
+    harness.run_for(None, 1.0)
+    wTb = harness.robot.read().wTb
     return (*wTb.translation[:2], degrees(atan2(wTb.rotation[1, 0], wTb.rotation[0, 0])))
 
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_drive_goes_to_a_base_pose_and_leaves_the_arm(robot):
-    stage = Stage(robot=robot)
-    leaf = Drive("drive", stage.context, to=CORNER)
-    assert stage.run(leaf) is Status.SUCCESS
+    harness = Harness(robot=robot)
+    leaf = Drive("drive", harness.context, to=CORNER)
+    assert harness.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == "at corner"
-    assert standing(stage) == pytest.approx((1.0, 0.5, 90.0), abs=6.0)
-    np.testing.assert_allclose(stage.robot.read().wTb.translation[:2], [1.0, 0.5], atol=0.06)
-    np.testing.assert_allclose(stage.robot.read().q, READY, atol=1e-9)
+    assert standing(harness) == pytest.approx((1.0, 0.5, 90.0), abs=6.0)
+    np.testing.assert_allclose(harness.robot.read().wTb.translation[:2], [1.0, 0.5], atol=0.06)
+    np.testing.assert_allclose(harness.robot.read().q, READY, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -47,87 +47,87 @@ def test_drive_goes_to_a_base_pose_and_leaves_the_arm(robot):
     ],
 )
 def test_drive_turns_and_goes_forward_from_where_it_stands(how_far, there):
-    stage = Stage()
-    leaf = Drive("drive", stage.context, **how_far)
-    assert stage.run(leaf) is Status.SUCCESS
-    x, y, heading = standing(stage)
+    harness = Harness()
+    leaf = Drive("drive", harness.context, **how_far)
+    assert harness.run(leaf) is Status.SUCCESS
+    x, y, heading = standing(harness)
     assert (x, y) == pytest.approx(there[:2], abs=0.06)
     assert heading == pytest.approx(there[2], abs=6.0)
 
 
 def test_drive_goes_backwards_without_turning_round():
-    stage = Stage()
-    leaf = Drive("drive", stage.context, forward_m=-0.5)
+    harness = Harness()
+    leaf = Drive("drive", harness.context, forward_m=-0.5)
     headings = []
     while leaf.status is not Status.SUCCESS:
-        stage.tick(leaf)
-        headings.append(standing_heading(stage))
+        harness.tick(leaf)
+        headings.append(standing_heading(harness))
     assert max(map(abs, headings)) < 5.0
-    assert standing(stage)[0] == pytest.approx(-0.5, abs=0.06)
+    assert standing(harness)[0] == pytest.approx(-0.5, abs=0.06)
 
 
-def standing_heading(stage: Stage) -> float:
-    rotation = stage.context.state.wTb.rotation
+def standing_heading(harness: Harness) -> float:
+    rotation = harness.context.state.wTb.rotation
     return degrees(atan2(rotation[1, 0], rotation[0, 0]))
 
 
 def test_driving_the_same_way_twice_goes_twice_as_far():
     """What the controller said of the end of the first way is not taken for the second."""
-    stage = Stage()
-    leaf = Drive("drive", stage.context, forward_m=0.4)
-    assert stage.run(leaf) is Status.SUCCESS
-    assert stage.run(leaf) is Status.SUCCESS
-    assert standing(stage)[0] == pytest.approx(0.8, abs=0.12)
+    harness = Harness()
+    leaf = Drive("drive", harness.context, forward_m=0.4)
+    assert harness.run(leaf) is Status.SUCCESS
+    assert harness.run(leaf) is Status.SUCCESS
+    assert standing(harness)[0] == pytest.approx(0.8, abs=0.12)
 
 
 @pytest.mark.parametrize("options", [{}, {"to": CORNER, "turn_deg": 5.0}])
 def test_drive_wants_one_way_to_say_where(options):
     with pytest.raises(ValueError, match="say either where `to`, or how far"):
-        Drive("drive", Stage().context, **options)
+        Drive("drive", Harness().context, **options)
 
 
 def test_drive_fails_on_a_fault_when_stuck_and_when_time_is_over():
-    stage = Stage()
-    leaf = Drive("drive", stage.context, to=CORNER, timeout_s=0.5)
-    assert stage.run(leaf) is Status.FAILURE
+    harness = Harness()
+    leaf = Drive("drive", harness.context, to=CORNER, timeout_s=0.5)
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message.startswith("not at corner after 0.5 s: ")
-    leaf = Drive("drive", stage.context, forward_m=1.0)
-    stage.robot.stuck = True
-    assert stage.run(leaf, seconds=8.0) is Status.FAILURE
+    leaf = Drive("drive", harness.context, forward_m=1.0)
+    harness.robot.stuck = True
+    assert harness.run(leaf, seconds=8.0) is Status.FAILURE
     assert leaf.feedback_message.startswith("stuck on the way to the end of 1 m: ")
-    stage.robot.faults = (REFLEX,)
-    assert stage.run(leaf) is Status.FAILURE
+    harness.robot.faults = (REFLEX,)
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "the arm hit something"
 
 
 def test_move_arm_brings_every_joint_there_and_holds_the_base():
-    stage = Stage()
-    leaf = MoveArm("move_arm", stage.context, to=BENT)
-    stage.tick(leaf)
+    harness = Harness()
+    leaf = MoveArm("move_arm", harness.context, to=BENT)
+    harness.tick(leaf)
     assert leaf.feedback_message == "setting out for bent"
-    stage.tick(leaf)
+    harness.tick(leaf)
     assert leaf.feedback_message == "29° to go"
-    assert stage.run(leaf) is Status.SUCCESS
-    np.testing.assert_allclose(stage.robot.read().q, BENT.q, atol=0.02)
-    assert standing(stage) == (0.0, 0.0, 0.0)
+    assert harness.run(leaf) is Status.SUCCESS
+    np.testing.assert_allclose(harness.robot.read().q, BENT.q, atol=0.02)
+    assert standing(harness) == (0.0, 0.0, 0.0)
 
 
 def test_move_arm_fails_on_a_fault_and_when_stuck():
-    stage = Stage()
-    stage.robot.stuck = True
-    leaf = MoveArm("move_arm", stage.context, to=BENT)
-    assert stage.run(leaf, seconds=8.0) is Status.FAILURE
+    harness = Harness()
+    harness.robot.stuck = True
+    leaf = MoveArm("move_arm", harness.context, to=BENT)
+    assert harness.run(leaf, seconds=8.0) is Status.FAILURE
     assert leaf.feedback_message == "stuck on the way to bent: 29° to go"
-    stage.robot.faults = (REFLEX,)
-    assert stage.run(leaf) is Status.FAILURE
+    harness.robot.faults = (REFLEX,)
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "the arm hit something"
 
 
 @pytest.mark.parametrize("after", [0.0, 0.4, 1.5])
 def test_a_way_may_be_broken_off_at_any_tick(after):
-    stage = Stage()
-    leaf = Drive("drive", stage.context, to=CORNER)
-    stage.run_for(leaf, after + 0.01)
+    harness = Harness()
+    leaf = Drive("drive", harness.context, to=CORNER)
+    harness.run_for(leaf, after + 0.01)
     leaf.stop(Status.INVALID)
-    stage.run_for(None, 1.5)
-    assert stage.speed < 1e-3
+    harness.run_for(None, 1.5)
+    assert harness.speed < 1e-3

@@ -4,16 +4,16 @@ from math import degrees
 
 import numpy as np
 import pytest
+from harness import REFLEX, TABLE_TOP, Harness, block, looking_down, table_world
 from pinocchio import SE3
 from py_trees.common import Status
-from stage import REFLEX, TABLE_TOP, Stage, block, looking_down, table_world
 
 from behaviours import Key, Region, ToolPose
 from behaviours.follow import Follow
 from behaviours.look_at import LookAt
+from behaviours.say import Say
 from behaviours.scan_for_objects import ScanForObjects, views
-from behaviours.small import Say
-from hw.sim.objects import Motion
+from hw.sim.sim_object import Motion
 
 LARGE = Region(
     name="table",
@@ -23,10 +23,10 @@ LARGE = Region(
 BEHIND = ToolPose(name="bin", wTe=looking_down(-1.5, 0.5, 0.3))
 
 
-def over_the_table(*objects) -> Stage:
-    stage = Stage(table_world(*objects))
-    stage.reach_over(looking_down(0.6, 0.0, TABLE_TOP + 0.35))
-    return stage
+def over_the_table(*objects) -> Harness:
+    harness = Harness(table_world(*objects))
+    harness.reach_over(looking_down(0.6, 0.0, TABLE_TOP + 0.35))
+    return harness
 
 
 # look_at
@@ -34,12 +34,12 @@ def over_the_table(*objects) -> Stage:
 
 @pytest.mark.parametrize(("at", "distance"), [(BEHIND, None), (BEHIND, 0.8), (LARGE, 0.6)])
 def test_look_at_turns_the_camera_to_a_place(at, distance):
-    stage = Stage()
-    leaf = LookAt("look_at", stage.context, at=at, distance_m=distance)
-    assert stage.run(leaf) is Status.SUCCESS
+    harness = Harness()
+    leaf = LookAt("look_at", harness.context, at=at, distance_m=distance)
+    assert harness.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == f"looking at {at.name}"
-    stage.run_for(None, 0.5)
-    frame = stage.robot.depth()
+    harness.run_for(None, 0.5)
+    frame = harness.robot.depth()
     point = (at.wTe if isinstance(at, ToolPose) else at.wTr).translation
     x, y, z = frame.wTc.actInv(point)
     assert degrees(np.arctan2(np.hypot(x, y), z)) < 3.0
@@ -48,27 +48,27 @@ def test_look_at_turns_the_camera_to_a_place(at, distance):
 
 
 def test_look_at_fails_without_a_camera_and_on_a_fault():
-    stage = Stage()
-    stage.robot.blind = True
-    leaf = LookAt("look_at", stage.context, at=BEHIND)
-    assert stage.run(leaf) is Status.FAILURE
+    harness = Harness()
+    harness.robot.blind = True
+    leaf = LookAt("look_at", harness.context, at=BEHIND)
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "no camera frame"
-    assert stage.speed == 0.0
-    stage.robot.faults = (REFLEX,)
-    assert stage.run(leaf) is Status.FAILURE
+    assert harness.speed == 0.0
+    harness.robot.faults = (REFLEX,)
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "the arm hit something"
 
 
 def test_look_at_waits_until_the_hand_stands_still():
     """A frame from under way would not tell where the camera sits on the hand."""
-    stage = Stage()
-    going = LookAt("look_at", stage.context, at=LARGE)
-    stage.run_for(going, 0.5)
-    assert stage.speed > 0.1
-    leaf = LookAt("look_at", stage.context, at=BEHIND)
-    stage.tick(leaf)
+    harness = Harness()
+    going = LookAt("look_at", harness.context, at=LARGE)
+    harness.run_for(going, 0.5)
+    assert harness.speed > 0.1
+    leaf = LookAt("look_at", harness.context, at=BEHIND)
+    harness.tick(leaf)
     assert leaf.feedback_message == "standing still to look"
-    assert stage.run(leaf) is Status.SUCCESS
+    assert harness.run(leaf) is Status.SUCCESS
 
 
 # scan_for_objects
@@ -76,27 +76,27 @@ def test_look_at_waits_until_the_hand_stands_still():
 
 def test_a_scan_counts_what_stands_in_a_region_larger_than_a_picture():
     spots = [(0.7, -0.28), (0.9, -0.1), (0.75, 0.1), (0.9, 0.3)]
-    stage = over_the_table(*(block(x=x, y=y, name=f"b{x}{y}") for x, y in spots))
+    harness = over_the_table(*(block(x=x, y=y, name=f"b{x}{y}") for x, y in spots))
     count: Key[int] = Key("count")
-    leaf = ScanForObjects("scan", stage.context, region=LARGE, count=count)
-    assert stage.run(leaf) is Status.SUCCESS
+    leaf = ScanForObjects("scan", harness.context, region=LARGE, count=count)
+    assert harness.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == "4 objects in table"
     assert count.read() == 4
-    things = sorted(leaf._survey.things(1e-4), key=lambda thing: thing.centre[1])
+    things = sorted(leaf._occupancy.things(1e-4), key=lambda thing: thing.centre[1])
     np.testing.assert_allclose([thing.centre[:2] for thing in things], spots, atol=0.01)
     assert [thing.area for thing in things] == pytest.approx([24e-4] * 4, rel=0.3)
 
 
 def test_a_scan_of_an_empty_table_counts_nothing():
-    stage = over_the_table()
+    harness = over_the_table()
     count: Key[int] = Key("count")
-    leaf = ScanForObjects("scan", stage.context, region=LARGE, count=count, frames=1)
-    assert stage.run(leaf) is Status.SUCCESS
+    leaf = ScanForObjects("scan", harness.context, region=LARGE, count=count, frames=1)
+    assert harness.run(leaf) is Status.SUCCESS
     assert count.read() == 0
 
 
 def test_a_scan_does_not_count_by_what_it_cannot_see():
-    stage = over_the_table()
+    harness = over_the_table()
     beyond = Region(
         name="shelf",
         wTr=SE3(np.eye(3), np.array([0.8, 0.0, TABLE_TOP - 0.2])),
@@ -104,38 +104,38 @@ def test_a_scan_does_not_count_by_what_it_cannot_see():
     )
     count: Key[int] = Key("count")
     leaf = ScanForObjects(
-        "scan", stage.context, region=beyond, count=count, height_m=0.65, frames=1
+        "scan", harness.context, region=beyond, count=count, height_m=0.65, frames=1
     )
-    assert stage.run(leaf) is Status.FAILURE
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "only 0 % of shelf could be seen"
     with pytest.raises(LookupError):
         count.read()
 
 
 def test_a_scan_fails_without_a_camera_at_any_view():
-    stage = over_the_table()
-    leaf = ScanForObjects("scan", stage.context, region=LARGE, count=Key("count"))
-    stage.run_for(leaf, 0.3)
-    stage.robot.blind = True
-    assert stage.run(leaf) is Status.FAILURE
+    harness = over_the_table()
+    leaf = ScanForObjects("scan", harness.context, region=LARGE, count=Key("count"))
+    harness.run_for(leaf, 0.3)
+    harness.robot.blind = True
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "no camera frame"
 
 
 def test_a_scan_fails_on_a_fault_at_a_view():
-    stage = over_the_table()
-    leaf = ScanForObjects("scan", stage.context, region=LARGE, count=Key("count"))
+    harness = over_the_table()
+    leaf = ScanForObjects("scan", harness.context, region=LARGE, count=Key("count"))
     while not leaf.feedback_message.endswith("1 pictures"):
-        stage.tick(leaf)
-    stage.robot.faults = (REFLEX,)
-    assert stage.run(leaf) is Status.FAILURE
+        harness.tick(leaf)
+    harness.robot.faults = (REFLEX,)
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "the arm hit something"
 
 
 def test_a_scan_that_cannot_reach_a_view_says_which():
-    stage = over_the_table()
-    stage.robot.stuck = True
-    leaf = ScanForObjects("scan", stage.context, region=LARGE, count=Key("count"))
-    assert stage.run(leaf) is Status.FAILURE
+    harness = over_the_table()
+    harness.robot.stuck = True
+    leaf = ScanForObjects("scan", harness.context, region=LARGE, count=Key("count"))
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message.startswith("stuck on the way to view 1 of 4 of table: ")
 
 
@@ -162,72 +162,72 @@ def moving_block(y: float = -0.1, until: float = np.inf):
 
 
 def test_follow_stays_over_a_moving_object_and_succeeds_when_it_stands_still():
-    stage = over_the_table(moving_block(until=8.0))
-    leaf = Follow("follow", stage.context, within=LARGE)
-    stage.run_for(leaf, 2.0)
+    harness = over_the_table(moving_block(until=8.0))
+    leaf = Follow("follow", harness.context, within=LARGE)
+    harness.run_for(leaf, 2.0)
     behind = []
     while leaf.status is Status.RUNNING:
-        stage.tick(leaf)
-        away = stage.world.objects[0].pose.translation - stage.context.wTe.translation
+        harness.tick(leaf)
+        away = harness.world.objects[0].pose.translation - harness.context.wTe.translation
         behind.append(np.hypot(*away[:2]))
     assert leaf.status is Status.SUCCESS
     assert leaf.feedback_message == "it has stood still for 2.0 s"
     assert max(behind) < 0.06
-    assert stage.clock.now() > 8.0
+    assert harness.clock.now() > 8.0
     assert behind[-1] < 0.015
 
 
 def test_follow_without_a_limit_goes_on():
-    stage = over_the_table(block())
-    leaf = Follow("follow", stage.context, within=LARGE, still_s=None)
-    assert stage.run(leaf, seconds=6.0) is Status.RUNNING
+    harness = over_the_table(block())
+    leaf = Follow("follow", harness.context, within=LARGE, still_s=None)
+    assert harness.run(leaf, seconds=6.0) is Status.RUNNING
 
 
 def test_follow_takes_the_nearest_object_and_stays_with_it():
-    stage = over_the_table(block(x=0.7, y=0.05, name="near"), block(x=0.9, y=-0.2, name="far"))
-    leaf = Follow("follow", stage.context, within=LARGE, still_s=1.0)
-    assert stage.run(leaf) is Status.SUCCESS
-    np.testing.assert_allclose(stage.context.wTe.translation[:2], [0.7, 0.05], atol=0.02)
+    harness = over_the_table(block(x=0.7, y=0.05, name="near"), block(x=0.9, y=-0.2, name="far"))
+    leaf = Follow("follow", harness.context, within=LARGE, still_s=1.0)
+    assert harness.run(leaf) is Status.SUCCESS
+    np.testing.assert_allclose(harness.context.wTe.translation[:2], [0.7, 0.05], atol=0.02)
 
 
 def test_follow_fails_when_there_is_nothing_to_follow_or_see():
-    stage = over_the_table()
-    leaf = Follow("follow", stage.context, within=LARGE)
-    assert stage.run(leaf) is Status.FAILURE
+    harness = over_the_table()
+    leaf = Follow("follow", harness.context, within=LARGE)
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "nothing to follow for 1.5 s"
-    stage.robot.blind = True
-    assert stage.run(leaf) is Status.FAILURE
+    harness.robot.blind = True
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "no camera frame for 1.5 s"
 
 
 def test_follow_fails_when_the_object_is_taken_away():
-    stage = over_the_table(moving_block())
-    leaf = Follow("follow", stage.context, within=LARGE)
-    stage.run_for(leaf, 1.0)
-    stage.world.objects.clear()
-    assert stage.run(leaf) is Status.FAILURE
+    harness = over_the_table(moving_block())
+    leaf = Follow("follow", harness.context, within=LARGE)
+    harness.run_for(leaf, 1.0)
+    harness.world.objects.clear()
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "nothing to follow for 1.5 s"
 
 
 def test_follow_fails_when_the_hand_cannot_keep_up_and_on_a_fault():
-    stage = over_the_table(block(x=0.9, y=0.25))
-    stage.robot.stuck = True
-    leaf = Follow("follow", stage.context, within=LARGE)
-    assert stage.run(leaf) is Status.FAILURE
+    harness = over_the_table(block(x=0.9, y=0.25))
+    harness.robot.stuck = True
+    leaf = Follow("follow", harness.context, within=LARGE)
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message.startswith("cannot keep up, 0.")
-    stage.robot.faults = (REFLEX,)
-    assert stage.run(leaf) is Status.FAILURE
+    harness.robot.faults = (REFLEX,)
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "the arm hit something"
 
 
 @pytest.mark.parametrize("after", [0.05, 1.0])
 def test_following_may_be_broken_off_at_any_tick(after):
-    stage = over_the_table(moving_block())
-    leaf = Follow("follow", stage.context, within=LARGE)
-    stage.run_for(leaf, after)
+    harness = over_the_table(moving_block())
+    leaf = Follow("follow", harness.context, within=LARGE)
+    harness.run_for(leaf, after)
     leaf.stop(Status.INVALID)
-    stage.run_for(None, 1.5)
-    assert stage.speed < 1e-3
+    harness.run_for(None, 1.5)
+    assert harness.speed < 1e-3
 
 
 # say
@@ -243,12 +243,12 @@ def test_following_may_be_broken_off_at_any_tick(after):
     ],
 )
 def test_say_tells_people_once(options, said):
-    stage = Stage()
-    stage.run_for(None, 0.5)
-    leaf = Say("say", stage.context, **options)
-    assert stage.run(leaf) is Status.SUCCESS
+    harness = Harness()
+    harness.run_for(None, 0.5)
+    leaf = Say("say", harness.context, **options)
+    assert harness.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == said
-    [(stamp, text)] = stage.context.log.said
+    [(stamp, text)] = harness.context.log.said
     assert text == said
     assert stamp == pytest.approx(0.5)
 
@@ -256,4 +256,4 @@ def test_say_tells_people_once(options, said):
 @pytest.mark.parametrize("options", [{"text": "{value}"}, {"text": "none", "value": 1}])
 def test_say_wants_the_value_where_it_belongs(options):
     with pytest.raises(ValueError, match=r"write \{value\} where the value belongs"):
-        Say("say", Stage().context, **options)
+        Say("say", Harness().context, **options)

@@ -10,11 +10,11 @@ from pinocchio import SE3
 
 from controller import (
     READY,
-    Body,
     Command,
     HolisticController,
     MotionGoal,
     RobotModel,
+    SelfCollision,
     StepReport,
     robot_model,
 )
@@ -28,7 +28,7 @@ def tool_pose(x: float, y: float, z: float, yaw: float = 0.0, tilt: float = 0.0)
 def reachable_poses(robot: str, count: int, seed: int) -> list[SE3]:
     """Random poses within 4 m that the robot can have somewhere without touching anything."""
     model, rng = robot_model(robot), np.random.default_rng(seed)
-    body, poses = Body(model), []
+    body, poses = SelfCollision(model), []
     while len(poses) < count:
         q = rng.uniform(model.limits.q_min + 0.1, model.limits.q_max - 0.1)
         bTe = model.bTe(q)
@@ -44,7 +44,7 @@ def reachable_poses(robot: str, count: int, seed: int) -> list[SE3]:
 
 def closest(model: RobotModel, run: Run) -> float:
     """Smallest clearance of the arm on the way [m]."""
-    body = Body(model)
+    body = SelfCollision(model)
     return min(body.clearance(q) for q in run.postures)
 
 

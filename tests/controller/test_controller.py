@@ -21,7 +21,7 @@ from controller import (
     robot_model,
 )
 from controller.bounds import velocity_bounds
-from controller.programme import Solver
+from controller.qp import Solver
 from controller.settings import ControllerSettings
 
 ROBOTS = ["frankie", "omni"]
@@ -192,7 +192,7 @@ def test_any_numbers_at_all_are_answered_within_limits_or_refused(numbers):
 
 def test_a_programme_without_an_answer_brakes_and_says_so(monkeypatch):
     controller = HolisticController(robot_model("frankie"))
-    monkeypatch.setattr(Solver, "solve", lambda self, programme: None)
+    monkeypatch.setattr(Solver, "solve", lambda self, qp: None)
     moving = Command(base_twist=np.array([0.9, 0.0, -0.8]), qd=np.full(7, 1.0))
     command, report = controller.step(State(), PoseGoal(wTe=tool_pose(2.0, 0.0, 0.7)), moving)
     assert not report.solved

@@ -1,4 +1,4 @@
-"""Out of local minima: goals that the bare programme does not reach, and no harm done elsewhere."""
+"""Out of local minima: goals that the bare qp does not reach, and no harm done elsewhere."""
 
 from dataclasses import replace
 
@@ -19,21 +19,21 @@ from pinocchio import SE3
 from controller import (
     READY,
     ROBOTS,
-    Body,
     Command,
     ControllerSettings,
     HolisticController,
     PoseGoal,
+    SelfCollision,
     robot_model,
 )
 from controller.base_drive import Planar, planar
-from controller.choice import choose
 from controller.guidance import Guide
 from controller.postures import BANK, SEED, bank, draw, hands
 from controller.servo import pose_error
+from controller.stance import choose_stance
 
 BARE = replace(ControllerSettings(), guidance=False)
-HARD = [  # position [m], roll, pitch, yaw [rad]: the bare programme is stuck before them
+HARD = [  # position [m], roll, pitch, yaw [rad]: the bare qp is stuck before them
     ((2.522, -2.355, 1.255), (-2.086, -0.947, 1.006)),
     ((1.232, 1.556, 1.309), (2.791, 1.181, -2.131)),
     ((1.576, 2.703, 1.024), (1.105, 0.481, -1.552)),
@@ -71,9 +71,9 @@ def test_random_goals_are_reached_within_all_limits_and_without_contact(robot):
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_the_chosen_stance_reaches_the_goal_clear_of_contact(robot):
-    model, body = robot_model(robot), Body(robot_model(robot))
+    model, body = robot_model(robot), SelfCollision(robot_model(robot))
     for wTe in reachable_poses(robot, 20, seed=5):
-        stance = choose(model, ControllerSettings(), bank(robot), body, wTe, ORIGIN, READY)
+        stance = choose_stance(model, ControllerSettings(), bank(robot), body, wTe, ORIGIN, READY)
         x, y, heading = stance.base_for(wTe)
         wTb = SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
         error = pose_error(model.wTe(wTb, stance.q), wTe)
@@ -86,19 +86,21 @@ def test_the_chosen_stance_reaches_the_goal_clear_of_contact(robot):
 
 def test_a_stance_that_failed_is_not_chosen_again():
     model, settings = robot_model("frankie"), ControllerSettings()
-    body, wTe = Body(model), tool_pose(2.0, 0.5, 0.7)
-    first = choose(model, settings, bank("frankie"), body, wTe, ORIGIN, READY)
-    second = choose(model, settings, bank("frankie"), body, wTe, ORIGIN, READY, failed=(first,))
+    body, wTe = SelfCollision(model), tool_pose(2.0, 0.5, 0.7)
+    first = choose_stance(model, settings, bank("frankie"), body, wTe, ORIGIN, READY)
+    second = choose_stance(
+        model, settings, bank("frankie"), body, wTe, ORIGIN, READY, failed=(first,)
+    )
     assert np.abs(first.q - second.q).max() > 0.5
 
 
 def guide_and_ask(robot: str = "frankie"):
     model = robot_model(robot)
-    guide = Guide(model, ControllerSettings(), Body(model))
+    guide = Guide(model, ControllerSettings(), SelfCollision(model))
 
     def ask(goal: PoseGoal, state: State):
         error = pose_error(model.wTe(state.wTb, state.q), goal.wTe)
-        return guide.pull(goal, error, planar(state.wTb), state.q)
+        return guide.bias(goal, error, planar(state.wTb), state.q)
 
     return guide, ask
 

@@ -1,4 +1,4 @@
-"""The quadratic programme against solutions that were found another way."""
+"""The quadratic qp against solutions that were found another way."""
 
 from dataclasses import replace
 
@@ -8,8 +8,8 @@ from scipy.optimize import lsq_linear, minimize
 
 from controller import READY, ControllerSettings, robot_model
 from controller.bounds import velocity_bounds
-from controller.holistic import assemble, look
-from controller.programme import Solver
+from controller.holistic import assemble, linearise
+from controller.qp import Solver
 
 
 def programmes(robot: str, count: int):
@@ -20,23 +20,23 @@ def programmes(robot: str, count: int):
         q = rng.uniform(model.limits.q_min, model.limits.q_max)
         last = rng.uniform(-0.3, 0.3, model.n) * model.speed_limits
         bounds = velocity_bounds(model, settings, q, last)
-        situation = look(model, settings, q)
+        linearisation = linearise(model, settings, q)
         twist, error = rng.normal(size=6), float(rng.uniform(0.0, 4.0))
         yield (
             model,
             settings,
-            situation,
+            linearisation,
             twist,
             error,
-            assemble(model, settings, situation, twist, error, bounds, last),
+            assemble(model, settings, linearisation, twist, error, bounds, last),
         )
 
 
-def minimiser(programme) -> np.ndarray:
-    """A box-constrained programme is a bounded least-squares problem: |L (x + P⁻¹c)|², P = LᵀL."""
-    L = np.linalg.cholesky(programme.P).T
-    target = -L @ np.linalg.solve(programme.P, programme.c)
-    box = (programme.lower, programme.upper + 1e-9)  # lsq_linear wants lower < upper
+def minimiser(qp) -> np.ndarray:
+    """A box-constrained qp is a bounded least-squares problem: |L (x + P⁻¹c)|², P = LᵀL."""
+    L = np.linalg.cholesky(qp.P).T
+    target = -L @ np.linalg.solve(qp.P, qp.c)
+    box = (qp.lower, qp.upper + 1e-9)  # lsq_linear wants lower < upper
     return lsq_linear(L, target, box, tol=1e-14).x
 
 
@@ -44,13 +44,13 @@ def minimiser(programme) -> np.ndarray:
 def test_solver_finds_the_minimiser(robot):
     solver = Solver()
     at_bounds = 0
-    for *_, programme in programmes(robot, 100):
-        x = solver.solve(programme)
+    for *_, qp in programmes(robot, 100):
+        x = solver.solve(qp)
         assert x is not None
-        assert (x >= programme.lower).all()
-        assert (x <= programme.upper).all()
-        np.testing.assert_allclose(x, minimiser(programme), atol=1e-7)
-        at_bounds += int((x <= programme.lower + 1e-6).sum() + (x >= programme.upper - 1e-6).sum())
+        assert (x >= qp.lower).all()
+        assert (x <= qp.upper).all()
+        np.testing.assert_allclose(x, minimiser(qp), atol=1e-7)
+        at_bounds += int((x <= qp.lower + 1e-6).sum() + (x >= qp.upper - 1e-6).sum())
     assert at_bounds > 100  # otherwise the bounds were not tested
 
 
@@ -58,37 +58,37 @@ def test_a_programme_that_piqp_does_not_finish_is_finished(monkeypatch):
     """Even from an answer that is far off the exact minimiser is found."""
     finished = Solver._attempt
 
-    def gives_up(self, programme):
-        finished(self, programme)
+    def gives_up(self, qp):
+        finished(self, qp)
         return False
 
     monkeypatch.setattr(Solver, "_attempt", gives_up)
-    for *_, programme in programmes("frankie", 30):
-        x = Solver(precision=1e-1).solve(programme)
+    for *_, qp in programmes("frankie", 30):
+        x = Solver(precision=1e-1).solve(qp)
         assert x is not None
-        np.testing.assert_allclose(x, minimiser(programme), atol=1e-7)
+        np.testing.assert_allclose(x, minimiser(qp), atol=1e-7)
 
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_programme_without_slack_variables_is_the_papers(robot):
     """The same minimiser as eq. 6 with the slack as variables and the twist as equality."""
-    for model, settings, situation, twist, error, programme in programmes(robot, 5):
+    for model, settings, linearisation, twist, error, qp in programmes(robot, 5):
         n, n_base = model.n, model.n_base
         weight = 1.0 / max(error, settings.smallest_error)
         Q = np.diag(
             [settings.base_effort * weight] * n_base + [settings.arm_effort] * 7 + [weight] * 6
         )
         C = np.zeros(n + 6)
-        C[:n] = -settings.manipulability_gain * situation.gradient
+        C[:n] = -settings.manipulability_gain * linearisation.gradient
         turning = 0 if robot == "frankie" else 2
-        C[turning] -= settings.heading_gain * situation.heading_error
-        equality = np.hstack([situation.J, np.eye(6)])
+        C[turning] -= settings.heading_gain * linearisation.heading_error
+        equality = np.hstack([linearisation.J, np.eye(6)])
         start = np.concatenate([np.zeros(n), twist])
         answer = minimize(
             lambda x, Q=Q, C=C: 0.5 * x @ Q @ x + C @ x,
             start,
             jac=lambda x, Q=Q, C=C: Q @ x + C,
-            bounds=[*zip(programme.lower, programme.upper, strict=True), *[(-50.0, 50.0)] * 6],
+            bounds=[*zip(qp.lower, qp.upper, strict=True), *[(-50.0, 50.0)] * 6],
             constraints={
                 "type": "eq",
                 "fun": lambda x, A=equality, v=twist: A @ x - v,
@@ -97,7 +97,7 @@ def test_programme_without_slack_variables_is_the_papers(robot):
             method="SLSQP",
             options={"ftol": 1e-14, "maxiter": 500},
         )
-        x = Solver().solve(programme)
+        x = Solver().solve(qp)
         np.testing.assert_allclose(x, answer.x[:n], atol=2e-4)
 
 

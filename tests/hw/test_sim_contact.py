@@ -12,8 +12,8 @@ from hw.sim import (
     Box,
     Capsule,
     Cylinder,
+    Geom,
     GraspOutcome,
-    Placed,
     Plane,
     Reason,
     SimObject,
@@ -24,7 +24,7 @@ from hw.sim.contact import separation
 from hw.sim.hand import hand_shapes
 from hw.sim.shapes import Shape
 
-FLOOR = Placed(Plane(), SE3.Identity(), "floor")
+FLOOR = Geom(Plane(), SE3.Identity(), "floor")
 TURNED_DOWN = np.diag([1.0, -1.0, -1.0])
 UPRIGHT = np.eye(3)
 LYING_ALONG_X = exp3(np.array([0.0, np.pi / 2.0, 0.0]))
@@ -47,7 +47,7 @@ def thing(
 ) -> SimObject:
     return SimObject(
         name=name,
-        parts=(Placed(shape, SE3.Identity(), name),),
+        parts=(Geom(shape, SE3.Identity(), name),),
         mass=mass,
         pose=SE3(rotation, np.array([x, y, height])),
     )
@@ -56,7 +56,7 @@ def thing(
 def close(
     wTe: SE3,
     objects: Sequence[SimObject],
-    fixtures: Sequence[Placed] = (),
+    fixtures: Sequence[Geom] = (),
     opening: float = 0.08,
     force: float = 20.0,
 ) -> tuple[GraspOutcome, World]:
@@ -130,8 +130,8 @@ def test_a_compound_is_held_by_the_part_between_the_pads() -> None:
     mug = SimObject(
         name="mug",
         parts=(
-            Placed(Cylinder(0.045, 0.04), SE3.Identity()),
-            Placed(Box((0.015, 0.008, 0.02)), SE3(np.eye(3), np.array([0.058, 0.0, 0.0]))),
+            Geom(Cylinder(0.045, 0.04), SE3.Identity()),
+            Geom(Box((0.015, 0.008, 0.02)), SE3(np.eye(3), np.array([0.058, 0.0, 0.0]))),
         ),
         mass=0.2,
         pose=SE3(np.eye(3), np.array([0.0, 0.0, 0.04])),
@@ -206,14 +206,14 @@ def test_an_object_cannot_be_dragged_through_another(movable: bool) -> None:
         outcome, _ = close(hand_at(0.025), [box, other])
     else:
         where = SE3(np.eye(3), np.array([0.024, 0.0, 0.05]))
-        outcome, _ = close(hand_at(0.025), [box], [Placed(obstacle, where, "wall")])
+        outcome, _ = close(hand_at(0.025), [box], [Geom(obstacle, where, "wall")])
     assert outcome.reason is Reason.BLOCKED
     assert outcome.width == pytest.approx(0.06, abs=2e-4)
     assert box.pose.translation[1] == 0.02
 
 
 def test_the_fingers_jam_on_a_wall_between_them() -> None:
-    wall = Placed(Box((0.2, 0.003, 0.05)), SE3(np.eye(3), np.array([0.0, 0.01, 0.0])), "wall")
+    wall = Geom(Box((0.2, 0.003, 0.05)), SE3(np.eye(3), np.array([0.0, 0.01, 0.0])), "wall")
     outcome, _ = close(hand_at(0.04), [], [wall])
     assert outcome.reason is Reason.BLOCKED
     assert outcome.width == pytest.approx(0.026, abs=2e-4)
@@ -221,7 +221,7 @@ def test_the_fingers_jam_on_a_wall_between_them() -> None:
 
 def test_a_wall_that_stops_one_finger_stops_the_other() -> None:
     box = thing(Box((0.03, 0.015, 0.025)), 0.025)
-    wall = Placed(Box((0.2, 0.005, 0.05)), SE3(np.eye(3), np.array([0.0, 0.03, 0.0])), "wall")
+    wall = Geom(Box((0.2, 0.005, 0.05)), SE3(np.eye(3), np.array([0.0, 0.03, 0.0])), "wall")
     outcome, _ = close(hand_at(0.04), [box], [wall])
     assert outcome.reason is Reason.BLOCKED
     assert outcome.width == pytest.approx(0.07, abs=2e-4)

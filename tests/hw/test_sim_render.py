@@ -7,7 +7,7 @@ import pytest
 from pinocchio import SE3, exp3
 
 from hw.interfaces import Intrinsics
-from hw.sim import Box, Capsule, Cylinder, DepthRenderer, Placed, Plane, Sphere, hand_shapes
+from hw.sim import Box, Capsule, Cylinder, DepthRenderer, Geom, Plane, Sphere, hand_shapes
 from hw.sim.render import NEAR
 
 CAMERA = Intrinsics(width=100, height=75, fx=60.0, fy=62.0, cx=47.3, cy=38.1)
@@ -44,7 +44,7 @@ def rays() -> np.ndarray:
     return np.stack([x, y, np.ones_like(x)], axis=1)
 
 
-def traced(placed: Placed, wTc: SE3) -> tuple[np.ndarray, np.ndarray]:
+def traced(placed: Geom, wTc: SE3) -> tuple[np.ndarray, np.ndarray]:
     """Depth (inf where missed) and whether the ray only just hits or misses, for each pixel."""
     sTc = placed.pose.actInv(wTc)
     directions = rays()
@@ -62,7 +62,7 @@ def traced(placed: Placed, wTc: SE3) -> tuple[np.ndarray, np.ndarray]:
     return np.where(hit & ~clipped, depth, np.inf), doubtful
 
 
-def compare(shapes: list[Placed], wTc: SE3) -> np.ndarray:
+def compare(shapes: list[Geom], wTc: SE3) -> np.ndarray:
     """Check an image against the truth; returns the image."""
     image, ids = DepthRenderer(CAMERA).render(shapes, wTc, with_ids=True)
     assert image.shape == ids.shape == (CAMERA.height, CAMERA.width)
@@ -87,7 +87,7 @@ def test_a_shape_anywhere_in_front_of_the_camera(shape: Box, seed: int) -> None:
     rng = np.random.default_rng(seed)
     turn, where = exp3(rng.normal(size=3)), rng.uniform([-0.2, -0.1, 0.25], [0.2, 0.1, 0.6])
     wTc = SE3(exp3(rng.normal(size=3)), rng.normal(size=3))
-    image = compare([Placed(shape, wTc * SE3(turn, where))], wTc)
+    image = compare([Geom(shape, wTc * SE3(turn, where))], wTc)
     assert np.isfinite(image).sum() > 20
 
 
@@ -101,25 +101,25 @@ def test_a_shape_on_both_sides_of_the_image_plane(shape: Box, seed: int) -> None
     where = np.array([*(0.1 * side / np.linalg.norm(side)), rng.uniform(-0.02, 0.06)])
     if signed_distance(shape, -(where[None] @ turn))[0] < 0.002:
         pytest.skip("the camera is inside")
-    compare([Placed(shape, SE3(turn, where))], SE3.Identity())
+    compare([Geom(shape, SE3(turn, where))], SE3.Identity())
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda s: type(s).__name__)
 def test_a_shape_close_beside_the_camera_shows(shape: Box) -> None:
-    image = compare([Placed(shape, SE3(np.eye(3), np.array([0.1, 0.02, 0.04])))], SE3.Identity())
+    image = compare([Geom(shape, SE3(np.eye(3), np.array([0.1, 0.02, 0.04])))], SE3.Identity())
     assert np.isfinite(image).any()
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda s: type(s).__name__)
 def test_what_is_behind_or_around_the_camera_is_not_seen(shape: Box) -> None:
-    behind = Placed(shape, SE3(np.eye(3), np.array([0.0, 0.0, -0.3])))
-    around = Placed(shape, SE3.Identity())
+    behind = Geom(shape, SE3(np.eye(3), np.array([0.0, 0.0, -0.3])))
+    around = Geom(shape, SE3.Identity())
     assert np.isnan(DepthRenderer(CAMERA).render([behind, around], SE3.Identity())).all()
 
 
 def test_surfaces_nearer_than_the_near_plane_are_not_seen() -> None:
-    def wall(distance: float) -> Placed:
-        return Placed(Box((1.0, 1.0, 0.001)), SE3(np.eye(3), np.array([0.0, 0.0, distance])))
+    def wall(distance: float) -> Geom:
+        return Geom(Box((1.0, 1.0, 0.001)), SE3(np.eye(3), np.array([0.0, 0.0, distance])))
 
     renderer = DepthRenderer(CAMERA)
     assert np.isnan(renderer.render([wall(0.5 * NEAR)], SE3.Identity())).all()
@@ -129,21 +129,21 @@ def test_surfaces_nearer_than_the_near_plane_are_not_seen() -> None:
 def test_a_surface_that_runs_towards_the_camera_is_cut_at_the_near_plane() -> None:
     slope = exp3(np.array([0.0, 1.2, 0.0]))
     image = compare(
-        [Placed(Box((0.05, 0.1, 0.0005)), SE3(slope, np.array([0, 0, 0.02])))], SE3.Identity()
+        [Geom(Box((0.05, 0.1, 0.0005)), SE3(slope, np.array([0, 0, 0.02])))], SE3.Identity()
     )
     assert np.nanmin(image) == pytest.approx(NEAR, abs=1e-3)
 
 
 def test_the_floor_is_not_seen_from_below() -> None:
     below = SE3(np.eye(3), np.array([0.0, 0.0, -0.5]))
-    assert np.isnan(DepthRenderer(CAMERA).render([Placed(Plane(), SE3.Identity())], below)).all()
+    assert np.isnan(DepthRenderer(CAMERA).render([Geom(Plane(), SE3.Identity())], below)).all()
 
 
 def test_the_floor_reaches_to_the_horizon_and_no_higher() -> None:
     level = SE3(
         np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]), np.array([0, 0, 1.0])
     )
-    image = DepthRenderer(CAMERA).render([Placed(Plane(), SE3.Identity())], level)
+    image = DepthRenderer(CAMERA).render([Geom(Plane(), SE3.Identity())], level)
     rows = np.arange(CAMERA.height)
     below = rows > CAMERA.cy
     expected = CAMERA.fy / (rows[below] - CAMERA.cy)
@@ -153,10 +153,10 @@ def test_the_floor_reaches_to_the_horizon_and_no_higher() -> None:
 
 def test_a_crowd_shows_the_nearest_surface_everywhere() -> None:
     rng = np.random.default_rng(5)
-    crowd = [Placed(Plane(), SE3.Identity())]
+    crowd = [Geom(Plane(), SE3.Identity())]
     for index in range(14):
         where = np.array([*rng.uniform(-0.3, 0.3, 2), rng.uniform(0.0, 0.2)])
-        crowd.append(Placed(SHAPES[index % 4], SE3(exp3(rng.normal(size=3)), where)))
+        crowd.append(Geom(SHAPES[index % 4], SE3(exp3(rng.normal(size=3)), where)))
     look_down = SE3(
         exp3(np.array([0.1, -0.2, 0.3])) @ np.diag([1.0, -1.0, -1.0]), np.array([0, 0, 0.7])
     )
@@ -165,7 +165,7 @@ def test_a_crowd_shows_the_nearest_surface_everywhere() -> None:
 
 def test_strips_of_a_large_image_meet_without_a_seam() -> None:
     large = Intrinsics(width=40, height=400, fx=200.0, fy=200.0, cx=20.0, cy=200.0)
-    ball = [Placed(Sphere(0.3), SE3(np.eye(3), np.array([0.0, 0.0, 0.8])))]
+    ball = [Geom(Sphere(0.3), SE3(np.eye(3), np.array([0.0, 0.0, 0.8])))]
     column = DepthRenderer(large).render(ball, SE3.Identity())[:, 20].astype(float)
     y = (np.arange(400) - 200.0) / 200.0
     a, b, c = 1.0 + y * y, -0.8, 0.8**2 - 0.3**2

@@ -3,8 +3,8 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from harness import TABLE_TOP, block, looking_down, table_world
 from pinocchio import SE3
-from stage import TABLE_TOP, block, looking_down, table_world
 
 from controller import READY, Command, robot_model
 from hw import SimClock

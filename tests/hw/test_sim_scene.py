@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from pinocchio import SE3
 
-from hw.sim import Placed, SceneError, World, load_scene, scene_names
+from hw.sim import Geom, SceneError, World, load_scene, scene_names
 from hw.sim.contact import separation
-from hw.sim.kinds import (
+from hw.sim.objects import (
     HOUSEHOLD,
     KINDS,
     MAX_HEIGHT,
@@ -31,11 +31,11 @@ objects:
 """
 
 
-def gap(one: list[Placed], other: list[Placed]) -> float:
+def gap(one: list[Geom], other: list[Geom]) -> float:
     return min(separation(a, b)[0] for a in one for b in other)
 
 
-def narrowest(parts: list[Placed]) -> float:
+def narrowest(parts: list[Geom]) -> float:
     """Smallest extent of any part across any horizontal direction [m]."""
     angles = np.linspace(0.0, np.pi, 180, endpoint=False)
     return min(
@@ -115,7 +115,7 @@ def test_container_and_table_stand_where_the_scene_says() -> None:
     assert top["table/top"] == pytest.approx(0.5)
     assert top["container/floor"] == pytest.approx(0.456)
     assert top["container/wall"] == pytest.approx(0.506)
-    inside = Placed(world.fixtures[3].shape, SE3.Identity())
+    inside = Geom(world.fixtures[3].shape, SE3.Identity())
     assert inside.shape == world.fixtures[4].shape
     walls = [f.pose.translation[:2] for f in world.fixtures if f.name == "container/wall"]
     assert np.ptp(walls, axis=0) == pytest.approx([0.446, 0.366])

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from pinocchio import SE3, exp3
 
-from hw.sim import Box, Cylinder, Placed, Plane, SimObject, Sphere, World, load_scene
+from hw.sim import Box, Cylinder, Geom, Plane, SimObject, Sphere, World, load_scene
 from hw.sim.contact import separation
 from hw.sim.shapes import half_extents
 
 TURNED_DOWN = np.diag([1.0, -1.0, -1.0])
-FLOOR = Placed(Plane(), SE3.Identity(), "floor")
-TABLE = Placed(Box((0.3, 0.2, 0.02)), SE3(np.eye(3), np.array([0.0, 0.0, 0.48])), "table/top")
+FLOOR = Geom(Plane(), SE3.Identity(), "floor")
+TABLE = Geom(Box((0.3, 0.2, 0.02)), SE3(np.eye(3), np.array([0.0, 0.0, 0.48])), "table/top")
 TABLE_TOP = 0.5
 
 
@@ -25,7 +25,7 @@ def hand_at(x: float, y: float, z: float) -> SE3:
 def box(x: float, y: float, z: float, name: str = "box", half: float = 0.02) -> SimObject:
     return SimObject(
         name=name,
-        parts=(Placed(Box((half, half, half)), SE3.Identity(), name),),
+        parts=(Geom(Box((half, half, half)), SE3.Identity(), name),),
         mass=0.1,
         pose=SE3(np.eye(3), np.array([x, y, z])),
     )
@@ -98,11 +98,11 @@ def test_an_object_released_inside_another_comes_to_lie_on_it() -> None:
 def test_a_round_object_falls_until_it_touches() -> None:
     ball = SimObject(
         name="ball",
-        parts=(Placed(Sphere(0.02), SE3.Identity()),),
+        parts=(Geom(Sphere(0.02), SE3.Identity()),),
         mass=0.1,
         pose=SE3(np.eye(3), np.array([0.0, 0.0, 0.02])),
     )
-    post = Placed(Cylinder(0.01, 0.1), SE3(np.eye(3), np.array([0.5, 0.0, 0.1])), "post")
+    post = Geom(Cylinder(0.01, 0.1), SE3(np.eye(3), np.array([0.5, 0.0, 0.1])), "post")
     world = picked(World([FLOOR, post], [ball]), hand_at(0.0, 0.0, 0.025))
     world.carry(hand_at(0.515, 0.0, 0.6))
     world.open_fingers()
@@ -116,7 +116,7 @@ def test_something_in_the_air_rests_on_nothing() -> None:
 
 
 def test_leaning_on_a_wall_is_not_resting_on_it() -> None:
-    wall = Placed(Box((0.005, 0.2, 0.2)), SE3(np.eye(3), np.array([0.0248, 0.0, 0.2])), "wall")
+    wall = Geom(Box((0.005, 0.2, 0.2)), SE3(np.eye(3), np.array([0.0248, 0.0, 0.2])), "wall")
     thing = box(0.0, 0.0, 0.02)
     assert World([wall, FLOOR], [thing]).resting_on(thing) == "floor"
 
@@ -141,7 +141,7 @@ def test_an_open_hand_around_an_object_does_not_collide() -> None:
 def test_the_hand_collides_with_what_it_presses_into(
     wTe: SE3, width: float, hit: str | None
 ) -> None:
-    shelf = Placed(Box((0.5, 0.01, 0.01)), SE3(np.eye(3), np.array([0.0, 0.58, 0.18])), "shelf")
+    shelf = Geom(Box((0.5, 0.01, 0.01)), SE3(np.eye(3), np.array([0.0, 0.58, 0.18])), "shelf")
     world = World([FLOOR, shelf], [box(0.0, 0.0, 0.02)])
     assert world.collision(wTe, width) == hit
 

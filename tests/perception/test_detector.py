@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from pinocchio import SE3, exp3
 
-from behaviours.names import Region
+from behaviours.named import Region
 from hw import DepthFrame, Intrinsics
-from hw.sim import Box, D435Noise, DepthRenderer, Placed, SimObject, World
+from hw.sim import Box, D435Noise, DepthRenderer, Geom, SimObject, World
 from perception import Detection, GraspDetector, WeightsError
-from perception.check import DEPTHS
 from perception.geometry import closing_direction, grasp_pose
+from perception.grasp_feasibility import DEPTHS
 
 CAMERA = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
 FLOOR = 0.456
@@ -30,18 +30,18 @@ def looking_down(height: float, yaw: float = 0.0, tilt: tuple[float, float] = (0
 
 def box_world(yaw: float = 0.5, x: float = 3.03, y: float = -0.02) -> World:
     """A box of 120 x 40 x 50 mm in a container."""
-    part = Placed(Box((0.06, 0.02, 0.025)), SE3.Identity())
+    part = Geom(Box((0.06, 0.02, 0.025)), SE3.Identity())
     turn = exp3(np.array([0.0, 0.0, yaw]))
     thing = SimObject(
         name="box", parts=(part,), mass=0.2, pose=SE3(turn, np.array([x, y, FLOOR + 0.025]))
     )
     fixtures = [
-        Placed(Box((0.23, 0.19, 0.1)), SE3(np.eye(3), np.array([3.0, 0.0, FLOOR - 0.1])), "stand")
+        Geom(Box((0.23, 0.19, 0.1)), SE3(np.eye(3), np.array([3.0, 0.0, FLOOR - 0.1])), "stand")
     ]
     for dx, dy, hx, hy in ((0.223, 0, 0.003, 0.186), (0, 0.183, 0.226, 0.003)):
         for sign in (1, -1):
             centre = np.array([3.0 + sign * dx, sign * dy, FLOOR + 0.025])
-            fixtures.append(Placed(Box((hx, hy, 0.025)), SE3(np.eye(3), centre), "wall"))
+            fixtures.append(Geom(Box((hx, hy, 0.025)), SE3(np.eye(3), centre), "wall"))
     return World(fixtures, [thing])
 
 

@@ -1,4 +1,4 @@
-"""A folder of broken files: each says in its first lines which mistakes it has, and where."""
+"""A folder of broken files: each says in its first lines which diagnostics it has, and where."""
 
 from __future__ import annotations
 
@@ -23,7 +23,11 @@ def test_the_folder_is_worth_its_name():
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_every_mistake_is_found_where_it_is(path):
     expected = [match for match in map(EXPECTED.fullmatch, path.read_text().splitlines()) if match]
-    found = [mistake for mistake in map(str, check(path)) if "warning" not in mistake.split(" ")[1]]
+    found = [
+        diagnostic
+        for diagnostic in map(str, check(path))
+        if "warning" not in diagnostic.split(" ")[1]
+    ]
     assert len(found) == len(expected), found
     for text, match in zip(found, expected, strict=True):
         assert text.startswith(f"{FOLDER / (match['file'] or path.name)}:{match['place']}: ")

@@ -12,7 +12,7 @@ import pytest
 from everything import write_everything
 
 import trees
-from behaviours.names import BasePose, Posture, Region, ToolPose
+from behaviours.named import BasePose, Posture, Region, ToolPose
 from trees.btcpp import export_xml, import_xml
 from trees.btcpp.words import STANDARD_COMPOSITES, STANDARD_MODIFIERS
 from trees.language import Task, TaskFileError, load
@@ -142,7 +142,7 @@ def test_bt_cpp_runs_a_task_to_the_same_end(failures, outcome, grasps):
     ],
 )
 def test_a_word_means_in_bt_cpp_what_it_means_here(tmp_path, tree, failing, outcome):
-    from app.dry import dry_run
+    from app.authoring.dry import dry_run
 
     path = write(tmp_path, tree)
     assert Cpp(exported(path), **failing).run() == outcome

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from everything import write_everything
 
-from app.dry import dry_run
+from app.authoring.dry import dry_run
 from trees.btcpp import export_xml, import_xml
 from trees.language import TaskFileError, check, load
 
@@ -292,7 +292,7 @@ def test_damaged_files_give_complaints_and_never_a_crash(tmp_path):
         try:
             import_xml(path)
         except TaskFileError as error:
-            refused += all(mistake.path == path for mistake in error.mistakes)
+            refused += all(diagnostic.path == path for diagnostic in error.diagnostics)
         else:
             taken += 1
     assert refused + taken == 150

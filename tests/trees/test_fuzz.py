@@ -1,4 +1,4 @@
-"""Damaged task files give a task or located mistakes, soon, and never anything else.
+"""Damaged task files give a task or located diagnostics, soon, and never anything else.
 
 A task that comes out of it is run with leaves that end as dice fall: a key that the check let pass
 is never read before it is written.
@@ -19,11 +19,11 @@ from py_trees.common import Status
 from tree_toys import ToyContext
 
 import trees
-from behaviours.names import Key
+from behaviours.named import Key
 from trees.language import (
     COMPOSITES,
     MODIFIERS,
-    Mistake,
+    Diagnostic,
     Task,
     TaskFileError,
     build,
@@ -166,29 +166,29 @@ def cases(folder: Path, count: int, seed: int) -> Iterator[Path]:
 
 
 def judge(path: Path, rng: random.Random) -> str:
-    """`task` or `mistakes`; fails if it is anything else."""
+    """`task` or `diagnostics`; fails if it is anything else."""
     begun = process_time()
-    task, mistakes = loaded(path)
+    task, diagnostics = loaded(path)
     assert process_time() - begun < 1.0
     if task is not None:
         run(task, rng)
         return "task"
-    assert mistakes
-    for mistake in mistakes:
-        lines = mistake.path.read_bytes().decode(errors="replace").splitlines()
-        assert mistake.place is not None
-        assert 1 <= mistake.place.line <= len(lines) + 1
-        assert mistake.place.column >= 1
-        assert mistake.what
-        assert mistake.mend
-    return "mistakes"
+    assert diagnostics
+    for diagnostic in diagnostics:
+        lines = diagnostic.path.read_bytes().decode(errors="replace").splitlines()
+        assert diagnostic.place is not None
+        assert 1 <= diagnostic.place.line <= len(lines) + 1
+        assert diagnostic.place.column >= 1
+        assert diagnostic.what
+        assert diagnostic.hint
+    return "diagnostics"
 
 
-def loaded(path: Path) -> tuple[Task | None, Sequence[Mistake]]:
+def loaded(path: Path) -> tuple[Task | None, Sequence[Diagnostic]]:
     try:
         return load(path, leaves=LEAVES), ()
     except TaskFileError as error:
-        return None, error.mistakes
+        return None, error.diagnostics
 
 
 def run(task: Task, rng: random.Random) -> None:
@@ -219,7 +219,7 @@ def test_the_samples_are_sound_and_have_every_word(tmp_path):
 def test_two_thousand_damaged_files(tmp_path):
     rng = random.Random(0)
     ends = [judge(path, rng) for path in cases(tmp_path, 2_000, seed=0)]
-    assert min(ends.count("task"), ends.count("mistakes")) > 100
+    assert min(ends.count("task"), ends.count("diagnostics")) > 100
 
 
 @pytest.mark.slow
@@ -244,5 +244,5 @@ def test_a_hundred_thousand_damaged_files(tmp_path):
 def test_large_files_are_bounded(tmp_path, text):
     path = tmp_path / "large.yaml"
     path.write_text(text)
-    task, mistakes = loaded(path)
-    assert task or 1 <= len(mistakes) <= 100
+    task, diagnostics = loaded(path)
+    assert task or 1 <= len(diagnostics) <= 100

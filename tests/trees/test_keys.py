@@ -6,7 +6,7 @@ import pytest
 from tree_toys import TOYS, Run
 
 from behaviours.leaf import LeafCrashedError
-from behaviours.names import Key
+from behaviours.named import Key
 from trees.language import Severity, check
 
 
@@ -16,7 +16,7 @@ def run(tmp_path):
 
 
 @pytest.fixture
-def mistakes(tmp_path):
+def diagnostics(tmp_path):
     """The errors of a tree section, as `line:column: message` counted from its first line."""
 
     def found(tree: str, severity: Severity = Severity.ERROR) -> list[str]:
@@ -24,9 +24,9 @@ def mistakes(tmp_path):
         lines = "\n".join(f"  {line}" for line in tree.strip().splitlines())
         path.write_text(f"task: toy\ntree:\n{lines}\n")
         return [
-            f"{mistake.place.line - 2}:{mistake.place.column - 2}: {mistake.what}"
-            for mistake in check(path, leaves=TOYS)
-            if mistake.severity is severity
+            f"{diagnostic.place.line - 2}:{diagnostic.place.column - 2}: {diagnostic.what}"
+            for diagnostic in check(path, leaves=TOYS)
+            if diagnostic.severity is severity
         ]
 
     return found
@@ -128,8 +128,8 @@ WRITTEN = [
 
 
 @pytest.mark.parametrize("tree", WRITTEN)
-def test_a_key_that_is_certainly_written_may_be_read(mistakes, tree):
-    assert mistakes(tree) == []
+def test_a_key_that_is_certainly_written_may_be_read(diagnostics, tree):
+    assert diagnostics(tree) == []
 
 
 UNSURE = "`$n` is not written on every way here"
@@ -155,35 +155,39 @@ UNWRITTEN = [
 
 
 @pytest.mark.parametrize(("tree", "message"), UNWRITTEN)
-def test_a_key_that_may_not_be_written_is_a_mistake(mistakes, tree, message):
-    [found] = mistakes(tree)
+def test_a_key_that_may_not_be_written_is_a_mistake(diagnostics, tree, message):
+    [found] = diagnostics(tree)
     assert message in found
 
 
-def test_types_of_keys_are_checked_before_the_run(mistakes):
-    assert mistakes("sequence: [set: {n: soon}, navigate: {to: $n}]") == [
+def test_types_of_keys_are_checked_before_the_run(diagnostics):
+    assert diagnostics("sequence: [set: {n: soon}, navigate: {to: $n}]") == [
         "1:43: expected a tool pose or a base pose, got `$n`, which is text"
     ]
-    assert mistakes("sequence: [set: {n: 1.5}, grasp: {within: $n, tries: $n}]") == [
+    assert diagnostics("sequence: [set: {n: 1.5}, grasp: {within: $n, tries: $n}]") == [
         "1:43: expected a region, got `$n`, which is a number",
         "1:54: expected a whole number or null, got `$n`, which is a number",
     ]
-    assert mistakes("sequence: [set: {n: 1}, set: {n: one}, note: {value: $n}]") == [
+    assert diagnostics("sequence: [set: {n: 1}, set: {n: one}, note: {value: $n}]") == [
         "1:31: `n` takes text here, and a whole number on line 3"
     ]
     assert (
-        mistakes("sequence: [count: {times: n, where: w}, navigate: {to: $w}, note: {value: $n}]")
+        diagnostics(
+            "sequence: [count: {times: n, where: w}, navigate: {to: $w}, note: {value: $n}]"
+        )
         == []
     )
 
 
-def test_modifiers_and_poses_take_no_keys(mistakes):
-    found = mistakes("sequence: [set: {n: 1}, {retry: $n, open_gripper: }]")
+def test_modifiers_and_poses_take_no_keys(diagnostics):
+    found = diagnostics("sequence: [set: {n: 1}, {retry: $n, open_gripper: }]")
     assert found == ["1:33: the task has no parameter `n`"]
 
 
-def test_an_output_is_a_plain_word_that_is_no_parameter(mistakes, tmp_path):
-    found = mistakes("sequence: [count: {times: $n}, count: {times: 3}, count: {times: }, count]")
+def test_an_output_is_a_plain_word_that_is_no_parameter(diagnostics, tmp_path):
+    found = diagnostics(
+        "sequence: [count: {times: $n}, count: {times: 3}, count: {times: }, count]"
+    )
     assert [text.split(", and")[0] for text in found] == [
         "1:27: `times` names a key to write to",
         "1:47: `times` names a key to write to",
@@ -197,8 +201,8 @@ def test_an_output_is_a_plain_word_that_is_no_parameter(mistakes, tmp_path):
     assert "`n` is a parameter, and cannot be written to" in str(check(path, leaves=TOYS)[0])
 
 
-def test_a_key_that_nobody_reads_is_a_warning(mistakes):
-    assert mistakes("sequence: [set: {n: 1}, count: {times: m}]", Severity.WARNING) == [
+def test_a_key_that_nobody_reads_is_a_warning(diagnostics):
+    assert diagnostics("sequence: [set: {n: 1}, count: {times: m}]", Severity.WARNING) == [
         "1:18: the key `n` is never read",
         "1:40: the key `m` is never read",
     ]

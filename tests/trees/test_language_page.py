@@ -7,7 +7,7 @@ from pathlib import Path
 
 from trees.language import COMPOSITES, MODIFIERS, Severity, check
 from trees.language.documents import FILE_KEYS
-from trees.language.kinds import PARAMETER_TYPES
+from trees.language.value_types import PARAMETER_TYPES
 
 PAGE = (Path(__file__).parents[2] / "docs" / "language.md").read_text()
 AROUND = """\
@@ -43,4 +43,4 @@ def test_the_examples_are_sound(tmp_path):
         lines = "".join(f"    {line}\n" for line in example.splitlines())
         (tmp_path / "example.yaml").write_text(AROUND + lines)
         found = check(tmp_path / "example.yaml")
-        assert [mistake for mistake in found if mistake.severity is Severity.ERROR] == []
+        assert [diagnostic for diagnostic in found if diagnostic.severity is Severity.ERROR] == []

@@ -15,9 +15,10 @@ def warnings(folder, tree: str) -> list[str]:
     lines = "\n".join(f"  {line}" for line in tree.strip().splitlines())
     path.write_text(f"task: toy\ntree:\n{lines}\n")
     found = check(path, leaves=TOYS)
-    assert all(mistake.severity is Severity.WARNING for mistake in found), found
+    assert all(diagnostic.severity is Severity.WARNING for diagnostic in found), found
     return [
-        f"{mistake.place.line - 2}:{mistake.place.column - 2}: {mistake.what}" for mistake in found
+        f"{diagnostic.place.line - 2}:{diagnostic.place.column - 2}: {diagnostic.what}"
+        for diagnostic in found
     ]
 
 

@@ -75,8 +75,8 @@ def test_values_from_outside_that_do_not_fit(path, override, message):
     name, _, value = override.partition("=")
     with pytest.raises(TaskFileError) as raised:
         load(path, leaves=TOYS, overrides={name: value})
-    [mistake] = raised.value.mistakes
-    assert str(mistake).removeprefix(f"{path}:").startswith(message)
+    [diagnostic] = raised.value.diagnostics
+    assert str(diagnostic).removeprefix(f"{path}:").startswith(message)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_definitions_that_are_not_sound_are_one_mistake_each(path, parameter, me
         f"task: toy\nparams: {{a: {parameter}}}\n"
         "tree: {sequence: [navigate: {to: $a}, note: {value: $a}, {retry: $a, open_gripper: }]}\n"
     )
-    found = [str(mistake).removeprefix(f"{path}:") for mistake in check(path, leaves=TOYS)]
+    found = [str(diagnostic).removeprefix(f"{path}:") for diagnostic in check(path, leaves=TOYS)]
     assert message in found[0]
 
 
@@ -127,11 +127,11 @@ def test_the_type_of_a_parameter_without_a_value_is_checked(path):
     path.write_text(
         "task: toy\nparams: {a: {type: text}}\ntree: {sequence: [{retry: $a, open_gripper: }]}\n"
     )
-    assert [mistake.what for mistake in check(path, leaves=TOYS)] == [
+    assert [diagnostic.what for diagnostic in check(path, leaves=TOYS)] == [
         "`retry`: expected a whole number of at least 1, got `$a`, which is text"
     ]
     path.write_text("task: toy\nparams: {a: {type: text}}\ntree: {grasp: {within: $a}}\n")
-    assert [mistake.what for mistake in check(path, leaves=TOYS)] == [
+    assert [diagnostic.what for diagnostic in check(path, leaves=TOYS)] == [
         "expected a region, got `$a`, which is text"
     ]
 
@@ -142,7 +142,9 @@ def test_poses_may_be_made_of_plain_parameters_alone(path):
         "poses: {a: {base: [$x, 0], heading_deg: 0}, b: {base: [$p, $y], heading_deg: 0}}\n"
         "tree: {sequence: [navigate: {to: $p}, navigate: {to: b}]}\n"
     )
-    assert [str(mistake).removeprefix(f"{path}:") for mistake in check(path, leaves=TOYS)] == [
+    assert [
+        str(diagnostic).removeprefix(f"{path}:") for diagnostic in check(path, leaves=TOYS)
+    ] == [
         "3:56: `base` takes finite numbers, not `$p`; write a number",
         "3:60: the task has no parameter `y`; known here: `p`, `x`",
     ]

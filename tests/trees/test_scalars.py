@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from trees.language.mistakes import Mistakes
+from trees.language.diagnostics import Diagnostics
 from trees.language.source import compose, plain
 
 
@@ -50,7 +50,7 @@ def test_nan_is_a_number():
 
 
 def test_quotes_make_text():
-    document = compose("['1', \"no\", 1]", Mistakes(Path("x")))
+    document = compose("['1', \"no\", 1]", Diagnostics(Path("x")))
     assert [item.value for item in document.items] == ["1", "no", 1]
 
 
@@ -76,13 +76,16 @@ def test_quotes_make_text():
     ],
 )
 def test_texts_that_are_refused(text, message):
-    mistakes = Mistakes(Path("x"))
-    compose(text, mistakes)
-    [mistake] = mistakes.in_order()
-    assert str(mistake).startswith(message)
+    diagnostics = Diagnostics(Path("x"))
+    compose(text, diagnostics)
+    [diagnostic] = diagnostics.in_order()
+    assert str(diagnostic).startswith(message)
 
 
 def test_aliases_are_refused_where_they_stand():
-    mistakes = Mistakes(Path("x"))
-    compose("a: &x 1\nb: *x", mistakes)
-    assert [str(mistake).split(": ")[0] for mistake in mistakes.in_order()] == ["x:1:4", "x:2:4"]
+    diagnostics = Diagnostics(Path("x"))
+    compose("a: &x 1\nb: *x", diagnostics)
+    assert [str(diagnostic).split(": ")[0] for diagnostic in diagnostics.in_order()] == [
+        "x:1:4",
+        "x:2:4",
+    ]

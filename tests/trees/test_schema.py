@@ -13,7 +13,7 @@ from jsonschema import Draft7Validator
 import trees
 from behaviours import LEAVES
 from trees.language import check
-from trees.language.mistakes import Mistakes
+from trees.language.diagnostics import Diagnostics
 from trees.language.registry import describe_leaves
 from trees.language.source import Items, Table, Value, compose
 from trees.language.vocabulary import COMPOSITES, MODIFIERS, NAME, SUBTREE
@@ -35,7 +35,7 @@ def validator(schema) -> Draft7Validator:
 
 def content(text: str) -> Any:
     """What a task file says, as JSON would say it; numbers and words as YAML 1.2 has them."""
-    return _plain(compose(text, Mistakes(Path("t.yaml"))))
+    return _plain(compose(text, Diagnostics(Path("t.yaml"))))
 
 
 def _plain(value: Value | None) -> Any:
@@ -142,4 +142,4 @@ def test_what_is_wrong_is_refused_where_it_stands_and_by_check_too(validator, tm
     assert any(list(error.path)[: len(where)] == where for error in errors), errors
     path = tmp_path / "t.yaml"
     path.write_text(document, encoding="utf-8")
-    assert any(mistake.severity.value == "error" for mistake in check(path))
+    assert any(diagnostic.severity.value == "error" for diagnostic in check(path))

@@ -47,7 +47,7 @@ def errors(folder, top: str = TOP, part: str = PART) -> list[str]:
     (folder / "top.yaml").write_text(top)
     (folder / "parts" / "part.yaml").write_text(part)
     found = check(folder / "top.yaml", leaves=TOYS)
-    return [str(mistake).removeprefix(f"{folder}/") for mistake in found]
+    return [str(diagnostic).removeprefix(f"{folder}/") for diagnostic in found]
 
 
 def test_a_subtree_runs_with_its_own_values_and_hands_out_its_outputs(folder):

@@ -1,4 +1,4 @@
-"""Every mistake is reported at its place, with the way to mend it."""
+"""Every diagnostic is reported at its place, with the way to hint it."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def errors(folder, text: str, **options) -> list[str]:
     path.write_text(text)
     found = check(path, leaves=TOYS, **options)
     return [
-        str(mistake).removeprefix(f"{path}:")
-        for mistake in found
-        if mistake.severity is Severity.ERROR
+        str(diagnostic).removeprefix(f"{path}:")
+        for diagnostic in found
+        if diagnostic.severity is Severity.ERROR
     ]
 
 
@@ -322,8 +322,8 @@ def test_mistake_in_an_override(tmp_path, override, message):
 
 def test_files_that_cannot_be_read(tmp_path):
     def only(path):
-        [mistake] = check(path, leaves=TOYS)
-        return str(mistake)
+        [diagnostic] = check(path, leaves=TOYS)
+        return str(diagnostic)
 
     missing = tmp_path / "missing.yaml"
     assert only(missing) == f"{missing}: there is no such file; check the path"
@@ -353,7 +353,7 @@ def test_a_leaf_may_refuse_its_parameters_when_the_tree_is_built(tmp_path):
 def test_what_nothing_uses_is_a_warning_and_the_task_still_loads(tmp_path):
     path = tmp_path / "t.yaml"
     path.write_text(HEAD + "  {retry: $count, navigate: {to: home}}\n")
-    found = [str(mistake).removeprefix(f"{path}:") for mistake in check(path, leaves=TOYS)]
+    found = [str(diagnostic).removeprefix(f"{path}:") for diagnostic in check(path, leaves=TOYS)]
     assert found == [
         "4:3: warning: the parameter `speed` is never used; write `$speed` somewhere, or remove it",
         "7:3: warning: `dock` is never used; name it in the tree, or remove it",

@@ -9,7 +9,7 @@ import pytest
 from tree_toys import TOYS, Play, ToyContext
 
 import trees
-from behaviours.names import Posture
+from behaviours.named import Posture
 from controller import READY
 from trees.language import LeafError, Task, build, check, load, nodes_in_order
 
@@ -167,7 +167,7 @@ def test_installed_packages_add_leaves(tmp_path, monkeypatch):
     assert check(path) == []
     installed("tree_toys:Nothing")
     with pytest.raises(
-        LeafError, match=r"`extra` of `tree_toys:Nothing` cannot be loaded: .*; mend"
+        LeafError, match=r"`extra` of `tree_toys:Nothing` cannot be loaded: .*; fix"
     ):
         check(path)
 

@@ -10,7 +10,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from behaviours.leaf import Condition
-from behaviours.names import BasePose, Key, Posture, Region, ToolPose
+from behaviours.named import BasePose, Key, Posture, Region, ToolPose
 from hw.clock import SimClock
 from trees.language import build, load
 
@@ -117,7 +117,7 @@ class Grasp(Toy):
         self.side, self.tries, self.careful = side, tries, careful
 
 
-class Place(Toy):
+class Location(Toy):
     def __init__(self, name: str, context: ToyContext, *, on: Region) -> None:
         super().__init__(name, context)
 
@@ -207,7 +207,7 @@ TOYS = {
     "recover": Recover,
     "navigate": Navigate,
     "grasp": Grasp,
-    "place": Place,
+    "place": Location,
     "region_empty": RegionEmpty,
     "open_gripper": Toy,
     "retreat_check": Toy,

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 from py_trees.common import Status
 
 from trees.btcpp.words import STANDARD_TAGS
-from trees.language import PlacedNode
+from trees.language import TreeNode
 
 MAGIC = b"BTCPP4-FileLogger2"
 VERSION = 1
@@ -29,7 +29,7 @@ class BtLog:
         nodes: of the built tree, in preorder.
     """
 
-    def __init__(self, nodes: Sequence[PlacedNode]) -> None:
+    def __init__(self, nodes: Sequence[TreeNode]) -> None:
         self._nodes = [place.node for place in nodes]
         self._before = [Status.INVALID] * len(self._nodes)
         xml = tree_xml(nodes).encode()
@@ -55,7 +55,7 @@ class BtLog:
         return b"".join(self._parts)
 
 
-def tree_xml(nodes: Sequence[PlacedNode]) -> str:
+def tree_xml(nodes: Sequence[TreeNode]) -> str:
     """The built tree as Groot2 draws it: each node with its number, counted from 1 in preorder."""
     root = ElementTree.Element("root", BTCPP_format="4", main_tree_to_execute="Main")
     tree = ElementTree.SubElement(root, "BehaviorTree", ID="Main", _fullpath="")

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
-from trees.language.mistakes import Mistakes, Place
+from trees.language.diagnostics import Diagnostics, Location
 
 MAX_DEPTH = 64
 
@@ -17,7 +17,7 @@ class Element:
 
     tag: str
     attributes: Mapping[str, str]
-    place: Place
+    place: Location
     children: list[Element] = field(default_factory=list)
     texts: list[str] = field(default_factory=list)
 
@@ -35,25 +35,25 @@ class _RefusedError(Exception):
     """The file is XML, and more than is read here."""
 
 
-def read_elements(text: str, mistakes: Mistakes) -> Element | None:
-    """The root element of an XML file, or None and a mistake.
+def read_elements(text: str, diagnostics: Diagnostics) -> Element | None:
+    """The root element of an XML file, or None and a diagnostic.
 
     Args:
         text: the file.
-        mistakes: where they are noted.
+        diagnostics: where they are noted.
     """
     parser = expat.ParserCreate()
     parser.buffer_text = True
     open_elements: list[Element] = []
     roots: list[Element] = []
 
-    def here() -> Place:
-        return Place(line=parser.CurrentLineNumber, column=parser.CurrentColumnNumber + 1)
+    def here() -> Location:
+        return Location(line=parser.CurrentLineNumber, column=parser.CurrentColumnNumber + 1)
 
     def begin(tag: str, attributes: dict[str, str]) -> None:
         element = Element(tag=tag, attributes=attributes, place=here())
         if len(open_elements) >= MAX_DEPTH:
-            mistakes.error(
+            diagnostics.error(
                 here(), f"elements nest deeper than {MAX_DEPTH} levels", "split the tree"
             )
             raise _RefusedError
@@ -69,7 +69,7 @@ def read_elements(text: str, mistakes: Mistakes) -> Element | None:
 
     def document_type(*_: object) -> None:
         # Entities, which grow without bound or read other files, can only be declared in one.
-        mistakes.error(here(), "a document type is not read", "remove `<!DOCTYPE ...>`")
+        diagnostics.error(here(), "a document type is not read", "remove `<!DOCTYPE ...>`")
         raise _RefusedError
 
     parser.StartElementHandler = begin
@@ -81,8 +81,8 @@ def read_elements(text: str, mistakes: Mistakes) -> Element | None:
     except _RefusedError:
         return None
     except expat.ExpatError as error:
-        place = Place(line=error.lineno, column=error.offset + 1)
+        place = Location(line=error.lineno, column=error.offset + 1)
         problem = expat.errors.messages[error.code]
-        mistakes.error(place, f"this is not XML: {problem}", "mend it here or on the line above")
+        diagnostics.error(place, f"this is not XML: {problem}", "hint it here or on the line above")
         return None
     return roots[0]

@@ -29,11 +29,11 @@ from trees.btcpp.words import (
     parallel_counts,
 )
 from trees.language import Task, TaskFileError
-from trees.language.kinds import Named, ValueType
-from trees.language.mistakes import Mistakes, Place
+from trees.language.diagnostics import Diagnostics, Location
 from trees.language.parameters import TaskParameter
 from trees.language.registry import SET, LeafType
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode
+from trees.language.value_types import Named, ValueType
 from trees.language.values import KeyRead
 from trees.language.vocabulary import COMPOSITES, MODIFIERS
 
@@ -75,22 +75,22 @@ class _Export:
         """Add a task file, unless it is there already."""
         if task.path in self.trees:
             return
-        mistakes = Mistakes(task.path)
-        start = Place(line=1, column=1)
+        diagnostics = Diagnostics(task.path)
+        start = Location(line=1, column=1)
         others = {tree.get("ID") for tree in self.trees.values()}
         if task.name in _TAKEN or task.name in others or task.name in self.models:
             what = f"the name `{task.name}` of the task is taken in the exported file"
-            mistakes.error(start, what, "give the task another name")
+            diagnostics.error(start, what, "give the task another name")
         tree = self.trees[task.path] = Element("BehaviorTree", ID=task.name)
         for key, text in (("_description", task.description), ("_scene", task.scene)):
             if text:
                 tree.set(key, text)
-        self._add_ports(task, mistakes)
-        _Writer(task=task, export=self, mistakes=mistakes).node(task.root, tree)
-        if mistakes.fatal:
-            raise TaskFileError(mistakes.in_order())
+        self._add_ports(task, diagnostics)
+        _Writer(task=task, export=self, diagnostics=diagnostics).node(task.root, tree)
+        if diagnostics.fatal:
+            raise TaskFileError(diagnostics.in_order())
 
-    def _add_ports(self, task: Task, mistakes: Mistakes) -> None:
+    def _add_ports(self, task: Task, diagnostics: Diagnostics) -> None:
         model = self.models[task.name] = Element(SUBTREE, ID=task.name)
         for name, parameter in task.parameters.items():
             assert parameter.type is not None
@@ -98,7 +98,7 @@ class _Export:
             for choice in parameter.type.choices:
                 if not survives(choice, None) or ";" in literal(choice):
                     what = f"the choice `{choice}` of `{name}` would be read as something else"
-                    mistakes.error(parameter.place, what, "write it in another way")
+                    diagnostics.error(parameter.place, what, "write it in another way")
         for name, place in (*task.poses.items(), *task.regions.items()):
             kind = port_type(ValueType(kinds=(type(place),)))
             port = SubElement(model, "input_port", name=name, type=kind)
@@ -109,7 +109,7 @@ class _Export:
         names = [port.get("name") for port in model]
         for name in sorted({str(name) for name in names if names.count(name) > 1}):
             what = f"`{name}` is the name of two things, and they become ports of one tree"
-            mistakes.error(Place(line=1, column=1), what, "rename one of them")
+            diagnostics.error(Location(line=1, column=1), what, "rename one of them")
 
     def add_leaf(self, leaf: LeafType) -> None:
         """Add the model of a leaf."""
@@ -141,13 +141,13 @@ class _Writer:
     Args:
         task: the file.
         export: receives what the nodes need.
-        mistakes: receives what has no counterpart.
+        diagnostics: receives what has no counterpart.
     """
 
-    def __init__(self, *, task: Task, export: _Export, mistakes: Mistakes) -> None:
+    def __init__(self, *, task: Task, export: _Export, diagnostics: Diagnostics) -> None:
         self._task = task
         self._export = export
-        self._mistakes = mistakes
+        self._mistakes = diagnostics
 
     def node(self, node: Node, above: Element) -> None:
         """Write a node, its modifiers around it, below an element."""
@@ -261,14 +261,14 @@ class _Writer:
         if node.name != unnamed:
             element.set("name", node.name)
 
-    def _pointer(self, name: str, place: Place) -> str:
+    def _pointer(self, name: str, place: Location) -> str:
         """The attribute that stands for a parameter or key."""
         if name in self._task.poses or name in self._task.regions:
             what = f"`{name}` is a key and a pose or region, which share one blackboard in the XML"
             self._mistakes.error(place, what, "rename one of them")
         return pointer(name)
 
-    def _text(self, value: object, kind: ValueType | None, place: Place, about: str) -> str:
+    def _text(self, value: object, kind: ValueType | None, place: Location, about: str) -> str:
         """A value as the text of an attribute."""
         if isinstance(value, KeyRead):
             return self._pointer(value.name, place)

@@ -19,7 +19,7 @@ from trees.btcpp.sections import Located, Sections, read_sections
 from trees.btcpp.words import MAIN, SUBTREE
 from trees.btcpp.writing import traced, yaml_text
 from trees.language import TaskFileError, load
-from trees.language.mistakes import Mistakes, suggestion
+from trees.language.diagnostics import Diagnostics, suggestion
 from trees.language.registry import LeafType, describe_leaves, known_leaves
 from trees.language.source import read_text
 from trees.language.tables import WORD
@@ -38,12 +38,12 @@ def import_xml(path: Path) -> dict[str, str]:
         TaskFileError: with every part that has no counterpart, or if it is not XML.
         LeafError: a leaf class, not the file, is at fault.
     """
-    mistakes = Mistakes(path)
-    text = read_text(path, mistakes)
-    root = None if text is None else read_elements(text, mistakes)
-    files = {} if root is None else _files(root, describe_leaves(known_leaves()), mistakes)
-    if mistakes.fatal:
-        raise TaskFileError(mistakes.in_order())
+    diagnostics = Diagnostics(path)
+    text = read_text(path, diagnostics)
+    root = None if text is None else read_elements(text, diagnostics)
+    files = {} if root is None else _files(root, describe_leaves(known_leaves()), diagnostics)
+    if diagnostics.fatal:
+        raise TaskFileError(diagnostics.in_order())
     texts = {name: yaml_text(said) for name, said in files.items()}
     _check(texts, files, path)
     return texts
@@ -59,40 +59,44 @@ def _check(texts: Mapping[str, str], files: Mapping[str, Located], path: Path) -
         except TaskFileError as error:
             raise TaskFileError(
                 replace(
-                    mistake,
+                    diagnostic,
                     path=path,
-                    place=traced(mistake.place, texts[mistake.path.name], files[mistake.path.name]),
+                    place=traced(
+                        diagnostic.place, texts[diagnostic.path.name], files[diagnostic.path.name]
+                    ),
                 )
-                for mistake in error.mistakes
+                for diagnostic in error.diagnostics
             ) from None
 
 
-def _files(root: Element, leaves: Mapping[str, LeafType], mistakes: Mistakes) -> dict[str, Located]:
+def _files(
+    root: Element, leaves: Mapping[str, LeafType], diagnostics: Diagnostics
+) -> dict[str, Located]:
     """What each task file says, by its name, that of the main tree first."""
     if root.tag != "root" or root.attributes.get("BTCPP_format") != "4":
         what = "this is not a tree of BehaviorTree.CPP 4"
-        mistakes.error(root.place, what, 'the root is `<root BTCPP_format="4">`')
+        diagnostics.error(root.place, what, 'the root is `<root BTCPP_format="4">`')
         return {}
     for child in root.children:
         if child.tag not in ("BehaviorTree", "TreeNodesModel"):
             what = f"`<{child.tag}>` has no counterpart"
-            mistakes.error(child.place, what, "put all trees into one file, without others")
+            diagnostics.error(child.place, what, "put all trees into one file, without others")
     trees = {tree.attributes.get("ID", ""): tree for tree in root.all("BehaviorTree")}
     for tree in root.all("BehaviorTree"):
         name = tree.attributes.get("ID", "")
         if trees[name] is not tree:
-            mistakes.error(tree.place, f"there is another tree `{name}`", "rename one of them")
+            diagnostics.error(tree.place, f"there is another tree `{name}`", "rename one of them")
     models = {
-        model.attributes.get("ID", ""): read_sections(model, mistakes)
+        model.attributes.get("ID", ""): read_sections(model, diagnostics)
         for all_models in root.all("TreeNodesModel")
         for model in all_models.all(SUBTREE)
     }
     main = root.attributes.get("main_tree_to_execute", next(iter(trees), ""))
     if main not in trees:
         what = f"there is no tree `{main}`"
-        mistakes.error(root.place, what, suggestion(main, trees))
+        diagnostics.error(root.place, what, suggestion(main, trees))
         return {}
-    found = _Trees(trees=trees, models=models, leaves=leaves, mistakes=mistakes)
+    found = _Trees(trees=trees, models=models, leaves=leaves, diagnostics=diagnostics)
     found.add(_unwrapped(main, trees))
     return dict(reversed(found.files.items()))
 
@@ -115,7 +119,7 @@ class _Trees:
     trees: Mapping[str, Element]
     models: Mapping[str, Sections]
     leaves: Mapping[str, LeafType]
-    mistakes: Mistakes
+    diagnostics: Diagnostics
     files: dict[str, Located] = field(default_factory=dict)
     under_way: list[str] = field(default_factory=list)
 
@@ -123,17 +127,20 @@ class _Trees:
         """Add the file of a tree, and those of the trees that it needs."""
         tree = self.trees[name]
         if not WORD.fullmatch(name):
-            mend = "use letters, digits and `_`, and begin with a letter"
-            self.mistakes.error(tree.place, f"`{name}` cannot name a task", mend)
+            hint = "use letters, digits and `_`, and begin with a letter"
+            self.diagnostics.error(tree.place, f"`{name}` cannot name a task", hint)
             return
         if len(tree.children) != 1:
             what = f"the tree `{name}` has {len(tree.children)} roots"
-            self.mistakes.error(tree.place, what, "give it one")
+            self.diagnostics.error(tree.place, what, "give it one")
             return
         self.under_way.append(name)
         sections = self.models.get(name, Sections())
         nodes = Nodes(
-            sections=sections, leaves=self.leaves, mistakes=self.mistakes, include=self.include
+            sections=sections,
+            leaves=self.leaves,
+            diagnostics=self.diagnostics,
+            include=self.include,
         )
         said = {
             "task": name,
@@ -151,12 +158,12 @@ class _Trees:
         )
 
     def include(self, name: str, element: Element) -> Sections | None:
-        """Add the tree that a node stands for; returns its ports, or None and a mistake."""
+        """Add the tree that a node stands for; returns its ports, or None and a diagnostic."""
         if name not in self.trees or name in self.under_way:
             around = "goes round in a circle" if name in self.trees else "is not in the file"
             known = [tree for tree in self.trees if tree not in self.under_way]
             what = f"the tree `{name}` {around}"
-            self.mistakes.error(element.place, what, suggestion(name, known))
+            self.diagnostics.error(element.place, what, suggestion(name, known))
             return None
         if f"{name}.yaml" not in self.files:
             self.add(name)

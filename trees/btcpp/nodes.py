@@ -21,10 +21,10 @@ from trees.btcpp.words import (
     Standard,
     parallel_policy,
 )
-from trees.language.kinds import ValueType
-from trees.language.mistakes import Mistakes, Place, suggestion
+from trees.language.diagnostics import Diagnostics, Location, suggestion
 from trees.language.registry import SET, LeafType
 from trees.language.tables import WORD
+from trees.language.value_types import ValueType
 from trees.language.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME
 from trees.language.vocabulary import SUBTREE as SUBTREE_KEY
 
@@ -54,7 +54,7 @@ class Nodes:
     sections: Sections
     """The ports of the tree."""
     leaves: Mapping[str, LeafType]
-    mistakes: Mistakes
+    diagnostics: Diagnostics
     include: Include
 
     def node(self, element: Element) -> Item:
@@ -231,11 +231,11 @@ class Nodes:
         for key in attributes:
             self._refuse(element, f"`{element.tag}` has no `{key}`", "remove it")
 
-    def _refuse(self, element: Element, what: str, mend: str) -> None:
-        self.mistakes.error(element.place, what, mend)
+    def _refuse(self, element: Element, what: str, hint: str) -> None:
+        self.diagnostics.error(element.place, what, hint)
 
 
-def _wrapped(key: str, value: object, inner: Item, place: Place) -> Item:
+def _wrapped(key: str, value: object, inner: Item, place: Location) -> Item:
     """A node with a modifier around it, in the order of wrapping that the language has."""
     order = list(MODIFIERS)
     inside = [order.index(other) for other in inner if other in MODIFIERS]

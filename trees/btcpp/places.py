@@ -7,8 +7,8 @@ import numpy.typing as npt
 import pinocchio as pin
 from pinocchio import SE3
 
-from behaviours.names import BasePose, Posture, Region, ToolPose
-from trees.language.kinds import Named
+from behaviours.named import BasePose, Posture, Region, ToolPose
+from trees.language.value_types import Named
 
 
 def place_text(place: Named) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 from trees.btcpp.words import ANY_TYPE, PORT_TYPES
-from trees.language.kinds import PARAMETER_TYPES, Plain, ValueType
 from trees.language.source import plain
+from trees.language.value_types import PARAMETER_TYPES, Plain, ValueType
 
 _POINTER = re.compile(r"\{\s*([A-Za-z_][A-Za-z0-9_]*)\s*\}")
 

@@ -11,14 +11,14 @@ from trees.btcpp.elements import Element
 from trees.btcpp.places import read_place_text
 from trees.btcpp.ports import read_literal
 from trees.btcpp.words import PORT_TYPES
-from trees.language.kinds import PARAMETER_TYPES, ValueType, type_of
-from trees.language.mistakes import Mistakes, Place, suggestion
+from trees.language.diagnostics import Diagnostics, Location, suggestion
 from trees.language.source import plain
+from trees.language.value_types import PARAMETER_TYPES, ValueType, type_of
 
 _WORDS: Mapping[str, str] = {port: word for word, port in PORT_TYPES.items()}
 
 
-NOWHERE: Mapping[str, Place] = MappingProxyType({})
+NOWHERE: Mapping[str, Location] = MappingProxyType({})
 
 
 class Located(dict[str, Any]):
@@ -29,7 +29,7 @@ class Located(dict[str, Any]):
         said: keys and values.
     """
 
-    def __init__(self, place: Place, said: Mapping[str, Any]) -> None:
+    def __init__(self, place: Location, said: Mapping[str, Any]) -> None:
         super().__init__(said)
         self.place = place
 
@@ -44,7 +44,7 @@ class Item(Located):
     """
 
     def __init__(
-        self, place: Place, said: Mapping[str, Any], modifiers: Mapping[str, Place] = NOWHERE
+        self, place: Location, said: Mapping[str, Any], modifiers: Mapping[str, Location] = NOWHERE
     ) -> None:
         super().__init__(place, said)
         self.modifiers = modifiers
@@ -66,7 +66,7 @@ class Sections:
         return name in self.poses or name in self.regions
 
 
-def read_sections(model: Element | None, mistakes: Mistakes) -> Sections:
+def read_sections(model: Element | None, diagnostics: Diagnostics) -> Sections:
     """The sections of the tree that a `<SubTree>` of the models is about."""
     sections = Sections()
     for port in [] if model is None else model.children:
@@ -75,18 +75,18 @@ def read_sections(model: Element | None, mistakes: Mistakes) -> Sections:
             sections.outputs[name] = port.text
         elif port.tag != "input_port":
             what = f"a port `<{port.tag}>` of a tree has no counterpart"
-            mistakes.error(port.place, what, "make it an input or an output")
+            diagnostics.error(port.place, what, "make it an input or an output")
         elif (fields := read_place_text(port.attributes.get("default", ""))) is not None:
             numbers = {key: [plain(number) for number in text] for key, text in fields.items()}
             said = {key: one[0] if len(one) == 1 else one for key, one in numbers.items()}
             section = sections.regions if "centre" in said else sections.poses
             section[name] = Located(port.place, said)
         else:
-            sections.params[name], sections.types[name] = _parameter(port, mistakes)
+            sections.params[name], sections.types[name] = _parameter(port, diagnostics)
     return sections
 
 
-def _parameter(port: Element, mistakes: Mistakes) -> tuple[Located, ValueType | None]:
+def _parameter(port: Element, diagnostics: Diagnostics) -> tuple[Located, ValueType | None]:
     """What the section `params` says about a port, and its type."""
     given = port.attributes
     said: dict[str, Any] = {}
@@ -98,7 +98,7 @@ def _parameter(port: Element, mistakes: Mistakes) -> tuple[Located, ValueType | 
         said["type"], expected = word, PARAMETER_TYPES[word]
     elif "type" in given and given["type"] != "BT::AnyTypeAllowed":
         what = f"the port type `{given['type']}` has no counterpart"
-        mistakes.error(port.place, what, suggestion(given["type"], _WORDS))
+        diagnostics.error(port.place, what, suggestion(given["type"], _WORDS))
     if "default" in given:
         said["default"] = read_literal(given["default"], expected)
         if expected == type_of(said["default"]):

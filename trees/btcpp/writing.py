@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 
 from trees.btcpp.sections import NOWHERE, Item, Located
-from trees.language.mistakes import Mistakes, Place
+from trees.language.diagnostics import Diagnostics, Location
 from trees.language.source import Items, Table, Value, compose, plain
 from trees.language.vocabulary import MODIFIERS, NAME
 
@@ -24,7 +24,7 @@ _BOOL = "tag:yaml.org,2002:bool"
 class _Bare(str):
     """A leaf without parameters, written as its key alone."""
 
-    place: Place
+    place: Location
 
 
 class _Dumper(yaml.SafeDumper):
@@ -69,9 +69,9 @@ def yaml_text(said: Located) -> str:
     return re.sub(rf"^({'|'.join(_APART)}):", r"\n\1:", text, flags=re.MULTILINE)
 
 
-def traced(place: Place | None, text: str, said: Located) -> Place:
+def traced(place: Location | None, text: str, said: Located) -> Location:
     """The place in the XML that a place in a written task file comes from."""
-    value = compose(text, Mistakes(Path()))
+    value = compose(text, Diagnostics(Path()))
     sections = Located(said.place, {**said, "tree": _arranged(said["tree"])})
     found = dict(_traces(value, sections, said.place))
     return said.place if place is None else found.get(place, said.place)
@@ -97,7 +97,7 @@ def _arranged(said: Any) -> Any:
     return Located(said.place, arranged)
 
 
-def _traces(value: Value | None, said: Any, place: Place) -> Iterator[tuple[Place, Place]]:
+def _traces(value: Value | None, said: Any, place: Location) -> Iterator[tuple[Location, Location]]:
     """Places in the text and in the XML, of a value and of all in it."""
     place = getattr(said, "place", place)
     if value is None:
@@ -106,7 +106,7 @@ def _traces(value: Value | None, said: Any, place: Place) -> Iterator[tuple[Plac
     if isinstance(value, Table) and isinstance(said, Mapping):
         beside = said.modifiers if isinstance(said, Item) else NOWHERE
         for key, entry in value.entries.items():
-            inner: Place = beside.get(key, getattr(said[key], "place", place))
+            inner: Location = beside.get(key, getattr(said[key], "place", place))
             yield entry.place, inner
             yield from _traces(entry.value, said[key], inner)
     elif isinstance(value, Items) and isinstance(said, list):

@@ -8,9 +8,9 @@ from enum import Enum
 from types import MappingProxyType
 from typing import NamedTuple
 
-from trees.language.kinds import written
 from trees.language.registry import SET
 from trees.language.syntax import CompositeNode, LeafNode, Node
+from trees.language.value_types import written
 from trees.language.values import Given, KeyRead, KeyWrite
 from trees.language.vocabulary import SUBTREE
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from trees.language.kinds import NAMED_KINDS, ValueType
-from trees.language.mistakes import quoted, suggestion
+from trees.language.diagnostics import quoted, suggestion
 from trees.language.registry import SET, LeafType
 from trees.language.scope import Scope
 from trees.language.source import Entry, Scalar, Table, Value
 from trees.language.syntax import LeafNode
 from trees.language.tables import WORD
+from trees.language.value_types import NAMED_KINDS, ValueType
 from trees.language.values import Given, KeyWrite, MismatchError, convert, describe
 from trees.language.vocabulary import MODIFIERS, NAME
 
@@ -34,13 +34,13 @@ def read_leaf(entry: Entry, leaf: LeafType, beside: Mapping[str, Entry], scope: 
         return node
     if leaf is SET:
         return _read_set(node, given, scope)
-    # One that stands beside the leaf by mistake is noted there.
+    # One that stands beside the leaf by diagnostic is noted there.
     for parameter in leaf.described:
         if parameter.required and parameter.name not in {*given, *beside}:
             about = f": {parameter.description}" if parameter.description else ""
             kind = "a key for " if parameter.name in leaf.outputs else ""
             what = f"`{leaf.key}` lacks `{parameter.name}` ({kind}{parameter.type}{about})"
-            scope.mistakes.error(entry.place, what, _usage(leaf, scope))
+            scope.diagnostics.error(entry.place, what, _usage(leaf, scope))
     arguments: dict[str, Given] = {}
     outputs: dict[str, KeyWrite] = {}
     for key, argument in given.items():
@@ -52,19 +52,19 @@ def read_leaf(entry: Entry, leaf: LeafType, beside: Mapping[str, Entry], scope: 
             arguments |= _read_argument(key, argument.value, leaf, scope)
         else:
             what = f"`{leaf.key}` has no parameter `{key}`"
-            scope.mistakes.error(argument.place, what, _mend_parameter(key, leaf))
+            scope.diagnostics.error(argument.place, what, _mend_parameter(key, leaf))
     return replace(node, arguments=arguments, outputs=outputs)
 
 
 def _below(entry: Entry, leaf: LeafType, scope: Scope) -> Mapping[str, Entry] | None:
-    """What stands below a leaf's key; None and a mistake if it cannot be parameters."""
+    """What stands below a leaf's key; None and a diagnostic if it cannot be parameters."""
     value = entry.value
     if isinstance(value, Scalar) and value.value is None:
         return {}
     if isinstance(value, Table):
         return value.entries
     what = f"`{leaf.key}` takes a mapping of parameters, not {describe(value)}"
-    scope.mistakes.error(value.place, what, _usage(leaf, scope))
+    scope.diagnostics.error(value.place, what, _usage(leaf, scope))
     return None
 
 
@@ -74,7 +74,7 @@ def _read_argument(key: str, value: Value, leaf: LeafType, scope: Scope) -> dict
         converted = convert(value, parameter.type, scope.places.named)
     except MismatchError as mismatch:
         about = f" ({parameter.description})" if parameter.description else ""
-        note_mismatch(value, f"`{key}`{about}: {mismatch.what}", mismatch.mend, scope)
+        note_mismatch(value, f"`{key}`{about}: {mismatch.what}", mismatch.hint, scope)
         return {}
     scope.use(converted)
     return {key: converted}
@@ -82,7 +82,7 @@ def _read_argument(key: str, value: Value, leaf: LeafType, scope: Scope) -> dict
 
 def _read_set(node: LeafNode, given: Mapping[str, Entry], scope: Scope) -> LeafNode:
     if not given:
-        scope.mistakes.error(node.place, "`set` sets nothing", "write `set: {key: value}`")
+        scope.diagnostics.error(node.place, "`set` sets nothing", "write `set: {key: value}`")
     arguments: dict[str, Given] = {}
     outputs: dict[str, KeyWrite] = {}
     for key, argument in given.items():
@@ -91,8 +91,8 @@ def _read_set(node: LeafNode, given: Mapping[str, Entry], scope: Scope) -> LeafN
             value = convert(argument.value, _ANYTHING, {})
         except MismatchError:
             what = f"`set` cannot write {describe(argument.value)}"
-            mend = "give a number, a text, `true`, `false`, a parameter or a key"
-            note_mismatch(argument.value, what, mend, scope)
+            hint = "give a number, a text, `true`, `false`, a parameter or a key"
+            note_mismatch(argument.value, what, hint, scope)
         else:
             if write is not None:
                 arguments[key], outputs[key] = value, write
@@ -100,22 +100,22 @@ def _read_set(node: LeafNode, given: Mapping[str, Entry], scope: Scope) -> LeafN
 
 
 def read_key_name(key: str, value: Value, scope: Scope) -> KeyWrite | None:
-    """The key that an output is written to; None and a mistake if it cannot be one."""
+    """The key that an output is written to; None and a diagnostic if it cannot be one."""
     name = value.value if isinstance(value, Scalar) else None
     if not isinstance(name, str) or not WORD.fullmatch(name):
         what = f"`{key}` names a key to write to, and cannot be {describe(value)}"
-        mend = "write a word of letters, digits and `_`, without `$`"
-        note_mismatch(value, what, mend, scope)
+        hint = "write a word of letters, digits and `_`, without `$`"
+        note_mismatch(value, what, hint, scope)
         return None
     if name in scope.parameters:
         what = f"`{name}` is a parameter, and cannot be written to"
-        scope.mistakes.error(value.place, what, "choose another name for the key")
+        scope.diagnostics.error(value.place, what, "choose another name for the key")
         return None
     return KeyWrite(place=value.place, name=name)
 
 
-def note_mismatch(value: Value, what: str, mend: str, scope: Scope) -> None:
-    """Note a value that does not fit, unless a mistake in its own definition is noted already."""
+def note_mismatch(value: Value, what: str, hint: str, scope: Scope) -> None:
+    """Note a value that does not fit, unless one in its own definition is noted already."""
     if isinstance(value, Scalar):
         if value.is_noted:
             return
@@ -124,7 +124,7 @@ def note_mismatch(value: Value, what: str, mend: str, scope: Scope) -> None:
             scope.used.add(name)
             if name not in scope.places.named:
                 return
-    scope.mistakes.error(value.place, what, mend)
+    scope.diagnostics.error(value.place, what, hint)
 
 
 def _usage(leaf: LeafType, scope: Scope) -> str:

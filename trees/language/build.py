@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from py_trees.behaviour import Behaviour
 
-from behaviours.names import Key
+from behaviours.named import Key
+from trees.language.diagnostics import Diagnostic, TaskFileError
 from trees.language.keys import LateLeaf, Set, Subtree, Supply
-from trees.language.mistakes import Mistake, TaskFileError
 from trees.language.registry import SET
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, Task
 from trees.language.values import Given, KeyRead
@@ -44,7 +44,7 @@ def build(task: Task, context: Context, make_leaf: LeafMaker = real_leaf) -> Beh
         if parameter.value is None:
             what = f"the parameter `{name}` has no value"
             raise TaskFileError(
-                [Mistake(path=task.path, place=parameter.place, what=what, mend="give it one")]
+                [Diagnostic(path=task.path, place=parameter.place, what=what, hint="give it one")]
             )
     return _Builder(context=context, make_leaf=make_leaf, path=task.path).build(task.root)
 
@@ -110,8 +110,8 @@ class _Builder:
             return make()
         except ValueError as error:
             what = f"`{node.type.key}` refuses its parameters: {error}"
-            mistake = Mistake(path=self.path, place=node.place, what=what, mend="change them")
-            raise TaskFileError([mistake]) from error
+            diagnostic = Diagnostic(path=self.path, place=node.place, what=what, hint="change them")
+            raise TaskFileError([diagnostic]) from error
 
     def _key(self, name: str) -> Key[object]:
         if name not in self.keys:

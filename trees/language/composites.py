@@ -119,7 +119,7 @@ class Forever(Branch):
     key = "forever"
 
     def advance(self) -> Ticking:
-        """One tick of the child; a failure is mended by a new start at the next tick."""
+        """One tick of the child; a failure is followed by a new start at the next tick."""
         status = yield from self.run(self.children[0])
         if status is Status.FAILURE:
             self.feedback_message = f"starting again after {self.feedback_message}"

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from trees.language.mistakes import Mistakes
+from trees.language.diagnostics import Diagnostics
 from trees.language.parameters import TaskParameter, read_parameters
 from trees.language.source import Entry, Scalar, compose, read_text
 from trees.language.syntax import TaskOutput
@@ -47,61 +47,61 @@ FILE_KEYS: Mapping[str, str] = {
 """What may stand in a task file, with a line about each."""
 
 
-def read_document(mistakes: Mistakes) -> Document | None:
-    """The sections of the file that the mistakes are about; None if it has none to read."""
-    text = read_text(mistakes.path, mistakes)
-    document = None if text is None else compose(text, mistakes)
+def read_document(diagnostics: Diagnostics) -> Document | None:
+    """The sections of the file that the diagnostics are about; None if it has none to read."""
+    text = read_text(diagnostics.path, diagnostics)
+    document = None if text is None else compose(text, diagnostics)
     if text is None or document is None:
         return None
     required = ("task", "tree")
     optional = [key for key in FILE_KEYS if key not in required]
-    entries = fields(document, "the file", mistakes, required=required, optional=optional)
+    entries = fields(document, "the file", diagnostics, required=required, optional=optional)
     if entries is None:
         return None
     texts = {
-        key: _text(entries[key], key, mistakes) if key in entries else ""
+        key: _text(entries[key], key, diagnostics) if key in entries else ""
         for key in ("task", "description", "scene")
     }
     if texts["task"] and not WORD.fullmatch(texts["task"]):
-        mend = "use letters, digits and `_`, and begin with a letter"
+        hint = "use letters, digits and `_`, and begin with a letter"
         what = f"`{texts['task']}` cannot name a task"
-        mistakes.error(entries["task"].value.place, what, mend)
+        diagnostics.error(entries["task"].value.place, what, hint)
     params = entries.get("params")
-    parameters = read_parameters(params, mistakes)
+    parameters = read_parameters(params, diagnostics)
     return Document(
-        path=mistakes.path,
+        path=diagnostics.path,
         text=text,
         name=texts["task"],
         description=texts["description"],
         scene=texts["scene"],
         parameters=parameters,
-        outputs=_read_outputs(entries.get("outputs"), parameters, mistakes),
+        outputs=_read_outputs(entries.get("outputs"), parameters, diagnostics),
         sections={key: entries[key] for key in SECTIONS if key in entries},
         params=params,
     )
 
 
 def _read_outputs(
-    entry: Entry | None, parameters: Mapping[str, TaskParameter], mistakes: Mistakes
+    entry: Entry | None, parameters: Mapping[str, TaskParameter], diagnostics: Diagnostics
 ) -> dict[str, TaskOutput]:
     outputs = {}
-    for name, place, value in named_entries(entry, "outputs", mistakes):
+    for name, place, value in named_entries(entry, "outputs", diagnostics):
         text = value.value if isinstance(value, Scalar) else value
         if name in parameters:
             what = f"`{name}` is a parameter, and cannot be written to"
-            mistakes.error(place, what, "choose another name for the key")
+            diagnostics.error(place, what, "choose another name for the key")
         elif text is None or isinstance(text, str):
             outputs[name] = TaskOutput(place=place, description=text or "")
         else:
             what = f"the output `{name}` is described by a text, not {describe(value)}"
-            mistakes.error(value.place, what, "say what it means")
+            diagnostics.error(value.place, what, "say what it means")
     return outputs
 
 
-def _text(entry: Entry, key: str, mistakes: Mistakes) -> str:
+def _text(entry: Entry, key: str, diagnostics: Diagnostics) -> str:
     text = entry.value.value if isinstance(entry.value, Scalar) else None
     if isinstance(text, str) and text.strip():
         return text.strip()
     what = f"`{key}` is a text, not {describe(entry.value)}"
-    mistakes.error(entry.value.place, what, "write one")
+    diagnostics.error(entry.value.place, what, "write one")
     return ""

@@ -11,11 +11,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from trees.language.kinds import ValueType, type_of
-from trees.language.mistakes import Mistakes, Place, suggestion
+from trees.language.diagnostics import Diagnostics, Location, suggestion
 from trees.language.parameters import TaskParameter
 from trees.language.registry import SET
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, TaskOutput
+from trees.language.value_types import ValueType, type_of
 from trees.language.values import Given, KeyRead, KeyWrite
 
 
@@ -30,7 +30,7 @@ def check_keys(
     root: Node,
     parameters: Mapping[str, TaskParameter],
     outputs: Mapping[str, TaskOutput],
-    mistakes: Mistakes,
+    diagnostics: Diagnostics,
 ) -> dict[str, TaskOutput] | None:
     """Note every key that is read without having been written, or as what it is not.
 
@@ -38,31 +38,31 @@ def check_keys(
         root: the tree of one file.
         parameters: those without a value are there from the beginning, like keys.
         outputs: keys that have to be written when the tree succeeds.
-        mistakes: of the file.
+        diagnostics: of the file.
 
     Returns:
-        The outputs with their types; None if there is a mistake.
+        The outputs with their types; None if there is a diagnostic.
     """
     late = {
         name: parameter.type
         for name, parameter in parameters.items()
         if parameter.is_late and parameter.type is not None
     }
-    flow = _Flow(parameters=parameters, mistakes=mistakes, types=dict(late))
+    flow = _Flow(parameters=parameters, diagnostics=diagnostics, types=dict(late))
     written = flow.after(root, frozenset(late))
     for name, output in outputs.items():
         flow.read.add(name)
         if name not in flow.types:
             what = f"nothing in the tree writes the output `{name}`"
-            mistakes.error(output.place, what, suggestion(name, flow.writes))
+            diagnostics.error(output.place, what, suggestion(name, flow.writes))
         elif name not in written.success:
             what = f"the tree can succeed without having written the output `{name}`"
-            mistakes.error(output.place, what, f"begin it with `set: {{{name}: ...}}`")
+            diagnostics.error(output.place, what, f"begin it with `set: {{{name}: ...}}`")
     for name, place in flow.writes.items():
         if name not in flow.read:
             what = f"the key `{name}` is never read"
-            mistakes.warning(place, what, f"write `${name}` somewhere, or remove it")
-    if mistakes.fatal:
+            diagnostics.warning(place, what, f"write `${name}` somewhere, or remove it")
+    if diagnostics.fatal:
         return None
     return {name: replace(output, type=flow.types.get(name)) for name, output in outputs.items()}
 
@@ -72,10 +72,10 @@ class _Flow:
     """Follows the tree of one file."""
 
     parameters: Mapping[str, TaskParameter]
-    mistakes: Mistakes
+    diagnostics: Diagnostics
     types: dict[str, ValueType]
     """Of the keys met so far."""
-    writes: dict[str, Place] = field(default_factory=dict)
+    writes: dict[str, Location] = field(default_factory=dict)
     """Where each key is first written."""
     read: set[str] = field(default_factory=set)
 
@@ -153,7 +153,7 @@ class _Flow:
         known = self.types.setdefault(write.name, written)
         if known != written:
             what = f"`{write.name}` takes {written} here, and {known} on line {first.line}"
-            self.mistakes.error(write.place, what, "write it under another name")
+            self.diagnostics.error(write.place, what, "write it under another name")
 
     def _read(self, value: Given, before: frozenset[str]) -> None:
         if not isinstance(value, KeyRead):
@@ -164,16 +164,16 @@ class _Flow:
             if name in self.writes:
                 return
             what = f"`{value}` is neither a parameter nor a key that is written before"
-            mend = suggestion(name, {*self.parameters, *self.types})
-            self.mistakes.error(value.place, what, mend)
+            hint = suggestion(name, {*self.parameters, *self.types})
+            self.diagnostics.error(value.place, what, hint)
         elif name not in before:
             what = f"`{value}` is not written on every way here"
             line = self.writes[name].line
-            mend = f"let line {line} succeed before, or begin with `set: {{{name}: ...}}`"
-            self.mistakes.error(value.place, what, mend)
+            hint = f"let line {line} succeed before, or begin with `set: {{{name}: ...}}`"
+            self.diagnostics.error(value.place, what, hint)
         elif not value.type.takes(self.types[name]):
             what = f"expected {value.type}, got `{value}`, which is {self.types[name]}"
-            self.mistakes.error(value.place, what, f"give {value.type}")
+            self.diagnostics.error(value.place, what, f"give {value.type}")
 
 
 def _forever(flow: _Flow, node: CompositeNode, before: frozenset[str]) -> Written:

@@ -8,7 +8,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from behaviours.leaf import LeafCrashedError
-from behaviours.names import Key
+from behaviours.named import Key
 from trees.language.branch import Branch, Ticking
 
 Supply = Callable[[], object]

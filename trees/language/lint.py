@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, TypeAlias
 
-from trees.language.mistakes import Mistakes, Place
+from trees.language.diagnostics import Diagnostics, Location
 from trees.language.registry import SET
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode
 
-Warn: TypeAlias = Callable[[Place, str, str], None]
-"""(place, what is odd, how to mend it)."""
+Warn: TypeAlias = Callable[[Location, str, str], None]
+"""(place, what is odd, how to fix it)."""
 
 
 class Ends(NamedTuple):
@@ -24,9 +24,9 @@ class Ends(NamedTuple):
     failure: bool
 
 
-def lint(root: Node, mistakes: Mistakes) -> None:
+def lint(root: Node, diagnostics: Diagnostics) -> None:
     """Warn of nodes that are never reached, guards asked once, and modifiers without effect."""
-    _ends(root, mistakes.warning)
+    _ends(root, diagnostics.warning)
 
 
 def _ends(node: Node, warn: Warn) -> Ends:
@@ -35,7 +35,7 @@ def _ends(node: Node, warn: Warn) -> Ends:
         ends = _COMPOSITES[node.key](node, warn)
     elif isinstance(node, SubtreeNode):
         # What is odd in the other file is said there.
-        ends = _ends(node.task.root, lambda place, what, mend: None)
+        ends = _ends(node.task.root, lambda place, what, hint: None)
     else:
         ends = Ends(success=True, failure=node.type is not SET)
     for key, value in node.modifiers.items():
@@ -61,7 +61,7 @@ def _chain(nodes: Sequence[Node], warn: Warn, *, on_success: bool) -> list[Ends]
             before = nodes[len(ends) - 1].name
             never = ("succeeds" if on_success else "fails") if any(ends[-1]) else "ends"
             what = f"`{node.name}` is never reached: `{before}` before it never {never}"
-            warn(node.place, what, f"remove it, or mend `{before}`")
+            warn(node.place, what, f"remove it, or fix `{before}`")
             break
         ends.append(_ends(node, warn))
     return ends
@@ -156,8 +156,8 @@ def _warn_of_lone_guards(node: CompositeNode, warn: Warn) -> None:
     for guard in guards:
         if action is not None and not guard.modifiers and guard.name == guard.type.key:
             what = f"`{guard.name}` is asked once, and not again while `{action.name}` runs"
-            mend = "write it as `while:` beside `sequence`, or give it a `name` if once is meant"
-            warn(guard.place, what, mend)
+            hint = "write it as `while:` beside `sequence`, or give it a `name` if once is meant"
+            warn(guard.place, what, hint)
 
 
 def _warn_of_early_action(node: CompositeNode, warn: Warn) -> None:

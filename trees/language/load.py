@@ -9,10 +9,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from trees.language.diagnostics import Diagnostic, Diagnostics, TaskFileError, TooManyErrorsError
 from trees.language.documents import Document, read_document
 from trees.language.flow import check_keys
 from trees.language.lint import lint
-from trees.language.mistakes import Mistake, Mistakes, TaskFileError, TooManyErrorsError
+from trees.language.named_poses import read_places
 from trees.language.parameters import (
     TaskParameter,
     given_texts,
@@ -20,7 +21,6 @@ from trees.language.parameters import (
     with_values,
 )
 from trees.language.parse import read_node
-from trees.language.places import read_places
 from trees.language.registry import LeafType, describe_leaves, known_leaves
 from trees.language.scope import Scope
 from trees.language.source import Entry, Scalar
@@ -53,13 +53,13 @@ def load(
             whatever its default; the task can then be looked at, but not built.
 
     Raises:
-        TaskFileError: with every mistake in the files.
+        TaskFileError: with every diagnostic in the files.
         LeafError: a leaf class, not the file, is at fault.
     """
     mode = _Mode.OPEN if open_parameters else _Mode.RUN
-    task, mistakes = _read(Path(path), leaves, overrides, mode)
+    task, diagnostics = _read(Path(path), leaves, overrides, mode)
     if task is None:
-        raise TaskFileError(mistakes)
+        raise TaskFileError(diagnostics)
     return task
 
 
@@ -68,14 +68,14 @@ def check(
     *,
     leaves: Mapping[str, type[Leaf]] | None = None,
     overrides: Mapping[str, str] = NO_OVERRIDES,
-) -> list[Mistake]:
-    """Every mistake of a task file and its subtrees, warnings included, in order.
+) -> list[Diagnostic]:
+    """Every diagnostic of a task file and its subtrees, warnings included, in order.
 
     The first hundred, if there are so many. Parameters may lack a value. Arguments and LeafError as
     for `load`.
     """
-    _, mistakes = _read(Path(path), leaves, overrides, _Mode.CHECK)
-    return mistakes
+    _, diagnostics = _read(Path(path), leaves, overrides, _Mode.CHECK)
+    return diagnostics
 
 
 class _Mode(Enum):
@@ -88,32 +88,34 @@ class _Mode(Enum):
 
 def _read(
     path: Path, leaves: Mapping[str, type[Leaf]] | None, overrides: Mapping[str, str], mode: _Mode
-) -> tuple[Task | None, list[Mistake]]:
-    """The task, or None if there are errors; and all mistakes in order."""
+) -> tuple[Task | None, list[Diagnostic]]:
+    """The task, or None if there are errors; and all diagnostics in order."""
     leaf_types = describe_leaves(known_leaves() if leaves is None else leaves)
     assembler = _Assembler(leaves=leaf_types, open_tree=mode is _Mode.OPEN)
-    mistakes = Mistakes(path, MOST_ERRORS)
+    diagnostics = Diagnostics(path, MOST_ERRORS)
     task = None
     try:
-        document = read_document(mistakes)
+        document = read_document(diagnostics)
         if document is not None:
-            given = given_texts(document.parameters, overrides, document.params, mistakes)
+            given = given_texts(document.parameters, overrides, document.params, diagnostics)
             if mode is _Mode.RUN:
-                _require_values(document, given, mistakes)
+                _require_values(document, given, diagnostics)
             subtrees = Subtrees(assemble=assembler.assemble, chain=(path,))
-            task = assembler.assemble(document, document.parameters, mistakes, subtrees, given)
+            task = assembler.assemble(document, document.parameters, diagnostics, subtrees, given)
     except TooManyErrorsError:
         pass
-    found = mistakes.in_order()
+    found = diagnostics.in_order()
     return task and replace(task, warnings=tuple(found)), found
 
 
-def _require_values(document: Document, given: Mapping[str, Scalar], mistakes: Mistakes) -> None:
+def _require_values(
+    document: Document, given: Mapping[str, Scalar], diagnostics: Diagnostics
+) -> None:
     for name, parameter in document.parameters.items():
         if parameter.type is not None and parameter.default is None and name not in given:
             about = f": {parameter.description}" if parameter.description else ""
             what = f"the parameter `{name}` has no value ({parameter.type}{about})"
-            mistakes.error(parameter.place, what, f"give `-p {name}=...`, or a `default` here")
+            diagnostics.error(parameter.place, what, f"give `-p {name}=...`, or a `default` here")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,7 +130,7 @@ class _Assembler:
         self,
         document: Document,
         parameters: Mapping[str, TaskParameter],
-        mistakes: Mistakes,
+        diagnostics: Diagnostics,
         subtrees: Subtrees,
         given: Mapping[str, Scalar] = MappingProxyType({}),
     ) -> Task | None:
@@ -137,7 +139,7 @@ class _Assembler:
         Args:
             document: its sections.
             parameters: with the values that an including file gives.
-            mistakes: of the file.
+            diagnostics: of the file.
             subtrees: reads the files that it includes.
             given: values by a person, as the file would write them.
         """
@@ -148,13 +150,13 @@ class _Assembler:
             if entry is None:
                 return None
             keys = key == "tree"
-            value = substitute(entry.value, parameters, used, mistakes, keys=keys)
+            value = substitute(entry.value, parameters, used, diagnostics, keys=keys)
             return replace(entry, value=value)
 
         # Poses may be made of plain parameters, and parameters may be poses.
-        parameters = with_values(parameters, given, None, mistakes)
-        places = read_places(resolved("poses"), resolved("regions"), mistakes)
-        parameters = with_values(parameters, given, places.named, mistakes)
+        parameters = with_values(parameters, given, None, diagnostics)
+        places = read_places(resolved("poses"), resolved("regions"), diagnostics)
+        parameters = with_values(parameters, given, places.named, diagnostics)
         declared = parameters
         if self.open_tree:
             parameters = {name: replace(one, value=None) for name, one in declared.items()}
@@ -162,7 +164,7 @@ class _Assembler:
             leaves=self.leaves,
             parameters=parameters,
             places=places,
-            mistakes=mistakes,
+            diagnostics=diagnostics,
             include=subtrees.include,
             level=subtrees.level,
         )
@@ -171,13 +173,13 @@ class _Assembler:
             scope.used.add(str(parameter.default and parameter.default.value))
         tree = resolved("tree")
         root = None if tree is None else read_node(tree.value, scope)
-        if root is None or mistakes.fatal:
+        if root is None or diagnostics.fatal:
             return None
-        outputs = check_keys(root, parameters, document.outputs, mistakes)
+        outputs = check_keys(root, parameters, document.outputs, diagnostics)
         if outputs is None:
             return None
         _warn_of_unused(parameters, used, scope)
-        lint(root, mistakes)
+        lint(root, diagnostics)
         defined = {name: places.named[name] for name in places.defined}
         return Task(
             name=document.name,
@@ -197,11 +199,11 @@ def _warn_of_unused(parameters: Mapping[str, TaskParameter], used: set[str], sco
     for name, parameter in parameters.items():
         if name not in used:
             what = f"the parameter `{name}` is never used"
-            scope.mistakes.warning(
+            scope.diagnostics.warning(
                 parameter.place, what, f"write `${name}` somewhere, or remove it"
             )
     for name, place in scope.places.defined.items():
         if name not in scope.used:
-            scope.mistakes.warning(
+            scope.diagnostics.warning(
                 place, f"`{name}` is never used", "name it in the tree, or remove it"
             )

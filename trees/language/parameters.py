@@ -6,16 +6,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from trees.language.kinds import (
+from trees.language.diagnostics import Diagnostics, Location, suggestion
+from trees.language.source import Entry, Items, Reference, Scalar, Table, Value, plain
+from trees.language.tables import WORD, fields, named_entries
+from trees.language.value_types import (
     PARAMETER_TYPES,
     Named,
     ValueType,
     type_of,
     written,
 )
-from trees.language.mistakes import Mistakes, Place, suggestion
-from trees.language.source import Entry, Items, Reference, Scalar, Table, Value, plain
-from trees.language.tables import WORD, fields, named_entries
 from trees.language.values import Given, KeyRead, MismatchError, convert, describe
 
 
@@ -23,9 +23,9 @@ from trees.language.values import Given, KeyRead, MismatchError, convert, descri
 class TaskParameter:
     """A value of a task that may be chosen from outside."""
 
-    place: Place
+    place: Location
     type: ValueType | None
-    """None if its definition is not sound; that is noted as a mistake."""
+    """None if its definition is not sound; that is noted as a diagnostic."""
     default: Scalar | None = None
     """None if a value has to be given."""
     description: str = ""
@@ -43,42 +43,44 @@ class TaskParameter:
         return self.value is None and self.type is not None
 
 
-def read_parameters(entry: Entry | None, mistakes: Mistakes) -> dict[str, TaskParameter]:
+def read_parameters(entry: Entry | None, diagnostics: Diagnostics) -> dict[str, TaskParameter]:
     """The parameters that a file declares, still without values."""
     return {
-        name: _read_parameter(name, place, value, mistakes)
-        for name, place, value in named_entries(entry, "params", mistakes)
+        name: _read_parameter(name, place, value, diagnostics)
+        for name, place, value in named_entries(entry, "params", diagnostics)
     }
 
 
-def _read_parameter(name: str, place: Place, value: Value, mistakes: Mistakes) -> TaskParameter:
+def _read_parameter(
+    name: str, place: Location, value: Value, diagnostics: Diagnostics
+) -> TaskParameter:
     what = f"parameter `{name}`"
     unsound = TaskParameter(place=place, type=None)
     if isinstance(value, Scalar) and _is_usable(value):
-        mend = f"write `{name}: {{default: {written(value.value)}}}`"
-        mistakes.error(value.place, f"{what} is a mapping, not {describe(value)}", mend)
+        hint = f"write `{name}: {{default: {written(value.value)}}}`"
+        diagnostics.error(value.place, f"{what} is a mapping, not {describe(value)}", hint)
         return unsound
     entries = fields(
-        value, what, mistakes, optional=("type", "default", "description", "min", "max")
+        value, what, diagnostics, optional=("type", "default", "description", "min", "max")
     )
     if entries is None:
         return unsound
     default = entries["default"].value if "default" in entries else None
     if default is not None and not _is_usable(default):
-        mend = "give a number, a text, `true` or `false`, or leave it out and give a `type`"
-        mistakes.error(default.place, f"{what} has no usable default", mend)
+        hint = "give a number, a text, `true` or `false`, or leave it out and give a `type`"
+        diagnostics.error(default.place, f"{what} has no usable default", hint)
         return unsound
     assert default is None or isinstance(default, Scalar)
     if "type" in entries:
-        expected = _read_type(entries["type"].value, what, mistakes)
+        expected = _read_type(entries["type"].value, what, diagnostics)
     elif default is not None:
         expected = type_of(default.value)
     else:
-        mend = "add a `default`, or a `type` if a value has to be given"
-        mistakes.error(place, f"{what} has neither `type` nor `default`", mend)
+        hint = "add a `default`, or a `type` if a value has to be given"
+        diagnostics.error(place, f"{what} has neither `type` nor `default`", hint)
         return unsound
     if expected is not None:
-        expected = _read_bounds(expected, entries, what, mistakes)
+        expected = _read_bounds(expected, entries, what, diagnostics)
     if expected is None:
         return unsound
     description = entries.get("description")
@@ -96,24 +98,24 @@ def _is_usable(value: Value) -> bool:
     return not str(value.value).startswith("$")
 
 
-def _read_type(value: Value, what: str, mistakes: Mistakes) -> ValueType | None:
+def _read_type(value: Value, what: str, diagnostics: Diagnostics) -> ValueType | None:
     """The type that a word or a list of choices stands for."""
     if isinstance(value, Items) and value.items:
         choices = [item.value for item in value.items if isinstance(item, Scalar)]
         if len(choices) == len(value.items) and None not in choices:
             return ValueType(kinds=(), choices=tuple(choices))
-        mistakes.error(value.place, f"{what} has choices that are not plain", "list words")
+        diagnostics.error(value.place, f"{what} has choices that are not plain", "list words")
         return None
     word = value.value if isinstance(value, Scalar) else None
     if isinstance(word, str) and word in PARAMETER_TYPES:
         return PARAMETER_TYPES[word]
-    mend = f"{suggestion(str(word), PARAMETER_TYPES)} (or a list of choices)"
-    mistakes.error(value.place, f"{what} cannot be of the type {describe(value)}", mend)
+    hint = f"{suggestion(str(word), PARAMETER_TYPES)} (or a list of choices)"
+    diagnostics.error(value.place, f"{what} cannot be of the type {describe(value)}", hint)
     return None
 
 
 def _read_bounds(
-    expected: ValueType, entries: Mapping[str, Entry], what: str, mistakes: Mistakes
+    expected: ValueType, entries: Mapping[str, Entry], what: str, diagnostics: Diagnostics
 ) -> ValueType | None:
     """The type within `min` and `max`, if the file gives them."""
     bounds: dict[str, float | None] = {"min": None, "max": None}
@@ -123,19 +125,19 @@ def _read_bounds(
             continue
         entry = entries[key]
         if not _is_number(expected):
-            mistakes.error(entry.place, f"{what} is no number: it has no `{key}`", "remove it")
+            diagnostics.error(entry.place, f"{what} is no number: it has no `{key}`", "remove it")
             return None
         try:
             given = convert(entry.value, number, {})
         except MismatchError as mismatch:
-            mistakes.error(entry.value.place, f"`{key}`: {mismatch.what}", mismatch.mend)
+            diagnostics.error(entry.value.place, f"`{key}`: {mismatch.what}", mismatch.hint)
             return None
         assert isinstance(given, float)
         bounds[key] = given
     least, most = bounds["min"], bounds["max"]
     if least is not None and most is not None and least > most:
-        mend = "swap them"
-        mistakes.error(entries["min"].place, f"{what} has a `min` above its `max`", mend)
+        hint = "swap them"
+        diagnostics.error(entries["min"].place, f"{what} has a `min` above its `max`", hint)
         return None
     return replace(expected, least=least, most=most)
 
@@ -144,22 +146,22 @@ def given_texts(
     parameters: Mapping[str, TaskParameter],
     texts: Mapping[str, str],
     entry: Entry | None,
-    mistakes: Mistakes,
+    diagnostics: Diagnostics,
 ) -> dict[str, Scalar]:
-    """The values that a person gives by `-p name=text`; unknown names are mistakes.
+    """The values that a person gives by `-p name=text`; unknown names are diagnostics.
 
     Args:
         parameters: those of the file.
         entry: the section that declares them, if there is one.
         texts: written as in YAML; a text parameter takes them as they are.
-        mistakes: where they are noted.
+        diagnostics: where they are noted.
     """
     given = {}
     for name, text in texts.items():
         if name not in parameters:
             what = f"`-p {name}={text}`: the task has no parameter `{name}`"
-            at = entry.place if entry else Place(line=1, column=1)
-            mistakes.error(at, what, suggestion(name, parameters))
+            at = entry.place if entry else Location(line=1, column=1)
+            diagnostics.error(at, what, suggestion(name, parameters))
             continue
         expected = parameters[name].type
         as_text = expected is not None and str in expected.kinds
@@ -172,7 +174,7 @@ def with_values(
     parameters: Mapping[str, TaskParameter],
     given: Mapping[str, Scalar],
     named: Mapping[str, Named] | None,
-    mistakes: Mistakes,
+    diagnostics: Diagnostics,
 ) -> dict[str, TaskParameter]:
     """The parameters with values: those given by a person, else the defaults.
 
@@ -181,10 +183,10 @@ def with_values(
         given: by a person.
         named: the poses, postures and regions that a name may stand for; None leaves the
             parameters alone that take such a name.
-        mistakes: where values that do not fit are noted.
+        diagnostics: where values that do not fit are noted.
     """
     return {
-        name: _with_value(name, parameter, given.get(name), named, mistakes)
+        name: _with_value(name, parameter, given.get(name), named, diagnostics)
         for name, parameter in parameters.items()
     }
 
@@ -194,7 +196,7 @@ def _with_value(
     parameter: TaskParameter,
     given: Scalar | None,
     named: Mapping[str, Named] | None,
-    mistakes: Mistakes,
+    diagnostics: Diagnostics,
 ) -> TaskParameter:
     source = given or parameter.default
     if parameter.value is not None or parameter.type is None or source is None:
@@ -205,7 +207,7 @@ def _with_value(
         return replace(parameter, value=convert(source, parameter.type, named or {}))
     except MismatchError as mismatch:
         whose = f"`-p {name}={source.value}`" if given else f"the default of `{name}`"
-        mistakes.error(source.place, f"{whose}: {mismatch.what}", mismatch.mend)
+        diagnostics.error(source.place, f"{whose}: {mismatch.what}", mismatch.hint)
         return replace(parameter, type=None)
 
 
@@ -213,7 +215,7 @@ def substitute(
     value: Value,
     parameters: Mapping[str, TaskParameter],
     used: set[str],
-    mistakes: Mistakes,
+    diagnostics: Diagnostics,
     *,
     keys: bool,
 ) -> Value:
@@ -223,8 +225,8 @@ def substitute(
         value: from the file.
         parameters: with their values.
         used: receives the names of the parameters met.
-        mistakes: where names that stand for nothing are noted.
-        keys: whether a name that is no parameter is a key; else it is a mistake.
+        diagnostics: where names that stand for nothing are noted.
+        keys: whether a name that is no parameter is a key; else it is a diagnostic.
     """
 
     def replaced(value: Value) -> Value:
@@ -247,7 +249,7 @@ def substitute(
             return _stand_in(value.place, name, parameter)
         if keys and WORD.fullmatch(name):
             return Reference(place=value.place, name=name)
-        mistakes.error(value.place, *no_parameter(name, parameters))
+        diagnostics.error(value.place, *no_parameter(name, parameters))
         return Scalar(place=value.place, value=None, parameter=name)
 
     return replaced(value)
@@ -257,7 +259,7 @@ def _is_number(expected: ValueType | None) -> bool:
     return expected is not None and not {int, float}.isdisjoint(expected.kinds)
 
 
-def _stand_in(place: Place, name: str, parameter: TaskParameter) -> Value:
+def _stand_in(place: Location, name: str, parameter: TaskParameter) -> Value:
     """What stands for a parameter."""
     if parameter.is_late:
         return Reference(place=place, name=name)
@@ -269,9 +271,9 @@ def _stand_in(place: Place, name: str, parameter: TaskParameter) -> Value:
 
 
 def no_parameter(name: str, parameters: Mapping[str, TaskParameter]) -> tuple[str, str]:
-    """What is wrong with a `$` that stands for nothing, and how to mend it."""
+    """What is wrong with a `$` that stands for nothing, and how to fix it."""
     if not WORD.fullmatch(name):
         what = f"`${name}` begins with `$` and is neither a parameter nor a key"
         return what, "write `$` and its name"
-    mend = suggestion(name, parameters) if parameters else "define it under `params:`"
-    return f"the task has no parameter `{name}`", mend
+    hint = suggestion(name, parameters) if parameters else "define it under `params:`"
+    return f"the task has no parameter `{name}`", hint

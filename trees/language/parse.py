@@ -10,13 +10,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from trees.language.arguments import note_mismatch, read_leaf
-from trees.language.kinds import Named, Plain, ValueType
-from trees.language.mistakes import Mistakes, Place, quoted, suggestion
+from trees.language.diagnostics import Diagnostics, Location, quoted, suggestion
 from trees.language.parameters import no_parameter
 from trees.language.scope import Scope
 from trees.language.source import Entry, Items, Scalar, Table, Value
 from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node
 from trees.language.tables import fields
+from trees.language.value_types import Named, Plain, ValueType
 from trees.language.values import KeyRead, MismatchError, convert, describe
 from trees.language.vocabulary import (
     CHILDREN,
@@ -40,18 +40,18 @@ def read_node(value: Value, scope: Scope) -> Node | None:
     elif isinstance(value, Table):
         entries = value.entries
     else:
-        mend = "write `sequence:` above a list, and `node: {...}` for a single node"
-        scope.mistakes.error(value.place, f"expected a node, got {describe(value)}", mend)
+        hint = "write `sequence:` above a list, and `node: {...}` for a single node"
+        scope.diagnostics.error(value.place, f"expected a node, got {describe(value)}", hint)
         return None
     key = _node_key(value.place, entries, scope)
     modifiers = _read_modifiers(entries, scope)
-    name = _read_name(entries, scope.mistakes)
+    name = _read_name(entries, scope.diagnostics)
     if key is None:
         return None
     below = scope.below(1 + len(modifiers))
     if below.level > MAX_LEVELS:
         what = f"the tree is more than {MAX_LEVELS} levels deep here, modifiers counted"
-        scope.mistakes.error(value.place, what, "make it flatter")
+        scope.diagnostics.error(value.place, what, "make it flatter")
         return None
     node = _read_core(key, entries, below)
     return node and replace(node, name=name or node.name, modifiers=modifiers)
@@ -74,40 +74,40 @@ def _read_core(key: str, entries: Mapping[str, Entry], scope: Scope) -> Node | N
     )
 
 
-def _node_key(place: Place, entries: Mapping[str, Entry], scope: Scope) -> str | None:
+def _node_key(place: Location, entries: Mapping[str, Entry], scope: Scope) -> str | None:
     """The one key that says what the node is; notes every key that has no business here."""
     nodes = (*COMPOSITES, SUBTREE, *scope.leaves)
     keys = [key for key in entries if key in nodes]
     unknown = [key for key in entries if key not in (*nodes, *MODIFIERS, NAME)]
     for key in unknown:
         if not keys:
-            what, mend = f"unknown node `{key}`", suggestion(key, nodes)
+            what, hint = f"unknown node `{key}`", suggestion(key, nodes)
         elif keys[0] in scope.leaves and key in scope.leaves[keys[0]].parameters:
             what = f"`{key}` stands beside `{keys[0]}`, and is a parameter of it"
-            mend = f"indent it below `{keys[0]}:`"
+            hint = f"indent it below `{keys[0]}:`"
         else:
             what = f"unknown key `{key}` beside `{keys[0]}`"
-            mend = suggestion(key, (*nodes, *MODIFIERS, NAME))
-        scope.mistakes.error(entries[key].place, what, mend)
+            hint = suggestion(key, (*nodes, *MODIFIERS, NAME))
+        scope.diagnostics.error(entries[key].place, what, hint)
     if len(keys) > 1:
         what = f"two nodes in one item: `{keys[0]}` and `{keys[1]}`"
-        mend = "begin each with its own `- ` in the list of a composite"
-        scope.mistakes.error(entries[keys[1]].place, what, mend)
+        hint = "begin each with its own `- ` in the list of a composite"
+        scope.diagnostics.error(entries[keys[1]].place, what, hint)
     if not keys and not unknown:
-        mend = f"add a node key, for example {quoted(sorted(nodes)[:3])}"
-        scope.mistakes.error(place, "this item says nothing to do", mend)
+        hint = f"add a node key, for example {quoted(sorted(nodes)[:3])}"
+        scope.diagnostics.error(place, "this item says nothing to do", hint)
     return keys[0] if len(keys) == 1 else None
 
 
-def _read_name(entries: Mapping[str, Entry], mistakes: Mistakes) -> str | None:
+def _read_name(entries: Mapping[str, Entry], diagnostics: Diagnostics) -> str | None:
     if NAME not in entries:
         return None
     value = entries[NAME].value
     name = value.value if isinstance(value, Scalar) else None
     if isinstance(name, str) and name.strip() and name.isprintable() and "/" not in name:
         return name
-    mend = "write a line of text without `/`"
-    mistakes.error(value.place, f"`name` cannot be {describe(value)}", mend)
+    hint = "write a line of text without `/`"
+    diagnostics.error(value.place, f"`name` cannot be {describe(value)}", hint)
     return None
 
 
@@ -124,35 +124,35 @@ def _read_modifiers(entries: Mapping[str, Entry], scope: Scope) -> Modifiers:
                 modifiers[key] = given
     if modifiers.get("force_success") and modifiers.get("force_failure"):
         what = "`force_success` and `force_failure` stand beside the same node"
-        scope.mistakes.error(entries["force_failure"].place, what, "keep one of them")
+        scope.diagnostics.error(entries["force_failure"].place, what, "keep one of them")
     return modifiers
 
 
 def _read_fixed(key: str, value: Value, expected: ValueType, scope: Scope) -> Plain | KeyRead:
-    """A value that has to be known before the run; None and a mistake if it is not.
+    """A value that has to be known before the run; None and a diagnostic if it is not.
 
     A parameter that still lacks its value stays a `KeyRead`.
     """
     try:
         given = convert(value, expected, {})
     except MismatchError as mismatch:
-        note_mismatch(value, f"`{key}`: {mismatch.what}", mismatch.mend, scope)
+        note_mismatch(value, f"`{key}`: {mismatch.what}", mismatch.hint, scope)
         return None
     assert not isinstance(given, Named)
     if not isinstance(given, KeyRead):
         return given
     parameter = scope.parameters.get(given.name)
     if parameter is None:
-        what, mend = no_parameter(given.name, scope.parameters)
+        what, hint = no_parameter(given.name, scope.parameters)
     elif parameter.value is not None:
         what = f"`{key}` is fixed before the run, and `{given}` is given a key"
-        mend = "give the parameter a value"
+        hint = "give the parameter a value"
     elif parameter.type is not None and not expected.takes(parameter.type):
         what = f"`{key}`: expected {expected}, got `{given}`, which is {parameter.type}"
-        mend = "give the parameter another type"
+        hint = "give the parameter another type"
     else:
         return given
-    scope.mistakes.error(value.place, what, mend)
+    scope.diagnostics.error(value.place, what, hint)
     return None
 
 
@@ -164,12 +164,12 @@ def _read_guard(key: str, value: Value, scope: Scope) -> LeafNode | None:
     if not isinstance(node, LeafNode) or not node.type.is_condition:
         conditions = sorted(leaf.key for leaf in scope.leaves.values() if leaf.is_condition)
         what = f"`{key}` asks a condition, and `{_key(node)}` is none"
-        mend = f"write one of {quoted(conditions)}, or put a `reactive_sequence` around"
-        scope.mistakes.error(node.place, what, mend)
+        hint = f"write one of {quoted(conditions)}, or put a `reactive_sequence` around"
+        scope.diagnostics.error(node.place, what, hint)
         return None
     if node.modifiers:
         what = f"the condition of `{key}` takes no modifiers"
-        scope.mistakes.error(node.place, what, "remove them; `unless` is `while` inverted")
+        scope.diagnostics.error(node.place, what, "remove them; `unless` is `while` inverted")
         return None
     return node
 
@@ -190,7 +190,7 @@ def _read_options(
         return value, {}
     what = f"`{word.node.key}`"
     entries = fields(
-        value, what, scope.mistakes, required=(CHILDREN,), optional=tuple(word.options)
+        value, what, scope.diagnostics, required=(CHILDREN,), optional=tuple(word.options)
     )
     if entries is None:
         return None, {}
@@ -209,10 +209,12 @@ def _check_policy(
     policy = options.get("policy")
     if isinstance(policy, int) and policy > count:
         what = f"`policy` wants {policy} children to succeed, and there are {count}"
-        scope.mistakes.error(entry.place, what, f"write at most {count}, or `all`")
+        scope.diagnostics.error(entry.place, what, f"write at most {count}, or `all`")
 
 
-def _read_children(value: Value | None, place: Place, key: str, scope: Scope) -> tuple[Node, ...]:
+def _read_children(
+    value: Value | None, place: Location, key: str, scope: Scope
+) -> tuple[Node, ...]:
     word = COMPOSITES[key]
     if value is None:
         return ()
@@ -223,18 +225,18 @@ def _read_children(value: Value | None, place: Place, key: str, scope: Scope) ->
         value = Items(place=place, items=())
     if not isinstance(value, Items):
         what = f"the children of `{key}` are a list, not {describe(value)}"
-        scope.mistakes.error(value.place, what, "begin each child with `- `")
+        scope.diagnostics.error(value.place, what, "begin each child with `- `")
         if isinstance(value, Table):
             read_node(value, scope)
         return ()
     count = len(value.items)
     if count == 0:
-        scope.mistakes.error(place, f"`{key}` is empty", "add a node below it, or remove it")
+        scope.diagnostics.error(place, f"`{key}` is empty", "add a node below it, or remove it")
     elif count < word.least:
         what = f"`{key}` needs at least {word.least} children, got {count}"
-        scope.mistakes.error(place, what, f"give it {word.children}")
+        scope.diagnostics.error(place, what, f"give it {word.children}")
     elif word.only_child and count > 1:
         what = f"`{key}` takes one child, got {count}"
-        scope.mistakes.error(place, what, "put them in a `sequence:` below it")
+        scope.diagnostics.error(place, what, "put them in a `sequence:` below it")
     children = [read_node(item, scope) for item in value.items]
     return tuple(child for child in children if child is not None)

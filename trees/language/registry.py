@@ -18,9 +18,9 @@ from importlib import metadata
 from typing import TYPE_CHECKING
 
 from behaviours.leaf import Condition
-from behaviours.names import Key
+from behaviours.named import Key
 from trees.language.keys import Set
-from trees.language.kinds import ValueType, read_annotation
+from trees.language.value_types import ValueType, read_annotation
 from trees.language.vocabulary import RESERVED
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ def known_leaves() -> dict[str, type[Leaf]]:
             key = leaf.key
         except Exception as error:
             what = f"behaviour `{entry.name}` of `{entry.value}` cannot be loaded: {error}"
-            raise LeafError(f"{what}; mend or uninstall its package") from error
+            raise LeafError(f"{what}; fix or uninstall its package") from error
         if key in leaves:
             raise LeafError(f"`{entry.value}` takes the key `{key}`, which is taken; rename it")
         leaves[key] = leaf
@@ -156,8 +156,8 @@ def _parameters(
         for parameter in declared:
             yield _parameter(parameter, hints[parameter.name], texts.get(parameter.name, ""))
     except (NameError, TypeError) as error:
-        mend = "use float, int, bool, str, Literal, poses, postures, regions, their unions or a Key"
-        raise LeafError(f"leaf `{key}`: {error}; {mend}") from error
+        hint = "use float, int, bool, str, Literal, poses, postures, regions, their unions or a Key"
+        raise LeafError(f"leaf `{key}`: {error}; {hint}") from error
 
 
 def _parameter(declared: inspect.Parameter, hint: object, text: str) -> Parameter | Output:

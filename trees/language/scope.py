@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
-from trees.language.kinds import Named
-from trees.language.mistakes import Mistakes
+from trees.language.diagnostics import Diagnostics
+from trees.language.named_poses import Places
 from trees.language.parameters import TaskParameter
-from trees.language.places import Places
 from trees.language.registry import LeafType
 from trees.language.source import Entry
 from trees.language.syntax import SubtreeNode
+from trees.language.value_types import Named
 from trees.language.values import Given, KeyRead
 
 Include: TypeAlias = "Callable[[Entry, Scope], SubtreeNode | None]"
@@ -21,12 +21,12 @@ Include: TypeAlias = "Callable[[Entry, Scope], SubtreeNode | None]"
 
 @dataclass(frozen=True, kw_only=True)
 class Scope:
-    """Names that mean something in a file, and where its mistakes go."""
+    """Names that mean something in a file, and where its diagnostics go."""
 
     leaves: Mapping[str, LeafType]
     parameters: Mapping[str, TaskParameter]
     places: Places
-    mistakes: Mistakes
+    diagnostics: Diagnostics
     include: Include
     level: int = 0
     """How many nodes and modifiers are above, those of including files counted."""

@@ -1,7 +1,7 @@
 """Strict YAML: a small, safe part of YAML 1.2 in which every value knows its place.
 
 Scalars follow the YAML 1.2 core schema (`no` is text, `1e-3` a number). Anchors, aliases, tags,
-repeated keys and further documents are mistakes; size and depth are bounded.
+repeated keys and further documents are diagnostics; size and depth are bounded.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import Any, TypeAlias
 
 import yaml
 
-from trees.language.kinds import Named, Plain
-from trees.language.mistakes import Mistakes, Place
+from trees.language.diagnostics import Diagnostics, Location
+from trees.language.value_types import Named, Plain
 
 MAX_BYTES = 64_000
 """A task of a thousand nodes is smaller, and is read within a second."""
@@ -26,14 +26,14 @@ MAX_DEPTH = 64
 class Scalar:
     """A single value."""
 
-    place: Place
+    place: Location
     value: Plain
     parameter: str | None = None
     """The task parameter that gave the value, if one did."""
 
     @property
     def is_noted(self) -> bool:
-        """Whether it hangs on a parameter without a value, which is noted as a mistake."""
+        """Whether it hangs on a parameter without a value, which is noted as a diagnostic."""
         return self.parameter is not None and self.value is None
 
 
@@ -41,7 +41,7 @@ class Scalar:
 class Reference:
     """What stands for a `$name` that is not plain."""
 
-    place: Place
+    place: Location
     name: str
     value: Named | None = None
     """The pose or region; None if it is known only while the task runs."""
@@ -51,7 +51,7 @@ class Reference:
 class Items:
     """A list."""
 
-    place: Place
+    place: Location
     items: tuple[Value, ...]
 
 
@@ -59,7 +59,7 @@ class Items:
 class Entry:
     """One key of a mapping and its value."""
 
-    place: Place
+    place: Location
     value: Value
 
 
@@ -67,7 +67,7 @@ class Entry:
 class Table:
     """A mapping; its keys are text."""
 
-    place: Place
+    place: Location
     entries: Mapping[str, Entry]
 
 
@@ -86,7 +86,7 @@ _SCALARS: tuple[tuple[re.Pattern[str], Callable[[str], Plain]], ...] = (
     (re.compile(r"\.nan|\.NaN|\.NAN"), lambda text: float("nan")),
 )
 
-_YAML_MENDS = {
+_YAML_HINTS = {
     r"'\t'": "indent with spaces, not with tabs",
     "mapping values are not allowed": "check the indentation, and quote text that contains `: `",
     "expected <block end>": "line the item up with the others of its list or mapping",
@@ -103,19 +103,19 @@ def plain(text: str) -> Plain:
     return text
 
 
-def read_text(path: Path, mistakes: Mistakes) -> str | None:
-    """The text of a task file, or None and a mistake."""
+def read_text(path: Path, diagnostics: Diagnostics) -> str | None:
+    """The text of a task file, or None and a diagnostic."""
     try:
         data = path.read_bytes()
     except FileNotFoundError:
-        mistakes.error(None, "there is no such file", "check the path")
+        diagnostics.error(None, "there is no such file", "check the path")
         return None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        mistakes.error(None, f"the file cannot be read ({reason})", "name a readable file")
+        diagnostics.error(None, f"the file cannot be read ({reason})", "name a readable file")
         return None
     if len(data) > MAX_BYTES:
-        mistakes.error(
+        diagnostics.error(
             None,
             f"the file is larger than {MAX_BYTES // 1000} kB",
             "split the task into subtrees",
@@ -127,37 +127,37 @@ def read_text(path: Path, mistakes: Mistakes) -> str | None:
         before = data[: error.start]
         line_start = before.rfind(b"\n") + 1
         column = len(before[line_start:].decode("utf-8", errors="replace")) + 1
-        mistakes.error(
-            Place(line=before.count(b"\n") + 1, column=column),
+        diagnostics.error(
+            Location(line=before.count(b"\n") + 1, column=column),
             f"byte 0x{data[error.start]:02x} is not UTF-8 text",
             "save the file as UTF-8",
         )
         return None
 
 
-def compose(text: str, mistakes: Mistakes) -> Value | None:
-    """The one document in `text`, or None and a mistake if it is empty or not YAML."""
+def compose(text: str, diagnostics: Diagnostics) -> Value | None:
+    """The one document in `text`, or None and a diagnostic if it is empty or not YAML."""
     try:
         loader = yaml.SafeLoader(text)
-        return _Composer(_events(loader), mistakes).document()
+        return _Composer(_events(loader), diagnostics).document()
     except yaml.reader.ReaderError as error:
         before = text[: int(error.position)]
-        place = Place(line=before.count("\n") + 1, column=len(before) - before.rfind("\n"))
+        place = Location(line=before.count("\n") + 1, column=len(before) - before.rfind("\n"))
         what = f"character {chr(error.character)!r} may not stand in YAML"
-        mistakes.error(place, what, "remove it, or write it as an escape in double quotes")
+        diagnostics.error(place, what, "remove it, or write it as an escape in double quotes")
     except yaml.MarkedYAMLError as error:
         problem = error.problem or "it ends too early"
-        mend = next(
-            (mend for part, mend in _YAML_MENDS.items() if part in problem),
+        hint = next(
+            (hint for part, hint in _YAML_HINTS.items() if part in problem),
             "check the indentation and the quotes here and on the line above",
         )
-        mistakes.error(
-            _place(error.problem_mark or error.context_mark), f"this is not YAML: {problem}", mend
+        diagnostics.error(
+            _place(error.problem_mark or error.context_mark), f"this is not YAML: {problem}", hint
         )
     except (ValueError, OverflowError):
         # The scanner converts escapes and version numbers without checking their range.
         what = "this is not YAML: a number or an escape is out of range"
-        mistakes.error(_place(loader.get_mark()), what, "correct it or write it as plain text")
+        diagnostics.error(_place(loader.get_mark()), what, "correct it or write it as plain text")
     return None
 
 
@@ -166,16 +166,16 @@ def _events(loader: yaml.SafeLoader) -> Iterator[yaml.Event]:
         yield loader.get_event()  # type: ignore[no-untyped-call]
 
 
-def _place(mark: Any) -> Place:
-    return Place(line=mark.line + 1, column=mark.column + 1)
+def _place(mark: Any) -> Location:
+    return Location(line=mark.line + 1, column=mark.column + 1)
 
 
 class _Composer:
     """Turns parser events into located values."""
 
-    def __init__(self, events: Iterator[yaml.Event], mistakes: Mistakes) -> None:
+    def __init__(self, events: Iterator[yaml.Event], diagnostics: Diagnostics) -> None:
         self._events = events
-        self._mistakes = mistakes
+        self._mistakes = diagnostics
 
     def document(self) -> Value | None:
         documents: list[Value] = []
@@ -188,8 +188,8 @@ class _Composer:
                 documents.append(self._value(next(self._events), 1))
         if documents:
             return documents[0]
-        mend = "write at least `task:` and `tree:`"
-        self._mistakes.error(Place(line=1, column=1), "the file is empty", mend)
+        hint = "write at least `task:` and `tree:`"
+        self._mistakes.error(Location(line=1, column=1), "the file is empty", hint)
         return None
 
     def _value(self, event: yaml.Event, depth: int) -> Value:

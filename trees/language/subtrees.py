@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TypeAlias
 
 from trees.language.arguments import note_mismatch, read_key_name
+from trees.language.diagnostics import Diagnostics, Location, suggestion
 from trees.language.documents import Document, read_document
-from trees.language.mistakes import Mistakes, Place, suggestion
 from trees.language.parameters import TaskParameter
 from trees.language.scope import Scope
 from trees.language.source import Entry, Scalar, Table, Value
@@ -26,9 +26,9 @@ MAX_SUBTREES = 200
 """In a whole task, every use of a file counted."""
 
 Assemble: TypeAlias = (
-    "Callable[[Document, Mapping[str, TaskParameter], Mistakes, Subtrees], Task | None]"
+    "Callable[[Document, Mapping[str, TaskParameter], Diagnostics, Subtrees], Task | None]"
 )
-"""(sections, parameters with values, mistakes of the file, its subtrees) to the task."""
+"""(sections, parameters with values, diagnostics of the file, its subtrees) to the task."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,21 +49,25 @@ class Subtrees:
     """Counts the subtrees of the task."""
 
     def include(self, entry: Entry, scope: Scope) -> SubtreeNode | None:
-        """The node that stands for another file; None and mistakes if it cannot be read."""
-        mend = "write `subtree: {file: other.yaml}`"
+        """The node that stands for another file; None and diagnostics if it cannot be read."""
+        hint = "write `subtree: {file: other.yaml}`"
         if not isinstance(entry.value, Table):
             what = f"`subtree` takes a mapping, not {describe(entry.value)}"
-            scope.mistakes.error(entry.place, what, mend)
+            scope.diagnostics.error(entry.place, what, hint)
             return None
         entries = fields(
-            entry.value, "`subtree`", scope.mistakes, required=("file",), optional=("with", "out")
+            entry.value,
+            "`subtree`",
+            scope.diagnostics,
+            required=("file",),
+            optional=("with", "out"),
         )
         if entries is None:
             return None
-        path = self._find(entries["file"].value, scope.mistakes)
+        path = self._find(entries["file"].value, scope.diagnostics)
         if path is None:
             return None
-        inner = scope.mistakes.of(path)
+        inner = scope.diagnostics.of(path)
         real = path.resolve()
         if real not in self.documents:
             self.documents[real] = read_document(inner)
@@ -92,11 +96,11 @@ class Subtrees:
             outputs=outputs,
         )
 
-    def _find(self, value: Value, mistakes: Mistakes) -> Path | None:
-        """The file that is meant, if it may be; None and a mistake otherwise."""
+    def _find(self, value: Value, diagnostics: Diagnostics) -> Path | None:
+        """The file that is meant, if it may be; None and a diagnostic otherwise."""
         name = value.value if isinstance(value, Scalar) else None
         if not isinstance(name, str) or not name.isprintable() or not name.strip():
-            mistakes.error(value.place, f"`file` cannot be {describe(value)}", "name a file")
+            diagnostics.error(value.place, f"`file` cannot be {describe(value)}", "name a file")
             return None
         folder = self.chain[0].parent
         path = self.chain[-1].parent / name
@@ -105,32 +109,34 @@ class Subtrees:
             is_there = real.is_file()
             others = () if is_there else tuple(path.parent.glob("*.yaml"))
         except (OSError, RuntimeError):
-            mistakes.error(value.place, f"`{name}` leads nowhere", "name a file, or mend the link")
+            diagnostics.error(
+                value.place, f"`{name}` leads nowhere", "name a file, or fix the link"
+            )
             return None
         if Path(name).is_absolute() or not real.is_relative_to(inside):
             what = f"`{name}` leads out of the folder of the task"
-            mistakes.error(value.place, what, f"keep it in `{folder}` or below")
+            diagnostics.error(value.place, what, f"keep it in `{folder}` or below")
             return None
         if not is_there:
             known = {other.name for other in others} - {other.name for other in self.chain}
             near = suggestion(path.name, known) if known else "check the path"
-            mistakes.error(value.place, f"there is no file `{name}` beside this one", near)
+            diagnostics.error(value.place, f"there is no file `{name}` beside this one", near)
             return None
         around = [other.resolve() for other in self.chain]
         if real in around:
             circle = (*self.chain[around.index(real) :], path)
             names = " > ".join(other.name for other in circle)
-            mistakes.error(value.place, f"the files go round in a circle: {names}", "break it")
+            diagnostics.error(value.place, f"the files go round in a circle: {names}", "break it")
             return None
         number = next(self.numbers)
         if number == MAX_SUBTREES:
             what = f"the task has more than {MAX_SUBTREES} subtrees"
-            mistakes.error(value.place, what, "make it smaller")
+            diagnostics.error(value.place, what, "make it smaller")
         return path if number < MAX_SUBTREES else None
 
 
 def _read_with(
-    place: Place, entries: Mapping[str, Entry], document: Document, scope: Scope
+    place: Location, entries: Mapping[str, Entry], document: Document, scope: Scope
 ) -> dict[str, Given]:
     """Values of the other file's parameters."""
     arguments: dict[str, Given] = {}
@@ -141,8 +147,8 @@ def _read_with(
         parameter = document.parameters.get(name)
         if parameter is None:
             what = f"`{document.name}` has no parameter `{name}`"
-            mend = suggestion(name, document.parameters)
-            scope.mistakes.error(argument.place, what, mend)
+            hint = suggestion(name, document.parameters)
+            scope.diagnostics.error(argument.place, what, hint)
             continue
         if parameter.type is None:
             continue
@@ -150,21 +156,21 @@ def _read_with(
             value = convert(argument.value, parameter.type, scope.places.named)
         except MismatchError as mismatch:
             about = f" ({parameter.description})" if parameter.description else ""
-            note_mismatch(argument.value, f"`{name}`{about}: {mismatch.what}", mismatch.mend, scope)
+            note_mismatch(argument.value, f"`{name}`{about}: {mismatch.what}", mismatch.hint, scope)
             continue
         if isinstance(scope.known(value), KeyRead) and parameter.type.is_bounded:
             what = f"`{name}` has bounds, and what `{value}` holds is known only during the run"
-            scope.mistakes.error(argument.value.place, what, "give a value")
+            scope.diagnostics.error(argument.value.place, what, "give a value")
             continue
         scope.use(value)
         arguments[name] = value
     for name, parameter in document.parameters.items():
-        # One that stands beside `file` by mistake is noted there.
+        # One that stands beside `file` by diagnostic is noted there.
         is_needed = parameter.type is not None and parameter.default is None
         if is_needed and name not in {*given, *entries}:
             about = f": {parameter.description}" if parameter.description else ""
             what = f"`{document.name}` lacks `{name}` ({parameter.type}{about})"
-            scope.mistakes.error(place, what, f"write `with: {{{name}: ...}}` below `subtree`")
+            scope.diagnostics.error(place, what, f"write `with: {{{name}: ...}}` below `subtree`")
     return arguments
 
 
@@ -179,17 +185,17 @@ def _read_out(entry: Entry | None, document: Document, scope: Scope) -> dict[str
                 outputs[name] = write
         else:
             what = f"`{document.name}` has no output `{name}`"
-            mend = suggestion(name, document.outputs)
-            scope.mistakes.error(argument.place, what, mend)
+            hint = suggestion(name, document.outputs)
+            scope.diagnostics.error(argument.place, what, hint)
     return outputs
 
 
 def _table(entry: Entry | None, key: str, form: str, scope: Scope) -> Mapping[str, Entry] | None:
-    """The entries below a key; None and a mistake if there is something else."""
+    """The entries below a key; None and a diagnostic if there is something else."""
     if entry is None or (isinstance(entry.value, Scalar) and entry.value.value is None):
         return {}
     if isinstance(entry.value, Table):
         return entry.value.entries
     what = f"`{key}` is a mapping, not {describe(entry.value)}"
-    scope.mistakes.error(entry.value.place, what, f"write `{key}: {form}`")
+    scope.diagnostics.error(entry.value.place, what, f"write `{key}: {form}`")
     return None

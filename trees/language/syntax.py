@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
 
-from trees.language.kinds import Named, Plain, ValueType
-from trees.language.mistakes import Mistake, Place
+from trees.language.diagnostics import Diagnostic, Location
 from trees.language.parameters import TaskParameter
 from trees.language.registry import LeafType
+from trees.language.value_types import Named, Plain, ValueType
 from trees.language.values import Given, KeyRead, KeyWrite
 
 Modifiers: TypeAlias = "Mapping[str, Plain | KeyRead | LeafNode]"
@@ -24,7 +24,7 @@ A `KeyRead` stands only in a task that was loaded with open parameters.
 class LeafNode:
     """A leaf and its arguments."""
 
-    place: Place
+    place: Location
     name: str
     modifiers: Modifiers
     type: LeafType
@@ -38,7 +38,7 @@ class LeafNode:
 class CompositeNode:
     """A composite and its children."""
 
-    place: Place
+    place: Location
     name: str
     modifiers: Modifiers
     key: str
@@ -51,7 +51,7 @@ class CompositeNode:
 class SubtreeNode:
     """The tree of another file, with values for its parameters."""
 
-    place: Place
+    place: Location
     name: str
     modifiers: Modifiers
     file: str
@@ -79,7 +79,7 @@ def nodes_below(node: Node) -> Iterator[Node]:
 class TaskOutput:
     """A key that an including file may take over."""
 
-    place: Place
+    place: Location
     description: str
     type: ValueType | None = None
     """What the tree writes to it; None before the tree is read."""
@@ -87,7 +87,7 @@ class TaskOutput:
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """A task file without mistakes."""
+    """A task file without diagnostics."""
 
     name: str
     description: str
@@ -102,7 +102,7 @@ class Task:
     regions: Mapping[str, Named]
     outputs: Mapping[str, TaskOutput]
     root: Node
-    warnings: tuple[Mistake, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
     """What is probably not meant, and does not keep the task from running."""
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Mapping
 
-from trees.language.mistakes import Mistakes, Place, quoted, suggestion
+from trees.language.diagnostics import Diagnostics, Location, quoted, suggestion
 from trees.language.source import Entry, Scalar, Table, Value
 from trees.language.values import describe
 
@@ -16,48 +16,48 @@ WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 def fields(
     value: Value,
     what: str,
-    mistakes: Mistakes,
+    diagnostics: Diagnostics,
     *,
     required: Collection[str] = (),
     optional: Collection[str] = (),
 ) -> Mapping[str, Entry] | None:
-    """The entries of a mapping whose keys are fixed; None and mistakes if they do not fit.
+    """The entries of a mapping whose keys are fixed; None and diagnostics if they do not fit.
 
     Args:
         value: the mapping.
         what: what it describes, for messages.
-        mistakes: where they are noted.
+        diagnostics: where they are noted.
         required: keys that must be there.
         optional: keys that may.
     """
     if not isinstance(value, Table):
-        mend = f"write {quoted(required or optional)} with their values below it"
-        mistakes.error(value.place, f"{what} is a mapping, not {describe(value)}", mend)
+        hint = f"write {quoted(required or optional)} with their values below it"
+        diagnostics.error(value.place, f"{what} is a mapping, not {describe(value)}", hint)
         return None
     known = (*required, *optional)
     unknown = [key for key in value.entries if key not in known]
     for key in unknown:
-        mend = suggestion(key, known)
-        mistakes.error(value.entries[key].place, f"{what} has no key `{key}`", mend)
+        hint = suggestion(key, known)
+        diagnostics.error(value.entries[key].place, f"{what} has no key `{key}`", hint)
     missing = [key for key in required if key not in value.entries]
     if missing:
-        mistakes.error(value.place, f"{what} lacks {quoted(missing)}", f"add {quoted(missing)}")
+        diagnostics.error(value.place, f"{what} lacks {quoted(missing)}", f"add {quoted(missing)}")
     return None if missing else value.entries
 
 
 def named_entries(
-    entry: Entry | None, section: str, mistakes: Mistakes
-) -> Iterator[tuple[str, Place, Value]]:
+    entry: Entry | None, section: str, diagnostics: Diagnostics
+) -> Iterator[tuple[str, Location, Value]]:
     """Name, place and value of each entry of a section of the file; an empty one has none."""
     if entry is None or (isinstance(entry.value, Scalar) and entry.value.value is None):
         return
     if not isinstance(entry.value, Table):
         what = f"`{section}` is a mapping of names, not {describe(entry.value)}"
-        mistakes.error(entry.value.place, what, f"indent `name: ...` below `{section}:`")
+        diagnostics.error(entry.value.place, what, f"indent `name: ...` below `{section}:`")
         return
     for name, named in entry.value.entries.items():
         if WORD.fullmatch(name):
             yield name, named.place, named.value
         else:
-            mend = "use letters, digits and `_`, and begin with a letter"
-            mistakes.error(named.place, f"`{name}` cannot be a name in `{section}`", mend)
+            hint = "use letters, digits and `_`, and begin with a letter"
+            diagnostics.error(named.place, f"`{name}` cannot be a name in `{section}`", hint)

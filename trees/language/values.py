@@ -7,16 +7,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from trees.language.kinds import NAMED_KINDS, Named, Plain, ValueType, written
-from trees.language.mistakes import Place, quoted, suggestion
+from trees.language.diagnostics import Location, quoted, suggestion
 from trees.language.source import Items, Reference, Scalar, Value
+from trees.language.value_types import NAMED_KINDS, Named, Plain, ValueType, written
 
 
 @dataclass(frozen=True, kw_only=True)
 class KeyRead:
     """A `$name` whose value is known only while the task runs."""
 
-    place: Place
+    place: Location
     name: str
     type: ValueType
     """What is expected of it."""
@@ -34,7 +34,7 @@ class KeyRead:
 class KeyWrite:
     """The key that an output is written to."""
 
-    place: Place
+    place: Location
     name: str
 
 
@@ -47,12 +47,12 @@ class MismatchError(Exception):
 
     Args:
         what: what is wrong.
-        mend: how to mend it.
+        hint: how to fix it.
     """
 
-    def __init__(self, what: str, mend: str) -> None:
-        self.what, self.mend = what, mend
-        super().__init__(f"{what}; {mend}")
+    def __init__(self, what: str, hint: str) -> None:
+        self.what, self.hint = what, hint
+        super().__init__(f"{what}; {hint}")
 
 
 def convert(value: Value, expected: ValueType, named: Mapping[str, Named]) -> Given:
@@ -133,6 +133,6 @@ def _no_such_name(
         what = f"`{name}` is a {NAMED_KINDS[type(named[name])]}, expected {expected}"
         return MismatchError(what, known)
     near = suggestion(name, fitting)
-    mend = f"{near} ({known})" if near.startswith("did you mean") else known
+    hint = f"{near} ({known})" if near.startswith("did you mean") else known
     origin = f", the value of `${value.parameter}`" if value.parameter else ""
-    return MismatchError(f"no {kinds} is called `{name}`{origin}", mend)
+    return MismatchError(f"no {kinds} is called `{name}`{origin}", hint)

@@ -10,8 +10,8 @@ from py_trees.behaviour import Behaviour
 
 from trees.language import composites, modifiers
 from trees.language.branch import Branch
-from trees.language.kinds import Plain, ValueType
 from trees.language.modifiers import Now
+from trees.language.value_types import Plain, ValueType
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,131 @@
+"""What `frankie-task nodes` shows: everything that a task can be made of."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from trees.language.registry import (
+    SET,
+    LeafType,
+    Parameter,
+    describe_leaves,
+    known_leaves,
+)
+from trees.language.value_types import ValueType, written
+from trees.language.vocabulary import COMPOSITES, MODIFIERS, NAME, SUBTREE
+
+_LANGUAGE = {
+    NAME: "The node's name in pictures, messages and summaries; stands beside any node.",
+    SUBTREE: "Runs the tree of another file: `subtree: {file: ..., with: {...}, out: {...}}`.",
+}
+
+
+class UnknownWordError(Exception):
+    """Nothing goes by this name; the text suggests what does."""
+
+
+def show_all(console: Console) -> None:
+    """A table of all words, a line each."""
+    leaves = describe_leaves(known_leaves())
+    conditions = {key: leaf for key, leaf in leaves.items() if leaf.is_condition}
+    actions = {key: leaf for key, leaf in leaves.items() if not leaf.is_condition}
+    for title, group in (("actions", actions), ("conditions", conditions)):
+        rows = ((key, _signature(leaf), leaf.description) for key, leaf in sorted(group.items()))
+        console.print(_listed(title, rows, ("", "parameters", "what it does")))
+    composites = ((key, word.children, word.description) for key, word in COMPOSITES.items())
+    others = ((SUBTREE, "a task file", _LANGUAGE[SUBTREE]),)
+    console.print(_listed("composites", (*composites, *others), ("", "takes", "what it does")))
+    modifiers = ((key, _taken(word.type), word.description) for key, word in MODIFIERS.items())
+    named = ((NAME, "text", _LANGUAGE[NAME]),)
+    title = "modifiers, innermost first"
+    console.print(_listed(title, (*named, *modifiers), ("", "takes", "what it does")))
+    console.print("frankie-task nodes NAME tells all about one of them.", highlight=False)
+
+
+def show_one(name: str, console: Console) -> None:
+    """Everything about one word.
+
+    Raises:
+        UnknownWordError: there is no such word.
+    """
+    leaves = describe_leaves(known_leaves())
+    if name in leaves:
+        _show_leaf(leaves[name], console)
+        return
+    said = {
+        **_LANGUAGE,
+        **{key: f"{word.description}\nTakes {word.children}." for key, word in COMPOSITES.items()},
+        **{
+            key: f"{word.description}\nTakes {_taken(word.type)}; stands beside a node."
+            for key, word in MODIFIERS.items()
+        },
+    }
+    if name not in said:
+        known = sorted({*leaves, *said})
+        close = difflib.get_close_matches(name, known, n=1)
+        near = f"did you mean `{close[0]}`? " if close else ""
+        raise UnknownWordError(f"no node is called `{name}`; {near}`frankie-task nodes` lists all")
+    console.print(Text(name, style="bold"))
+    console.print(Text(said[name]), soft_wrap=True)
+    if name in COMPOSITES and COMPOSITES[name].options:
+        rows = (
+            (key, str(option.type), written(option.default), option.description)
+            for key, option in COMPOSITES[name].options.items()
+        )
+        console.print(_listed("options", rows, ("", "type", "default", "meaning")))
+
+
+def _show_leaf(leaf: LeafType, console: Console) -> None:
+    console.print(Text(leaf.key, style="bold"), "(condition)" if leaf.is_condition else "")
+    console.print(Text(leaf.description), soft_wrap=True)
+    if leaf.details:
+        console.print(Text(leaf.details), soft_wrap=True)
+    if leaf.parameters:
+        rows = (
+            (one.name, str(one.type), one.unit, _default(one), one.description)
+            for one in leaf.parameters.values()
+        )
+        heads = ("", "type", "unit", "default", "meaning")
+        console.print(_listed("parameters", rows, heads))
+    if leaf.outputs:
+        keys = (
+            (one.name, str(one.type), one.unit, one.description) for one in leaf.outputs.values()
+        )
+        title = "outputs: name the key to write to"
+        console.print(_listed(title, keys, ("", "type", "unit", "meaning")))
+
+
+def _listed(title: str, rows: Iterable[tuple[str, ...]], heads: tuple[str, ...]) -> Table:
+    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
+    for position, head in enumerate(heads):
+        table.add_column(head, no_wrap=position == 0, style="cyan" if position == 0 else "")
+    for row in rows:
+        table.add_row(*(Text(cell) for cell in row))
+    return table
+
+
+def _signature(leaf: LeafType) -> str:
+    """Its parameters in short: those that may be left out in brackets, outputs after an arrow."""
+    if leaf is SET:
+        return "key: value, ..."
+    given = [one.name if one.required else f"[{one.name}]" for one in leaf.parameters.values()]
+    outputs = [one.name if one.required else f"[{one.name}]" for one in leaf.outputs.values()]
+    arrow = f" → {', '.join(outputs)}" if outputs else ""
+    return f"{', '.join(given)}{arrow}".strip()
+
+
+def _taken(expected: ValueType | None) -> str:
+    return "a condition" if expected is None else str(expected)
+
+
+def _default(parameter: Parameter) -> str:
+    if parameter.required:
+        return "required"
+    default = parameter.default
+    plain = default is None or isinstance(default, bool | int | float | str)
+    return written(default) if plain else str(default)  # type: ignore[arg-type]

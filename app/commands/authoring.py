@@ -1,0 +1,184 @@
+"""The commands for whoever writes tasks: what there is to write with, pictures, other formats."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from app.commands.refuse import find_tree, refuse
+
+authoring = typer.Typer()
+
+Tree = Annotated[str, typer.Argument(help="A task file, or the name of a shipped task.")]
+Output = Annotated[
+    Path | None, typer.Option("--output", "-o", help="A file, instead of the screen.")
+]
+
+
+class Picture(StrEnum):
+    """How a tree can be drawn."""
+
+    TEXT = "text"
+    SVG = "svg"
+    MERMAID = "mermaid"
+
+
+@authoring.command()
+def nodes(
+    name: Annotated[str | None, typer.Argument(help="One of them, in full.")] = None,
+) -> None:
+    """What a task can be made of: leaves, composites, modifiers, with their parameters."""
+    from app.authoring.node_reference import UnknownWordError, show_all, show_one
+
+    with _bad_task():
+        if name is None:
+            show_all(Console())
+            return
+        try:
+            show_one(name, Console())
+        except UnknownWordError as error:
+            refuse(str(error))
+
+
+@authoring.command()
+def draw(
+    tree: Tree,
+    picture: Annotated[Picture, typer.Option("--format", help="Of the picture.")] = Picture.TEXT,
+    output: Output = None,
+) -> None:
+    """A picture of a task's tree."""
+    from trees.draw import FORMATS, boxes
+    from trees.language import load
+
+    with _bad_task():
+        task = load(find_tree(tree), open_parameters=True)
+    _deliver(FORMATS[picture.value](boxes(task.root)), output)
+
+
+@authoring.command()
+def schema(output: Output = None) -> None:
+    """The JSON Schema of task files, for an editor: completion, help, diagnostics underlined."""
+    from trees.language.registry import describe_leaves, known_leaves
+    from trees.schema import schema_text
+
+    with _bad_task():
+        text = schema_text(describe_leaves(known_leaves()))
+    _deliver(text, output)
+
+
+@authoring.command()
+def new(
+    name: Annotated[str, typer.Argument(help="What the task is called.")],
+    folder: Annotated[Path, typer.Option("--folder", help="Where to put it.")] = Path("."),
+) -> None:
+    """Begin a task: a commented file that runs as it is, and the schema for the editor."""
+    from trees.template import BadNameError, new_files
+
+    with _bad_task():
+        try:
+            files = new_files(name)
+        except BadNameError as error:
+            refuse(str(error))
+    task, *helpers = [folder / file for file in files]
+    if task.exists():
+        refuse(f"{task}: is there already; choose another name, or remove it first")
+    for path, text in zip((task, *helpers), files.values(), strict=True):
+        if path == task or not path.exists():
+            _write(path, text)
+    typer.echo(f"{task}: change it, then: frankie-task check {task}; frankie-task run {task}")
+
+
+@authoring.command("export")
+def export(
+    what: Annotated[
+        list[str], typer.Argument(help="A task; with --lerobot runs, an episode each.")
+    ],
+    output: Output = None,
+    lerobot: Annotated[
+        Path | None, typer.Option(help="Write a LeRobotDataset of runs into this new folder.")
+    ] = None,
+    runs: Annotated[Path, typer.Option("--runs", help="Where the runs are.")] = Path("runs"),
+    fps: Annotated[
+        int, typer.Option(help="With --lerobot: frames a second; divides the control rate.")
+    ] = 50,
+) -> None:
+    """A task as XML for BehaviorTree.CPP 4 and Groot2; or the motion of runs for learning."""
+    if lerobot is not None:
+        if output is not None:
+            refuse("--output: a data set goes into the folder of --lerobot; leave it out")
+        _export_runs(what, lerobot, runs, fps)
+        return
+    if len(what) > 1:
+        refuse(f"{what[1]}: one task at a time becomes XML; add --lerobot DIR to export runs")
+    from trees.btcpp import export_xml
+    from trees.language import load
+
+    with _bad_task():
+        text = export_xml(load(find_tree(what[0]), open_parameters=True))
+    _deliver(text, output)
+
+
+def _export_runs(names: list[str], folder: Path, runs: Path, fps: int) -> None:
+    from app.commands.review import find
+    from app.export.lerobot import ExportError, export_lerobot
+
+    try:
+        frames = export_lerobot([find(name, runs) for name in names], folder, fps)
+    except ExportError as error:
+        refuse(str(error))
+    typer.echo(f"{folder}: {len(names)} episodes, {frames} frames")
+
+
+@authoring.command("import")
+def import_tree(
+    file: Annotated[Path, typer.Argument(help="XML of BehaviorTree.CPP 4.")],
+    folder: Annotated[
+        Path | None, typer.Option("--folder", help="Where to put the files, instead of the screen.")
+    ] = None,
+) -> None:
+    """Task files from XML of BehaviorTree.CPP 4: one a tree; what has no counterpart is refused."""
+    from trees.btcpp import import_xml
+
+    with _bad_task():
+        texts = import_xml(file)
+    if folder is None and len(texts) > 1:
+        refuse(f"{file}: has {len(texts)} trees, each a file; say where they go: --folder DIR")
+    paths = [folder / name if folder else None for name in texts]
+    for path in paths:
+        if path is not None and path.exists():
+            refuse(f"{path}: is there already; choose another folder, or remove it first")
+    for path, text in zip(paths, texts.values(), strict=True):
+        _deliver(text, path)
+
+
+@contextmanager
+def _bad_task() -> Iterator[None]:
+    """Refuse with the text of a diagnostic in a task file, or in a leaf of another package."""
+    from trees.language import LeafError, TaskFileError
+
+    try:
+        yield
+    except (LeafError, TaskFileError) as error:
+        refuse(str(error))
+
+
+def _deliver(text: str, output: Path | None) -> None:
+    """Print a text as it is, or write it to a file."""
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        _write(output, text)
+        typer.echo(f"{output}: written")
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        refuse(f"{path}: cannot be written ({error.strerror}); name a file in a folder that exists")

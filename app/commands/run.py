@@ -1,0 +1,190 @@
+"""`frankie-task run`: its options, and what it says in the end."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from app.commands.refuse import bad_input, find_tree, refuse
+from app.core.outcome import EXIT_BAD_INPUT
+
+if TYPE_CHECKING:
+    from app.core.launch import Result
+
+
+class RobotChoice(StrEnum):
+    """The robots that can run a task."""
+
+    SIM = "sim"
+    OMNI = "omni"
+
+
+class Speed(StrEnum):
+    """How fast simulated time goes."""
+
+    REAL = "real"
+    MAX = "max"
+
+
+class ViewChoice(StrEnum):
+    """How a run is watched."""
+
+    AUTO = "auto"
+    SPAWN = "spawn"
+    WEB = "web"
+    NONE = "none"
+
+
+def run(
+    tree: Annotated[str, typer.Argument(help="A task file, or the name of a shipped task.")],
+    robot: Annotated[RobotChoice, typer.Option(help="Who does it.")] = RobotChoice.SIM,
+    scene: Annotated[
+        str | None,
+        typer.Option(help="A shipped scene or a scene file; default: what the task names."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of objects and camera noise.", min=0)] = 0,
+    parameter: Annotated[
+        list[str] | None, typer.Option("--parameter", "-p", help="A task parameter, key=value.")
+    ] = None,
+    speed: Annotated[Speed, typer.Option(help="Pace of simulated time.")] = Speed.MAX,
+    record: Annotated[Path, typer.Option(help="Folder for the folders of runs.")] = Path("runs"),
+    weights: Annotated[Path | None, typer.Option(help="A file of a grasp network.")] = None,
+    network: Annotated[
+        str | None, typer.Option(help="Which shipped grasp network: bins (the default) or ggcnn.")
+    ] = None,
+    view: Annotated[
+        ViewChoice,
+        typer.Option(
+            help="Watch in a window, in a browser, or not; auto: a window if there is a screen."
+        ),
+    ] = ViewChoice.AUTO,
+    view_host: Annotated[
+        str, typer.Option(help="Address to serve viewers on; there is no password.")
+    ] = "127.0.0.1",
+    view_port: Annotated[
+        int | None, typer.Option(help="Of the live data.", min=1, max=65535)
+    ] = None,
+    web_port: Annotated[
+        int | None, typer.Option(help="Of the page of --view web.", min=1, max=65535)
+    ] = None,
+    control: Annotated[
+        bool, typer.Option("--control", help="Serve a page that pauses, steps and stops the run.")
+    ] = False,
+    control_port: Annotated[
+        int | None, typer.Option(help="Of the page of --control.", min=1, max=65535)
+    ] = None,
+    paused: Annotated[bool, typer.Option("--paused", help="Wait before the first tick.")] = False,
+    stop_before: Annotated[
+        list[str] | None,
+        typer.Option("--break", help="Pause before this node: its name, key or path."),
+    ] = None,
+    groot2: Annotated[
+        bool, typer.Option("--groot2", help="Serve Groot2, the tree editor.")
+    ] = False,
+    groot2_port: Annotated[
+        int, typer.Option(help="Of --groot2; the next one is taken too.", min=1, max=65534)
+    ] = 1667,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the summary as one JSON object.")
+    ] = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Run anew whenever the task is saved.")
+    ] = False,
+    dry: Annotated[
+        bool, typer.Option("--dry", help="Without a robot: every leaf ends at once.")
+    ] = False,
+    outcome: Annotated[
+        list[str] | None,
+        typer.Option(help="With --dry: what a leaf answers, as grasp=failure,failure,success."),
+    ] = None,
+    ticks: Annotated[int, typer.Option(help="With --dry: most ticks.", min=1)] = 1000,
+) -> None:
+    """Run a task; leaves a folder with a recording and a summary."""
+    parameters = _parameters(parameter or [])
+    if weights is not None and network is not None:
+        refuse("--network: the file of --weights tells the network already; give one of both")
+    if outcome and not dry:
+        refuse("--outcome: is for a dry run; add --dry")
+    if dry and watch:
+        refuse("--watch: a dry run ends at once, and there is nothing to watch; leave it out")
+    if dry:
+        raise typer.Exit(_run_dry(find_tree(tree), parameters, outcome or [], ticks, as_json))
+    from app.core.launch import RunOptions, run_task
+    from app.live.monitor import View, ViewOptions
+    from app.live.operator.console import ControlOptions
+
+    with bad_input():
+        options = RunOptions(
+            tree=find_tree(tree),
+            robot=robot.value,
+            scene=scene,
+            seed=seed,
+            parameters=parameters,
+            paced=speed is Speed.REAL,
+            record=record,
+            weights=weights,
+            network=network,
+            view=ViewOptions(
+                view=View(view.value), host=view_host, port=view_port, web_port=web_port
+            ),
+            control=ControlOptions(
+                page=control,
+                page_port=control_port,
+                paused=paused,
+                breaks=tuple(stop_before or ()),
+                groot=groot2,
+                groot_port=groot2_port,
+            ),
+        )
+        if watch:
+            from app.core.on_save import run_on_save
+
+            result = run_on_save(options, show=lambda result: _show(result, as_json), say=_say)
+        else:
+            result = run_task(options)
+            _show(result, as_json)
+    raise typer.Exit(result.outcome.end.exit_code if result else EXIT_BAD_INPUT)
+
+
+def _parameters(values: list[str]) -> dict[str, str]:
+    parameters = {}
+    for value in values:
+        key, equals, text = value.partition("=")
+        if not equals or not key:
+            refuse(f"-p {value}: a parameter is given as key=value, for example -p attempts=3")
+        parameters[key] = text
+    return parameters
+
+
+def _show(result: Result, as_json: bool) -> None:
+    """What a run left, for people and for programs."""
+    for_people = Console(stderr=as_json)
+    if as_json:
+        print(result.summary.to_json())
+    result.summary.show(for_people)
+    for_people.print(f"left in {result.folder}/", highlight=False)
+    if result.warning:
+        _say(result.warning)
+
+
+def _say(text: str) -> None:
+    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
+
+
+def _run_dry(
+    tree: Path, parameters: dict[str, str], outcomes: list[str], ticks: int, as_json: bool
+) -> int:
+    """Run a task without a robot, say what happened; returns the exit code."""
+    from app.authoring.dry import ScriptError, dry_run
+    from trees.language import LeafError, TaskFileError
+
+    try:
+        result = dry_run(tree, outcomes=outcomes, overrides=parameters, most_ticks=ticks)
+    except (LeafError, ScriptError, TaskFileError) as error:
+        refuse(str(error))
+    typer.echo(result.to_json() if as_json else result.to_text())
+    return result.outcome.end.exit_code

@@ -1,0 +1,194 @@
+"""The log of a run: every transition of a node and what else happened, one JSON object a line.
+
+It is written as things happen, so that a run whose process was killed tells as much as any other.
+
+| event | when | fields besides `time` |
+|---|---|---|
+| `begin` | before the first tick | `task`, `nodes`: path, name, kind of each, in preorder |
+| `node` | a node's status changed | `tick`, `node` (its index), `status`, `message`, `values` |
+| `now` | once a second | `node` (the one that decides), `message`, `values` |
+| `fault` | the robot's faults changed | `faults` (texts; empty when healthy again) |
+| `pause`, `resume` | a person did so | `why` |
+| `end` | after the last tick | `outcome`, `reason`, `node` (index or null), `trace`, `values` |
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from math import degrees, isfinite
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from app.core.folder import FolderError
+from app.core.outcome import Outcome
+from app.live.monitor import Snapshot
+from app.live.monitor.every import Every
+from app.live.monitor.snapshot import tip
+from app.live.operator import Hook
+from trees.language import TreeNode
+
+EVENTS = "events.jsonl"
+
+_ALIVE_PERIOD = 1.0
+"""How often the log says what is going on, also when nothing changes [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Event:
+    """One line of the log."""
+
+    event: str
+    time: float
+    """On the session's clock [s]."""
+    fields: Mapping[str, Any]
+
+
+class EventLog:
+    """Writes the log of one run; use it in a `with` statement.
+
+    Args:
+        path: the file to write.
+        task: name of the task.
+        nodes: the nodes of the tree, in preorder.
+
+    Raises:
+        FolderError: it cannot be written. Once the run goes on, that only ends the log.
+    """
+
+    def __init__(self, path: Path, task: str, nodes: Sequence[TreeNode]) -> None:
+        self.error: OSError | None = None
+        """Why the log ends early, if it does."""
+        self._nodes = [place.node for place in nodes]
+        self._statuses = [Status.INVALID] * len(nodes)
+        self._faults: tuple[str, ...] = ()
+        self._paused = False
+        self._alive = Every(_ALIVE_PERIOD)
+        self._last: Snapshot | None = None
+        described = [
+            {"path": n.path, "name": n.node.name, "kind": str(getattr(n.node, "key", ""))}
+            for n in nodes
+        ]
+        try:
+            self._file: TextIO = path.open("w", encoding="utf-8", buffering=1)
+        except OSError as error:
+            self.error = error
+        else:
+            self._write("begin", 0.0, task=task, nodes=described)
+        if self.error is not None:
+            raise FolderError(f"{path}: cannot be written ({self.error.strerror})") from self.error
+
+    def __enter__(self) -> EventLog:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with suppress(OSError):
+            self._file.close()
+
+    def update(self, seen: Snapshot, *, paused: bool, why: str = "") -> bool:
+        """Write down what a tick changed.
+
+        Args:
+            seen: the tick.
+            paused: whether the run is paused.
+            why: what paused it.
+
+        Returns:
+            Whether the status of some node changed.
+        """
+        time, self._last = seen.stamp, seen
+        faults = tuple(fault.text for fault in seen.state.faults)
+        if faults != self._faults:
+            self._faults = faults
+            self._write("fault", time, faults=faults)
+        if paused != self._paused:
+            self._paused = paused
+            self._write("pause" if paused else "resume", time, why=why)
+        changed = False
+        for index, node in enumerate(seen.nodes):
+            if node.status is not self._statuses[index]:
+                self._statuses[index] = node.status
+                changed = True
+                self._write(
+                    "node",
+                    time,
+                    tick=seen.tick,
+                    node=index,
+                    status=node.status.value,
+                    message=node.message,
+                    values=values(seen) if node.status is Status.FAILURE else {},
+                )
+        if self._alive.due(time):
+            index = tip(seen.nodes)
+            message = seen.nodes[index].message
+            self._write("now", time, node=index, message=message, values=values(seen))
+        return changed
+
+    def end(self, outcome: Outcome, time: float) -> None:
+        """Write down how the run ended.
+
+        Args:
+            outcome: of the run.
+            time: on the session's clock [s].
+        """
+        self._write(
+            "end",
+            time,
+            outcome=outcome.end.value,
+            reason=outcome.reason,
+            node=self._index(outcome.where),
+            trace=outcome.trace,
+            values=values(self._last) if self._last is not None else {},
+        )
+
+    def _index(self, node: Behaviour | None) -> int | None:
+        """Which node of the tree it is; a hook stands for the node behind it."""
+        known = node.node if isinstance(node, Hook) else node
+        return self._nodes.index(known) if known in self._nodes else None
+
+    def _write(self, event: str, time: float, **fields: object) -> None:
+        if self.error is not None:
+            return
+        line = {"event": event, "time": round(time, 4), **fields}
+        try:
+            self._file.write(json.dumps(line, ensure_ascii=False) + "\n")
+        except OSError as error:  # the robot must go on
+            self.error = error
+
+
+def values(seen: Snapshot) -> dict[str, float]:
+    """The numbers that tell most often why something failed; only those that there are."""
+    signals, state = seen.signals, seen.state
+    x, y = state.wTb.translation[:2]
+    numbers = {
+        "goal distance [m]": signals.position_error,
+        "goal angle [deg]": degrees(signals.orientation_error),
+        "fingers apart [mm]": 1000.0 * state.gripper_width,
+        "base x [m]": float(x),
+        "base y [m]": float(y),
+        "base speed [m/s]": float(np.hypot(*state.base_twist[:2])),
+        "fastest joint [rad/s]": float(np.abs(state.qd).max()),
+        "manipulability": signals.manipulability,
+        "grasp quality": seen.grasp.quality if seen.grasp is not None else float("nan"),
+    }
+    return {name: round(value, 4) for name, value in numbers.items() if isfinite(value)}
+
+
+def read_events(path: Path) -> list[Event]:
+    """The events of a run; a last line that was cut off by a kill is left out."""
+    return list(_events(path.read_text(encoding="utf-8", errors="replace").splitlines()))
+
+
+def _events(lines: Iterable[str]) -> Iterable[Event]:
+    for line in lines:
+        try:
+            fields = json.loads(line)
+            yield Event(event=fields.pop("event"), time=fields.pop("time"), fields=fields)
+        except (ValueError, KeyError, AttributeError):
+            continue

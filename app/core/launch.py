@@ -1,0 +1,244 @@
+"""Everything that `frankie-task run` puts together: task, scene, robot, recorder and session."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from os.path import relpath
+from pathlib import Path
+from typing import NamedTuple
+
+from rich.console import Console
+
+from app.core.events import EVENTS, EventLog
+from app.core.folder import BT_LOG, RECORDING, SUMMARY, VIEWER_LOG, make_folder, write_arrays
+from app.core.measurements import Measurements
+from app.core.outcome import Outcome
+from app.core.session import Session, Tick
+from app.core.setup import Setup, simulated_setup
+from app.core.snapshots import scene_view, snapshot, tree_view
+from app.core.summary import Summary, summarise
+from app.live.monitor import Recorder, RecorderError, Viewer, ViewOptions
+from app.live.operator import Control
+from app.live.operator.console import ControlOptions, OperatorConsole
+from app.live.operator.page import WebViewer
+from app.live.status_line import StatusLine
+from controller import robot_model
+from hw import stopwatch
+from hw.sim import World
+from perception import GraspDetector
+from trees.btcpp import BtLog
+from trees.language import Task, TreeNode, build, load, nodes_in_order
+
+ROBOTS = {"sim": "frankie", "omni": "omni"}
+"""What `--robot` accepts, and the model that it stands for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """What a person may choose about a run."""
+
+    tree: Path
+    robot: str = "sim"
+    scene: str | None = None
+    """A shipped scene or a scene file; None takes the one that the task names, or `household`."""
+    seed: int = 0
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    paced: bool = False
+    """In real time instead of as fast as it goes."""
+    record: Path = Path("runs")
+    """Where the folder of the run is made."""
+    weights: Path | None = None
+    """A file of a grasp network; None takes a network that comes with the package."""
+    network: str | None = None
+    """Which of those; None takes the best."""
+    view: ViewOptions = field(default_factory=ViewOptions)
+    """How it is watched meanwhile."""
+    control: ControlOptions = field(default_factory=ControlOptions)
+    """What people have in hand meanwhile."""
+
+
+class Result(NamedTuple):
+    """What a run leaves."""
+
+    outcome: Outcome
+    summary: Summary
+    folder: Path
+    warning: str
+    """What could not be kept of it; usually empty."""
+
+
+def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: False) -> Result:
+    """Run a task in simulation.
+
+    Args:
+        options: what a person chose.
+        interrupted: asked every tick whether to end, as Ctrl-C does.
+
+    Raises:
+        TaskFileError, SceneError, WeightsError, UnknownNodeError, NoControlError, ViewError,
+            PageError, GrootError, FolderError, RecorderError: bad input; nothing has moved.
+    """
+    viewer = Viewer(options.view, say=_tell)
+    task = load(options.tree, overrides=options.parameters)
+    setup = simulated_setup(
+        ROBOTS[options.robot],
+        scene=_scene(options, task),
+        seed=options.seed,
+        paced=options.paced,
+        detector=GraspDetector(options.weights, options.network),
+    )
+    nodes = nodes_in_order(build(task, setup.context))
+    room = OperatorConsole(
+        options.control,
+        task=task.name,
+        nodes=nodes,
+        setup=setup,
+        viewer=_web_viewer(viewer),
+        say=_tell,
+    )
+    with room:
+        return _run(options, task, setup, nodes, room, viewer, interrupted)
+
+
+def _run(
+    options: RunOptions,
+    task: Task,
+    setup: Setup,
+    nodes: Sequence[TreeNode],
+    room: OperatorConsole,
+    viewer: Viewer,
+    interrupted: Callable[[], bool],
+) -> Result:
+    """Run what has been put together, and keep all that it leaves."""
+    log, tree = setup.context.log, tree_view(nodes)
+    supports = _supports(setup.world)
+    measurements = Measurements(limits=setup.model.limits)
+    scene = _scene(options, task)
+    folder = make_folder(
+        options.record, task.name, _texts(task), asdict(options) | {"scene": scene}
+    )
+    recorder = Recorder(
+        folder / RECORDING,
+        tree=tree,
+        model=robot_model(ROBOTS[options.robot]),
+        scene=scene_view(setup.world),
+        lossless=not options.paced,
+        server=viewer.server,
+    )
+    begun = stopwatch()
+    with (
+        viewer.showing(folder / VIEWER_LOG),
+        room.open(),
+        _interrupts(room.control),
+        EventLog(folder / EVENTS, task.name, nodes) as events,
+        StatusLine(tree) as status_line,
+    ):
+        bt_log = BtLog(nodes)
+
+        def watch(tick: Tick) -> None:
+            if interrupted():
+                room.control.stop()
+            seen = snapshot(tick, nodes, setup.world)
+            recorder.record(seen)
+            bt_log.note(seen.stamp)
+            why = room.control.state.why if tick.paused else ""
+            changed = events.update(seen, paused=tick.paused, why=why)
+            room.show(seen, changed=changed)
+            status_line.update(seen, placed=log.placed, attempts=log.attempts)
+
+        outcome = Session(
+            root=room.root,
+            context=setup.context,
+            controller=setup.controller,
+            gate=setup.gate,
+            measurements=measurements,
+            clock=setup.clock,
+            control=room.control,
+            watch=watch,
+        ).run()
+        real_seconds = stopwatch() - begun
+        duration = setup.clock.session.now()
+        events.end(outcome, duration)
+        setup.robot.close()
+        warning = _closed(recorder)
+        if events.error is not None:
+            warning = f"{EVENTS} ends early ({events.error.strerror}); {warning}".rstrip("; ")
+        (folder / BT_LOG).write_bytes(bt_log.to_bytes())
+        write_arrays(folder, commands=measurements.commands, states=measurements.states)
+        summary = summarise(
+            task=task.name,
+            robot=ROBOTS[options.robot],
+            scene=scene,
+            seed=options.seed,
+            outcome=outcome,
+            objects=len(setup.world.objects),
+            placed=_brought(supports, _supports(setup.world)),
+            log=log,
+            measurements=measurements,
+            gate=setup.gate,
+            duration=duration,
+            real_seconds=real_seconds,
+            perception_seconds=setup.vision.seconds,
+            dropped_snapshots=recorder.dropped,
+        )
+        summary.write(folder / SUMMARY)
+    return Result(outcome, summary, folder, warning)
+
+
+def _web_viewer(viewer: Viewer) -> WebViewer | None:
+    """Where the control page finds the viewer in the browser."""
+    if viewer.page is None or viewer.server is None:
+        return None
+    return WebViewer(files=viewer.page.partition("/?")[0], data=viewer.server.url)
+
+
+def _tell(text: str) -> None:
+    """Say something to the person at the terminal."""
+    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
+
+
+def _scene(options: RunOptions, task: Task) -> str:
+    """The scene that a person asked for, or the task, or the usual one."""
+    return options.scene or task.scene or "household"
+
+
+def _texts(task: Task) -> dict[str, str]:
+    """The files of a task, the first as `task.yaml` and its subtrees where they are beside it."""
+    here = task.path.parent
+    inner = {relpath(path, here): path.read_text(encoding="utf-8") for path in task.files[1:]}
+    return inner | {"task.yaml": task.text}
+
+
+def _supports(world: World) -> dict[str, str]:
+    """What carries every object."""
+    return {thing.name: world.resting_on(thing) for thing in world.objects}
+
+
+def _brought(before: dict[str, str], after: dict[str, str]) -> int:
+    """How many objects stand on some other furniture than before, and not on the floor."""
+    nowhere = ("", "hand", "floor")
+    return sum(after[name] not in (*nowhere, before[name]) for name in before)
+
+
+def _closed(recorder: Recorder) -> str:
+    """Close a recorder; returns what went wrong, if anything."""
+    try:
+        recorder.close()
+    except RecorderError as error:
+        return str(error)
+    return ""
+
+
+@contextmanager
+def _interrupts(control: Control) -> Iterator[None]:
+    """Ctrl-C and SIGTERM stop the run instead of raising, as long as the context lasts."""
+    kinds = (signal.SIGINT, signal.SIGTERM)
+    before = {kind: signal.signal(kind, lambda *_: control.stop()) for kind in kinds}
+    try:
+        yield
+    finally:
+        for kind, handler in before.items():
+            signal.signal(kind, handler)

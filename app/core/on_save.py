@@ -1,0 +1,88 @@
+"""`run --watch`: the task starts anew whenever one of its files is saved."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from app.core.launch import Result, RunOptions, run_task
+from app.core.outcome import End
+from hw.clock import WallClock
+from trees.language import TaskFileError, load
+
+_LOOK_PERIOD = 0.2
+"""How often to look for a saved file while nothing runs [s]."""
+
+
+class Saved:
+    """Notices when files are written, replaced, removed or appear.
+
+    Args:
+        paths: the files.
+    """
+
+    def __init__(self, paths: Iterable[Path]) -> None:
+        self._paths = tuple(paths)
+        self._before = self._stamps()
+
+    def __call__(self) -> bool:
+        """Whether anything has changed since this was made."""
+        return self._stamps() != self._before
+
+    def _stamps(self) -> list[tuple[int, int] | None]:
+        return [_stamp(path) for path in self._paths]
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size
+
+
+def run_on_save(
+    options: RunOptions,
+    *,
+    show: Callable[[Result], None],
+    say: Callable[[str], None],
+) -> Result | None:
+    """Run a task, and run it anew in a fresh scene each time it is saved, until a person stops it.
+
+    A save brings a moving robot to rest before the task starts anew. A file with mistakes is
+    complained about; the robot then rests until the next save.
+
+    Args:
+        options: of every run.
+        show: called with what each run leaves.
+        say: called with the mistakes of a file that cannot run, and with what is waited for.
+
+    Returns:
+        The last run; None if the task could not run at all.
+
+    Raises:
+        SceneError, WeightsError, FolderError, RecorderError, LeafError: bad input other than the
+            task; nothing moves.
+    """
+    last: Result | None = None
+    files = {options.tree}
+    clock = WallClock()
+    try:
+        while True:
+            saved = Saved(files)
+            try:
+                files = set(load(options.tree, overrides=options.parameters).files)
+                saved = Saved(files)
+                last = run_task(options, interrupted=saved)
+                show(last)
+                if last.outcome.end is End.INTERRUPTED and not saved():
+                    return last
+            except TaskFileError as error:
+                say(str(error))
+                files |= {mistake.path for mistake in error.diagnostics}
+            next_is = "saved, starts anew" if saved() else "save it to run it again; Ctrl-C ends"
+            say(f"{options.tree}: {next_is}")
+            while not saved():
+                clock.sleep_until(clock.now() + _LOOK_PERIOD)
+    except KeyboardInterrupt:  # between two runs; in a run the session takes it
+        return last

@@ -1,0 +1,182 @@
+"""What a run came to, as a table for people and one JSON object for programs."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from app.core.measurements import Measurements
+from app.core.outcome import Outcome
+from behaviours import Carried, TaskLog
+from hw.gate import Gate
+
+
+@dataclass(frozen=True, kw_only=True)
+class Summary:
+    """Everything that is worth knowing about a finished run; SI units unless the name says."""
+
+    task: str
+    robot: str
+    scene: str
+    seed: int
+    outcome: str
+    """One of the values of `End`."""
+    reason: str
+    node: str
+    """The node that failed; empty if none did."""
+    objects: int
+    """How many objects there were to begin with."""
+    placed: int
+    """How many of them lie where they were to be placed, as the simulator's contacts tell."""
+    attempts: int
+    """How often the fingers closed to grasp."""
+    duration_s: float
+    grasp_time_mean_s: float | None
+    """From the first look to closed fingers, mean over the attempts that succeeded."""
+    pick_place_time_mean_s: float | None
+    """From the first attempt at an object, or the end of the one before, to its release; mean."""
+    limit_violations: int
+    """Ticks in which a measured joint position, joint speed or base speed was over its limit."""
+    highest_speed_percent: float
+    """Largest measured share of a speed limit."""
+    smallest_joint_margin_deg: float
+    """Nearest that a joint came to a position limit."""
+    refused_commands: dict[str, int]
+    """What the gate did not let through, by reason."""
+    ticks: int
+    tick_median_ms: float
+    tick_p99_ms: float
+    perception_s: float
+    """Real time spent on rendering and grasp detection."""
+    real_time_factor: float
+    """Simulated seconds per real second, over the whole run."""
+    said: list[str]
+    """What the robot told people, in order."""
+    dropped_snapshots: int
+    """Ticks that neither recording nor viewer shows, because writing was too slow."""
+    carried: list[dict[str, float | int | None]]
+    """Each object's times and attempts."""
+
+    def write(self, path: Path) -> None:
+        """Keep it as JSON."""
+        path.write_text(self.to_json() + "\n", encoding="utf-8")
+
+    def to_json(self) -> str:
+        """One JSON object."""
+        return json.dumps(asdict(self), indent=2)
+
+    def show(self, console: Console) -> None:
+        """Print it for people."""
+        table = Table(title=f"{self.task}: {self.outcome}", title_justify="left", show_header=False)
+        failed_in = f" (in {self.node})" if self.node else ""
+        rows: dict[str, Any] = {
+            "why": f"{self.reason}{failed_in}",
+            "placed": f"{self.placed} of {self.objects} objects in {self.attempts} attempts",
+            "time": f"{self.duration_s:.1f} s, {self.real_time_factor:.2f} times real time",
+            "grasp": _seconds(self.grasp_time_mean_s),
+            "pick and place": _seconds(self.pick_place_time_mean_s),
+            "limits": f"{self.limit_violations} violations in {self.ticks} ticks; "
+            f"at most {self.highest_speed_percent:.0f} % of a speed limit, "
+            f"joints at least {self.smallest_joint_margin_deg:.1f}° inside their range",
+            "control tick": f"median {self.tick_median_ms:.2f} ms, p99 {self.tick_p99_ms:.2f} ms",
+        }
+        if self.said:
+            rows["said"] = "\n".join(self.said)
+        if self.refused_commands:
+            refused = (f"{count} {reason}" for reason, count in self.refused_commands.items())
+            rows["refused"] = ", ".join(refused)
+        if self.dropped_snapshots:
+            rows["recording"] = f"{self.dropped_snapshots} of {self.ticks} ticks are missing"
+        for name, value in rows.items():
+            table.add_row(name, str(value))
+        console.print(table)
+
+
+def summarise(
+    *,
+    task: str,
+    robot: str,
+    scene: str,
+    seed: int,
+    outcome: Outcome,
+    objects: int,
+    placed: int,
+    log: TaskLog,
+    measurements: Measurements,
+    gate: Gate,
+    duration: float,
+    real_seconds: float,
+    perception_seconds: float,
+    dropped_snapshots: int,
+) -> Summary:
+    """The summary of a run.
+
+    Args:
+        task: name of the task.
+        robot: name of the robot.
+        scene: name or file of the scene.
+        seed: of the run.
+        outcome: how it ended.
+        objects: how many there were to begin with.
+        placed: how many are where they were to be placed.
+        log: what the behaviours noted.
+        measurements: what the session measured.
+        gate: what it refused.
+        duration: time on the session's clock [s].
+        real_seconds: time that passed meanwhile [s].
+        perception_seconds: how much of it went into looking [s].
+        dropped_snapshots: ticks that are not in the recording.
+    """
+    done = [thing for thing in log.carried if thing.placed is not None]
+    ticks_ms = 1000.0 * np.array(measurements.ticks_s or [0.0])
+    return Summary(
+        task=task,
+        robot=robot,
+        scene=scene,
+        seed=seed,
+        outcome=outcome.end.value,
+        reason=outcome.reason,
+        node=outcome.node,
+        objects=objects,
+        placed=placed,
+        attempts=log.attempts,
+        duration_s=round(duration, 3),
+        grasp_time_mean_s=_mean([thing.grasp_time for thing in done]),
+        pick_place_time_mean_s=_mean(_pick_place_times(log.carried)),
+        limit_violations=measurements.limit_violations,
+        highest_speed_percent=round(100.0 * measurements.highest_speed, 2),
+        smallest_joint_margin_deg=round(float(np.degrees(measurements.smallest_margin)), 2),
+        refused_commands={reason.value: n for reason, n in gate.refusals.items() if n},
+        ticks=len(measurements.ticks_s),
+        tick_median_ms=round(float(np.median(ticks_ms)), 3),
+        tick_p99_ms=round(float(np.percentile(ticks_ms, 99)), 3),
+        perception_s=round(perception_seconds, 2),
+        real_time_factor=round(duration / real_seconds, 3) if real_seconds > 0.0 else 0.0,
+        said=[text for _, text in log.said],
+        dropped_snapshots=dropped_snapshots,
+        carried=[asdict(thing) for thing in log.carried],
+    )
+
+
+def _pick_place_times(carried: list[Carried]) -> list[float]:
+    times = []
+    begun: float | None = None
+    for thing in carried:
+        if thing.placed is not None:
+            times.append(thing.placed - (thing.begun if begun is None else begun))
+            begun = thing.placed
+    return times
+
+
+def _mean(values: list[float]) -> float | None:
+    return round(float(np.mean(values)), 3) if values else None
+
+
+def _seconds(value: float | None) -> str:
+    return "none" if value is None else f"{value:.1f} s on average"

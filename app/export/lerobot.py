@@ -1,0 +1,260 @@
+"""Recorded runs as a LeRobotDataset, layout version 3: one episode a run, for learning policies.
+
+The layout is plain Parquet and JSON and is written here directly: the `lerobot` package itself
+pins versions of Rerun and PyTorch that cannot be installed beside this project's. What a dataset
+has of a run is its motion: camera images are not in it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+import yaml
+
+from app.core.folder import COMMANDS, STATES
+from app.review.finished import read_run
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+USUAL_FPS = 50
+
+_JOINTS = [f"joint_{number}" for number in range(1, 8)]
+_VECTORS = {
+    "observation.state": ["base_x", "base_y", "base_heading", *_JOINTS, "fingers"],
+    "observation.velocity": ["base_vx", "base_vy", "base_w", *_JOINTS],
+    "action": ["base_vx", "base_vy", "base_w", *_JOINTS, "fingers"],
+}
+"""Vectors of float32 by feature: metres, radians and seconds. The action has the velocities that
+were applied, and for the fingers the width that they have a frame later."""
+_NUMBERS = {
+    "timestamp": "float32",
+    "frame_index": "int64",
+    "episode_index": "int64",
+    "index": "int64",
+    "task_index": "int64",
+}
+_QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
+_CHUNK = "chunk-000/file-000.parquet"
+_PATTERN = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+
+Array = npt.NDArray[Any]
+
+
+class ExportError(Exception):
+    """Runs cannot be exported; the text says which and why."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Episode:
+    task: str
+    robot: str
+    columns: dict[str, Array]
+    """(frames,) or (frames, n) by feature, without the indices that depend on other episodes."""
+
+    @property
+    def length(self) -> int:
+        return len(self.columns["timestamp"])
+
+
+def export_lerobot(folders: Sequence[Path], out: Path, fps: int = USUAL_FPS) -> int:
+    """Write a dataset.
+
+    Args:
+        folders: of the runs, an episode each.
+        out: folder of the dataset; made here.
+        fps: frames a second; the control rate is a multiple of it.
+
+    Returns:
+        How many frames it has.
+
+    Raises:
+        ExportError: a run has no recorded motion or another rate or robot, or `out` is there.
+    """
+    if out.exists():
+        raise ExportError(f"{out}: there is something already; choose a folder that is not there")
+    episodes = [_read(folder, fps) for folder in folders]
+    robots = {episode.robot for episode in episodes}
+    if len(robots) > 1:
+        raise ExportError(f"runs of different robots ({', '.join(sorted(robots))}): export each")
+    tasks = list(dict.fromkeys(episode.task for episode in episodes))
+    tables = _numbered(episodes, tasks)
+    everything = {key: np.concatenate([table[key] for table in tables]) for key in tables[0]}
+    try:
+        _write_parquet(out / "data" / _CHUNK, _data_table(everything))
+        _write_parquet(out / "meta" / "episodes" / _CHUNK, _episodes_table(episodes, tables))
+        _write_parquet(out / "meta" / "tasks.parquet", _tasks_table(tasks))
+        _write_json(out / "meta" / "stats.json", _statistics(everything))
+        _write_json(
+            out / "meta" / "info.json",
+            _info(robots.pop(), fps, len(episodes), len(everything["index"]), len(tasks)),
+        )
+    except OSError as error:
+        raise ExportError(f"{out}: cannot be written ({error.strerror})") from error
+    return len(everything["index"])
+
+
+def _read(folder: Path, fps: int) -> _Episode:
+    """The frames of one run."""
+    try:
+        states, commands = np.load(folder / STATES), np.load(folder / COMMANDS)
+    except (OSError, ValueError) as error:
+        raise ExportError(f"{folder}: the run has no recorded motion ({error})") from error
+    count = min(len(states), len(commands))
+    if count < 2:
+        raise ExportError(f"{folder}: the run is too short, {count} ticks")
+    rate = round(1.0 / float(np.median(np.diff(states[:, 0]))))
+    if fps < 1 or rate % fps:
+        fitting = ", ".join(str(n) for n in range(1, rate + 1) if rate % n == 0)
+        raise ExportError(f"--fps {fps}: {folder} has {rate} ticks a second; choose {fitting}")
+    states, commands = states[: count : rate // fps], commands[: count : rate // fps]
+    pose, twist, q, qd, fingers = np.split(states[:, 1:], [3, 6, 13, 20], axis=1)
+    later = np.concatenate([fingers[1:], fingers[-1:]])
+    record = read_run(folder)
+    return _Episode(
+        task=_description(folder) or record.task,
+        robot=str(record.summary.get("robot", "frankie")),
+        columns={
+            "observation.state": np.hstack([pose, q, fingers]).astype(np.float32),
+            "observation.velocity": np.hstack([twist, qd]).astype(np.float32),
+            "action": np.hstack([commands[:, 1:], later]).astype(np.float32),
+            "timestamp": (np.arange(len(states)) / fps).astype(np.float32),
+        },
+    )
+
+
+def _description(folder: Path) -> str:
+    """What the task file says that the task is."""
+    try:
+        task = yaml.safe_load((folder / "task.yaml").read_text(encoding="utf-8"))
+        return str(task.get("description") or "")
+    except (OSError, yaml.YAMLError, AttributeError):
+        return ""
+
+
+def _numbered(episodes: Iterable[_Episode], tasks: list[str]) -> list[dict[str, Array]]:
+    """The columns of every episode, with the indices that tie them together."""
+    tables, begin = [], 0
+    for number, episode in enumerate(episodes):
+        frames = np.arange(episode.length)
+        tables.append(
+            {
+                **episode.columns,
+                "frame_index": frames,
+                "episode_index": np.full(episode.length, number),
+                "index": begin + frames,
+                "task_index": np.full(episode.length, tasks.index(episode.task)),
+            }
+        )
+        begin += episode.length
+    return tables
+
+
+def _statistics(columns: dict[str, Array]) -> dict[str, dict[str, list[float]]]:
+    """What a policy is normalised with, for each feature."""
+    found = {}
+    for key, values in columns.items():
+        rows = values.reshape(len(values), -1).astype(np.float64)
+        found[key] = {
+            "min": rows.min(axis=0).tolist(),
+            "max": rows.max(axis=0).tolist(),
+            "mean": rows.mean(axis=0).tolist(),
+            "std": rows.std(axis=0).tolist(),
+            "count": [len(rows)],
+            **{name: np.quantile(rows, q, axis=0).tolist() for name, q in _QUANTILES.items()},
+        }
+    return found
+
+
+def _info(robot: str, fps: int, episodes: int, frames: int, tasks: int) -> dict[str, Any]:
+    features: dict[str, Any] = {
+        key: {"dtype": "float32", "shape": [len(names)], "names": names}
+        for key, names in _VECTORS.items()
+    }
+    features |= {
+        key: {"dtype": kind, "shape": [1], "names": None} for key, kind in _NUMBERS.items()
+    }
+    return {
+        "codebase_version": "v3.0",
+        "robot_type": robot,
+        "total_episodes": episodes,
+        "total_frames": frames,
+        "total_tasks": tasks,
+        "chunks_size": 1000,
+        "data_files_size_in_mb": 100,
+        "video_files_size_in_mb": 200,
+        "fps": fps,
+        "splits": {"train": f"0:{episodes}"},
+        "data_path": f"data/{_PATTERN}",
+        "video_path": None,
+        "features": features,
+    }
+
+
+def _data_table(columns: dict[str, Array]) -> pa.Table:
+    import pyarrow as pa
+
+    arrays = {
+        key: pa.FixedSizeListArray.from_arrays(pa.array(columns[key].ravel()), len(names))
+        for key, names in _VECTORS.items()
+    }
+    arrays |= {key: pa.array(columns[key], kind) for key, kind in _NUMBERS.items()}
+    return pa.table(arrays)
+
+
+def _episodes_table(episodes: Sequence[_Episode], tables: Sequence[dict[str, Array]]) -> pa.Table:
+    """Where each episode is, and its statistics."""
+    import pyarrow as pa
+
+    rows = []
+    for episode, table in zip(episodes, tables, strict=True):
+        begin = int(table["index"][0])
+        row: dict[str, Any] = {
+            "episode_index": int(table["episode_index"][0]),
+            "tasks": [episode.task],
+            "length": episode.length,
+            "data/chunk_index": 0,
+            "data/file_index": 0,
+            "dataset_from_index": begin,
+            "dataset_to_index": begin + episode.length,
+        }
+        for key, numbers in _statistics(table).items():
+            row |= {f"stats/{key}/{name}": value for name, value in numbers.items()}
+        rows.append(row | {"meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0})
+    return pa.Table.from_pylist(rows)
+
+
+def _tasks_table(tasks: list[str]) -> pa.Table:
+    """The texts as the index of a pandas table, which is how they are looked up."""
+    import pyarrow as pa
+
+    index = "__index_level_0__"
+    table = pa.table({"task_index": pa.array(range(len(tasks)), "int64"), index: tasks})
+    names = (("task_index", "task_index", "int64", "int64"), (None, index, "unicode", "object"))
+    described = {
+        "index_columns": [index],
+        "column_indexes": [],
+        "columns": [
+            {"name": n, "field_name": f, "pandas_type": p, "numpy_type": t, "metadata": None}
+            for n, f, p, t in names
+        ],
+    }
+    return table.replace_schema_metadata({"pandas": json.dumps(described)})
+
+
+def _write_parquet(path: Path, table: pa.Table) -> None:
+    import pyarrow.parquet as pq
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    pq.write_table(table, path)
+
+
+def _write_json(path: Path, content: dict[str, Any]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(content, indent=4) + "\n", encoding="utf-8")

@@ -1,0 +1,1 @@
+"""The laboratory: benches, and the training and evaluation of grasp networks."""

@@ -1,0 +1,108 @@
+"""Where the hand is sent in Experiment 2: seeded goals known to be reachable, or a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pinocchio as pin
+from pinocchio import SE3
+
+from app.lab.bench.contacts import ContactJudge
+from controller import RobotModel
+from controller.command import Array
+
+DISC = 4.0
+"""Goals are nearer to the start than this [m]."""
+_MARGIN = 0.1
+"""Generating postures keep this distance from every joint limit [rad]."""
+_LOWEST = 0.05
+"""Tool and flange are at least this far above the floor [m]."""
+_ROUNDED = 1e-4
+"""Poses in a file may be off by this much from a rigid motion, to allow for single precision."""
+
+
+class GoalFileError(Exception):
+    """A file of goals cannot be used."""
+
+
+def generate(model: RobotModel, count: int, seed: int) -> list[SE3]:
+    """Poses `wTe` of the tool that the robot can have without touching anything.
+
+    A posture is drawn uniformly within the joint limits, the heading of the base uniformly, and
+    the tool's place uniformly in a disc of 4 m around the start; the base stands where that puts
+    it. Postures in which the arm touches itself, the base or the floor do not count.
+
+    Args:
+        model: the robot.
+        count: how many.
+        seed: of the generator; the same seed gives the same goals.
+    """
+    rng = np.random.default_rng(seed)
+    judge = ContactJudge(model)
+    limits = model.limits
+    goals: list[SE3] = []
+    while len(goals) < count:
+        q = rng.uniform(limits.q_min + _MARGIN, limits.q_max - _MARGIN)
+        heading = rng.uniform(-np.pi, np.pi)
+        radius, bearing = DISC * np.sqrt(rng.uniform()), rng.uniform(-np.pi, np.pi)
+        tool = model.bTe(q)
+        height = float(tool.translation[2])
+        flange = model.link_poses(SE3.Identity(), q)[-1].translation[2]
+        if min(height, flange) < _LOWEST or np.hypot(radius, height) > DISC or judge(q).any:
+            continue
+        place = np.array([radius * np.cos(bearing), radius * np.sin(bearing), height])
+        goals.append(SE3(pin.utils.rotate("z", heading) @ tool.rotation, place))
+    return goals
+
+
+def load_goals(path: Path) -> list[SE3]:
+    """The poses of a file.
+
+    Args:
+        path: an .npz file whose array `T` (N, 4, 4) holds poses of the tool in the world.
+
+    Raises:
+        GoalFileError: it cannot be read, or holds something else.
+    """
+    try:
+        content = np.load(path, allow_pickle=False)
+        arrays = dict(content) if isinstance(content, np.lib.npyio.NpzFile) else None
+    except FileNotFoundError:
+        raise GoalFileError(f"--goals {path}: there is no such file") from None
+    except Exception as error:
+        raise GoalFileError(f"--goals {path}: not a readable .npz file ({error})") from None
+    if arrays is None:
+        raise GoalFileError(f"--goals {path}: one bare array; save it with np.savez(file, T=poses)")
+    if "T" not in arrays:
+        has = ", ".join(sorted(arrays)) or "nothing"
+        raise GoalFileError(f"--goals {path}: has {has} but no array T of shape (N, 4, 4)")
+    poses = arrays["T"]
+    if poses.ndim != 3 or poses.shape[1:] != (4, 4) or not len(poses):
+        raise GoalFileError(
+            f"--goals {path}: T must have shape (N, 4, 4), N > 0; got {poses.shape}"
+        )
+    if poses.dtype.kind not in "fiu":
+        raise GoalFileError(f"--goals {path}: T must hold numbers, got {poses.dtype}")
+    return [_pose(path, number, np.asarray(T, float)) for number, T in enumerate(poses)]
+
+
+def _pose(path: Path, number: int, T: npt.NDArray[np.float64]) -> SE3:
+    if not np.isfinite(T).all():
+        raise GoalFileError(f"--goals {path}: T[{number}] has numbers that are not finite")
+    R = T[:3, :3]
+    nearest = _nearest_rotation(R)
+    off = max(float(np.abs(R - nearest).max()), float(np.abs(T[3] - [0, 0, 0, 1]).max()))
+    if off > _ROUNDED:
+        raise GoalFileError(
+            f"--goals {path}: T[{number}] is not a pose: a rotation, a position and the last row"
+            " 0 0 0 1"
+        )
+    return SE3(nearest, T[:3, 3].copy())
+
+
+def _nearest_rotation(R: Array) -> Array:
+    U, _, Vt = np.linalg.svd(R)
+    turn = np.diag([1.0, 1.0, np.linalg.det(U @ Vt)])
+    return np.asarray(U @ turn @ Vt, float)

@@ -1,0 +1,183 @@
+"""What a motion was worth: arrived or why not, limits passed, contacts, smoothness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+import pinocchio as pin
+
+from app.lab.bench.contacts import ContactJudge
+from app.lab.bench.motion import Motion
+from controller import RobotModel
+from controller.command import Array
+
+_ROUNDING = 1e-9
+"""Share of a limit that is not held against a motion."""
+_AT_LAST = 5.0
+"""The end of a motion that tells how it failed [s]."""
+_STILL = 5e-3
+"""An error that varies by less than this stands still [m]."""
+_PROGRESS = 1e-3
+"""Nearer by less than this is no progress [m]."""
+
+
+class Failure(StrEnum):
+    """Why a goal was not reached."""
+
+    TIME_OVER = "time over"
+    """It was still getting nearer."""
+    STUCK_STILL = "stuck still"
+    STUCK_MOVING = "stuck moving"
+    INFEASIBLE = "infeasible"
+    """The controller found no answer at least once."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Violations:
+    """In how many samples a limit was passed."""
+
+    position: int
+    """Of a joint."""
+    velocity: int
+    """Of a joint."""
+    acceleration: int
+    """Of a joint."""
+    base: int
+    """Velocity or acceleration of the base."""
+    samples: int
+    """Any of these; one sample counts once."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Touches:
+    """In how many samples the arm touched something."""
+
+    arm: int
+    """Itself."""
+    base: int
+    floor: int
+    samples: int
+    """Any of these; one sample counts once."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trial:
+    """What one motion came to."""
+
+    failure: Failure | None
+    """None if the goal was reached."""
+    time: float
+    """When it was reached or given up [s]."""
+    position_error: float
+    """At the end [m]."""
+    orientation_error: float
+    """At the end [rad]."""
+    heading_error: float
+    """θ_ε at the end: bearing of the end effector seen from the base [rad]."""
+    manipulability: float
+    """Of the arm at the end."""
+    violations: Violations
+    touches: Touches
+    jerk: float
+    """Cumulative jerk of the tool [m/s^2], from rest."""
+
+
+class Judge:
+    """Judges the motions of one robot.
+
+    Args:
+        model: the robot, with the limits that count.
+    """
+
+    def __init__(self, model: RobotModel) -> None:
+        self.model = model
+        self._contacts = ContactJudge(model)
+        self._data = model.chain.createData()
+        self._tool = model.chain.getFrameId("tool")
+
+    def __call__(self, motion: Motion) -> Trial:
+        """What a motion came to."""
+        x, y = self.model.bTe(motion.q[-1]).translation[:2]
+        return Trial(
+            failure=failure_of(motion),
+            time=motion.duration,
+            position_error=float(motion.position_error[-1]),
+            orientation_error=float(motion.orientation_error[-1]),
+            heading_error=float(np.arctan2(y, x)),
+            manipulability=self.manipulability(motion.q[-1]),
+            violations=violations_of(self.model, motion),
+            touches=self.touches(motion.q),
+            jerk=cumulative_jerk(motion.tool, motion.period),
+        )
+
+    def manipulability(self, q: Array) -> float:
+        """Yoshikawa's measure of the arm at joint positions q (7,) [rad]."""
+        chain, joints = self.model.chain, self.model.joints(q)
+        axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        J = pin.computeFrameJacobian(chain, self._data, joints, self._tool, axes)
+        arm = J[:, self.model.n_base :]
+        return float(np.sqrt(max(np.linalg.det(arm @ arm.T), 0.0)))
+
+    def touches(self, postures: Array) -> Touches:
+        """What the arm touches in postures (k, 7) [rad]."""
+        seen = np.array([(*(c := self._contacts(q)), c.any) for q in postures], bool)
+        arm, base, floor, samples = (int(count) for count in seen.sum(axis=0))
+        return Touches(arm=arm, base=base, floor=floor, samples=samples)
+
+
+def failure_of(motion: Motion) -> Failure | None:
+    """Why a motion did not arrive; None if it did."""
+    if motion.arrived:
+        return None
+    if not motion.solved:
+        return Failure.INFEASIBLE
+    samples = round(_AT_LAST / motion.period)
+    before, last = motion.position_error[:-samples], motion.position_error[-samples:]
+    if np.ptp(last) < _STILL:
+        return Failure.STUCK_STILL
+    if len(before) and last.min() > before.min() - _PROGRESS:
+        return Failure.STUCK_MOVING
+    return Failure.TIME_OVER
+
+
+def shares(model: RobotModel, motion: Motion) -> tuple[Array, Array]:
+    """How much of the limits of velocity and of acceleration every sample uses, both (k, n)."""
+    accelerations = np.diff(motion.velocities, axis=0, prepend=np.zeros((1, model.n)))
+    return (
+        np.abs(motion.velocities) / model.speed_limits,
+        np.abs(accelerations) / (model.acceleration_limits * motion.period),
+    )
+
+
+def violations_of(model: RobotModel, motion: Motion) -> Violations:
+    """In how many samples a limit was passed, by kind."""
+    limits, n_base = model.limits, model.n_base
+    outside = (motion.q < limits.q_min - _ROUNDING) | (motion.q > limits.q_max + _ROUNDING)
+    velocity, acceleration = (share > 1.0 + _ROUNDING for share in shares(model, motion))
+    kinds = {
+        "position": outside[1:].any(axis=1),
+        "velocity": velocity[:, n_base:].any(axis=1),
+        "acceleration": acceleration[:, n_base:].any(axis=1),
+        "base": (velocity | acceleration)[:, :n_base].any(axis=1),
+    }
+    over = np.array(list(kinds.values())).any(axis=0)
+    counts = {kind: int(samples.sum()) for kind, samples in kinds.items()}
+    return Violations(samples=int(over.sum()), **counts)
+
+
+def cumulative_jerk(positions: Array, period: float) -> float:
+    """Sum of |third difference| / period² of positions (k, 3) [m], rest before them included."""
+    resting = np.repeat(positions[:1], 3, axis=0)
+    thirds = np.diff(np.vstack([resting, positions[1:]]), n=3, axis=0)
+    return float(np.linalg.norm(thirds, axis=1).sum() / period**2)
+
+
+def jerk_noise(positions: Array, period: float) -> float:
+    """What rounding alone contributes to the cumulative jerk of positions (k, 3) [m/s^2].
+
+    It is measured on an even motion between the same ends, which has no jerk after its start.
+    """
+    even = np.linspace(positions[0], positions[-1], len(positions))
+    return float(np.linalg.norm(np.diff(even, n=3, axis=0), axis=1).sum() / period**2)

@@ -1,0 +1,69 @@
+"""The main job over a range of seeds: how many objects, attempts and seconds."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, replace
+
+from rich.table import Table
+
+from app.core.launch import RunOptions, run_task
+from app.core.summary import Summary
+from app.lab.machine import machine
+
+
+def bench_pick_place(
+    options: RunOptions, seeds: Iterable[int], done: Callable[[Summary], None]
+) -> list[Summary]:
+    """Run the task once for every seed.
+
+    Args:
+        options: of each run, but for the seed.
+        seeds: of objects and camera noise.
+        done: called after each run.
+    """
+    summaries = []
+    for seed in seeds:
+        summaries.append(run_task(replace(options, seed=seed)).summary)
+        done(summaries[-1])
+    return summaries
+
+
+def pick_place_table(summaries: list[Summary]) -> Table:
+    """One row a seed, in the form that the README has."""
+    table = Table(title=f"{summaries[0].task}, {summaries[0].robot}, on {machine()['machine']}")
+    for column in (
+        "seed",
+        "placed",
+        "attempts",
+        "time [s]",
+        "grasp [s]",
+        "pick and place [s]",
+        "limit violations",
+        "tick median / p99 [ms]",
+        "times real time",
+    ):
+        table.add_column(column, justify="right")
+    for s in summaries:
+        table.add_row(
+            str(s.seed),
+            f"{s.placed} of {s.objects}",
+            str(s.attempts),
+            f"{s.duration_s:.0f}",
+            _seconds(s.grasp_time_mean_s),
+            _seconds(s.pick_place_time_mean_s),
+            str(s.limit_violations),
+            f"{s.tick_median_ms:.2f} / {s.tick_p99_ms:.2f}",
+            f"{s.real_time_factor:.1f}",
+        )
+    return table
+
+
+def pick_place_json(summaries: list[Summary]) -> str:
+    """The summaries and the machine that they come from, as one JSON object."""
+    return json.dumps({"about": machine(), "runs": [asdict(s) for s in summaries]}, indent=2)
+
+
+def _seconds(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1f}"

@@ -1,0 +1,235 @@
+"""Experiment 2: many goals, each reached or not, and what that took."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from pinocchio import SE3
+from rich.table import Table
+
+from app.lab.bench.contenders import Contender
+from app.lab.bench.judge import Judge, Trial
+from app.lab.bench.motion import run_motion
+from app.lab.workers import run_all
+from controller import PoseGoal
+from controller.command import Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conditions:
+    """What counts as reached."""
+
+    limit: float = 20.0
+    """Longest time [s]."""
+    position_tolerance: float = 0.01
+    """[m]."""
+    orientation_tolerance: float = float(np.deg2rad(1.0))
+    """[rad]."""
+    patience: float = 15.0
+    """Stuck after this long without progress [s]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Task:
+    contender: Contender
+    conditions: Conditions
+    goal: Array
+
+
+@lru_cache(maxsize=8)
+def _judge(contender: Contender) -> Judge:
+    return Judge(contender.model())
+
+
+def _trial(task: _Task) -> Trial:
+    judge, conditions = _judge(task.contender), task.conditions
+    goal = PoseGoal(
+        wTe=SE3(task.goal),
+        speed=float(judge.model.limits.base_twist[0]),
+        position_tolerance=conditions.position_tolerance,
+        orientation_tolerance=conditions.orientation_tolerance,
+    )
+    motion = run_motion(
+        task.contender.stepper(judge.model),
+        judge.model,
+        lambda time: goal,
+        period=task.contender.period,
+        limit=conditions.limit,
+        patience=conditions.patience,
+    )
+    return judge(motion)
+
+
+def trials(
+    contender: Contender,
+    conditions: Conditions,
+    goals: Sequence[SE3],
+    *,
+    workers: int = 1,
+    cluster: str | None = None,
+) -> Iterator[tuple[int, Trial]]:
+    """One motion to every goal; yields the goal's number and the trial as they are done."""
+    tasks = [
+        _Task(contender=contender, conditions=conditions, goal=goal.homogeneous) for goal in goals
+    ]
+    return run_all(_trial, tasks, workers=workers, cluster=cluster)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reach:
+    """What all trials of one contender came to; times are of the goals that were reached."""
+
+    robot: str
+    preset: str
+    base_speed: float
+    """Limit of the base [m/s]."""
+    changes: dict[str, Any]
+    """Settings that differ from the preset."""
+    period_s: float
+    time_limit_s: float
+    position_tolerance_mm: float
+    orientation_tolerance_deg: float
+    goals: int
+    failures: int
+    failures_by_reason: dict[str, int]
+    failed_goals: list[int]
+    limit_violations: int
+    """Samples over any limit."""
+    limit_violations_by_kind: dict[str, int]
+    trials_with_violations: int
+    contact_samples: int
+    """Samples in which the arm touches anything."""
+    contact_samples_by_kind: dict[str, int]
+    trials_with_contacts: list[int]
+    samples: int
+    time_median_s: float | None
+    time_mean_s: float | None
+    time_p95_s: float | None
+    time_max_s: float | None
+    theta_eps_mean_deg: float
+    """Mean |θ_ε| at the end, over all trials."""
+    manipulability_mean: float
+    """Mean of the arm's at the end, over all trials."""
+    jerk_median: float
+    """Of the tool's cumulative jerk [m/s^2]."""
+
+
+def aggregate(contender: Contender, conditions: Conditions, done: Sequence[Trial]) -> Reach:
+    """Count and average the trials of one contender, in the order of their goals."""
+    times = np.array([trial.time for trial in done if trial.failure is None])
+    reasons = Counter(str(trial.failure) for trial in done if trial.failure is not None)
+
+    def statistic(function: Any, *arguments: float) -> float | None:
+        return round(float(function(times, *arguments)), 4) if len(times) else None
+
+    return Reach(
+        robot=contender.robot,
+        preset=contender.preset,
+        base_speed=float(contender.model().limits.base_twist[0]),
+        changes=dict(contender.changes),
+        period_s=contender.period,
+        time_limit_s=conditions.limit,
+        position_tolerance_mm=1e3 * conditions.position_tolerance,
+        orientation_tolerance_deg=float(np.rad2deg(conditions.orientation_tolerance)),
+        goals=len(done),
+        failures=reasons.total(),
+        failures_by_reason=dict(reasons),
+        failed_goals=[i for i, trial in enumerate(done) if trial.failure is not None],
+        limit_violations=sum(trial.violations.samples for trial in done),
+        limit_violations_by_kind=_summed([trial.violations for trial in done]),
+        trials_with_violations=sum(trial.violations.samples > 0 for trial in done),
+        contact_samples=sum(trial.touches.samples for trial in done),
+        contact_samples_by_kind=_summed([trial.touches for trial in done]),
+        trials_with_contacts=[i for i, trial in enumerate(done) if trial.touches.samples],
+        samples=sum(round(trial.time / contender.period) + 1 for trial in done),
+        time_median_s=statistic(np.median),
+        time_mean_s=statistic(np.mean),
+        time_p95_s=statistic(np.percentile, 95.0),
+        time_max_s=statistic(np.max),
+        theta_eps_mean_deg=float(np.rad2deg(np.mean([abs(t.heading_error) for t in done]))),
+        manipulability_mean=float(np.mean([trial.manipulability for trial in done])),
+        jerk_median=float(np.median([trial.jerk for trial in done])),
+    )
+
+
+def _summed(counts: Sequence[Any]) -> dict[str, int]:
+    total: Counter[str] = Counter()
+    for count in counts:
+        total.update(asdict(count))
+    del total["samples"]
+    return dict(total)
+
+
+SWEEPS: dict[str, tuple[tuple[tuple[str, Any], ...], ...]] = {
+    "heading": tuple((("heading_gain", gain),) for gain in (0.0, 0.1, 0.5, 1.0)),
+    "manipulability": tuple(
+        (("manipulability_of", choice),) for choice in ("none", "whole body", "arm")
+    ),
+}
+"""Changes of the settings, one row of Table II or III each."""
+
+
+def reach_table(rows: Sequence[Reach]) -> Table:
+    """For people."""
+    table = Table(title="Experiment 2: reaching goals", title_justify="left")
+    for name in ("robot", "preset", "base m/s"):
+        table.add_column(name)
+    for name in ("goals", *_COUNTS, "median s", "p95 s", "max s", "θε °", "m"):
+        table.add_column(name, justify="right")
+    for row in rows:
+        table.add_row(
+            row.robot,
+            _setting(row),
+            f"{row.base_speed:.1f}",
+            str(row.goals),
+            *(str(getattr(row, field)) for field in _COUNTS.values()),
+            *(
+                "-" if time is None else f"{time:.2f}"
+                for time in (row.time_median_s, row.time_p95_s, row.time_max_s)
+            ),
+            f"{row.theta_eps_mean_deg:.1f}",
+            f"{row.manipulability_mean:.3f}",
+        )
+    return table
+
+
+def reach_notes(rows: Sequence[Reach]) -> list[str]:
+    """A line for every row of the table in which something went wrong: what it was."""
+    lines = []
+    for row in rows:
+        kinds = (
+            f"{number} {kind}"
+            for counted in (
+                row.failures_by_reason,
+                row.limit_violations_by_kind,
+                {f"touches {what}": n for what, n in row.contact_samples_by_kind.items()},
+            )
+            for kind, number in counted.items()
+            if number
+        )
+        if text := ", ".join(kinds):
+            lines.append(f"{row.robot} {_setting(row)} {row.base_speed:.1f} m/s: {text}")
+    return lines
+
+
+_COUNTS = {
+    "failed": "failures",
+    "over limit": "limit_violations",
+    "contact": "contact_samples",
+}
+"""Columns that count, and the fields that they show."""
+
+
+def _setting(row: Reach) -> str:
+    return " ".join([row.preset, *(f"{name}={value}" for name, value in row.changes.items())])
+
+
+def reach_json(rows: Sequence[Reach], about: dict[str, Any]) -> str:
+    """One JSON object: `about` the run, and `results`, one object per robot and base limit."""
+    return json.dumps(about | {"results": [asdict(row) for row in rows]}, indent=2)

@@ -1,0 +1,282 @@
+"""How long one step takes, on the way to real goals.
+
+Everybody computes the same step from the same state, one after the other in an order that is drawn
+anew for every step, so that nobody has the warmer caches or the quieter computer. The first
+contender's answer is the one that moves the robot.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
+from time import perf_counter_ns, thread_time_ns
+from typing import Any
+
+import numpy as np
+from pinocchio import SE3
+from rich.table import Table
+
+import controller.controller
+import controller.holistic
+from app.lab.bench.contenders import Contender
+from app.lab.bench.motion import Stepper, run_motion
+from app.lab.bench.published import PublishedStep
+from app.lab.parts import Functions, PartTimer
+from controller import (
+    Command,
+    KinematicState,
+    MotionGoal,
+    PoseGoal,
+    RobotModel,
+    SelfCollision,
+    StepReport,
+)
+from controller.command import Array
+from controller.guidance import Guide
+from controller.qp import Solver
+
+PARTS: Functions = {
+    "checks and bounds": (
+        (controller.controller, "require_sound"),
+        (controller.controller, "velocity_bounds"),
+    ),
+    "kinematics": ((RobotModel, "kinematics"),),
+    "manipulability": ((controller.holistic, "manipulability"),),
+    "guidance": ((Guide, "bias"),),
+    "contact": ((SelfCollision, "near"),),
+    "assemble": ((controller.controller, "assemble"),),
+    "solve": ((Solver, "solve"),),
+}
+"""The functions that a step is made of."""
+
+_LIMIT = 20.0
+_STEPS_A_GOAL = 400
+_TOLERANCES = (0.01, float(np.deg2rad(1.0)))
+
+Step = Callable[[KinematicState, PoseGoal, Command], Any]
+"""One step of somebody; what it returns is theirs."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timing:
+    """How long somebody's steps took [µs]."""
+
+    name: str
+    steps: int
+    median: float
+    p95: float
+    p99: float
+    worst: float
+    cpu_median: float
+    """Of the thread's processor time, which other processes do not lengthen."""
+    cpu_p95: float
+    cpu_p99: float
+    cpu_worst: float
+
+    @classmethod
+    def of(cls, name: str, wall_ns: Array, cpu_ns: Array) -> Timing:
+        """From the times of all steps."""
+        marks = (50.0, 95.0, 99.0, 100.0)
+        wall, cpu = (np.percentile(times, marks) / 1e3 for times in (wall_ns, cpu_ns))
+        return cls(
+            name=name,
+            steps=len(wall_ns),
+            median=float(wall[0]),
+            p95=float(wall[1]),
+            p99=float(wall[2]),
+            worst=float(wall[3]),
+            cpu_median=float(cpu[0]),
+            cpu_p95=float(cpu[1]),
+            cpu_p99=float(cpu[2]),
+            cpu_worst=float(cpu[3]),
+        )
+
+
+@dataclass(kw_only=True, eq=False)
+class Race:
+    """Steps like the first entrant, and times everybody on the way."""
+
+    entrants: dict[str, Step]
+    rng: np.random.Generator
+    wall: dict[str, list[int]] = field(default_factory=dict)
+    cpu: dict[str, list[int]] = field(default_factory=dict)
+    answers: list[dict[str, Any]] = field(default_factory=list)
+
+    def step(
+        self, state: KinematicState, goal: MotionGoal | None, last: Command
+    ) -> tuple[Command, StepReport]:
+        """Everybody's step; returns the first entrant's."""
+        assert isinstance(goal, PoseGoal)
+        names = list(self.entrants)
+        answers: dict[str, Any] = {}
+        for index in self.rng.permutation(len(names)):
+            name = names[index]
+            step = self.entrants[name]
+            wall, cpu = perf_counter_ns(), thread_time_ns()
+            answers[name] = step(state, goal, last)
+            cpu, wall = thread_time_ns() - cpu, perf_counter_ns() - wall
+            self.wall.setdefault(name, []).append(wall)
+            self.cpu.setdefault(name, []).append(cpu)
+        self.answers.append(answers)
+        first: tuple[Command, StepReport] = answers[names[0]]
+        return first
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepResult:
+    """One robot's times."""
+
+    robot: str
+    timings: list[Timing]
+    ratios: dict[str, float]
+    """The published example's median over a preset's, by "who / whom"."""
+    agreement: float | None
+    """Largest difference of the paper preset's velocities from the example's [rad/s and m/s]."""
+    parts: dict[str, float]
+    """Median times of the parts of the first contender's step [µs]."""
+
+
+EXAMPLE, CACHED = "rtb example", "rtb example, limits cached"
+
+
+def time_steps(
+    robot: str, goals: Sequence[SE3], *, steps: int, against_rtb: bool, seed: int
+) -> StepResult:
+    """Time the presets, and the published example if wanted, on the way to goals.
+
+    Args:
+        robot: frankie or omni.
+        goals: where to go, in turn, until there are enough steps.
+        steps: how many at least.
+        against_rtb: whether the published example takes part.
+        seed: of the order of the entrants.
+
+    Raises:
+        RivalError: the example is wanted and not installed.
+    """
+    ours = Contender(robot=robot)
+    paper = Contender(robot=robot, preset="paper")
+    model, paper_model = ours.model(), paper.model()
+    rivals: dict[str, Step] = {}
+    if against_rtb:
+        plain, cached = PublishedStep(robot), PublishedStep(robot)
+        cached.cache_limits()
+        rivals[EXAMPLE] = lambda state, goal, last: plain(state.wTb, state.q, goal.wTe)
+        rivals[CACHED] = lambda state, goal, last: cached(state.wTb, state.q, goal.wTe)
+    race = Race(entrants={}, rng=np.random.default_rng(seed))
+    gc.collect()
+    gc.disable()
+    try:
+        for number in range(len(goals) * steps):
+            drive: Stepper = ours.stepper(model)
+            race.entrants = {
+                "frankie": drive.step,
+                "paper": paper.stepper(paper_model).step,
+                **rivals,
+            }
+            _go(race, ours, goals[number % len(goals)])
+            gc.collect()
+            if len(race.answers) >= steps:
+                break
+    finally:
+        gc.enable()
+    timings = [
+        Timing.of(name, np.array(race.wall[name]), np.array(race.cpu[name]))
+        for name in race.entrants
+    ]
+    medians = {timing.name: timing.median for timing in timings}
+    return StepResult(
+        robot=robot,
+        timings=timings,
+        ratios={
+            f"{rival} / {own}": medians[rival] / medians[own]
+            for rival in rivals
+            for own in ("frankie", "paper")
+        },
+        agreement=_agreement(race, paper_model.velocities) if rivals else None,
+        parts=_parts(ours, goals[: max(1, len(race.answers) // _STEPS_A_GOAL // 4)]),
+    )
+
+
+def _go(stepper: Stepper, contender: Contender, wTe: SE3) -> None:
+    model = contender.model()
+    goal = PoseGoal(
+        wTe=wTe,
+        speed=float(model.limits.base_twist[0]),
+        position_tolerance=_TOLERANCES[0],
+        orientation_tolerance=_TOLERANCES[1],
+    )
+    run_motion(stepper, model, lambda time: goal, period=contender.period, limit=_LIMIT)
+
+
+def _parts(contender: Contender, goals: Sequence[SE3]) -> dict[str, float]:
+    model = contender.model()
+    timer, stepper = PartTimer(PARTS), contender.stepper(model)
+    with timer.watching():
+        for wTe in goals:
+            _go(_Timed(stepper, timer), contender, wTe)
+    return timer.medians()
+
+
+@dataclass(frozen=True, eq=False)
+class _Timed:
+    """Answers like a controller while its steps are timed."""
+
+    stepper: Stepper
+    timer: PartTimer
+
+    def step(
+        self, state: KinematicState, goal: MotionGoal | None, last: Command
+    ) -> tuple[Command, StepReport]:
+        """The command for the next period."""
+        return self.timer.step(lambda: self.stepper.step(state, goal, last))
+
+
+def _agreement(race: Race, velocities: Callable[[Command], Array]) -> float:
+    differences = [
+        np.abs(velocities(answers["paper"][0]) - answers[EXAMPLE]).max() for answers in race.answers
+    ]
+    return float(np.max(differences))
+
+
+def step_table(results: Sequence[StepResult]) -> Table:
+    """For people."""
+    table = Table(title="One step, in µs", title_justify="left")
+    for name in ("robot", "step"):
+        table.add_column(name)
+    for name in ("median", "p95", "p99", "worst", "CPU median", "CPU p95", "CPU p99"):
+        table.add_column(name, justify="right")
+    for result in results:
+        for timing in result.timings:
+            numbers = (
+                timing.median,
+                timing.p95,
+                timing.p99,
+                timing.worst,
+                timing.cpu_median,
+                timing.cpu_p95,
+                timing.cpu_p99,
+            )
+            table.add_row(result.robot, timing.name, *(f"{number:.0f}" for number in numbers))
+    return table
+
+
+def step_notes(result: StepResult) -> list[str]:
+    """Lines below the table: parts, ratios, agreement."""
+    lines = []
+    if result.parts:
+        parts = ", ".join(f"{name} {time:.0f}" for name, time in result.parts.items())
+        lines.append(f"{result.robot}: parts of a step of frankie (median µs): {parts}")
+    lines += [f"{result.robot}: {name} = {ratio:.1f}" for name, ratio in result.ratios.items()]
+    if result.agreement is not None:
+        lines.append(
+            f"{result.robot}: paper and rtb example differ by at most {result.agreement:.1e}"
+        )
+    return lines
+
+
+def step_json(results: Sequence[StepResult], about: dict[str, Any]) -> str:
+    """One JSON object: `about` the run, and `results`, one object per robot."""
+    return json.dumps(about | {"results": [asdict(result) for result in results]}, indent=2)

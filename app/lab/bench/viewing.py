@@ -1,0 +1,221 @@
+"""What watching costs the loop: the main job in real time, watched by nobody, or by a viewer.
+
+The cost is that of making a snapshot and handing it to the recorder, on the thread of the loop,
+with everything recorded. The viewer is the real one without a window, which takes its share of the
+processor like any other program, and hangs for half of the last run.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from enum import Enum
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.table import Table
+
+from app.core.folder import RECORDING
+from app.core.measurements import Measurements
+from app.core.session import Session, Tick
+from app.core.setup import simulated_setup
+from app.core.snapshots import scene_view, snapshot, tree_view
+from app.lab.machine import machine
+from app.live.monitor import Recorder
+from app.live.monitor.headless import headless_viewer
+from app.live.monitor.viewer import LOOPBACK, Address, free_port
+from app.live.operator import Control
+from controller import robot_model
+from hw import stopwatch
+from perception import GraspDetector
+from trees.language import build, load, nodes_in_order
+
+if TYPE_CHECKING:
+    import subprocess
+
+_ROBOT = "frankie"
+_SUSPENDED_FROM, _SUSPENDED_TO = 0.25, 0.75
+"""When the viewer hangs, as shares of the run."""
+
+
+class Watcher(Enum):
+    """Who watches a measured run."""
+
+    NOBODY = "nobody"
+    VIEWER = "viewer"
+    HUNG = "viewer that hangs half of the time"
+
+
+@dataclass(frozen=True, kw_only=True)
+class WatchCost:
+    """What watching cost one run."""
+
+    watcher: str
+    ticks: int
+    median_us: float
+    p99_us: float
+    worst_us: float
+    """Of one tick [µs]; a tick has a period of 10 000."""
+    late_ticks: int
+    """Ticks that ended more than a period behind schedule, whatever the reason."""
+    dropped: int
+    memory_mb: float
+    """What the process grew by at most, over the run [MB]."""
+    recording_mb: float
+
+
+@dataclass(kw_only=True, eq=False)
+class _Meter:
+    """Measures from inside the loop."""
+
+    period: float
+    costs: list[float] = field(default_factory=list)
+    late: int = 0
+    begun: float = 0.0
+    memory: float = 0.0
+
+    def tick(self, number: int, begun: float) -> None:
+        """Add a tick whose watching began at `begun` [s]."""
+        now = stopwatch()
+        if number == 0:
+            self.begun = begun
+        self.costs.append(now - begun)
+        self.late += now - self.begun > (number + 1) * self.period
+        if number % 100 == 0:
+            self.memory = max(self.memory, _resident_mb())
+
+
+def bench_watch(tree: Path, seconds: float, done: Callable[[], None]) -> list[WatchCost]:
+    """Run a task once for every watcher.
+
+    Args:
+        tree: the task.
+        seconds: how long each run is watched, if the task takes that long.
+        done: called after each run.
+
+    Raises:
+        ViewError: the viewer does not start.
+    """
+    detector = GraspDetector()
+    results = []
+    for watcher in Watcher:
+        results.append(_run(tree, seconds, watcher, detector))
+        done()
+    return results
+
+
+def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) -> WatchCost:
+    setup = simulated_setup(_ROBOT, scene="household", seed=0, paced=True, detector=detector)
+    root = build(load(tree), setup.context)
+    nodes = nodes_in_order(root)
+    period = setup.controller.settings.period
+    ticks = round(seconds / period)
+    control, meter = Control(), _Meter(period=period)
+    server = None
+    if watcher is not Watcher.NOBODY:
+        server = Address(host=LOOPBACK, port=free_port(LOOPBACK))
+    with TemporaryDirectory() as folder:
+        recording = Path(folder) / RECORDING
+        recorder = Recorder(
+            recording,
+            tree=tree_view(nodes),
+            model=robot_model(_ROBOT),
+            scene=scene_view(setup.world),
+            lossless=False,
+            server=server,
+        )
+        before = _resident_mb()
+        with _watched(server) as process:
+
+            def watch(tick: Tick) -> None:
+                begun = stopwatch()
+                recorder.record(snapshot(tick, nodes, setup.world))
+                meter.tick(tick.number, begun)
+                if process is not None and watcher is Watcher.HUNG:
+                    if tick.number == round(_SUSPENDED_FROM * ticks):
+                        process.send_signal(signal.SIGSTOP)
+                    elif tick.number == round(_SUSPENDED_TO * ticks):
+                        process.send_signal(signal.SIGCONT)
+                if tick.number + 1 == ticks:
+                    control.stop()
+
+            Session(
+                root=root,
+                context=setup.context,
+                controller=setup.controller,
+                gate=setup.gate,
+                measurements=Measurements(limits=setup.model.limits),
+                clock=setup.clock,
+                control=control,
+                watch=watch,
+            ).run()
+        setup.robot.close()
+        recorder.close()
+        costs = 1e6 * np.array(meter.costs)
+        return WatchCost(
+            watcher=watcher.value,
+            ticks=len(costs),
+            median_us=float(np.median(costs)),
+            p99_us=float(np.percentile(costs, 99)),
+            worst_us=float(costs.max()),
+            late_ticks=meter.late,
+            dropped=recorder.dropped,
+            memory_mb=meter.memory - before,
+            recording_mb=recording.stat().st_size / 1e6,
+        )
+
+
+@contextmanager
+def _watched(server: Address | None) -> Iterator[subprocess.Popen[bytes] | None]:
+    """The viewer's process, if there is something to watch."""
+    if server is None:
+        yield None
+        return
+    with headless_viewer(watch=server.url) as viewer:
+        try:
+            yield viewer.process
+        finally:
+            viewer.process.send_signal(signal.SIGCONT)
+
+
+def _resident_mb() -> float:
+    """Memory of this process [MB]."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def watch_table(results: list[WatchCost]) -> Table:
+    """One row a watcher."""
+    table = Table(title=f"what watching costs a tick, on {machine()['machine']}")
+    for column in (
+        "watched by",
+        "ticks",
+        "median / p99 / worst [µs]",
+        "late ticks",
+        "dropped",
+        "memory [MB]",
+        "recording [MB]",
+    ):
+        table.add_column(column, justify="right")
+    for r in results:
+        table.add_row(
+            r.watcher,
+            str(r.ticks),
+            f"{r.median_us:.0f} / {r.p99_us:.0f} / {r.worst_us:.0f}",
+            str(r.late_ticks),
+            str(r.dropped),
+            f"{r.memory_mb:.0f}",
+            f"{r.recording_mb:.1f}",
+        )
+    return table
+
+
+def watch_json(results: list[WatchCost]) -> str:
+    """The figures and the machine that they come from, as one JSON object."""
+    return json.dumps({"about": machine(), "runs": [asdict(r) for r in results]}, indent=2)

@@ -1,0 +1,1 @@
+"""What watches and controls a run while it goes on."""

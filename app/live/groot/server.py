@@ -1,0 +1,216 @@
+"""The sockets of the Groot2 endpoint, and what each request does."""
+
+from __future__ import annotations
+
+import queue
+import secrets
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from datetime import UTC, datetime
+from types import ModuleType
+from typing import Any
+
+from app.live.groot.breakpoints import Breakpoints
+from app.live.groot.document import document
+from app.live.groot.protocol import (
+    Header,
+    Kind,
+    Transition,
+    code,
+    pack_statuses,
+    pack_transitions,
+    read_header,
+)
+from app.live.monitor import NodeInfo, Snapshot
+from app.live.operator import Control, Hook, Side
+from hw import stopwatch
+
+HOST = "127.0.0.1"
+USUAL_PORT = 1667
+"""Where Groot2 looks; notices of breakpoints are published on the next one."""
+
+_HEARTBEAT = 5.0
+"""Hooks of a client that has asked nothing for so long are disabled [s of real time]."""
+_POLL_MS = 20
+_MOST_TRANSITIONS = 1000
+Reply = bytes | None
+"""The second part of a reply, if it has one."""
+
+
+class GrootError(Exception):
+    """The endpoint cannot be had as it was asked for."""
+
+
+class GrootServer:
+    """Serves one run, from a thread of its own, until the end of the `with` statement.
+
+    A breakpoint pauses the whole run, as the other ways of pausing do. When the client falls
+    silent its hooks are disabled, but a robot that is paused stays so until a person says more.
+
+    Args:
+        task: name of the task.
+        tree: the nodes of the tree, in preorder.
+        hooks: one a node.
+        control: pauses the run and lets it go on.
+        port: for requests; notices go to the next one.
+        seconds: real time from an arbitrary start, for the heartbeat [s].
+
+    Raises:
+        GrootError: a port is taken, or the extra is not installed.
+    """
+
+    def __init__(
+        self,
+        task: str,
+        tree: Sequence[NodeInfo],
+        hooks: Sequence[Hook],
+        control: Control,
+        *,
+        port: int = USUAL_PORT,
+        seconds: Callable[[], float] = stopwatch,
+    ) -> None:
+        self._zmq, self._pack = _libraries()
+        self._task = task
+        self._document = document(task, tree)
+        self._uids = {hook: uid for uid, hook in enumerate(hooks, start=1)}
+        self._breakpoints = Breakpoints(hooks, control)
+        self._seconds = seconds
+        self._tree_id = secrets.token_bytes(16)
+        self._lock = threading.Lock()
+        self._codes = [0] * len(tree)
+        self._values: Mapping[str, object] = {}
+        self._stamp = 0.0
+        self._recording_since: float | None = None
+        self._transitions: deque[Transition] = deque(maxlen=_MOST_TRANSITIONS)
+        self._notices: queue.SimpleQueue[tuple[int, Side]] = queue.SimpleQueue()
+        self._heard = seconds()
+        self._over = threading.Event()
+        self._answers: dict[Kind, Callable[[bytes], Reply]] = {
+            Kind.TREE: lambda _: self._document.encode(),
+            Kind.STATUS: self._status,
+            Kind.BLACKBOARD: self._blackboard,
+            Kind.HOOK_INSERT: self._breakpoints.insert,
+            Kind.HOOK_REMOVE: self._breakpoints.remove,
+            Kind.HOOK_UNLOCK: self._breakpoints.unlock,
+            Kind.HOOKS_DUMP: lambda _: self._breakpoints.dump(),
+            Kind.HOOKS_REMOVE_ALL: lambda _: self._breakpoints.remove_all(),
+            Kind.HOOKS_DISABLE: lambda _: self._breakpoints.disable(),
+            Kind.RECORD: self._record,
+            Kind.TRANSITIONS: self._take_transitions,
+        }
+        self._context = self._zmq.Context()
+        self._requests = self._listen(self._zmq.REP, port)
+        self._publisher = self._listen(self._zmq.PUB, port + 1)
+        self._thread = threading.Thread(target=self._serve, name="groot2", daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> GrootServer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        self._thread.join()
+        self._context.destroy(linger=0)
+
+    # from the loop
+
+    def show(self, seen: Snapshot, values: Mapping[str, object]) -> None:
+        """Tell what a tick looked like.
+
+        Args:
+            seen: the tick.
+            values: what the client is shown as the blackboard.
+        """
+        with self._lock:
+            self._stamp, self._values = seen.stamp, values
+            for index, node in enumerate(seen.nodes):
+                before, now = self._codes[index], code(node.status, self._codes[index])
+                if now == before:
+                    continue
+                self._codes[index] = now
+                if self._recording_since is not None:
+                    since = round(1e6 * (seen.stamp - self._recording_since))
+                    self._transitions.append(Transition(since, index + 1, code(node.status)))
+
+    def reached(self, hook: Hook, side: Side) -> None:
+        """Tell that a hook acts."""
+        self._notices.put((self._uids[hook], side))
+
+    # from the thread
+
+    def _listen(self, kind: int, port: int) -> Any:
+        socket = self._context.socket(kind)
+        socket.setsockopt(self._zmq.LINGER, 0)
+        try:
+            socket.bind(f"tcp://{HOST}:{port}")
+        except self._zmq.ZMQError as error:
+            self._context.destroy(linger=0)
+            raise GrootError(
+                f"--groot2: port {port} on {HOST}: {error.strerror}; choose another --groot2-port"
+            ) from error
+        return socket
+
+    def _serve(self) -> None:
+        while not self._over.is_set():
+            while not self._notices.empty():
+                self._notify(*self._notices.get())
+            if self._requests.poll(_POLL_MS):
+                self._heard = self._seconds()
+                self._breakpoints.set_silent(False)
+                self._requests.send_multipart(self._answer(self._requests.recv_multipart()))
+            elif self._seconds() - self._heard > _HEARTBEAT:
+                self._breakpoints.set_silent(True)
+
+    def _notify(self, uid: int, side: Side) -> None:
+        """Publish that a hook acts."""
+        header = Header(Kind.HOOK_REACHED, secrets.randbits(32))
+        self._publisher.send_multipart([header.pack(), str(uid).encode()])
+        self._breakpoints.replaced(uid, side)
+
+    def _answer(self, request: list[bytes]) -> list[bytes]:
+        try:
+            header = read_header(request[0])
+            if header.kind not in self._answers:
+                raise ValueError("Request not recognized")
+            body = self._answers[header.kind](request[1] if len(request) > 1 else b"")
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            return [b"error", str(error).encode()]
+        first = header.pack() + self._tree_id
+        return [first] if body is None else [first, body]
+
+    def _status(self, _: bytes) -> Reply:
+        with self._lock:
+            return pack_statuses(self._codes)
+
+    def _blackboard(self, names: bytes) -> Reply:
+        with self._lock:
+            boards = {self._task: dict(self._values)}
+        if wanted := names.decode():  # no name at all means every board
+            boards = {name: boards[name] for name in wanted.split(";") if name in boards}
+        packed: bytes = self._pack(boards, default=str)
+        return packed
+
+    def _record(self, command: bytes) -> Reply:
+        with self._lock:
+            self._recording_since = self._stamp if command == b"start" else None
+            self._transitions.clear()
+        now = round(1e6 * datetime.now(UTC).timestamp())
+        return str(now).encode() if command == b"start" else None
+
+    def _take_transitions(self, _: bytes) -> Reply:
+        with self._lock:
+            taken = pack_transitions(self._transitions)
+            self._transitions.clear()
+        return taken
+
+
+def _libraries() -> tuple[ModuleType, Callable[..., bytes]]:
+    try:
+        import msgpack
+        import zmq
+    except ImportError as error:
+        raise GrootError(
+            f'--groot2 needs {error.name}: pip install "frankie-task[groot]"'
+        ) from error
+    return zmq, msgpack.packb

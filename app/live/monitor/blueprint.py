@@ -1,0 +1,161 @@
+"""Where everything is on the screen: tree left, history in the middle, world right."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from rerun.blueprint import archetypes, encodings
+
+from app.live.monitor.snapshot import NodeInfo, SceneView
+from app.live.monitor.tree_layout import MOST_SHOWN, ROW, Layout, charted, listed
+from hw.sim.shapes import Plane
+
+_PLOT_WINDOW = 20.0
+_HISTORY_WINDOW = 30.0
+_TRAIL_WINDOW = 8.0
+_FEWEST_ROWS = 22
+"""A small tree is drawn as large as one of so many nodes, so that its labels fit its pills."""
+
+_EYE = np.array([-0.16, -0.60, 0.42])
+_AIM = np.array([0.09, -0.06, 0.0])
+"""From where and at what the scene is looked at, from its middle, as shares of its size."""
+_CLOUD_RANGE = (150.0, 1500.0)
+"""Depths that get the first and the last colour of the cloud [mm]."""
+
+_BACKGROUND = (24, 26, 31)
+
+
+def blueprint(tree: Sequence[NodeInfo], scene: SceneView, *, live: bool) -> rrb.Blueprint:
+    """The layout for a run of `tree` in `scene`; the cursor of a `live` one stays at its end."""
+    history = rrb.StateTimelineView(
+        origin="/status", name="history", time_view=_last(_HISTORY_WINDOW)
+    )
+    signals = rrb.Tabs(
+        rrb.Vertical(
+            _plot("joint_velocity", "joint velocities / limits", (-1.05, 1.05)),
+            _plot("base_twist", "base velocity"),
+            name="velocities",
+        ),
+        rrb.Vertical(
+            _plot("error", "distance to the goal"),
+            _plot("controller", "manipulability and slack"),
+            name="controller",
+        ),
+        _plot("loop"),
+        active_tab=0,
+    )
+    camera = rrb.Spatial2DView(
+        origin="/world/camera", name="depth and grasp quality", background=_BACKGROUND
+    )
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(_trees(tree), _words(), row_shares=[5, 1]),
+            rrb.Vertical(history, _log(), row_shares=[2, 1]),
+            rrb.Vertical(
+                _scene(scene),
+                rrb.Horizontal(camera, signals, column_shares=[1, 1.3]),
+                row_shares=[1.25, 1],
+            ),
+            column_shares=[1, 1.15, 1.75],
+        ),
+        rrb.TimePanel(
+            state="collapsed", timeline="t", play_state="following" if live else "playing"
+        ),
+        rrb.BlueprintPanel(state="hidden"),
+        rrb.SelectionPanel(state="collapsed"),
+        auto_views=False,
+    )
+
+
+def _last(seconds: float) -> archetypes.TimeAxis:
+    """The seconds before the cursor, and a tenth of that after it."""
+    relative = rrb.TimeRangeBoundary.cursor_relative
+    window = rr.TimeRange(start=relative(seconds=-seconds), end=relative(seconds=seconds / 10))
+    return archetypes.TimeAxis(view_range=window)
+
+
+def _plot(
+    signal: str, name: str | None = None, values: tuple[float, float] | None = None
+) -> rrb.TimeSeriesView:
+    return rrb.TimeSeriesView(
+        origin=f"/signals/{signal}",
+        name=name or signal,
+        axis_x=_last(_PLOT_WINDOW),
+        axis_y=None if values is None else rrb.ScalarAxis(range=values),
+        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop),
+    )
+
+
+def _trees(tree: Sequence[NodeInfo]) -> rrb.Tabs:
+    listing = listed(tree)
+    rows = np.clip(len(tree), _FEWEST_ROWS, MOST_SHOWN)
+    bounds = rrb.VisualBounds2D(
+        x_range=(-ROW, float((listing.left + listing.width).max()) + ROW / 2),
+        y_range=(-ROW, ROW * float(rows)),
+    )
+    return rrb.Tabs(
+        rrb.Spatial2DView(
+            origin="/tree/list", name="tree", visual_bounds=bounds, background=_BACKGROUND
+        ),
+        rrb.Spatial2DView(
+            origin="/tree/chart",
+            name="top-down",
+            visual_bounds=_around(charted(tree)),
+            background=_BACKGROUND,
+        ),
+        rrb.GraphView(origin="/tree/graph", name="graph"),
+        active_tab=0,
+    )
+
+
+def _around(layout: Layout) -> rrb.VisualBounds2D:
+    return rrb.VisualBounds2D(
+        x_range=(-ROW, float((layout.left + layout.width).max()) + ROW),
+        y_range=(-ROW, float(layout.height.max()) + ROW),
+    )
+
+
+def _words() -> rrb.Tabs:
+    return rrb.Tabs(
+        rrb.TextDocumentView(origin="/now", name="now"),
+        rrb.TextDocumentView(origin="/blackboard", name="blackboard"),
+        active_tab=0,
+    )
+
+
+def _log() -> rrb.TextLogView:
+    """Times and levels are in the text: the viewer's own columns are too narrow to read."""
+    columns = archetypes.TextLogColumns(
+        timeline_columns=[encodings.TimelineColumn(name, visible=False) for name in ("t", "tick")],
+        text_log_columns=[encodings.TextLogColumn(encodings.TextLogColumnKind.Body)],
+    )
+    return rrb.TextLogView(origin="/log", name="log", columns=columns)
+
+
+def _scene(scene: SceneView) -> rrb.Spatial3DView:
+    parts = [part for part in scene.fixtures if not isinstance(part.shape, Plane)]
+    points = np.array([[0.0, 0.0, 0.0], *(part.pose.translation for part in parts)])
+    low, high = points.min(axis=0), points.max(axis=0)
+    reach = max(float(np.linalg.norm((high - low)[:2])), 2.0)
+    target = np.append((low + high)[:2] / 2.0, 0.3) + reach * _AIM
+    relative = rrb.TimeRangeBoundary.cursor_relative
+    trail = rrb.VisibleTimeRanges(
+        timeline="t", start=relative(seconds=-_TRAIL_WINDOW), end=relative()
+    )
+    return rrb.Spatial3DView(
+        origin="/world",
+        name="scene",
+        contents=["+ $origin/**", "- /world/camera/quality", "- /world/camera/grasps"],
+        overrides={
+            "world/trail": trail,
+            "world/camera/depth": rr.EncodedDepthImage.from_fields(
+                colormap="viridis", point_fill_ratio=0.6, depth_range=_CLOUD_RANGE
+            ),
+        },
+        background=_BACKGROUND,
+        line_grid=rrb.LineGrid3D(visible=True, spacing=0.5, color=(70, 74, 82)),
+        eye_controls=rrb.EyeControls3D(position=target + reach * _EYE, look_target=target),
+    )

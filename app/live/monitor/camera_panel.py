@@ -1,0 +1,152 @@
+"""What the wrist camera saw, with the network's opinion drawn over it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import rerun as rr
+
+from app.live.monitor.columns import Array, send_poses, set_time
+from app.live.monitor.glyphs import Colour
+from app.live.monitor.snapshot import Snapshot
+from hw.interfaces import DepthFrame, Intrinsics
+from perception.grasp import Detection, GraspEstimate
+
+_CAMERA = "world/camera"
+_IMAGE = "world/camera/image"
+"""The frame of pixels."""
+_WIDEST = 320
+"""Images are kept with no more columns than this [px]: a run that always looks stays small."""
+_LEVELS = 20
+"""Steps of the heat map; step 0 is clear."""
+
+_BEST: Colour = (255, 255, 255)
+_OTHERS: Colour = (150, 155, 165)
+_MOST_GRASPS = 6
+_FINGER_BREADTH = 0.02
+
+
+def millimetres(depth: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
+    """(H, W) depth in whole millimetres from metres; 0 where missing."""
+    whole = np.nan_to_num(depth * 1000.0, nan=0.0, posinf=0.0, neginf=0.0)
+    image: npt.NDArray[np.uint16] = np.clip(np.rint(whole), 0, 65535).astype(np.uint16)
+    return image
+
+
+def heat_map(detection: Detection, width: int, height: int) -> npt.NDArray[np.uint8]:
+    """(height, width) the quality map laid over the full image, in steps from 0 to 1."""
+    steps = np.clip(np.rint(detection.quality * _LEVELS), 0, _LEVELS).astype(np.uint8)
+    u0, v0, size = detection.crop
+    scale = size / steps.shape[1]
+    # Centres of pixels are at whole numbers in both images.
+    crop_to_image = np.array([[scale, 0.0, u0], [0.0, scale, v0]])
+    over: npt.NDArray[np.uint8] = cv2.warpAffine(
+        steps, crop_to_image, (width, height), flags=cv2.INTER_NEAREST
+    ).astype(np.uint8)
+    return over
+
+
+def _shades(depth: npt.NDArray[np.uint16]) -> tuple[float, float]:
+    """Depths shown black and white [mm]: what stands near, rather than the floor behind it."""
+    measured = depth[depth > 0]
+    if not measured.size:
+        return 0.0, 1000.0
+    near, far = np.percentile(measured, (1, 40))
+    return float(near), float(max(far, near + 150.0))
+
+
+def rectangle(grasp: GraspEstimate, frame: DepthFrame) -> Array:
+    """(5, 2) closed outline of the fingers' opening in the image [px]."""
+    distance = max(float(frame.wTc.actInv(grasp.wTg.translation)[2]), 1e-3)
+    scale = frame.intrinsics.fx / distance / 2.0
+    across = scale * grasp.width * np.array([np.cos(grasp.angle), np.sin(grasp.angle)])
+    along = scale * _FINGER_BREADTH * np.array([-np.sin(grasp.angle), np.cos(grasp.angle)])
+    corners = [across + along, across - along, -across - along, -across + along, across + along]
+    outline: Array = np.array(grasp.pixel) + np.array(corners)
+    return outline
+
+
+class CameraPanel:
+    """Draws the depth image, the heat map and the grasps, at one time.
+
+    Args:
+        stream: where to.
+    """
+
+    def __init__(self, stream: rr.RecordingStream) -> None:
+        self._stream = stream
+        self._intrinsics: Intrinsics | None = None
+        steps = np.arange(_LEVELS + 1)
+        grey = (255 * steps / _LEVELS).astype(np.uint8)
+        colours = cv2.applyColorMap(grey, cv2.COLORMAP_TURBO).reshape(-1, 3)[:, ::-1]
+        classes = [
+            rr.AnnotationInfo(
+                id=step, label=f"quality {step / _LEVELS:.2f}", color=(*colour, 255 if step else 0)
+            )
+            for step, colour in zip(steps.tolist(), colours.tolist(), strict=True)
+        ]
+        for part in ("depth", "quality", "grasps"):
+            stream.log(f"{_CAMERA}/{part}", rr.CoordinateFrame(_IMAGE), static=True)
+        stream.log(f"{_CAMERA}/quality", rr.AnnotationContext(classes), static=True)
+        stream.log(
+            f"{_CAMERA}/grasps",
+            rr.LineStrips2D.from_fields(radii=rr.Radius.ui_points(1.5)),
+            static=True,
+        )
+
+    def write(self, batch: Sequence[Snapshot]) -> None:
+        """Add the frames of a batch."""
+        for snapshot in batch:
+            if snapshot.frame is not None:
+                step = -(-snapshot.frame.intrinsics.width // _WIDEST)
+                self._draw_camera(snapshot.frame.intrinsics, step)
+                send_poses(self._stream, [(snapshot, {_CAMERA: snapshot.frame.wTc})])
+                set_time(self._stream, snapshot)
+                self._draw_depth(millimetres(snapshot.frame.depth[::step, ::step]))
+                self._draw_detection(snapshot.frame, snapshot.detection, step)
+
+    def _draw_camera(self, camera: Intrinsics, step: int) -> None:
+        """Where pixels look, for every `step`th pixel of the image."""
+        if camera == self._intrinsics:
+            return
+        self._intrinsics = camera
+        pinhole = rr.Pinhole(
+            focal_length=(camera.fx / step, camera.fy / step),
+            principal_point=(camera.cx / step, camera.cy / step),
+            width=-(-camera.width // step),
+            height=-(-camera.height // step),
+            camera_xyz=rr.ViewCoordinates.RDF,
+            image_plane_distance=0.12,
+            parent_frame=_CAMERA,
+            child_frame=_IMAGE,
+        )
+        self._stream.log(_CAMERA, pinhole, rr.CoordinateFrame(_IMAGE), static=True)
+
+    def _draw_depth(self, depth: npt.NDArray[np.uint16]) -> None:
+        _, png = cv2.imencode(".png", depth, [cv2.IMWRITE_PNG_COMPRESSION, 1])
+        image = rr.EncodedDepthImage(
+            png.tobytes(),
+            media_type="image/png",
+            meter=1000.0,
+            colormap="grayscale",
+            depth_range=_shades(depth),
+        )
+        self._stream.log(f"{_CAMERA}/depth", image)
+
+    def _draw_detection(self, frame: DepthFrame, detection: Detection | None, step: int) -> None:
+        height, width = frame.depth.shape
+        steps = np.zeros((height, width), np.uint8)
+        grasps: tuple[GraspEstimate, ...] = ()
+        if detection is not None:
+            steps = heat_map(detection, width, height)
+            grasps = detection.grasps[:_MOST_GRASPS]
+        heat = rr.SegmentationImage(np.ascontiguousarray(steps[::step, ::step]), opacity=0.55)
+        self._stream.log(f"{_CAMERA}/quality", heat)
+        outlines = rr.LineStrips2D.from_fields(
+            strips=[rectangle(grasp, frame) / step for grasp in grasps],
+            colors=[_BEST, *[_OTHERS] * len(grasps)][: len(grasps)],
+        )
+        self._stream.log(f"{_CAMERA}/grasps", outlines)

@@ -1,0 +1,79 @@
+"""The real viewer without a window, to look at what it shows: for screenshots, tests and benches.
+
+It needs a Vulkan driver; without a graphics card `apt-get install mesa-vulkan-drivers` brings one.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from app.live.monitor.viewer import LOOPBACK, ViewError, free_port, viewer_program
+from hw.clock import stopwatch
+
+_DRIVERS = Path("/usr/share/vulkan/icd.d")
+_PATIENCE = 60.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HeadlessViewer:
+    """A viewer that runs."""
+
+    client: Any
+    """Rerun's `ViewerClient` for it."""
+    process: subprocess.Popen[bytes]
+
+
+def has_vulkan() -> bool:
+    """Whether there is a driver for it."""
+    return any(_DRIVERS.glob("*.json"))
+
+
+@contextmanager
+def headless_viewer(
+    *, watch: str | None = None, size: str = "1600x1000"
+) -> Iterator[HeadlessViewer]:
+    """Run a viewer as long as the context lasts.
+
+    Args:
+        watch: the live data that it shows (`Address.url`); None for an empty viewer.
+        size: of its picture [px].
+
+    Raises:
+        ViewError: it does not start.
+    """
+    from rerun.experimental import ViewerClient
+
+    port = free_port(LOOPBACK)
+    command = [str(viewer_program()), "--headless", "--bind", LOOPBACK, "--port", str(port)]
+    command += ["--window-size", size]
+    if watch is not None:
+        command += ["--connect", watch]
+    with TemporaryDirectory() as folder:
+        messages = Path(folder) / "viewer.log"
+        with messages.open("wb") as out:
+            process = subprocess.Popen(
+                command, stdout=out, stderr=out, env=os.environ | {"XDG_RUNTIME_DIR": folder}
+            )
+        try:
+            begun = stopwatch()
+            while True:
+                try:
+                    client = ViewerClient.connect(f"rerun+http://{LOOPBACK}:{port}/proxy")
+                    break
+                except Exception as error:  # Rerun raises many kinds while nobody listens
+                    if process.poll() is not None or stopwatch() - begun > _PATIENCE:
+                        said = messages.read_text(errors="replace")[-2000:]
+                        raise ViewError(f"the viewer does not start: {said}") from error
+                    threading.Event().wait(0.1)
+            yield HeadlessViewer(client=client, process=process)
+        finally:
+            process.terminate()
+            process.wait()

@@ -1,0 +1,114 @@
+"""Shows a run while it goes on, and keeps it as a recording that the Rerun viewer opens."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.live.monitor.every import Every
+from app.live.monitor.feed import Feed
+from app.live.monitor.snapshot import NodeInfo, SceneView, Snapshot
+
+if TYPE_CHECKING:
+    from app.live.monitor.viewer import Address
+    from controller import RobotModel
+
+_PERIOD = 0.5
+_LIVE_PERIOD = 0.2
+"""How long the writer gathers what it writes at once [s of real time]."""
+
+_DEPTH_PERIOD = 0.4
+"""Depth images are kept no oftener than this [s]."""
+
+_PATIENCE = 30.0
+
+
+class RecorderError(Exception):
+    """A recording cannot be written, or is not complete."""
+
+
+class Recorder:
+    """Writes snapshots to a file and to whoever watches, from a thread of its own.
+
+    Args:
+        path: the file to write; its folder exists.
+        tree: the nodes of the tree, in preorder.
+        model: kinematics of the robot; the recorder's alone, since the thread uses it.
+        scene: what the world looks like.
+        lossless: whether `record` waits for a slow disk (simulation that goes as fast as it can)
+            or drops the oldest snapshots instead (whatever runs in real time).
+        server: where viewers are served while the run goes on; None for nowhere. A viewer that
+            hangs holds up nothing.
+
+    Raises:
+        RecorderError: the file cannot be written.
+        ViewError: viewers cannot be served.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        tree: Sequence[NodeInfo],
+        model: RobotModel,
+        scene: SceneView,
+        lossless: bool,
+        server: Address | None = None,
+    ) -> None:
+        from app.live.monitor.writer import Writer  # Rerun takes a second to import
+
+        self._path = path
+        try:
+            self._writer = Writer(path, tree=tree, model=model, scene=scene, server=server)
+        except (OSError, RuntimeError) as error:
+            raise RecorderError(
+                f"{path}: cannot write the recording ({error}); "
+                "give a folder that exists, may be written to and has room"
+            ) from error
+        self._feed: Feed[Snapshot] = Feed(
+            self._writer.write,
+            lossless=lossless,
+            period=_PERIOD if server is None else _LIVE_PERIOD,
+        )
+        self._depth = Every(_DEPTH_PERIOD)
+        self._closed = False
+
+    @property
+    def dropped(self) -> int:
+        """Snapshots that were lost because writing was too slow."""
+        return self._feed.dropped
+
+    def record(self, snapshot: Snapshot) -> None:
+        """Keep a snapshot; never raises, and does nothing after an error or `close`."""
+        if snapshot.frame is not None and not self._depth.due(snapshot.stamp):
+            snapshot = replace(snapshot, frame=None, detection=None)
+        self._feed.put(snapshot)
+
+    def close(self) -> None:
+        """Write what is left and close the file. May be called twice.
+
+        Raises:
+            RecorderError: the recording is not complete; said once.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        if not self._feed.close(_PATIENCE):
+            raise RecorderError(
+                f"{self._path}: the disk did not take the rest of the recording within "
+                f"{_PATIENCE:.0f} s; the file ends early"
+            )
+        error = self._feed.error
+        try:
+            self._writer.close()
+        except Exception as closing_error:  # Rerun raises many kinds
+            error = error or closing_error
+        if error is not None:
+            from_disk = isinstance(error, OSError | RuntimeError)
+            why = "is the disk full?" if from_disk else "please report this."
+            raise RecorderError(
+                f"{self._path}: the recording ends early ({type(error).__name__}: {error}); "
+                f"{why} The run itself was not touched"
+            ) from error

@@ -1,0 +1,60 @@
+"""Turns the simulator's primitives into filled bodies of the 3-D view."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+import rerun as rr
+
+from app.live.monitor.columns import quaternion
+from hw.sim.shapes import Box, Capsule, Cylinder, Geom, Shape, Sphere
+
+Kind = TypeVar("Kind", bound=Shape)
+
+
+def solids(parts: Sequence[Geom]) -> list[Any]:
+    """What draws the parts, in the frame of their poses; endless planes are left out."""
+    bodies: list[Any] = []
+    if boxes := _of_kind(parts, Box):
+        half_sizes = [box.half for _, box in boxes]
+        bodies.append(rr.Boxes3D(half_sizes=half_sizes, centers=_centres(boxes), **_looks(boxes)))
+    if balls := _of_kind(parts, Sphere):
+        radii = [ball.radius for _, ball in balls]
+        bodies.append(rr.Ellipsoids3D(radii=radii, centers=_centres(balls), **_looks(balls)))
+    if cylinders := _of_kind(parts, Cylinder):
+        sizes = _radii_and_lengths(cylinders)
+        bodies.append(rr.Cylinders3D(**sizes, centers=_centres(cylinders), **_looks(cylinders)))
+    if capsules := _of_kind(parts, Capsule):
+        sizes = _radii_and_lengths(capsules)
+        ends = [
+            part.pose.act(np.array([0.0, 0.0, -capsule.half_length])) for part, capsule in capsules
+        ]
+        bodies.append(rr.Capsules3D(**sizes, translations=ends, **_looks(capsules)))
+    return bodies
+
+
+def _of_kind(parts: Sequence[Geom], kind: type[Kind]) -> list[tuple[Geom, Kind]]:
+    return [(part, part.shape) for part in parts if isinstance(part.shape, kind)]
+
+
+def _centres(bodies: Sequence[tuple[Geom, Any]]) -> list[Any]:
+    return [part.pose.translation for part, _ in bodies]
+
+
+def _radii_and_lengths(
+    bodies: Sequence[tuple[Geom, Cylinder]] | Sequence[tuple[Geom, Capsule]],
+) -> dict[str, Any]:
+    return {
+        "radii": [shape.radius for _, shape in bodies],
+        "lengths": [2 * shape.half_length for _, shape in bodies],
+    }
+
+
+def _looks(bodies: Sequence[tuple[Geom, Any]]) -> dict[str, Any]:
+    return {
+        "quaternions": [quaternion(part.pose) for part, _ in bodies],
+        "colors": [part.colour for part, _ in bodies],
+        "fill_mode": "solid",
+    }

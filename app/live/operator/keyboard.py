@@ -1,0 +1,75 @@
+"""Control by keys in the terminal: space pauses and resumes, s steps, n runs on, q stops.
+
+Only where standard input is a terminal that this process is in the foreground of. The terminal is
+given back as it was, whatever ends the run.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import termios
+import threading
+import tty
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from app.live.operator.control import Control
+
+HELP = "space: pause, resume   s: step   n: to the next change   q: stop"
+
+
+def in_terminal(file: int) -> bool:
+    """Whether keys that a person presses come to this file descriptor."""
+    try:
+        return os.isatty(file) and os.tcgetpgrp(file) == os.getpgrp()
+    except OSError:
+        return False
+
+
+@contextmanager
+def keys(control: Control, file: int = 0) -> Iterator[bool]:
+    """Listen to keys as long as the context lasts; yields whether there are any.
+
+    Args:
+        control: what the keys are for.
+        file: descriptor of the terminal; 0 is standard input.
+    """
+    if not in_terminal(file):
+        yield False
+        return
+    actions: dict[bytes, Callable[[], None]] = {
+        b" ": control.toggle,
+        b"s": control.step,
+        b"n": control.run_to_next_change,
+        b"q": control.stop,
+    }
+    before = termios.tcgetattr(file)
+    end, ended = os.pipe()
+    listener = threading.Thread(target=_listen, args=(file, end, actions), name="keys", daemon=True)
+    try:
+        tty.setcbreak(file, termios.TCSADRAIN)
+        listener.start()
+        yield True
+    finally:
+        os.write(ended, b".")
+        if listener.is_alive():
+            listener.join()
+        termios.tcsetattr(file, termios.TCSADRAIN, before)
+        os.close(end)
+        os.close(ended)
+
+
+def _listen(file: int, end: int, actions: dict[bytes, Callable[[], None]]) -> None:
+    while True:
+        ready, _, _ = select.select([file, end], [], [])
+        if end in ready:
+            return
+        try:
+            pressed = os.read(file, 1)
+        except OSError:  # the terminal is gone
+            return
+        if not pressed:
+            return
+        if action := actions.get(pressed.lower()):
+            action()

@@ -1,0 +1,287 @@
+"""A page in the browser that pauses, steps and stops a run, with the viewer in it.
+
+It is served on the loopback address alone. Whoever wants something must show a token that only the
+printed address has, must have come to this very host, and if a browser says which page asks, it
+must be this one. The viewer's files pass through here, so that the content security policy keeps
+the viewer in the browser from calling any other machine.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import secrets
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
+from typing import TYPE_CHECKING
+from urllib.error import URLError
+from urllib.parse import quote, unquote, urlsplit
+from urllib.request import urlopen
+
+from app.live.operator.control import Control
+from hw.fault_injection import INJECTABLE
+
+if TYPE_CHECKING:
+    from app.live.monitor import NodeInfo, Snapshot
+
+HOST = "127.0.0.1"
+USUAL_PORT = 9097
+
+_FILES = {
+    "/": ("page.html", "text/html; charset=utf-8"),
+    "/page.js": ("page.js", "text/javascript; charset=utf-8"),
+    "/page.css": ("page.css", "text/css; charset=utf-8"),
+}
+_POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; "
+    "frame-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+)
+_VIEWER_POLICY = (
+    "default-src 'none'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "
+    "worker-src 'self' blob:; manifest-src 'self'; connect-src 'self' {data}; "
+    "frame-ancestors 'self'; base-uri 'none'; form-action 'none'"
+)
+_VIEWER_FILE = re.compile(r"/viewer/([\w.-]*)")
+_PATIENCE = 10.0
+"""A request that takes longer is given up [s]."""
+_CLOSING_S = 0.1
+"""How soon the server notices that it is to end [s]."""
+
+
+class PageError(Exception):
+    """The page cannot be served as it was asked for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WebViewer:
+    """The web viewer that the page shows."""
+
+    files: str
+    """Where its files are served, for example `http://127.0.0.1:9090`."""
+    data: str
+    """What it connects to, for example `rerun+http://127.0.0.1:9876/proxy`."""
+
+    @property
+    def data_origin(self) -> str:
+        """The only other place that the viewer may talk to."""
+        return f"http://{urlsplit(self.data).netloc}"
+
+    @property
+    def path(self) -> str:
+        """Its address on the page's own server."""
+        return f"/viewer/?url={quote(self.data, safe='')}&hide_welcome_screen=1"
+
+
+class ControlPage:
+    """Serves the page from threads of its own, from the making to the end of the `with` statement.
+
+    Args:
+        control: told what people want.
+        tree: the nodes of the tree, in preorder.
+        inject: gives the robot a fault of `INJECTABLE`.
+        clear: takes the injected faults away.
+        viewer: shown on the page; None for none.
+        port: to listen on; None takes the usual one, or any free one if that is taken.
+
+    Raises:
+        PageError: the port cannot be had.
+    """
+
+    def __init__(
+        self,
+        control: Control,
+        tree: Sequence[NodeInfo],
+        *,
+        inject: Callable[[str], None],
+        clear: Callable[[], None],
+        viewer: WebViewer | None = None,
+        port: int | None = None,
+    ) -> None:
+        self.viewer = viewer
+        self.token = secrets.token_urlsafe(16)
+        self._control = control
+        self._tree = tree
+        self._seen: Snapshot | None = None
+        self.actions: Mapping[str, Callable[[], None]] = {
+            "/pause": control.pause,
+            "/resume": control.resume,
+            "/step": control.step,
+            "/next": control.run_to_next_change,
+            "/stop": control.stop,
+            "/clear": clear,
+            **{f"/fault/{name}": partial(inject, name) for name in INJECTABLE},
+        }
+        self._server = _listen(self, port)
+        self._thread = threading.Thread(
+            target=self._server.serve_forever, args=(_CLOSING_S,), name="page", daemon=True
+        )
+        self._thread.start()
+
+    @property
+    def port(self) -> int:
+        """What it listens on."""
+        return int(self._server.server_port)
+
+    @property
+    def url(self) -> str:
+        """The page with its token, which a browser keeps to itself."""
+        return f"http://{HOST}:{self.port}/#{self.token}"
+
+    @property
+    def hosts(self) -> tuple[str, ...]:
+        """What a browser may call this server."""
+        return (f"{HOST}:{self.port}", f"localhost:{self.port}")
+
+    def show(self, seen: Snapshot) -> None:
+        """Tell the page what a tick looked like."""
+        self._seen = seen
+
+    def state(self) -> dict[str, object]:
+        """What the page shows."""
+        state, seen = self._control.state, self._seen
+        shown: dict[str, object] = {
+            "paused": state.paused,
+            "why": state.why,
+            "stopped": state.stopped,
+            "ticks": state.ticks,
+            "injectable": list(INJECTABLE),
+            "viewer": self.viewer.path if self.viewer else None,
+        }
+        if seen is not None:
+            from app.live.monitor.snapshot import tip
+
+            index = tip(seen.nodes)
+            shown |= {
+                "time": seen.stamp,
+                "node": self._tree[index].name,
+                "status": seen.nodes[index].status.value.lower(),
+                "message": seen.nodes[index].message,
+                "faults": [fault.text for fault in seen.state.faults],
+            }
+        return shown
+
+    def __enter__(self) -> ControlPage:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._server.shutdown()
+        self._server.server_close()
+        self._thread.join()
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+    page: ControlPage
+
+    def handle_error(self, request: object, client_address: object) -> None:
+        """A browser that goes away in the middle is nothing to tell."""
+
+
+class _Request(BaseHTTPRequestHandler):
+    """One request; the page has what it is about."""
+
+    server: _Server
+    timeout = _PATIENCE
+
+    def do_GET(self) -> None:
+        """The page's files, the viewer's files, and the state."""
+        path = urlsplit(self.path).path
+        if not self._from_here():
+            self._refuse(HTTPStatus.FORBIDDEN)
+        elif path in _FILES:
+            name, kind = _FILES[path]
+            self._answer((files("app.live.operator") / name).read_bytes(), kind)
+        elif path == "/state":
+            if self._has_token():
+                self._answer(json.dumps(self.server.page.state()).encode(), "application/json")
+            else:
+                self._refuse(HTTPStatus.FORBIDDEN)
+        elif (wanted := _VIEWER_FILE.fullmatch(path)) and self.server.page.viewer:
+            self._pass_on(self.server.page.viewer, wanted[1])
+        else:
+            self._refuse(HTTPStatus.NOT_FOUND)
+
+    def do_POST(self) -> None:
+        """What people want."""
+        action = self.server.page.actions.get(unquote(urlsplit(self.path).path))
+        if not (self._from_here() and self._has_token()):
+            self._refuse(HTTPStatus.FORBIDDEN)
+        elif action is None:
+            self._refuse(HTTPStatus.NOT_FOUND)
+        else:
+            action()
+            self._answer(json.dumps(self.server.page.state()).encode(), "application/json")
+
+    def log_message(self, format: str, *arguments: object) -> None:
+        """Requests are nobody's business; the terminal belongs to the run."""
+
+    def _from_here(self) -> bool:
+        """Whether the request is meant for this server and comes from no other page."""
+        hosts, origin = self.server.page.hosts, self.headers.get("Origin")
+        return self.headers.get("Host") in hosts and (
+            origin is None or origin in [f"http://{host}" for host in hosts]
+        )
+
+    def _has_token(self) -> bool:
+        shown = self.headers.get("X-Token", "")
+        return secrets.compare_digest(shown.encode(), self.server.page.token.encode())
+
+    def _pass_on(self, viewer: WebViewer, name: str) -> None:
+        """A file of the viewer, under a policy that keeps it on this machine."""
+        try:
+            with urlopen(f"{viewer.files}/{name}", timeout=_PATIENCE) as reply:
+                body, kind = reply.read(), reply.headers.get_content_type()
+                coding = reply.headers.get("Content-Encoding")
+        except (URLError, OSError):
+            self._refuse(HTTPStatus.BAD_GATEWAY)
+            return
+        policy = _VIEWER_POLICY.format(data=viewer.data_origin)
+        self._answer(body, kind, policy, {"Content-Encoding": coding} if coding else {})
+
+    def _answer(
+        self,
+        body: bytes,
+        kind: str,
+        policy: str = _POLICY,
+        more: Mapping[str, str] | None = None,
+        status: HTTPStatus = HTTPStatus.OK,
+    ) -> None:
+        self.send_response(status)
+        headers = {
+            "Content-Type": kind,
+            "Content-Length": str(len(body)),
+            "Content-Security-Policy": policy,
+            "X-Content-Type-Options": "nosniff",
+            "Referrer-Policy": "no-referrer",
+            "Cache-Control": "no-store",
+            **(more or {}),
+        }
+        for name, value in headers.items():
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(body)
+
+    def _refuse(self, status: HTTPStatus) -> None:
+        self._answer(status.phrase.encode(), "text/plain", status=status)
+
+
+def _listen(page: ControlPage, port: int | None) -> _Server:
+    for candidate in (USUAL_PORT, 0) if port is None else (port,):
+        try:
+            server = _Server((HOST, candidate), _Request)
+        except OSError as error:
+            if port is None and candidate:
+                continue
+            raise PageError(
+                f"--control-port {candidate} on {HOST}: {error.strerror}; "
+                "choose another port, or leave the option out"
+            ) from error
+        server.page = page
+        return server
+    raise AssertionError("a system without a free port")

@@ -1,0 +1,110 @@
+"""Household-like objects: boxes, cans, mugs, hammers and their kin."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hw.sim.objects.making import MAX_HEIGHT, Kind, Parts, longest, part
+from hw.sim.shapes import Box, Capsule, Cylinder, Sphere
+
+
+def _box(rng: np.random.Generator, width: float) -> Parts:
+    length = rng.uniform(width, longest(width))
+    height = rng.uniform(max(0.02, 0.5 * width), min(MAX_HEIGHT, max(0.04, 2.0 * width)))
+    return [part(Box((length / 2.0, width / 2.0, height / 2.0)), 0.0, 0.0, height / 2.0)]
+
+
+def _cylinder(rng: np.random.Generator, width: float) -> Parts:
+    length = rng.uniform(max(1.2 * width, 0.05), longest(width))
+    return [part(Cylinder(width / 2.0, length / 2.0), 0.0, 0.0, width / 2.0, lying=True)]
+
+
+def _can(rng: np.random.Generator, width: float) -> Parts:
+    height = rng.uniform(0.04, min(MAX_HEIGHT, 2.5 * width))
+    return [part(Cylinder(width / 2.0, height / 2.0), 0.0, 0.0, height / 2.0)]
+
+
+def _ball(_: np.random.Generator, width: float) -> Parts:
+    return [part(Sphere(width / 2.0), 0.0, 0.0, width / 2.0)]
+
+
+def _capsule(rng: np.random.Generator, width: float) -> Parts:
+    length = rng.uniform(max(0.5 * width, 0.02), longest(width) - width)
+    return [part(Capsule(width / 2.0, length / 2.0), 0.0, 0.0, width / 2.0, lying=True)]
+
+
+def _mug(rng: np.random.Generator, width: float) -> Parts:
+    """Its handle is what `width` is about."""
+    radius, height = rng.uniform(0.02, 0.03), rng.uniform(0.06, 0.09)
+    handle = Box((0.016, width / 2.0, 0.35 * height))
+    return [
+        part(Cylinder(radius, height / 2.0), 0.0, 0.0, height / 2.0),
+        part(handle, radius + 0.012, 0.0, height / 2.0),
+    ]
+
+
+def _hammer(rng: np.random.Generator, width: float) -> Parts:
+    length = rng.uniform(0.09, 0.12)
+    thick = rng.uniform(0.5, 0.8) * width
+    head = Box((thick, rng.uniform(0.03, 0.04), rng.uniform(0.6, 0.8) * width))
+    return [
+        part(Cylinder(width / 2.0, length / 2.0), 0.0, 0.0, width / 2.0, lying=True),
+        part(head, length / 2.0, 0.0, head.half[2]),
+    ]
+
+
+def _screwdriver(rng: np.random.Generator, width: float) -> Parts:
+    """Its shaft is what `width` is about."""
+    handle = Capsule(rng.uniform(0.65, 0.8) * width, 0.03)
+    shaft = Cylinder(width / 2.0, rng.uniform(0.02, 0.03))
+    reach = handle.half_length + handle.radius + shaft.half_length
+    return [
+        part(handle, 0.0, 0.0, handle.radius, lying=True),
+        part(shaft, 0.95 * reach, 0.0, handle.radius, lying=True),
+    ]
+
+
+def _corner(rng: np.random.Generator, width: float) -> Parts:
+    height = rng.uniform(0.025, 0.05)
+    a, b = rng.uniform(0.07, 0.11), rng.uniform(0.06, 0.09)
+    half = width / 2.0
+    return [
+        part(Box((a / 2.0, half, height / 2.0)), a / 2.0 - half, 0.0, height / 2.0),
+        part(Box((half, b / 2.0, height / 2.0)), 0.0, b / 2.0 - half, height / 2.0),
+    ]
+
+
+def _tee(rng: np.random.Generator, width: float) -> Parts:
+    height = rng.uniform(0.025, 0.05)
+    stem, bar = rng.uniform(0.06, 0.09), rng.uniform(0.08, 0.11)
+    half = width / 2.0
+    return [
+        part(Box((stem / 2.0, half, height / 2.0)), stem / 2.0 - half, 0.0, height / 2.0),
+        part(Box((half, bar / 2.0, height / 2.0)), 0.0, 0.0, height / 2.0),
+    ]
+
+
+def _dumbbell(rng: np.random.Generator, width: float) -> Parts:
+    end = width / 2.0 + rng.uniform(0.005, 0.012)
+    half_length = rng.uniform(0.03, 0.04)
+    return [
+        part(Cylinder(width / 2.0, half_length), 0.0, 0.0, end, lying=True),
+        part(Sphere(end), half_length, 0.0, end),
+        part(Sphere(end), -half_length, 0.0, end),
+    ]
+
+
+HOUSEHOLD: dict[str, Kind] = {
+    "box": Kind(make=_box),
+    "cylinder": Kind(make=_cylinder),
+    "can": Kind(make=_can, narrowest=0.025),
+    "ball": Kind(make=_ball, narrowest=0.025),
+    "capsule": Kind(make=_capsule, widest=0.05),
+    "mug": Kind(make=_mug, widest=0.025),
+    "hammer": Kind(make=_hammer, widest=0.03),
+    "screwdriver": Kind(make=_screwdriver, widest=0.03),
+    "corner": Kind(make=_corner, widest=0.035),
+    "tee": Kind(make=_tee, widest=0.035),
+    "dumbbell": Kind(make=_dumbbell, widest=0.03),
+}
+"""The kinds that the shipped scenes are filled with."""

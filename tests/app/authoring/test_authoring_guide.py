@@ -1,0 +1,95 @@
+"""docs/authoring.md does what it says: its files are written, its commands done, in its order."""
+
+from __future__ import annotations
+
+import doctest
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from app.cli import app
+
+GUIDE = Path(__file__).parents[3] / "docs" / "authoring.md"
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+COMPARED = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+
+
+class Reader:
+    """A person who does what the guide says, in an empty folder.
+
+    Args:
+        folder: where.
+        packages: where Python finds what is installed.
+    """
+
+    def __init__(self, folder: Path, packages: Path) -> None:
+        self._folder = folder
+        self._packages = packages
+        self._exit_code = 0
+
+    def read(self, kind: str, text: str) -> None:
+        """Follow one block of the guide."""
+        if kind == "console":
+            for step in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
+                command, _, expected = step.partition("\n")
+                self._do(command, expected)
+        else:
+            path = self._folder / text.partition("\n")[0].removeprefix("# ")
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text)
+
+    def _do(self, command: str, expected: str) -> None:
+        if command == "echo $?":
+            output = f"{self._exit_code}\n"
+        elif command.startswith("pip install "):
+            output = self._install(command.removeprefix("pip install "))
+        else:
+            program, *arguments = shlex.split(command)
+            assert program == "frankie-task", f"the guide uses {program}"
+            result = CliRunner().invoke(app, arguments)
+            assert result.exception is None or isinstance(result.exception, SystemExit), command
+            # Standard error has the status line, which depends on how fast the computer is.
+            output, self._exit_code = result.stdout or result.stderr, result.exit_code
+        assert not expected or doctest.OutputChecker().check_output(expected, output, COMPARED), (
+            f"$ {command}\n{output}\n--- but the guide says\n{expected}"
+        )
+
+    def _install(self, package: str) -> str:
+        """As the guide does, but without the net, and to where it leaves no trace."""
+        options = ("--quiet", "--no-deps", "--no-build-isolation", "--no-index")
+        target = ("--target", str(self._packages))
+        subprocess.run(
+            [sys.executable, "-m", "pip", "install", *options, *target, package],
+            cwd=self._folder,
+            check=True,
+        )
+        return ""
+
+
+def test_everything_in_the_guide_runs(tmp_path, monkeypatch):
+    packages = tmp_path / "packages"
+    folder = tmp_path / "work"
+    packages.mkdir()
+    folder.mkdir()
+    monkeypatch.syspath_prepend(packages)
+    monkeypatch.chdir(folder)
+    reader = Reader(folder, packages)
+    blocks = BLOCK.findall(GUIDE.read_text())
+    assert {kind for kind, _ in blocks} == {"yaml", "console", "python", "toml"}
+    for kind, text in blocks:
+        reader.read(kind, text)
+    monkeypatch.delitem(sys.modules, "greeting", raising=False)
+    files = {path.name for path in folder.iterdir()}
+    assert {"hello.yaml", "bring.yaml", "runs"} <= files
+    assert len(list((folder / "runs").iterdir())) == 4
+
+
+@pytest.mark.parametrize("name", ["mistaken.yaml", "bring.yaml"])
+def test_the_guide_writes_files_that_name_themselves(name):
+    """So that a reader and the test above know what to call them."""
+    assert f"```yaml\n# {name}\n" in GUIDE.read_text()

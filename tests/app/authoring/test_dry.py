@@ -1,0 +1,192 @@
+"""Dry runs: which node runs after which outcome, without a robot."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from app.cli import app
+
+PICK = """\
+task: pick
+params: {tries: {default: 3}}
+regions: {table: {centre: [0, 0, 0], size: [1, 1, 1]}}
+tree:
+  sequence:
+    - name: get it
+      retry: $tries
+      sequence:
+        - open_gripper
+        - grasp: {within: table}
+    - place: {on: table}
+"""
+
+
+def call(*arguments: object) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+@pytest.fixture
+def dry(tmp_path):
+    """Runs a task file dry."""
+
+    def run(text: str, *options: object) -> tuple[int, str, str]:
+        path = tmp_path / "t.yaml"
+        path.write_text(text, encoding="utf-8")
+        return call("run", path, "--dry", *options)
+
+    return run
+
+
+def leaves(out: str) -> list[str]:
+    """What the leaves came to, from the lines for people."""
+    lines = [line[12:].split(": ")[0] for line in out.splitlines()[:-1]]
+    return [line for line in lines if "(" not in line and "retry" not in line]
+
+
+def test_every_leaf_succeeds_unless_told_otherwise(dry):
+    code, out, _ = dry(PICK)
+    assert code == 0
+    assert leaves(out) == ["✔ open_gripper", "✔ grasp", "✔ place"]
+    assert out.splitlines()[-1].startswith("pick, dry: success")
+
+
+def test_outcomes_are_taken_in_turn_and_the_last_repeats(dry):
+    code, out, _ = dry(PICK, "--outcome", "grasp=failure,failure,success")
+    assert code == 0
+    grasps = [line for line in leaves(out) if "grasp" in line]
+    assert grasps == ["✗ grasp", "✗ grasp", "✔ grasp"]
+    assert "attempt 3 of 3" in out
+    code, out, _ = dry(PICK, "--outcome", "grasp=failure")
+    assert code == 1
+    assert [line for line in leaves(out) if "grasp" in line] == ["✗ grasp"] * 3
+    last = out.splitlines()[-1]
+    assert last.startswith("pick, dry: failure")
+    assert last.endswith("(in grasp)")
+
+
+def test_parameters_count(dry):
+    code, out, _ = dry(PICK, "--outcome", "grasp=failure", "-p", "tries=1")
+    assert code == 1
+    assert leaves(out).count("✗ grasp") == 1
+
+
+def test_a_node_is_told_by_its_name_or_its_key(dry):
+    text = "task: t\ntree:\n  fallback:\n    - {name: left, open_gripper: }\n    - open_gripper\n"
+    code, out, _ = dry(text, "--outcome", "left=failure")
+    assert (code, "✔ open_gripper" in out) == (0, True)
+    code, out, _ = dry(text, "--outcome", "open_gripper=failure", "--outcome", "left=success")
+    assert (code, "open_gripper: scripted" in out) == (0, False)
+    code, _, _ = dry(text, "--outcome", "open_gripper=failure")
+    assert code == 1
+
+
+def test_guards_and_leaves_of_other_files_are_told_too(tmp_path, dry):
+    (tmp_path / "other.yaml").write_text(
+        "task: other\ntree:\n  while: arm_healthy\n  open_gripper:\n"
+    )
+    text = "task: t\ntree: {subtree: {file: other.yaml}}\n"
+    assert dry(text)[0] == 0
+    code, out, _ = dry(
+        text, "--outcome", "open_gripper=running", "--outcome", "arm_healthy=success,failure"
+    )
+    assert code == 1
+    assert "(in arm_healthy)" in out
+
+
+def test_a_leaf_that_never_ends_meets_its_timeout_in_simulated_time(dry):
+    text = "task: t\ntree: {timeout_s: 60, open_gripper: }\n"
+    code, out, _ = dry(text, "--outcome", "open_gripper=running")
+    assert code == 1
+    assert "not done within 60 s" in out
+    assert out.splitlines()[-2].split()[0] == "60.0"
+
+
+def test_a_tree_that_never_ends_is_given_up_and_said_so(dry):
+    code, out, _ = dry(
+        "task: t\ntree: {forever: open_gripper}\n",
+        "--outcome",
+        "open_gripper=failure",
+        "--ticks",
+        500,
+    )
+    assert code == 1
+    assert "lines more" in out
+    assert "no end: still running after 500 ticks" in out.splitlines()[-1]
+
+
+def test_keys_are_written_and_read(dry):
+    text = (
+        "task: t\nregions: {table: {centre: [0, 0, 0], size: [1, 1, 1]}}\ntree:\n  sequence:\n"
+        "    - scan_for_objects: {region: table, count: found}\n"
+        "    - at_least: {value: $found, least: 1}\n"
+        "    - say: {text: there is something, value: $found}\n"
+    )
+    assert dry(text)[0] == 0
+    assert dry(text, "--outcome", "scan_for_objects=failure")[0] == 1
+
+
+def test_json_has_every_step(dry):
+    code, out, _ = dry(PICK, "--json", "--outcome", "grasp=failure,success")
+    result = json.loads(out)
+    assert code == 0
+    assert (result["outcome"], result["ended"], result["ticks"]) == ("success", True, 2)
+    grasps = [step for step in result["steps"] if step["key"] == "grasp"]
+    assert [(step["tick"], step["status"]) for step in grasps] == [(1, "failure"), (2, "success")]
+    assert grasps[0]["path"] == "sequence/retry/get it/grasp"
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--outcome", "grap=failure"], "no leaf `grap`; did you mean `grasp`?"),
+        (["--outcome", "get it=failure"], "no leaf `get it`"),
+        (["--outcome", "grasp=fails"], "`fails` is no outcome; write `success`, `failure`"),
+        (["--outcome", "grasp"], "write a node and its outcomes"),
+        (["-p", "trys=3"], "no parameter `trys`"),
+        (["--watch"], "--watch"),
+    ],
+)
+def test_a_wrong_option_is_one_line_that_helps(dry, options, said):
+    code, out, err = dry(PICK, *options)
+    assert (code, out) == (2, "")
+    assert said in err
+    assert err.count("\n") == 1
+
+
+def test_outcomes_are_for_dry_runs(tmp_path):
+    path = tmp_path / "t.yaml"
+    path.write_text(PICK)
+    code, _, err = call("run", path, "--outcome", "grasp=failure")
+    assert code == 2
+    assert "--dry" in err
+
+
+def test_mistakes_of_the_file_are_located(dry, tmp_path):
+    code, _, err = dry(PICK.replace("grasp:", "gras:"))
+    assert code == 2
+    assert err.startswith(f"{tmp_path / 't.yaml'}:10:11: ")
+
+
+def test_neither_network_nor_recorder_is_loaded(tmp_path):
+    path = tmp_path / "t.yaml"
+    path.write_text(PICK)
+    code = (
+        "import sys\nfrom app.cli import app\n"
+        f"app(['run', {str(path)!r}, '--dry'], standalone_mode=False)\n"
+        "print(*sorted({'torch', 'rerun', 'hw.sim.world'} & set(sys.modules)), sep=',')\n"
+    )
+    root = Path(__file__).parents[3]
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=root, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == ""

@@ -1,0 +1,236 @@
+"""The command line as a person meets it: its answers, its mistakes, its exit codes."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rerun.chunk import RrdReader
+from typer.testing import CliRunner
+
+from app.cli import app
+
+TREE = """\
+task: toy
+poses:
+  near: {xyz: [0.9, 0.1, 0.7], rpy_deg: [180, 0, 0]}
+  far: {xyz: [-40.0, 0.0, 0.7], rpy_deg: [180, 0, 0]}
+regions:
+  table: {centre: [0.0, 1.6, 0.6], size: [0.8, 0.36, 0.2]}
+tree:
+  sequence:
+"""
+
+
+def call(*arguments: object) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error of one command."""
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+@pytest.fixture
+def task(tmp_path):
+    """Writes a task file with these lines in its sequence."""
+
+    def write(*lines: str) -> Path:
+        path = tmp_path / "toy.yaml"
+        path.write_text(TREE + "".join(f"    - {line}\n" for line in lines))
+        return path
+
+    return write
+
+
+def run(tmp_path, tree, *options: object) -> tuple[int, str, str]:
+    return call("run", tree, "--record", tmp_path / "runs", *options)
+
+
+def the_folder(tmp_path) -> Path:
+    (folder,) = (tmp_path / "runs").iterdir()
+    return folder
+
+
+# what a run leaves
+
+
+def test_a_run_leaves_summary_commands_recording_and_what_was_run(tmp_path, task):
+    tree = task("navigate: {to: near}")
+    code, out, _ = run(tmp_path, tree, "--seed", 4, "--json")
+    assert code == 0
+    folder = the_folder(tmp_path)
+    summary = json.loads(out)
+    assert summary == json.loads((folder / "summary.json").read_text())
+    assert summary["outcome"] == "success"
+    assert summary["reason"] == "navigate: at near"
+    assert summary["limit_violations"] == 0
+    wanted = [
+        "outcome",
+        "placed",
+        "attempts",
+        "objects",
+        "duration_s",
+        "grasp_time_mean_s",
+        "pick_place_time_mean_s",
+        "limit_violations",
+        "tick_median_ms",
+        "tick_p99_ms",
+        "real_time_factor",
+    ]
+    assert set(wanted) <= set(summary)
+    assert (folder / "task.yaml").read_text() == tree.read_text()
+    assert json.loads((folder / "options.json").read_text())["seed"] == 4
+    commands = np.load(folder / "commands.npy")
+    assert commands.shape == (summary["ticks"], 11)
+    assert not commands[-1, 1:].any() or np.abs(commands[-1, 1:]).max() < 1e-3
+    reader = RrdReader(folder / "recording.rrd")
+    assert reader.recordings()
+
+
+def test_the_summary_for_people_says_what_happened(tmp_path, task):
+    code, out, _ = run(tmp_path, task("navigate: {to: near}"))
+    assert code == 0
+    assert "toy: success" in out
+    assert "navigate: at near" in out
+    assert str(the_folder(tmp_path).name) in out.replace("\n", "")
+
+
+def test_a_task_that_fails_ends_with_1_and_names_the_node(tmp_path, task):
+    tree = task("navigate: {to: far, timeout_s: 0.3}")
+    code, out, _ = run(tmp_path, tree, "--json")
+    assert code == 1
+    summary = json.loads(out)
+    assert summary["outcome"] == "failure"
+    assert summary["node"] == "navigate"
+    assert summary["reason"].startswith("not at far after 0.3 s")
+
+
+def test_the_same_seed_gives_the_same_commands_byte_for_byte(tmp_path, task):
+    tree = task("navigate: {to: near}", "wait: {duration_s: 0.2}")
+    logs = set()
+    for repetition in ("a", "b"):
+        call("run", tree, "--seed", 3, "--record", tmp_path / repetition)
+        (folder,) = (tmp_path / repetition).iterdir()
+        logs.add((folder / "commands.npy").read_bytes())
+    assert len(logs) == 1
+
+
+def test_the_omni_robot_runs_the_same_file(tmp_path, task):
+    code, out, _ = run(tmp_path, task("navigate: {to: near}"), "--robot", "omni", "--json")
+    assert code == 0
+    assert json.loads(out)["robot"] == "omni"
+
+
+# bad input: one line with place and hint, exit code 2, nothing moved
+
+
+@pytest.mark.parametrize(
+    ("line", "place", "said"),
+    [
+        ("navigat: {to: near}", "9:7", "did you mean `navigate`"),
+        ("navigate: {to: nowhere}", "9:22", "`nowhere`"),
+        ("navigate: {to: near, timeout_s: soon}", "9:39", "`timeout_s`"),
+        ("navigate: {to: [near}", "9:27", ""),
+    ],
+)
+def test_a_mistake_in_the_task_is_one_located_line(tmp_path, task, line, place, said):
+    tree = task(line)
+    code, out, err = run(tmp_path, tree)
+    assert code == 2
+    assert err.startswith(f"{tree}:{place}: ")
+    assert said in err
+    assert err.count("\n") == 1
+    assert "Traceback" not in out + err
+    assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--scene", "kitchen"), "household"),
+        (("--scene", "no/such/scene.yaml"), "no/such/scene.yaml"),
+        (("--weights", "no/such/weights.safetensors"), "no/such/weights.safetensors"),
+        (("-p", "attempts"), "key=value"),
+        (("-p", "tries=3"), "`tries`"),
+    ],
+)
+def test_a_wrong_option_is_one_line_that_helps(tmp_path, task, options, said):
+    code, _, err = run(tmp_path, task("navigate: {to: near}"), *options)
+    assert code == 2
+    assert said in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_missing_task_and_an_unknown_name(tmp_path):
+    code, _, err = run(tmp_path, tmp_path / "none.yaml")
+    assert code == 2
+    assert "none.yaml" in err
+    code, _, err = run(tmp_path, "pick_plaice")
+    assert code == 2
+    assert "did you mean `pick_place`" in err
+
+
+def test_a_folder_that_cannot_be_written_is_said_before_anything_moves(tmp_path, task):
+    (tmp_path / "file").write_text("")
+    code, _, err = call("run", task("navigate: {to: near}"), "--record", tmp_path / "file")
+    assert code == 2
+    assert "--record" in err
+
+
+def test_check_names_every_mistake_of_a_file(task):
+    tree = task("navigat: {to: near}", "navigate: {to: nowhere}", "place: {on: table, pitch: 2}")
+    code, out, _ = call("check", tree)
+    assert code == 2
+    lines = out.splitlines()
+    assert [line.split(": ")[0] for line in lines] == [
+        f"{tree}:9:7",
+        f"{tree}:10:22",
+        f"{tree}:11:26",
+    ]
+
+
+def test_check_is_content_with_the_shipped_tasks():
+    code, out, _ = call("check", "pick_place", "pick_one")
+    assert code == 0
+    assert out.count(": good") == 2
+
+
+# a person presses Ctrl-C
+
+
+@pytest.mark.parametrize("kind", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_brings_the_robot_to_rest_and_completes_the_files(tmp_path, task, kind):
+    """Sent to a real process in the middle of a motion."""
+    tree = task("navigate: {to: far}")
+    command = [sys.executable, "-m", "app.cli", "run", tree, "--record", tmp_path / "runs"]
+    process = subprocess.Popen(
+        [*map(str, command), "--speed", "real", "--json"],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])},
+    )
+    try:
+        runs = tmp_path / "runs"
+        deadline = time.monotonic() + 60.0
+        while not list(runs.glob("*/recording.rrd")) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        time.sleep(2.0)
+        process.send_signal(kind)
+        out, _ = process.communicate(timeout=30.0)
+    finally:
+        process.kill()
+    assert process.returncode == 130
+    summary = json.loads(out)
+    assert summary["outcome"] == "interrupted"
+    assert summary["limit_violations"] == 0
+    folder = the_folder(tmp_path)
+    commands = np.load(folder / "commands.npy")[:, 1:]
+    assert np.abs(commands).max() > 0.05
+    assert np.abs(commands[-1]).max() < 1e-3
+    assert RrdReader(folder / "recording.rrd").recordings()

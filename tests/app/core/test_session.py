@@ -1,0 +1,191 @@
+"""The loop: whatever happens in the tree, the robot ends at rest and the outcome says why."""
+
+import numpy as np
+import pytest
+from harness import BUTTON, Harness, looking_down
+from pinocchio import SE3
+from py_trees.common import Status
+
+from app.core.measurements import Measurements
+from app.core.outcome import End
+from app.core.session import Session
+from app.live.operator import Control, TaskClock
+from behaviours import Context, Leaf
+from controller import PoseGoal
+from hw import HardwareError
+from trees.language.composites import Sequence
+
+AWAY = looking_down(3.0, 0.5, 0.8)
+
+
+class Scripted(Leaf):
+    """Heads for a far goal, and does what a test wants after some ticks."""
+
+    key = "scripted"
+
+    def __init__(self, name: str, context: Context, *, ticks: int, then) -> None:
+        super().__init__(name, context)
+        self._ticks = ticks
+        self._then = then
+        self.halted = 0
+
+    def update(self) -> Status:
+        self.pursue(PoseGoal(wTe=AWAY))
+        self._ticks -= 1
+        return self._then() if self._ticks < 0 else self.running("going")
+
+    def terminate(self, new_status: Status) -> None:
+        self.halted += self.status is Status.RUNNING
+
+
+class Bench:
+    """A session around one scripted leaf."""
+
+    def __init__(self, then, ticks: int = 100, interrupt_after: int | None = None) -> None:
+        self.harness = Harness()
+        self.leaf = Scripted("runner", self.harness.context, ticks=ticks, then=then)
+        self.ticks = []
+        self.control = Control()
+        self._interrupt_after = interrupt_after
+        controller = self.harness.controller
+        self.measurements = Measurements(limits=controller.model.limits)
+        self.session = Session(
+            root=Sequence("sequence", [self.leaf]),
+            context=self.harness.context,
+            controller=controller,
+            gate=self.harness.gate,
+            measurements=self.measurements,
+            clock=TaskClock(self.harness.clock),
+            control=self.control,
+            watch=self._watch,
+        )
+
+    def _watch(self, tick) -> None:
+        self.ticks.append(tick)
+        if len(self.ticks) == self._interrupt_after:
+            self.control.stop()
+
+    def run(self):
+        self.outcome = self.session.run()
+        return self.outcome
+
+    def assert_came_smoothly_to_rest(self) -> None:
+        assert self.harness.speed < 1e-3
+        commands = self.measurements.commands[:, 1:]
+        assert np.abs(commands).max() > 0.5  # it was really moving
+        assert np.abs(commands[-1]).max() < 1e-3
+        limits = self.harness.controller.model.limits
+        allowed = np.concatenate([limits.base_acceleration, limits.qdd]) * 0.01
+        assert (np.abs(np.diff(commands, axis=0)) <= allowed + 1e-9).all()
+
+
+def test_success_ends_the_run_with_the_robot_at_rest():
+    bench = Bench(lambda: Status.SUCCESS)
+    assert bench.run().end is End.SUCCESS
+    assert bench.outcome.end.exit_code == 0
+    bench.assert_came_smoothly_to_rest()
+
+
+def test_failure_names_the_leaf_and_its_reason():
+    bench = Bench(lambda: bench.leaf.failure("lost the way"))
+    outcome = bench.run()
+    assert outcome.end is End.FAILURE
+    assert outcome.end.exit_code == 1
+    assert (outcome.node, outcome.reason) == ("runner", "lost the way")
+    bench.assert_came_smoothly_to_rest()
+
+
+def test_an_exception_in_a_leaf_brings_the_robot_to_rest_and_names_the_node():
+    def crash() -> Status:
+        raise ValueError("a mistake in the leaf")
+
+    bench = Bench(crash)
+    outcome = bench.run()
+    assert outcome.end is End.CRASH
+    assert outcome.end.exit_code == 1
+    assert (outcome.node, outcome.reason) == ("runner", "ValueError: a mistake in the leaf")
+    assert bench.leaf.halted == 1
+    bench.assert_came_smoothly_to_rest()
+
+
+def test_a_goal_that_is_not_finite_never_moves_the_robot_and_names_the_node():
+    def nonsense() -> Status:
+        nowhere = SE3(np.eye(3), np.array([np.nan, 0.0, 0.0]))
+        bench.leaf.pursue(PoseGoal(wTe=nowhere))
+        return Status.RUNNING
+
+    bench = Bench(nonsense)
+    outcome = bench.run()
+    assert outcome.end is End.CRASH
+    assert outcome.node == "runner"
+    assert "goal pose must be finite" in outcome.reason
+    assert np.isfinite(bench.measurements.commands).all()
+    bench.assert_came_smoothly_to_rest()
+
+
+def test_an_interrupt_halts_the_tree_and_brings_the_robot_to_rest():
+    bench = Bench(lambda: Status.RUNNING, interrupt_after=150)
+    assert bench.run().end is End.INTERRUPTED
+    assert bench.outcome.end.exit_code == 130
+    assert bench.leaf.halted == 1
+    bench.assert_came_smoothly_to_rest()
+
+
+def test_hardware_that_stops_answering_ends_the_run_with_its_own_code():
+    bench = Bench(lambda: Status.RUNNING)
+    read, count = bench.harness.robot.read, iter(range(10**6))
+
+    def unplugged():
+        if next(count) > 120:
+            raise HardwareError("the arm does not answer: check its cable")
+        return read()
+
+    bench.harness.robot.read = unplugged
+    outcome = bench.run()
+    assert outcome.end is End.HARDWARE
+    assert outcome.end.exit_code == 3
+    assert outcome.reason == "the arm does not answer: check its cable"
+
+
+def test_an_emergency_stop_brakes_whatever_the_tree_says():
+    bench = Bench(lambda: Status.RUNNING, ticks=10**6, interrupt_after=300)
+    read = bench.harness.robot.read
+
+    def pressed():
+        if len(bench.ticks) == 100:
+            bench.harness.robot.faults = (BUTTON,)
+        return read()
+
+    bench.harness.robot.read = pressed
+    bench.run()
+    at_100, later = bench.ticks[100].state, bench.ticks[220].state
+    assert np.abs(at_100.base_twist).max() > 0.3
+    assert np.abs(later.base_twist).max() < 1e-3
+
+
+def test_every_reading_is_held_against_the_limits():
+    bench = Bench(lambda: Status.SUCCESS)
+    bench.run()
+    assert bench.measurements.limit_violations == 0
+    assert 0.5 < bench.measurements.highest_speed <= 1.0 + 1e-9
+    state = bench.ticks[-1].state
+    too_fast = type(state)(**{**vars(state), "qd": np.full(7, 3.0)})
+    bench.measurements.reading(too_fast)
+    assert bench.measurements.limit_violations == 1
+
+
+def test_a_tick_that_ends_late_does_not_shift_the_next_ones():
+    bench = Bench(lambda: Status.SUCCESS, ticks=20)
+    bench.run()
+    stamps = np.array([tick.state.stamp for tick in bench.ticks])
+    np.testing.assert_allclose(np.diff(stamps), 0.01, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", [0])
+def test_the_same_run_gives_the_same_commands_bit_for_bit(seed):
+    runs = []
+    for _ in range(2):
+        bench = Bench(lambda: Status.SUCCESS, ticks=200)
+        bench.run()
+        runs.append(bench.measurements.commands.tobytes())
+    assert runs[0] == runs[1]

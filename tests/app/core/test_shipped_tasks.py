@@ -1,0 +1,203 @@
+"""The shipped tasks from beginning to end, with everything in the loop the real thing."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rerun.chunk import RrdReader
+from typer.testing import CliRunner
+
+from app.cli import app
+from trees import shipped, shipped_names
+from trees.language import check
+
+SCENES = Path(__file__).parents[3] / "hw" / "sim" / "scenes"
+
+
+def run(record: Path, *arguments: object) -> tuple[int, dict, Path]:
+    """Exit code, summary and folder of a run."""
+    command = ["run", *map(str, arguments), "--record", str(record), "--json"]
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code in (0, 1), result.output
+    (folder,) = record.iterdir()
+    return result.exit_code, json.loads(result.stdout), folder
+
+
+@pytest.fixture(scope="module")
+def one_object(tmp_path_factory):
+    """`pick_one` in the scene with a single object; run once for all tests of this file."""
+    return run(tmp_path_factory.mktemp("one"), "pick_one", "--scene", "single", "--seed", 1)
+
+
+def test_a_single_object_is_brought_to_the_table(one_object):
+    code, summary, _ = one_object
+    assert code == 0
+    assert summary["outcome"] == "success"
+    assert (summary["placed"], summary["objects"]) == (1, 1)
+    assert summary["attempts"] >= 1
+    assert 0.5 < summary["grasp_time_mean_s"] < summary["pick_place_time_mean_s"] < 60.0
+
+
+def test_no_limit_is_passed_and_no_command_refused(one_object):
+    _, summary, folder = one_object
+    assert summary["limit_violations"] == 0
+    assert summary["refused_commands"] == {}
+    assert summary["highest_speed_percent"] <= 100.0
+    commands = np.load(folder / "commands.npy")
+    steps = np.diff(commands[:, 1:], axis=0) / 0.01
+    allowed = np.array([1.5, 1.5, 3.0, *[6.0] * 7])
+    assert (np.abs(steps) <= allowed + 1e-6).all()
+
+
+def test_its_recording_tells_of_tree_robot_depth_grasp_and_signals(one_object):
+    _, summary, folder = one_object
+    chunks = RrdReader(folder / "recording.rrd").stream().to_chunks()
+    entities = {str(chunk.entity_path) for chunk in chunks if not chunk.is_static}
+    for part in ("/tree", "/world", "/camera", "/signals"):
+        assert any(part in entity for entity in entities), (part, sorted(entities))
+    ticks: set[int] = set()
+    for chunk in chunks:
+        if not chunk.is_static and "/signals" in str(chunk.entity_path):
+            ticks.update(chunk.to_record_batch().column("tick").to_pylist())
+    assert len(ticks) == summary["ticks"]  # none is lost
+
+
+def test_the_same_seed_gives_the_same_commands_byte_for_byte(one_object, tmp_path):
+    _, summary, folder = one_object
+    _, again, other = run(tmp_path, "pick_one", "--scene", "single", "--seed", 1)
+    assert again["ticks"] == summary["ticks"]
+    assert (other / "commands.npy").read_bytes() == (folder / "commands.npy").read_bytes()
+
+
+def scene_like(folder: Path, name: str, *changes: tuple[str, str]) -> Path:
+    """A scene file that differs from a shipped one."""
+    text = (SCENES / f"{name}.yaml").read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / "scene.yaml"
+    path.write_text(text)
+    return path
+
+
+TOO_HEAVY = ("mass_g: [30, 500]", "mass_g: [30000, 40000]\n  kinds: [box]")
+
+
+def test_an_empty_container_is_a_success(tmp_path):
+    scene = scene_like(tmp_path, "single", ("count: 1", "count: 0"))
+    code, summary, _ = run(tmp_path / "runs", "pick_place", "--scene", scene)
+    assert code == 0
+    assert summary["outcome"] == "success"
+    assert "nothing left to grasp" in summary["reason"]
+    assert (summary["placed"], summary["attempts"]) == (0, 0)
+
+
+def test_pick_one_fails_when_there_is_nothing_to_pick(tmp_path):
+    scene = scene_like(tmp_path, "single", ("count: 1", "count: 0"))
+    runs = tmp_path / "runs"
+    code, summary, _ = run(runs, "pick_one", "--scene", scene, "-p", "attempts=1")
+    assert (code, summary["node"]) == (1, "grasp")
+    assert summary["reason"].startswith("no grasp for 1.5 s: ")
+
+
+def test_pick_one_fails_on_what_it_cannot_lift(tmp_path):
+    scene = scene_like(tmp_path, "single", TOO_HEAVY)
+    runs = tmp_path / "runs"
+    code, summary, _ = run(runs, "pick_one", "--scene", scene, "-p", "attempts=1", "--seed", 1)
+    assert (code, summary["node"]) == (1, "retreat_check")
+    assert (summary["placed"], summary["attempts"]) == (0, 1)
+
+
+def test_patrol_goes_round_and_says_so(tmp_path):
+    code, summary, _ = run(tmp_path, "patrol")
+    assert code == 0
+    assert summary["scene"] == "household"
+    assert summary["said"] == ["I am on my way to the window.", "All is quiet."]
+    assert summary["limit_violations"] == 0
+
+
+def test_patrol_breaks_off_and_goes_home_when_the_battery_is_low(tmp_path):
+    code, summary, _ = run(tmp_path, "patrol", "-p", "reserve_percent=99.95")
+    assert code == 1
+    assert summary["said"][-1] == "I have to break off, and go home."
+    assert "at home" in summary["reason"]
+    assert 8.0 < summary["duration_s"] < 20.0
+
+
+def test_inspect_counts_what_is_there(tmp_path):
+    code, summary, _ = run(tmp_path, "inspect")
+    assert code == 0
+    assert summary["scene"] == "inspect"
+    assert summary["said"] == ["I count 6 things on the bench."]
+
+
+def test_inspect_fails_when_something_is_missing(tmp_path):
+    scene = scene_like(tmp_path, "inspect", ("count: 6", "count: 4"))
+    code, summary, _ = run(tmp_path / "runs", "inspect", "--scene", scene)
+    assert code == 1
+    assert summary["said"] == ["I count 4 things on the bench.", "There should be 6."]
+
+
+def test_a_moving_object_is_followed_and_picked_up_when_it_stops(tmp_path):
+    scene = scene_like(
+        tmp_path,
+        "follow_moving_object",
+        ("0.25], period_s: 10.0, stop_s: 20.0", "0.15], period_s: 8.0, stop_s: 8.0"),
+    )
+    code, summary, _ = run(tmp_path / "runs", "follow_moving_object", "--scene", scene)
+    assert code == 0
+    assert summary["said"] == ["I have it."]
+    assert summary["attempts"] == 1
+    assert summary["duration_s"] > 10.0
+
+
+def test_following_fails_when_there_is_nothing_on_the_table(tmp_path):
+    scene = scene_like(tmp_path, "follow_moving_object", ("count: 1,", "count: 0,"))
+    options = ("--scene", scene, "-p", "attempts=2")
+    code, summary, _ = run(tmp_path / "runs", "follow_moving_object", *options)
+    assert (code, summary["node"]) == (1, "object_visible")
+    assert summary["reason"] == "0 things seen in table"
+
+
+def test_a_table_is_tidied_and_an_empty_one_is_tidy(tmp_path):
+    text = (SCENES / "tidy_two_tables.yaml").read_text()
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(text.replace("count: 2", "count: 1", 1).replace("count: 2", "count: 0"))
+    code, summary, folder = run(tmp_path / "runs", "tidy_two_tables", "--scene", scene)
+    assert code == 0
+    assert (summary["placed"], summary["objects"]) == (1, 1)
+    assert summary["said"] == ["Both tables are clear."]
+    assert check(folder / "task.yaml") == []  # its parts are kept with it, to run it again
+
+
+@pytest.mark.slow
+def test_tidying_fails_in_the_subtree_that_could_not_do_it(tmp_path):
+    scene = scene_like(
+        tmp_path, "tidy_two_tables", ("count: 2", "count: 1"), ("[30, 300]", "[30000, 40000]")
+    )
+    options = ("--scene", scene, "-p", "attempts=1")
+    code, summary, _ = run(tmp_path / "runs", "tidy_two_tables", *options)
+    assert (code, summary["node"]) == (1, "retreat_check")
+    assert (summary["placed"], summary["said"]) == (0, [])
+
+
+@pytest.mark.slow
+def test_two_tables_are_tidied(tmp_path):
+    code, summary, _ = run(tmp_path, "tidy_two_tables", "--seed", 1)
+    assert code == 0
+    assert (summary["placed"], summary["objects"]) == (4, 4)
+
+
+@pytest.mark.parametrize("task", shipped_names())
+def test_no_shipped_task_has_anything_to_warn_of(task):
+    assert check(shipped(task)) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ["sim", "omni"])
+def test_the_container_is_emptied(tmp_path, robot):
+    code, summary, _ = run(tmp_path, "pick_place", "--seed", 0, "--robot", robot)
+    assert code == 0
+    assert summary["placed"] >= 8
+    assert summary["limit_violations"] == 0

@@ -1,0 +1,118 @@
+import threading
+from collections.abc import Sequence
+
+import pytest
+
+from app.live.monitor.feed import Feed
+
+
+class Stalled:
+    """A writer that waits until it is let go."""
+
+    def __init__(self) -> None:
+        self.written: list[int] = []
+        self.began = threading.Event()
+        self.go = threading.Event()
+
+    def __call__(self, batch: Sequence[int]) -> None:
+        self.began.set()
+        self.go.wait(20.0)
+        self.written += batch
+
+
+def test_everything_arrives_in_order_and_in_batches() -> None:
+    batches: list[list[int]] = []
+    feed: Feed[int] = Feed(lambda batch: batches.append(list(batch)), lossless=True, batch=50)
+    for item in range(1234):
+        feed.put(item)
+    assert feed.close(20.0)
+    assert [item for batch in batches for item in batch] == list(range(1234))
+    assert all(batches)
+    assert len(batches) < 100
+    assert feed.dropped == 0
+
+
+def test_a_robot_never_waits_and_loses_the_oldest() -> None:
+    writer = Stalled()
+    feed: Feed[int] = Feed(writer, lossless=False, capacity=10, batch=1)
+    feed.put(0)
+    assert writer.began.wait(20.0)
+    for item in range(1, 101):
+        feed.put(item)
+    assert feed.dropped == 90
+    writer.go.set()
+    assert feed.close(20.0)
+    assert writer.written == [0, *range(91, 101)]
+
+
+def test_a_simulation_waits_and_loses_nothing() -> None:
+    writer = Stalled()
+    feed: Feed[int] = Feed(writer, lossless=True, capacity=10, batch=1)
+    put: list[int] = []
+
+    def simulate() -> None:
+        for item in range(100):
+            feed.put(item)
+            put.append(item)
+
+    loop = threading.Thread(target=simulate)
+    loop.start()
+    assert writer.began.wait(20.0)
+    loop.join(0.2)
+    assert loop.is_alive(), "the loop waits for the writer"
+    assert len(put) <= 20
+    writer.go.set()
+    loop.join(20.0)
+    assert feed.close(20.0)
+    assert writer.written == list(range(100))
+    assert feed.dropped == 0
+
+
+@pytest.mark.parametrize("lossless", [True, False])
+def test_a_writer_that_dies_stops_nobody(lossless: bool) -> None:
+    calls: list[int] = []
+
+    def write(batch: Sequence[int]) -> None:
+        calls.append(len(batch))
+        raise OSError("no space left")
+
+    feed: Feed[int] = Feed(write, lossless=lossless, capacity=10, batch=2)
+    for item in range(1000):
+        feed.put(item)
+    assert feed.close(20.0)
+    assert str(feed.error) == "no space left"
+    assert len(calls) == 1
+
+
+def test_a_loop_that_waits_is_let_go_when_the_writer_dies() -> None:
+    writer = Stalled()
+
+    def write(batch: Sequence[int]) -> None:
+        writer(batch)
+        raise OSError("no space left")
+
+    feed: Feed[int] = Feed(write, lossless=True, capacity=4, batch=1)
+    loop = threading.Thread(target=lambda: [feed.put(item) for item in range(50)])
+    loop.start()
+    assert writer.began.wait(20.0)
+    writer.go.set()
+    loop.join(20.0)
+    assert not loop.is_alive()
+
+
+def test_a_few_items_do_not_wait_for_a_full_batch() -> None:
+    arrived = threading.Event()
+    feed: Feed[int] = Feed(lambda _: arrived.set(), lossless=True, batch=50)
+    feed.put(1)
+    assert arrived.wait(20.0)
+    feed.close(20.0)
+
+
+def test_closing_gives_up_on_a_writer_that_hangs() -> None:
+    writer = Stalled()
+    feed: Feed[int] = Feed(writer, lossless=True, batch=1)
+    feed.put(1)
+    assert writer.began.wait(20.0)
+    assert not feed.close(0.05)
+    writer.go.set()
+    assert feed.close(20.0)

@@ -1,0 +1,90 @@
+"""The robot's meshes: made once, kept, and done without."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.live.monitor import meshes as module
+from app.live.monitor.meshes import NAMES, meshes
+from app.live.monitor.robot_looks import robot_looks
+from controller import FRANKIE, OMNI
+
+needs_assets = pytest.mark.skipif(
+    importlib.util.find_spec("rtbdata") is None,
+    reason='the meshes need the extra: pip install "frankie-task[assets]"',
+)
+
+
+@pytest.fixture
+def no_assets(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_EXTRA", ("a_package_that_is_not_there",))
+
+
+def kinds(bodies: list) -> set[str]:
+    return {type(body).__name__ for body in bodies}
+
+
+@pytest.mark.usefixtures("no_assets")
+def test_without_the_extra_the_robot_is_made_of_primitives() -> None:
+    assert meshes() is None
+    looks = robot_looks(FRANKIE)
+    assert "Boxes3D" in kinds(looks.base)
+    assert len(looks.links) == 8
+    for bodies in (looks.base, looks.hand, looks.finger, *looks.links):
+        assert bodies
+        assert "Mesh3D" not in kinds(bodies)
+
+
+@needs_assets
+def test_with_it_every_link_has_its_mesh_and_the_base_where_it_is_known() -> None:
+    looks = robot_looks(FRANKIE)
+    assert all(kinds(link) == {"Mesh3D"} for link in looks.links)
+    assert kinds(looks.base) == kinds(looks.finger) == {"Mesh3D"}
+    assert kinds(robot_looks(OMNI).base) == {"Boxes3D"}
+
+
+@needs_assets
+def test_meshes_are_whole_and_have_the_size_of_the_robot() -> None:
+    made = meshes()
+    assert made is not None
+    assert set(made) == set(NAMES)
+    assert sum(len(mesh.triangles) for mesh in made.values()) < 60_000
+    for mesh in made.values():
+        assert mesh.triangles.max() < len(mesh.vertices) == len(mesh.normals) == len(mesh.colours)
+        lengths = np.linalg.norm(mesh.normals, axis=1)
+        assert np.mean(np.abs(lengths - 1.0) < 1e-3) > 0.998, "but where faces lie back to back"
+    size = np.ptp(made["omron"].vertices, axis=0)
+    assert size == pytest.approx([*FRANKIE.base_size, FRANKIE.bTa.translation[2]], abs=0.02)
+
+
+@needs_assets
+@pytest.mark.slow
+def test_they_are_made_once_and_again_if_the_file_is_damaged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    first = meshes()
+    (kept,) = tmp_path.glob("frankie-task/*.npz")
+    written = kept.stat().st_mtime_ns
+    second = meshes()
+    assert kept.stat().st_mtime_ns == written
+    assert first is not None
+    assert second is not None
+    assert (first["link3"].vertices == second["link3"].vertices).all()
+    kept.write_bytes(b"half a file")
+    assert set(meshes() or {}) == set(NAMES)
+    assert kept.stat().st_size > 100_000
+
+
+@needs_assets
+@pytest.mark.slow
+def test_a_cache_that_cannot_be_written_is_done_without(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    blocked = tmp_path / "file"
+    blocked.touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
+    monkeypatch.setattr(module, "NAMES", ("finger",))
+    assert set(meshes() or {}) == {"finger"}

@@ -1,0 +1,327 @@
+"""Runs that really failed, each in a way of its own: `explain` names the node and the reason."""
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pinocchio import SE3
+from py_trees.common import Status
+
+import behaviours
+from app.core.events import EventLog
+from app.core.folder import FolderError
+from app.core.launch import RunOptions, run_task
+from app.core.outcome import End, Outcome
+from app.review.explain import NoEventsError, explain
+from behaviours import Leaf
+from controller import PoseGoal
+from hw import HardwareError
+from hw.sim.robot import SimRobot
+from trees.language import nodes_in_order
+from trees.language.composites import Sequence
+
+HEAD = """\
+task: toy
+poses:
+  near: {xyz: [0.9, 0.1, 0.7], rpy_deg: [180, 0, 0]}
+  far: {xyz: [-40.0, 0.0, 0.7], rpy_deg: [180, 0, 0]}
+regions:
+  floor: {centre: [0.7, 0.0, 0.3], size: [0.4, 0.4, 0.6]}
+tree:
+"""
+
+
+class CloseFingers(Leaf):
+    """Closes the fingers on whatever is there."""
+
+    key = "close_fingers"
+
+    def initialise(self) -> None:
+        self.context.robot.grip(0.0, 20.0)
+
+    def update(self) -> Status:
+        moving = self.context.state.gripper_moving or self.context.state.gripper_width > 0.01
+        return self.running("closing") if moving else self.success("closed")
+
+
+class Sabotage(Leaf):
+    """Does what a test wants to go wrong, and succeeds.
+
+    Args:
+        kind: what.
+    """
+
+    key = "sabotage"
+
+    def __init__(self, name, context, *, kind: str) -> None:
+        super().__init__(name, context)
+        self._kind = kind
+
+    def update(self) -> Status:
+        match self._kind:
+            case "crash":
+                return self.success(str(1 / 0))
+            case "nowhere":
+                self.pursue(PoseGoal(wTe=SE3(np.eye(3), np.array([np.nan, 0.0, 0.0]))))
+                return self.running("going nowhere")
+            case "interrupt":
+                os.kill(os.getpid(), signal.SIGINT)
+            case fault:
+                self.context.robot.inject(fault)
+        return self.success(self._kind)
+
+
+@pytest.fixture
+def record(tmp_path, monkeypatch):
+    """Runs a tree in the simulator and explains what it left."""
+    for leaf in (CloseFingers, Sabotage):
+        monkeypatch.setitem(behaviours.LEAVES, leaf.key, leaf)
+
+    def run(tree: str):
+        path = tmp_path / "toy.yaml"
+        path.write_text(HEAD + "".join(f"  {line}\n" for line in tree.strip().splitlines()))
+        result = run_task(RunOptions(tree=path, scene="single", record=tmp_path / "runs"))
+        told = explain(result.folder)
+        text = str(told)
+        assert told.outcome == result.outcome.end.value
+        assert told.node is not None
+        assert told.node.name in text
+        assert told.reason in text
+        return told, text
+
+    return run
+
+
+def test_a_pose_that_is_not_reached_in_time(record):
+    told, text = record("""
+sequence:
+  - wait: {duration_s: 0.1}
+  - navigate: {to: far, timeout_s: 0.4}
+""")
+    assert told.node.path == "sequence/navigate"
+    assert told.reason.startswith("not at far after 0.4 s")
+    assert told.since == pytest.approx(0.52, abs=0.03)
+    assert told.values["goal distance [m]"] > 39.0
+    assert "goal distance [m]" in text
+    assert "0.10 s  ✔ wait: waited" in text
+
+
+def test_an_empty_container(record):
+    told, _ = record("grasp: {within: floor, patience_s: 0.3}")
+    assert told.node.name == "grasp"
+    assert told.reason.startswith("no grasp for 0.3 s")
+
+
+def test_a_hand_that_came_back_empty(record):
+    told, _ = record("""
+sequence:
+  - close_fingers
+  - name: lift
+    retreat_check:
+""")
+    assert told.node.name == "lift"
+    assert told.reason == "the fingers closed on nothing"
+    assert told.values["fingers apart [mm]"] < 1.5
+
+
+def test_an_injected_fault_that_only_a_person_may_clear(record):
+    told, text = record("""
+fallback:
+  - name: the job
+    sequence:
+      - sabotage: {kind: emergency stop}
+      - navigate: {to: near}
+  - recover: {arm: ready}
+""")
+    assert told.node.path == "fallback/recover"
+    assert told.reason == ("emergency stop, injected: clear it by hand, then run the task again")
+    assert told.faults == ["emergency stop, injected"]
+    assert "✗ navigate: emergency stop, injected" in text
+    assert "! emergency stop, injected" in text
+
+
+def test_a_crash_in_a_leaf(record):
+    told, text = record("""
+sequence:
+  - name: first
+    wait: {duration_s: 0.05}
+  - name: clumsy
+    sabotage: {kind: crash}
+""")
+    assert told.node.path == "sequence/clumsy"
+    assert told.reason == "ZeroDivisionError: division by zero"
+    assert Path(__file__).name in told.code
+    assert "in update" in told.code
+    assert told.code in text
+
+
+def test_a_goal_that_is_not_a_number(record):
+    told, _ = record("""
+sequence:
+  - wait: {duration_s: 0.05}
+  - name: lost
+    sabotage: {kind: nowhere}
+""")
+    assert told.node.name == "lost"
+    assert "must be finite" in told.reason
+
+
+def test_an_interrupt(record):
+    told, text = record("""
+sequence:
+  - name: ctrl-c
+    sabotage: {kind: interrupt}
+  - navigate: {to: far}
+""")
+    assert told.outcome == "interrupted"
+    assert told.node.name == "navigate"
+    assert "It was interrupted by a person" in text
+
+
+def test_a_node_whose_time_was_over(record):
+    told, _ = record("""
+sequence:
+  - name: short job
+    timeout_s: 0.3
+    sequence:
+      - wait: {duration_s: 0.1}
+      - wait: {duration_s: 5}
+""")
+    assert told.node.kind == "timeout"
+    assert told.reason == "not done within 0.3 s (short job: wait: 4.8 s left)"
+
+
+def test_a_retry_that_gave_up(record):
+    told, text = record("""
+name: holding
+retry: 3
+holding_object:
+""")
+    assert told.node.path == "retry/holding"
+    assert "so the tree failed: gave up after attempt 3" in text
+
+
+def test_hardware_that_stops_answering(record, monkeypatch):
+    read, answers = SimRobot.read, iter(range(60))
+
+    def unplugged(robot):
+        if next(answers, None) is None:
+            raise HardwareError("the arm does not answer: check its cable")
+        return read(robot)
+
+    monkeypatch.setattr(SimRobot, "read", unplugged)
+    told, text = record("""
+sequence:
+  - wait: {duration_s: 0.2}
+  - navigate: {to: far}
+""")
+    assert told.outcome == "hardware fault"
+    assert told.node.path == "sequence/navigate"
+    assert told.reason == "the arm does not answer: check its cable"
+    assert "during navigate" in text
+
+
+def test_of_nodes_with_the_same_name_it_is_the_one_that_failed(record):
+    told, _ = record("""
+fallback:
+  - invert: true
+    name: check
+    wait: {duration_s: 0.02}
+  - sequence:
+      - name: check
+        wait: {duration_s: 0.02}
+      - name: check
+        holding_object:
+""")
+    assert told.node.path == "fallback/sequence/check 2"
+
+
+def test_of_nodes_with_the_same_name_it_is_the_one_that_crashed(record):
+    told, _ = record("""
+sequence:
+  - name: same
+    wait: {duration_s: 0.02}
+  - name: same
+    sabotage: {kind: crash}
+  - name: same
+    wait: {duration_s: 0.02}
+""")
+    assert told.node.path == "sequence/same 2"
+
+
+def test_a_success_is_told_with_what_went_wrong_on_the_way(tmp_path, record):
+    path = tmp_path / "toy.yaml"
+    path.write_text(HEAD + "  fallback:\n    - holding_object\n    - wait: {duration_s: 0.1}\n")
+    result = run_task(RunOptions(tree=path, scene="single", record=tmp_path / "runs"))
+    text = str(explain(result.folder))
+    assert "It succeeded: wait: waited" in text
+    assert "✗ holding_object" in text
+    assert "At that moment" not in text
+
+
+def test_a_run_whose_process_was_killed(tmp_path):
+    task = tmp_path / "toy.yaml"
+    task.write_text(
+        HEAD + "  sequence:\n    - wait: {duration_s: 0.1}\n    - navigate: {to: far}\n"
+    )
+    command = [sys.executable, "-m", "app.cli", "run", task, "--record", tmp_path / "runs"]
+    process = subprocess.Popen(
+        [*map(str, command), "--speed", "real", "--view", "none"],
+        stderr=subprocess.DEVNULL,
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])},
+    )
+    try:
+        deadline = time.monotonic() + 60.0
+        log = ""
+        while '"now", "time": 1' not in log and time.monotonic() < deadline:
+            time.sleep(0.1)
+            log = "".join(p.read_text() for p in tmp_path.glob("runs/*/events.jsonl"))
+    finally:
+        process.kill()
+        process.wait()
+    (folder,) = (tmp_path / "runs").iterdir()
+    with (folder / "events.jsonl").open("a") as file:
+        file.write('{"event": "node", "ti')  # a line that the kill cut off
+    told = explain(folder)
+    assert told.outcome == "unfinished"
+    assert told.node.name == "navigate"
+    assert told.time >= 1.0
+    assert "was killed" in str(told)
+
+
+def test_a_folder_without_events_is_refused(tmp_path):
+    with pytest.raises(NoEventsError, match=r"events\.jsonl"):
+        explain(tmp_path)
+
+
+def test_every_line_of_the_log_is_sound_json(tmp_path, record):
+    told, _ = record("holding_object")
+    lines = (told.record.folder / "events.jsonl").read_text().splitlines()
+    events = [json.loads(line) for line in lines]
+    assert events[0]["event"] == "begin"
+    assert events[-1]["event"] == "end"
+    assert [e["time"] for e in events] == sorted(e["time"] for e in events)
+
+
+def test_a_full_disk_ends_the_log_and_not_the_run(tmp_path):
+    nodes = nodes_in_order(Sequence("sequence", []))
+    with pytest.raises(FolderError, match="/dev/full: cannot be written"):
+        EventLog(Path("/dev/full"), "toy", nodes)
+    path = tmp_path / "events.jsonl"
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with EventLog(path, "toy", nodes) as log:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 20, limits[1]))
+        try:
+            log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
+            log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert log.error is not None
+    assert explain(tmp_path).story == []  # what there is can be read

@@ -1,0 +1,115 @@
+"""The commands about runs that are over, on runs that were really recorded."""
+
+import json
+import os
+import shutil
+
+import pytest
+from typer.testing import CliRunner
+
+from app.cli import app
+from app.core.launch import RunOptions, run_task
+from app.review.finished import UnknownRunError, find_run, run_folders
+
+GOOD = "task: good\ntree:\n  wait: {duration_s: 0.05}\n"
+BAD = "task: bad\ntree:\n  name: empty hand\n  holding_object:\n"
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Two runs, one that failed, and what a killed process leaves."""
+    root = tmp_path_factory.mktemp("recorded")
+    for text in (GOOD, BAD):
+        (root / "task.yaml").write_text(text)
+        run_task(RunOptions(tree=root / "task.yaml", scene="single", record=root / "runs"))
+    killed = root / "runs" / "2999-01-01-000000-killed"
+    shutil.copytree(run_folders(root / "runs")[-1], killed)
+    (killed / "summary.json").unlink()
+    (root / "runs" / "notes").mkdir()
+    return root / "runs"
+
+
+def call(*arguments: object) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+def test_the_list_tells_task_outcome_and_node_oldest_first(runs):
+    code, out, _ = call("runs", runs)
+    assert code == 0
+    rows = out.splitlines()[1:]
+    assert [row.split()[1:3] for row in rows] == [
+        ["good", "success"],
+        ["bad", "failure"],
+        ["killed", "unfinished"],
+    ]
+    assert "empty hand" in rows[1]
+    assert "0 of 1" in rows[1]
+
+
+def test_the_list_for_programs(runs):
+    code, out, _ = call("runs", runs, "--json")
+    assert code == 0
+    rows = json.loads(out)
+    assert [row["outcome"] for row in rows] == ["success", "failure", "unfinished"]
+    assert rows[1]["node"] == "empty hand"
+    assert rows[0]["duration_s"] >= 0.05
+    assert rows[2]["duration_s"] is None
+
+
+def test_an_empty_folder_has_no_runs(tmp_path):
+    code, _, err = call("runs", tmp_path)
+    assert code == 2
+    assert "no runs" in err
+
+
+def test_a_run_is_found_by_all_its_names(runs):
+    bad = run_folders(runs)[1]
+    for name in (str(bad), str(bad / "recording.rrd"), str(bad / "summary.json"), bad.name):
+        assert find_run(name, runs) == bad
+    assert find_run("last", runs).name.endswith("-killed")
+    with pytest.raises(UnknownRunError, match="no run"):
+        find_run("nothing", runs)
+    with pytest.raises(UnknownRunError, match="no run"):
+        find_run("notes", runs)
+
+
+def test_explain_on_the_command_line(runs):
+    code, out, _ = call("explain", run_folders(runs)[1].name, "--runs", runs)
+    assert code == 0
+    assert out.startswith("bad: failure after")
+    assert "empty hand (holding_object) failed at 0.00 s" in out
+
+
+@pytest.mark.parametrize("command", ["explain", "view", "export"])
+def test_an_unknown_run_is_one_line_with_exit_code_2(runs, tmp_path, command):
+    more = ["--lerobot", tmp_path / "out"] if command == "export" else []
+    code, out, err = call(command, "nothing", "--runs", runs, *more)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert "`last`" in err
+
+
+def test_view_without_a_screen_says_what_to_do(runs, monkeypatch):
+    for variable in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(variable, raising=False)
+    code, _, err = call("view", run_folders(runs)[0], "--runs", runs)
+    assert code == 2
+    assert "--web" in err
+
+
+def test_view_opens_the_recording_on_loopback_alone(runs, monkeypatch):
+    """What is started is the real viewer's command line; only the start is recorded."""
+    started = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(
+        "app.review.open_recording.os.execv", lambda program, command: started.append(command)
+    )
+    for name in (run_folders(runs)[0].name, run_folders(runs)[0] / "recording.rrd"):
+        assert call("view", name, "--runs", runs)[0] == 0
+    for command in started:
+        assert os.access(command[0], os.X_OK)
+        assert command[command.index("--bind") + 1] == "127.0.0.1"
+        assert command[-1].endswith("recording.rrd")

@@ -1,0 +1,72 @@
+"""Distances between the parts of the robot, and how they grow."""
+
+import numpy as np
+import pytest
+from motion import State, move, tool_pose
+from pinocchio import SE3
+
+from controller import READY, Command, HolisticController, PoseGoal, SelfCollision, robot_model
+
+FOLDED_INTO_BASE = np.array([0.0, 1.7, 0.0, -2.9, 0.0, 2.6, 0.78])
+
+
+@pytest.fixture(params=["frankie", "omni"])
+def model(request):
+    return robot_model(request.param)
+
+
+def test_the_ready_posture_is_well_clear(model):
+    assert SelfCollision(model).clearance(READY) > 0.1
+
+
+def test_a_hand_driven_into_the_base_is_in_contact(model):
+    assert SelfCollision(model).clearance(FOLDED_INTO_BASE) < 0.0
+
+
+def test_clearance_over_the_floor_is_the_height_of_the_lowest_finger_tip():
+    """Reaching down beside the base, hand vertical: 0.02 m of capsule below the finger line."""
+    model = robot_model("omni")
+    q = np.array([0.0, 1.25, 0.0, -1.3, 0.0, 2.6, 0.0])
+    bTe = model.bTe(q)
+    fingers = bTe * SE3(np.eye(3), np.array([0.0, 0.0, 0.10 - 0.1034]))
+    ends = [fingers.act(np.array([0.0, side, 0.0]))[2] for side in (-0.05, 0.05)]
+    assert SelfCollision(model).clearance(q) == pytest.approx(min(ends) - 0.02, abs=1e-6)
+
+
+def test_growth_of_a_distance_is_its_derivative(model):
+    rng, body, checked = np.random.default_rng(1), SelfCollision(model), 0
+    while checked < 30:
+        q = rng.uniform(model.limits.q_min, model.limits.q_max)
+        distance = body.clearance(q)
+        if not 0.01 < distance < 0.1:
+            continue
+        (nearest, *_) = sorted(body.near(q, 0.1), key=lambda pair: pair.distance)
+        assert nearest.distance == pytest.approx(distance)
+        move_by = rng.normal(size=7) * 1e-5
+        grown = (body.clearance(q + move_by) - body.clearance(q - move_by)) / 2.0
+        assert grown == pytest.approx(float(nearest.row @ move_by), abs=2e-7)
+        checked += 1
+
+
+def test_parts_far_from_each_other_are_not_mentioned_however_the_arm_got_there(model):
+    """Coal is not asked on every call: what it is asked must still suffice."""
+    rng, body = np.random.default_rng(2), SelfCollision(model)
+    q = READY.copy()
+    for _ in range(2000):
+        q = np.clip(q + rng.normal(size=7) * 0.02, model.limits.q_min, model.limits.q_max)
+        near = body.near(q, 0.05)
+        assert bool(near) == (SelfCollision.clearance(body, q) <= 0.05)
+
+
+@pytest.mark.parametrize("straight", [True, False])
+def test_the_hand_stops_before_the_floor_when_it_is_sent_through_it(model, straight):
+    controller, body = HolisticController(model), SelfCollision(model)
+    state, last = State(), Command.stop()
+    goal = PoseGoal(wTe=tool_pose(0.75, 0.0, -0.2), straight=straight)
+    for _ in range(500):
+        last, _ = controller.step(state, goal, last)
+        move(state, last)
+        assert body.clearance(state.q) > 0.0
+    if not straight:
+        return
+    assert model.wTe(state.wTb, state.q).translation[2] < 0.15

@@ -1,0 +1,157 @@
+"""A harness for one behaviour: the simulated robot, the real controller and gate, and a clock."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours import Context, Leaf, Region, Vision
+from controller import HolisticController, PoseGoal, robot_model
+from hw import Fault, FaultKind, RobotState, SimClock
+from hw.gate import Gate
+from hw.sim import Box, Geom, Plane, SimObject, World
+from hw.sim.robot import Dynamics, SimRobot
+from perception import GraspDetector
+
+TABLE_TOP = 0.5
+ON_TABLE = Region(
+    name="table",
+    wTr=SE3(np.eye(3), np.array([0.7, 0.0, TABLE_TOP + 0.1])),
+    size=np.array([0.4, 0.4, 0.2]),
+)
+
+
+@cache
+def detector() -> GraspDetector:
+    """The real one, loaded once."""
+    return GraspDetector()
+
+
+def block(
+    half=(0.02, 0.03, 0.025), x: float = 0.7, y: float = 0.0, name="block", mass: float = 0.1
+) -> SimObject:
+    """A wooden block standing on the table."""
+    return SimObject(
+        name=name,
+        parts=(Geom(Box(half), SE3.Identity(), name),),
+        mass=mass,
+        pose=SE3(np.eye(3), np.array([x, y, TABLE_TOP + half[2]])),
+    )
+
+
+def table_world(*objects: SimObject) -> World:
+    top = SE3(np.eye(3), np.array([0.8, 0.0, TABLE_TOP / 2]))
+    fixtures = [
+        Geom(Plane(), SE3.Identity(), "floor"),
+        Geom(Box((0.4, 0.4, TABLE_TOP / 2)), top, "table"),
+    ]
+    return World(fixtures, list(objects))
+
+
+def looking_down(x: float, y: float, z: float, yaw: float = 0.0) -> SE3:
+    return SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, yaw), np.array([x, y, z]))
+
+
+class Stubborn(SimRobot):
+    """The simulated robot with what can go wrong under the test's control."""
+
+    faults: tuple[Fault, ...] = ()
+    blind = False
+    stuck = False
+    incurable = False
+    restless = False
+
+    def read(self) -> RobotState:
+        state = super().read()
+        moving = state.gripper_moving or self.restless
+        return replace(state, faults=(*state.faults, *self.faults), gripper_moving=moving)
+
+    def recover(self) -> None:
+        super().recover()
+        if not self.incurable:
+            self.faults = tuple(fault for fault in self.faults if not fault.clearable)
+
+    def depth(self):
+        return None if self.blind else super().depth()
+
+    def send(self, command):
+        return super().send(
+            command if not self.stuck else replace(command, qd=np.zeros(7), base_twist=np.zeros(3))
+        )
+
+
+REFLEX = Fault(kind=FaultKind.REFLEX, text="the arm hit something", clearable=True)
+BUTTON = Fault(kind=FaultKind.EMERGENCY_STOP, text="emergency stop pressed", clearable=False)
+
+
+class Harness:
+    """Runs one leaf as the session would."""
+
+    def __init__(self, world: World | None = None, robot: str = "frankie") -> None:
+        self.clock = SimClock()
+        self.world = world or table_world()
+        slow_camera = Dynamics(frame_rate=10.0)  # rendering takes most of the time of a test
+        self.robot = Stubborn(
+            robot_model(robot), self.world, self.clock, seed=1, dynamics=slow_camera
+        )
+        self.controller = HolisticController(robot_model(robot))
+        self.gate = Gate(self.robot, self.controller.model.limits, 0.01)
+        self.context = Context(
+            robot=self.robot,
+            model=self.controller.model,
+            clock=self.clock,
+            vision=Vision(self.robot, detector()),
+            state=self.robot.read(),
+        )
+        self._ticks = 0
+
+    def tick(self, leaf: Leaf | None) -> None:
+        context = self.context
+        state = self.robot.read()
+        context.begin_tick(state)
+        if leaf is not None:
+            leaf.tick_once()
+        command, report = self.controller.step(state, context.goal, self.gate.applied)
+        self.gate.send(command, state, self.clock.now())
+        context.end_tick(report)
+        self._ticks += 1
+        self.clock.sleep_until(self._ticks * 0.01)
+
+    def reach(self, goal: PoseGoal) -> None:
+        """Bring the hand to a goal without any leaf."""
+        for _ in range(1500):
+            state = self.robot.read()
+            command, report = self.controller.step(state, goal, self.gate.applied)
+            self.gate.send(command, state, self.clock.now())
+            self._ticks += 1
+            self.clock.sleep_until(self._ticks * 0.01)
+            if report.arrived:
+                return
+        raise AssertionError(f"not there: {report}")
+
+    def reach_over(self, wTe: SE3) -> None:
+        """Bring the hand somewhere and let it come to rest."""
+        self.reach(PoseGoal(wTe=wTe))
+        self.run_for(None, 0.5)
+
+    def run(self, leaf: Leaf, seconds: float = 30.0) -> Status:
+        """Tick until the leaf ends; RUNNING if it does not in time."""
+        for _ in range(round(seconds * 100)):
+            self.tick(leaf)
+            if leaf.status is not Status.RUNNING:
+                break
+        return leaf.status
+
+    def run_for(self, leaf: Leaf | None, seconds: float) -> None:
+        for _ in range(round(seconds * 100)):
+            self.tick(leaf)
+
+    @property
+    def speed(self) -> float:
+        state = self.robot.read()
+        return float(max(np.abs(state.qd).max(), np.abs(state.base_twist).max()))

@@ -1,0 +1,177 @@
+"""The check of the hand, on hand-made height maps with known answers."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from pinocchio import SE3
+
+from perception.grasp_feasibility import DEPTHS, FLOOR_CLEARANCE, MAX_OPENING, PALM, TIP, assess
+from perception.height_map import CELL, HeightMap, height_map
+from perception.refine import refine
+
+FLOOR = 0.456
+SIZE = 241
+ORIGIN = np.array([-CELL * (SIZE // 2)] * 2)
+X, Y = np.meshgrid(ORIGIN[0] + CELL * np.arange(SIZE), ORIGIN[1] + CELL * np.arange(SIZE))
+
+Part = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def box(
+    x: float, y: float, long: float, wide: float, height: float, yaw_deg: float = 0.0
+) -> np.ndarray:
+    c, s = np.cos(np.deg2rad(yaw_deg)), np.sin(np.deg2rad(yaw_deg))
+    along, across = (X - x) * c + (Y - y) * s, -(X - x) * s + (Y - y) * c
+    return np.where((abs(along) <= long / 2) & (abs(across) <= wide / 2), height, 0.0)
+
+
+def ball(x: float, y: float, radius: float) -> np.ndarray:
+    inside = radius**2 - (X - x) ** 2 - (Y - y) ** 2
+    return np.where(inside > 0, radius + np.sqrt(np.maximum(inside, 0)), 0.0)
+
+
+def cone(radius: float, height: float) -> np.ndarray:
+    return np.maximum(height * (1.0 - np.hypot(X, Y) / radius), 0.0)
+
+
+def scene(*parts: np.ndarray) -> HeightMap:
+    heights = FLOOR + np.maximum.reduce(list(parts) or [np.zeros_like(X)])
+    return HeightMap(heights=heights.astype(np.float32), origin=ORIGIN)
+
+
+def judge(
+    where: HeightMap, direction_deg: float, x: float = 0.0, y: float = 0.0
+) -> dict[str, float]:
+    one = np.ones(1)
+    found = assess(where, x * one, y * one, np.deg2rad(direction_deg) * one, FLOOR)
+    return {name: float(getattr(found, name)[0]) for name in found.__dataclass_fields__}
+
+
+def test_across_a_box_is_good_and_along_it_is_too_wide() -> None:
+    where = scene(box(0, 0, 0.12, 0.04, 0.05, yaw_deg=30))
+    across = judge(where, 120)
+    assert across["score"] > 0.9
+    assert across["width"] == pytest.approx(0.04, abs=0.003)
+    assert across["top"] == pytest.approx(FLOOR + 0.05, abs=1e-4)
+    assert across["z"] == pytest.approx(FLOOR + 0.05 - DEPTHS[0], abs=1e-4)
+    assert judge(where, 30)["score"] == 0.0
+
+
+def test_no_grasp_is_too_deep_for_the_palm() -> None:
+    for height in (0.04, 0.07, 0.10):
+        found = judge(scene(box(0, 0, 0.04, 0.04, height)), 90)
+        assert found["z"] + PALM > FLOOR + height
+
+
+def test_round_things_are_grasped_deeper_than_upright_ones() -> None:
+    upright = judge(scene(box(0, 0, 0.05, 0.05, 0.05)), 0)
+    round_one = judge(scene(ball(0, 0, 0.03)), 0)
+    assert upright["z"] == pytest.approx(FLOOR + 0.05 - DEPTHS[0], abs=1e-4)
+    assert round_one["z"] <= FLOOR + 0.06 - DEPTHS[1] + 1e-4
+    assert round_one["score"] > 0.5
+
+
+def test_the_centre_moves_to_the_middle_between_the_contacts() -> None:
+    off = judge(scene(box(0, 0, 0.12, 0.04, 0.05)), 90, x=0.01, y=0.008)
+    assert off["y"] == pytest.approx(0.0, abs=0.0016)
+    assert off["x"] == pytest.approx(0.01, abs=1e-9)
+
+
+@pytest.mark.parametrize("skew_deg", [-15, 15])
+def test_the_turn_makes_the_closing_direction_square(skew_deg: float) -> None:
+    found = judge(scene(box(0, 0, 0.12, 0.04, 0.05)), 90 + skew_deg)
+    assert np.rad2deg(found["turn"]) == pytest.approx(-skew_deg, abs=4)
+
+
+def test_low_things_are_taken_just_above_the_floor() -> None:
+    found = judge(scene(box(0, 0, 0.1, 0.03, 0.02)), 90)
+    assert found["z"] == pytest.approx(FLOOR + FLOOR_CLEARANCE, abs=1e-4)
+    assert found["z"] - TIP > FLOOR
+    assert found["score"] > 0.5
+    assert judge(scene(box(0, 0, 0.1, 0.03, 0.005)), 90)["score"] == 0.0
+
+
+def test_a_ball_is_good_from_everywhere_and_a_flat_cone_from_nowhere() -> None:
+    for direction in (0, 37, 90):
+        assert judge(scene(ball(0, 0, 0.03)), direction)["score"] > 0.6
+        assert judge(scene(cone(0.035, 0.03)), direction)["score"] < 0.1
+
+
+def test_the_bare_floor_and_the_air_beside_an_object_are_nothing() -> None:
+    where = scene(box(0, 0, 0.1, 0.04, 0.05))
+    assert judge(scene(), 0)["score"] == 0.0
+    assert judge(where, 90, y=0.05)["score"] == 0.0
+
+
+@pytest.mark.parametrize(("gap", "fits"), [(0.010, False), (0.030, True)])
+def test_a_neighbour_must_leave_room_for_a_finger(gap: float, fits: bool) -> None:
+    neighbour = box(0, 0.02 + gap + 0.03, 0.1, 0.06, 0.05)
+    found = judge(scene(box(0, 0, 0.1, 0.04, 0.05), neighbour), 90)
+    assert (found["score"] > 0) == fits
+    if fits:
+        finger_outside = found["opening"] / 2 + 0.0158
+        assert finger_outside < 0.02 + gap
+        assert found["opening"] > found["width"] + 0.007
+
+
+def test_a_lone_object_is_approached_with_room_to_spare() -> None:
+    found = judge(scene(box(0, 0, 0.1, 0.04, 0.05)), 90)
+    assert found["width"] + 0.015 < found["opening"] <= MAX_OPENING
+
+
+def test_the_palm_stays_above_tall_neighbours_or_gives_up() -> None:
+    tall = box(0, 0.09, 0.04, 0.03, 0.06)
+    raised = judge(scene(box(0, 0, 0.1, 0.04, 0.04), tall), 90)
+    assert raised["z"] + PALM > FLOOR + 0.06
+    assert raised["score"] > 0
+    taller = box(0, 0.09, 0.04, 0.03, 0.10)
+    assert judge(scene(box(0, 0, 0.1, 0.04, 0.04), taller), 90)["score"] == 0.0
+    # Turned so that the palm is not above it, the same grasp works.
+    square = scene(box(0, 0, 0.04, 0.04, 0.04), taller)
+    assert judge(square, 90)["score"] == 0.0
+    assert judge(square, 0)["score"] > 0
+
+
+def test_a_wall_beside_the_fingers_counts_as_much_as_an_object() -> None:
+    wall = box(0, 0.05, 0.3, 0.006, 0.05)
+    assert judge(scene(box(0, 0.02, 0.1, 0.04, 0.03), wall), 90, y=0.02)["score"] == 0.0
+
+
+def test_refining_turns_a_bad_proposal_into_a_good_one() -> None:
+    where = scene(box(0.02, 0.01, 0.13, 0.04, 0.05, yaw_deg=20))
+    one = np.ones(1)
+    found = refine(where, 0.03 * one, 0.02 * one, np.deg2rad(65) * one, 0.8 * one, FLOOR)
+    turn = (np.rad2deg(found.direction[0]) - 110 + 90) % 180 - 90
+    assert abs(turn) < 8
+    off_axis = -(found.x[0] - 0.02) * np.sin(np.deg2rad(20)) + (found.y[0] - 0.01) * np.cos(
+        np.deg2rad(20)
+    )
+    assert abs(off_axis) < 0.002
+    assert (np.diff(found.score) <= 0).all()
+
+
+def test_refining_nothing_or_the_impossible_gives_nothing() -> None:
+    one = np.ones(1)
+    empty = np.zeros(0)
+    where = scene(box(0, 0, 0.2, 0.15, 0.05))
+    assert len(refine(where, 0 * one, 0 * one, 0 * one, one, FLOOR).score) == 0
+    assert len(refine(where, empty, empty, empty, empty, FLOOR).score) == 0
+
+
+def test_height_maps_of_a_tilted_camera_are_level() -> None:
+    """A plane seen obliquely is a level map at its height, whatever the depths."""
+    from hw import Intrinsics
+
+    camera = Intrinsics(width=200, height=200, fx=200.0, fy=200.0, cx=99.5, cy=99.5)
+    tilt = 0.3
+    rotation = np.diag([1.0, -1.0, -1.0]) @ np.array(
+        [[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]]
+    )
+    wTc = SE3(rotation, np.array([1.0, 2.0, 0.9]))
+    u, v = np.meshgrid(np.arange(200.0), np.arange(200.0))
+    rays = np.stack([(u - 99.5) / 200, (v - 99.5) / 200, np.ones_like(u)], -1) @ rotation.T
+    depth = ((FLOOR - 0.9) / rays[..., 2]).astype(np.float32)
+    found = height_map(depth, camera, wTc, u, v)
+    assert found.heights == pytest.approx(FLOOR, abs=1e-5)
+    assert np.asarray(found.at(np.array([1.0]), np.array([2.0])))[0] == pytest.approx(FLOOR)
