@@ -10,12 +10,13 @@ from rich.console import Console
 from app.commands.authoring import authoring
 from app.commands.bench import bench
 from app.commands.grasp import app as grasp
-from app.commands.refuse import find_tree, refuse
+from app.commands.refuse import RefusingGroup, find_tree
 from app.commands.review import explain, runs, view
 from app.commands.run import run
 from app.core.outcome import EXIT_BAD_INPUT
 
 app = typer.Typer(
+    cls=RefusingGroup,
     add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -35,17 +36,14 @@ def check(
     trees: Annotated[list[str], typer.Argument(help="Task files, or names of shipped tasks.")],
 ) -> None:
     """Name every mistake in task files; ends with exit code 2 if there is one."""
-    from trees.language import LeafError, Severity
+    from trees.language import Severity
     from trees.language import check as mistakes_in
 
     console = Console()
     errors = 0
     for tree in trees:
         path = find_tree(tree)
-        try:
-            mistakes = mistakes_in(path)
-        except LeafError as error:
-            refuse(str(error))
+        mistakes = mistakes_in(path)
         for mistake in mistakes:
             console.print(str(mistake), soft_wrap=True, highlight=False, markup=False)
         bad = sum(mistake.severity is Severity.ERROR for mistake in mistakes)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from config.errors import UserError, suggest
+
 Model = TypeVar("Model", bound=BaseModel)
 
 
-class ConfigError(Exception):
+class ConfigError(UserError):
     """A configuration file that cannot be used; the text says what, where and how to fix it."""
 
 
@@ -49,20 +49,13 @@ def read_config(path: Path, model: type[Model]) -> Model:
         raise ConfigError(f"{path}:{_explain(node, error.errors()[0], model)}") from error
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """The hint for an unknown word: the nearest known one, or all of them."""
-    words = list(known)
-    close = difflib.get_close_matches(word, words, n=1)
-    return f": did you mean {close[0]!r}?" if close else f": known are {', '.join(words)}"
-
-
 def _explain(root: yaml.Node | None, error: Any, model: type[BaseModel]) -> str:
     """One line for what pydantic objects to: where it stands, what is wrong, how to fix it."""
     location, kind = error["loc"], error["type"]
     line, column, holder = _locate(root, location)
     where = f"{line}:{column}: {'.'.join(str(key) for key in location) or 'the file'}"
     if kind == "extra_forbidden":
-        return f"{where}: unknown key{did_you_mean(str(location[-1]), _keys(model, location[:-1]))}"
+        return f"{where}: unknown key; {suggest(str(location[-1]), _keys(model, location[:-1]))}"
     if kind == "missing":
         return f"{where}: is missing: add it under {holder}"
     message = error["msg"].removeprefix("Value error, ")

@@ -1,5 +1,7 @@
 """What the maps of the networks mean, for those that make them and those that read them."""
 
+from config import UserError
+
 SIZE = 300
 """Side of the square that a network sees [px]."""
 STRIDE = 3
@@ -12,5 +14,5 @@ WIDTH_SCALE = 150.0
 """A width map is the opening in network pixels divided by this, as published."""
 
 
-class WeightsError(Exception):
+class WeightsError(UserError):
     """Weights that are missing or do not fit the network; the text says how to fix it."""

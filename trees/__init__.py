@@ -5,15 +5,16 @@ Each `*.yaml` here is a task; wherever a tree is asked for, its name stands for 
 
 from __future__ import annotations
 
-import difflib
 from pathlib import Path
+
+from config import UserError, quoted, suggest
 
 __all__ = ["UnknownTreeError", "find", "shipped", "shipped_names"]
 
 _FOLDER = Path(__file__).parent
 
 
-class UnknownTreeError(Exception):
+class UnknownTreeError(UserError):
     """No tree goes by this name; the text lists those that there are."""
 
 
@@ -31,10 +32,8 @@ def shipped(name: str) -> Path:
     names = shipped_names()
     if name in names:
         return _FOLDER / f"{name}.yaml"
-    close = difflib.get_close_matches(name, names, n=1)
-    near = f"did you mean `{close[0]}`? " if close else ""
-    known = ", ".join(f"`{known}`" for known in names)
-    raise UnknownTreeError(f"no tree is called `{name}`; {near}give a file or one of {known}")
+    hint = f"{suggest(name, names)} Give a file or one of {quoted(names)}"
+    raise UnknownTreeError(f"no tree is called `{name}`; {hint}")
 
 
 def find(tree: str) -> Path:

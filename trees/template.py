@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from config import UserError
 from trees.language.registry import describe_leaves, known_leaves
 from trees.language.tables import WORD
 from trees.schema import SCHEMA_FILE, schema_text
@@ -36,7 +37,7 @@ tree:
 """
 
 
-class BadNameError(Exception):
+class BadNameError(UserError):
     """A task cannot be called this; the text says what it can be called."""
 
 

@@ -6,7 +6,6 @@ node runs after which outcome, what is attempted again, what the task comes to.
 
 from __future__ import annotations
 
-import difflib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -19,6 +18,7 @@ from py_trees.common import Status
 from app.core.outcome import End, Outcome
 from app.core.session import failed_node
 from behaviours.named import Key
+from config import UserError, quoted, suggest
 from hw.clock import SimClock
 from trees.language import Task, build, load, nodes_in_order
 from trees.language.registry import SET
@@ -42,7 +42,7 @@ _MOST_SHOWN = 200
 """So many lines a person reads."""
 
 
-class ScriptError(Exception):
+class ScriptError(UserError):
     """An outcome cannot be scripted; the text says why and what would do."""
 
 
@@ -144,12 +144,8 @@ def read_script(given: Sequence[str], task: Task) -> Script:
             example = "for example --outcome grasp=failure,success"
             raise ScriptError(f"--outcome {text}: write a node and its outcomes, {example}")
         if word not in words:
-            close = difflib.get_close_matches(word, words, n=1)
-            near = f"did you mean `{close[0]}`? " if close else ""
-            known = ", ".join(f"`{known}`" for known in words)
-            raise ScriptError(
-                f"--outcome {text}: the tree has no leaf `{word}`; {near}there are {known}"
-            )
+            hint = f"{suggest(word, words)} The tree has {quoted(words)}"
+            raise ScriptError(f"--outcome {text}: the tree has no leaf `{word}`; {hint}")
         outcomes[word] = [_outcome(one.strip(), text) for one in listed.split(",")]
     return Script(outcomes)
 

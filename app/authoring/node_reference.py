@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from config import UserError, suggest
 from trees.language.registry import (
     SET,
     LeafType,
@@ -25,7 +25,7 @@ _LANGUAGE = {
 }
 
 
-class UnknownWordError(Exception):
+class UnknownWordError(UserError):
     """Nothing goes by this name; the text suggests what does."""
 
 
@@ -66,10 +66,8 @@ def show_one(name: str, console: Console) -> None:
         },
     }
     if name not in said:
-        known = sorted({*leaves, *said})
-        close = difflib.get_close_matches(name, known, n=1)
-        near = f"did you mean `{close[0]}`? " if close else ""
-        raise UnknownWordError(f"no node is called `{name}`; {near}`frankie-task nodes` lists all")
+        hint = suggest(name, {*leaves, *said})
+        raise UnknownWordError(f"no node is called `{name}`; {hint} `frankie-task nodes` lists all")
     console.print(Text(name, style="bold"))
     console.print(Text(said[name]), soft_wrap=True)
     if name in COMPOSITES and COMPOSITES[name].options:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -34,16 +32,12 @@ def nodes(
     name: Annotated[str | None, typer.Argument(help="One of them, in full.")] = None,
 ) -> None:
     """What a task can be made of: leaves, composites, modifiers, with their parameters."""
-    from app.authoring.node_reference import UnknownWordError, show_all, show_one
+    from app.authoring.node_reference import show_all, show_one
 
-    with _bad_task():
-        if name is None:
-            show_all(Console())
-            return
-        try:
-            show_one(name, Console())
-        except UnknownWordError as error:
-            refuse(str(error))
+    if name is None:
+        show_all(Console())
+        return
+    show_one(name, Console())
 
 
 @authoring.command()
@@ -56,8 +50,7 @@ def draw(
     from trees.draw import FORMATS, boxes
     from trees.language import load
 
-    with _bad_task():
-        task = load(find_tree(tree), open_parameters=True)
+    task = load(find_tree(tree), open_parameters=True)
     _deliver(FORMATS[picture.value](boxes(task.root)), output)
 
 
@@ -67,8 +60,7 @@ def schema(output: Output = None) -> None:
     from trees.language.registry import describe_leaves, known_leaves
     from trees.schema import schema_text
 
-    with _bad_task():
-        text = schema_text(describe_leaves(known_leaves()))
+    text = schema_text(describe_leaves(known_leaves()))
     _deliver(text, output)
 
 
@@ -78,13 +70,9 @@ def new(
     folder: Annotated[Path, typer.Option("--folder", help="Where to put it.")] = Path("."),
 ) -> None:
     """Begin a task: a commented file that runs as it is, and the schema for the editor."""
-    from trees.template import BadNameError, new_files
+    from trees.template import new_files
 
-    with _bad_task():
-        try:
-            files = new_files(name)
-        except BadNameError as error:
-            refuse(str(error))
+    files = new_files(name)
     task, *helpers = [folder / file for file in files]
     if task.exists():
         refuse(f"{task}: is there already; choose another name, or remove it first")
@@ -119,19 +107,15 @@ def export(
     from trees.btcpp import export_xml
     from trees.language import load
 
-    with _bad_task():
-        text = export_xml(load(find_tree(what[0]), open_parameters=True))
+    text = export_xml(load(find_tree(what[0]), open_parameters=True))
     _deliver(text, output)
 
 
 def _export_runs(names: list[str], folder: Path, runs: Path, fps: int) -> None:
     from app.commands.review import find
-    from app.export.lerobot import ExportError, export_lerobot
+    from app.export.lerobot import export_lerobot
 
-    try:
-        frames = export_lerobot([find(name, runs) for name in names], folder, fps)
-    except ExportError as error:
-        refuse(str(error))
+    frames = export_lerobot([find(name, runs) for name in names], folder, fps)
     typer.echo(f"{folder}: {len(names)} episodes, {frames} frames")
 
 
@@ -145,8 +129,7 @@ def import_tree(
     """Task files from XML of BehaviorTree.CPP 4: one a tree; what has no counterpart is refused."""
     from trees.btcpp import import_xml
 
-    with _bad_task():
-        texts = import_xml(file)
+    texts = import_xml(file)
     if folder is None and len(texts) > 1:
         refuse(f"{file}: has {len(texts)} trees, each a file; say where they go: --folder DIR")
     paths = [folder / name if folder else None for name in texts]
@@ -155,17 +138,6 @@ def import_tree(
             refuse(f"{path}: is there already; choose another folder, or remove it first")
     for path, text in zip(paths, texts.values(), strict=True):
         _deliver(text, path)
-
-
-@contextmanager
-def _bad_task() -> Iterator[None]:
-    """Refuse with the text of a diagnostic in a task file, or in a leaf of another package."""
-    from trees.language import LeafError, TaskFileError
-
-    try:
-        yield
-    except (LeafError, TaskFileError) as error:
-        refuse(str(error))
 
 
 def _deliver(text: str, output: Path | None) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from app.commands.refuse import bad_input, find_tree, refuse
+from app.commands.refuse import find_tree, refuse
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -141,10 +141,9 @@ def reach(
     from math import radians
 
     from app.lab.bench.contenders import Contender
-    from app.lab.bench.goals import GoalFileError, generate, load_goals
+    from app.lab.bench.goals import generate, load_goals
     from app.lab.bench.reach import SWEEPS, Conditions, reach_json, reach_notes, reach_table
     from app.lab.machine import machine
-    from app.lab.workers import ClusterError
 
     conditions = Conditions(
         limit=limit,
@@ -155,22 +154,19 @@ def reach(
     workers = workers or os.cpu_count() or 1
     _check_writable(json)
     rows = []
-    try:
-        given = load_goals(goals) if goals else None
-        for name in _robots(robot):
-            for speed in _speeds(preset, base_speed):
-                for changes in SWEEPS[sweep.value] if sweep else ((),):
-                    contender = Contender(
-                        robot=name,
-                        preset=preset.value,
-                        base_speed=speed,
-                        period=period,
-                        changes=changes,
-                    )
-                    targets = given or generate(contender.model(), count, seed)
-                    rows.append(_reach(contender, conditions, targets, workers, cluster))
-    except (GoalFileError, ClusterError) as error:
-        refuse(str(error))
+    given = load_goals(goals) if goals else None
+    for name in _robots(robot):
+        for speed in _speeds(preset, base_speed):
+            for changes in SWEEPS[sweep.value] if sweep else ((),):
+                contender = Contender(
+                    robot=name,
+                    preset=preset.value,
+                    base_speed=speed,
+                    period=period,
+                    changes=changes,
+                )
+                targets = given or generate(contender.model(), count, seed)
+                rows.append(_reach(contender, conditions, targets, workers, cluster))
     console = _console()
     console.print(reach_table(rows))
     for line in reach_notes(rows):
@@ -231,12 +227,9 @@ def poses(
         if name not in POSES:
             refuse(f"--pose {name}: the poses are {', '.join(POSES)}")
     if plot is not None:
-        from app.lab.bench.plots import PlotError, make_plots, require
+        from app.lab.bench.plots import make_plots, require
 
-        try:
-            require(plot)
-        except PlotError as error:
-            refuse(str(error))
+        require(plot)
     tolerances = (tolerance_mm / 1e3, radians(tolerance_deg))
     speeds: Sequence[float | None] = base_speed or [1.5 if preset is Preset.FRANKIE else None]
     ours = [
@@ -275,7 +268,6 @@ def step(
     """Time of one step on the way to seeded goals: ours, the paper's, the published example's."""
     from app.lab.bench.contenders import Contender
     from app.lab.bench.goals import generate
-    from app.lab.bench.published import RivalError
     from app.lab.bench.step import step_json, step_notes, step_table, time_steps
     from app.lab.machine import machine
 
@@ -283,12 +275,9 @@ def step(
     results = []
     for name in _robots(robot):
         goals = generate(Contender(robot=name).model(), 100, seed)
-        try:
-            results.append(
-                time_steps(name, goals, steps=steps, against_rtb=versus is Rival.RTB, seed=seed)
-            )
-        except RivalError as error:
-            refuse(str(error))
+        results.append(
+            time_steps(name, goals, steps=steps, against_rtb=versus is Rival.RTB, seed=seed)
+        )
     console = _console()
     console.print(step_table(results))
     for result in results:
@@ -352,13 +341,12 @@ def bench_pick_place(
     if not (first.isdigit() and (last.isdigit() or not dash)):
         refuse(f"--seeds {seeds}: give the first and the last seed, for example 0-4")
     _check_writable(json_file)
-    with bad_input():
-        options = RunOptions(tree=find_tree(tree), robot=robot.value, scene=scene, record=record)
-        summaries = pick_place.bench_pick_place(
-            options,
-            range(int(first), int(last or first) + 1),
-            lambda summary: summary.show(Console(stderr=True)),
-        )
+    options = RunOptions(tree=find_tree(tree), robot=robot.value, scene=scene, record=record)
+    summaries = pick_place.bench_pick_place(
+        options,
+        range(int(first), int(last or first) + 1),
+        lambda summary: summary.show(Console(stderr=True)),
+    )
     _console().print(pick_place.pick_place_table(summaries))
     _keep(json_file, pick_place.pick_place_json(summaries))
 
@@ -375,7 +363,7 @@ def watch(
 
     _check_writable(json)
     path = find_tree(tree)
-    with bad_input(), progress("watch", len(watching.Watcher)) as advance:
+    with progress("watch", len(watching.Watcher)) as advance:
         results = watching.bench_watch(path, seconds, lambda: advance(False))
     _console().print(watching.watch_table(results))
     _keep(json, watching.watch_json(results))

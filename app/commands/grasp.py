@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from app.commands.refuse import bad_input, refuse
+from app.commands.refuse import refuse
 
 app = typer.Typer(no_args_is_help=True, help="The grasp networks: train, judge, look.")
 
@@ -30,14 +30,13 @@ def train(
     from app.lab.grasps.train import make_weights
 
     console = Console(stderr=True)
-    with bad_input():
-        out = make_weights(
-            read_recipe(recipe),
-            folder,
-            workers=workers or os.cpu_count() or 1,
-            device=device,
-            console=console,
-        )
+    out = make_weights(
+        read_recipe(recipe),
+        folder,
+        workers=workers or os.cpu_count() or 1,
+        device=device,
+        console=console,
+    )
     typer.echo(str(out))
 
 
@@ -76,14 +75,13 @@ def evaluate(
         if file is not None and not file.parent.is_dir():
             refuse(f"{file}: there is no folder {file.parent}; make it first")
     proposing = Proposing(weights=weights, network=network)
-    with bad_input():
-        evaluation = measure(
-            proposing,
-            images=images,
-            objects=objects,
-            cornell=cornell,
-            workers=workers or os.cpu_count() or 1,
-        )
+    evaluation = measure(
+        proposing,
+        images=images,
+        objects=objects,
+        cornell=cornell,
+        workers=workers or os.cpu_count() or 1,
+    )
     Console().print(table(evaluation))
     typer.echo(f"perception step: {evaluation.step_median_ms:.1f} ms of one core (median)")
     if json is not None:
@@ -116,12 +114,11 @@ def show(
     from app.lab.grasps.show import show_grasps
     from perception import GraspDetector
 
-    with bad_input():
-        told = show_grasps(
-            image,
-            out or image.with_name(f"{image.stem}_grasps.png"),
-            focal=focal,
-            at=at,
-            detector=GraspDetector(weights, network),
-        )
+    told = show_grasps(
+        image,
+        out or image.with_name(f"{image.stem}_grasps.png"),
+        focal=focal,
+        at=at,
+        detector=GraspDetector(weights, network),
+    )
     typer.echo(told)

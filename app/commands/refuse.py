@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import typer
 from rich.console import Console
+from typer.core import TyperGroup
 
 from app.core.outcome import EXIT_BAD_INPUT
+from config import UserError
 
 
 def refuse(message: str) -> NoReturn:
@@ -19,42 +19,23 @@ def refuse(message: str) -> NoReturn:
     raise typer.Exit(EXIT_BAD_INPUT)
 
 
-@contextmanager
-def bad_input() -> Iterator[None]:
-    """Refuse with the text of any error that a person can hint."""
-    from app.core.folder import FolderError
-    from app.live.monitor import RecorderError, ViewError
-    from app.live.operator import UnknownNodeError
-    from app.live.operator.console import GrootError, NoControlError, PageError
-    from config.reader import ConfigError
-    from hw.sim import SceneError
-    from perception import WeightsError
-    from trees.language import LeafError, TaskFileError
+class RefusingGroup(TyperGroup):
+    """Commands whose user errors end as one line, whichever room raises them."""
 
-    try:
-        yield
-    except (
-        ConfigError,
-        FolderError,
-        GrootError,
-        LeafError,
-        NoControlError,
-        PageError,
-        RecorderError,
-        SceneError,
-        TaskFileError,
-        UnknownNodeError,
-        ViewError,
-        WeightsError,
-    ) as error:
-        refuse(str(error))
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command; a `UserError` is refused."""
+        try:
+            return super().invoke(ctx)
+        except UserError as error:
+            refuse(str(error))
 
 
 def find_tree(tree: str) -> Path:
-    """The file of a task that is given by path or name; refuses what is neither."""
-    from trees import UnknownTreeError, find
+    """The file of a task that is given by path or name.
 
-    try:
-        return find(tree)
-    except UnknownTreeError as error:
-        refuse(str(error))
+    Raises:
+        UnknownTreeError: it is neither.
+    """
+    from trees import find
+
+    return find(tree)

@@ -19,12 +19,9 @@ Runs = Annotated[Path, typer.Option("--runs", help="Where the runs are.")]
 
 def find(run: str, runs: Path) -> Path:
     """The folder of a run; refuses what is none."""
-    from app.review.finished import UnknownRunError, find_run
+    from app.review.finished import find_run
 
-    try:
-        return find_run(run, runs)
-    except UnknownRunError as error:
-        refuse(str(error))
+    return find_run(run, runs)
 
 
 def runs(
@@ -50,24 +47,16 @@ def view(
 ) -> None:
     """Open the recording of a run in the Rerun viewer."""
     from app.core.folder import RECORDING
-    from app.live.monitor import ViewError
     from app.review.open_recording import replay
 
     path = Path(run)
     recording = path if path.suffix == ".rrd" else find(run, runs) / RECORDING
-    try:
-        replay(recording, web=web, say=lambda text: typer.echo(text, err=True))
-    except ViewError as error:
-        refuse(str(error))
+    replay(recording, web=web, say=lambda text: typer.echo(text, err=True))
 
 
 def explain(run: Run = "last", runs: Runs = Path("runs")) -> None:
     """Say in words why a run ended as it did: which node, when, and the values that mattered."""
-    from app.review.explain import NoEventsError
     from app.review.explain import explain as explained
 
-    try:
-        text = str(explained(find(run, runs)))
-    except NoEventsError as error:
-        refuse(str(error))
+    text = str(explained(find(run, runs)))
     Console().print(text, soft_wrap=True, highlight=False, markup=False)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from app.commands.refuse import bad_input, find_tree, refuse
+from app.commands.refuse import find_tree, refuse
 from app.core.outcome import EXIT_BAD_INPUT
 
 if TYPE_CHECKING:
@@ -117,36 +117,33 @@ def run(
     from app.live.monitor import View, ViewOptions
     from app.live.operator.console import ControlOptions
 
-    with bad_input():
-        options = RunOptions(
-            tree=find_tree(tree),
-            robot=robot.value,
-            scene=scene,
-            seed=seed,
-            parameters=parameters,
-            paced=speed is Speed.REAL,
-            record=record,
-            weights=weights,
-            network=network,
-            view=ViewOptions(
-                view=View(view.value), host=view_host, port=view_port, web_port=web_port
-            ),
-            control=ControlOptions(
-                page=control,
-                page_port=control_port,
-                paused=paused,
-                breaks=tuple(stop_before or ()),
-                groot=groot2,
-                groot_port=groot2_port,
-            ),
-        )
-        if watch:
-            from app.core.on_save import run_on_save
+    options = RunOptions(
+        tree=find_tree(tree),
+        robot=robot.value,
+        scene=scene,
+        seed=seed,
+        parameters=parameters,
+        paced=speed is Speed.REAL,
+        record=record,
+        weights=weights,
+        network=network,
+        view=ViewOptions(view=View(view.value), host=view_host, port=view_port, web_port=web_port),
+        control=ControlOptions(
+            page=control,
+            page_port=control_port,
+            paused=paused,
+            breaks=tuple(stop_before or ()),
+            groot=groot2,
+            groot_port=groot2_port,
+        ),
+    )
+    if watch:
+        from app.core.on_save import run_on_save
 
-            result = run_on_save(options, show=lambda result: _show(result, as_json), say=_say)
-        else:
-            result = run_task(options)
-            _show(result, as_json)
+        result = run_on_save(options, show=lambda result: _show(result, as_json), say=_say)
+    else:
+        result = run_task(options)
+        _show(result, as_json)
     raise typer.Exit(result.outcome.end.exit_code if result else EXIT_BAD_INPUT)
 
 
@@ -179,12 +176,8 @@ def _run_dry(
     tree: Path, parameters: dict[str, str], outcomes: list[str], ticks: int, as_json: bool
 ) -> int:
     """Run a task without a robot, say what happened; returns the exit code."""
-    from app.authoring.dry import ScriptError, dry_run
-    from trees.language import LeafError, TaskFileError
+    from app.authoring.dry import dry_run
 
-    try:
-        result = dry_run(tree, outcomes=outcomes, overrides=parameters, most_ticks=ticks)
-    except (LeafError, ScriptError, TaskFileError) as error:
-        refuse(str(error))
+    result = dry_run(tree, outcomes=outcomes, overrides=parameters, most_ticks=ticks)
     typer.echo(result.to_json() if as_json else result.to_text())
     return result.outcome.end.exit_code

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from config import UserError
+
 RECORDING = "recording.rrd"
 SUMMARY = "summary.json"
 BT_LOG = "tree.btlog"
@@ -24,7 +26,7 @@ STATES = "states.npy"
 positions (7) and velocities (7), width between the fingers [m]."""
 
 
-class FolderError(Exception):
+class FolderError(UserError):
     """The folder of a run cannot be made."""
 
 

@@ -19,6 +19,7 @@ import yaml
 
 from app.core.folder import COMMANDS, STATES
 from app.review.finished import read_run
+from config import UserError
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -47,7 +48,7 @@ _PATTERN = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 Array = npt.NDArray[Any]
 
 
-class ExportError(Exception):
+class ExportError(UserError):
     """Runs cannot be exported; the text says which and why."""
 
 

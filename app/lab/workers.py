@@ -8,6 +8,8 @@ from importlib import import_module
 from multiprocessing import get_context
 from typing import TypeVar
 
+from config import UserError
+
 T = TypeVar("T")
 R = TypeVar("R")
 
@@ -15,7 +17,7 @@ _BATCH = 5
 """Pieces of work that are sent together."""
 
 
-class ClusterError(Exception):
+class ClusterError(UserError):
     """The cluster cannot be used."""
 
 

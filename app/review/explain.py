@@ -13,12 +13,13 @@ from pathlib import Path
 from app.core.events import EVENTS, Event, read_events
 from app.core.outcome import End
 from app.review.finished import UNFINISHED, RunRecord, read_run
+from config import UserError
 
 _MOST_LINES = 40
 """A longer story is shortened in its middle."""
 
 
-class NoEventsError(Exception):
+class NoEventsError(UserError):
     """A run has no log of events."""
 
 

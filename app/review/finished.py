@@ -11,6 +11,7 @@ from typing import Any
 from rich.table import Table
 
 from app.core.folder import RECORDING, SUMMARY
+from config import UserError
 
 RUNS = Path("runs")
 """Where `frankie-task run` keeps them unless told otherwise."""
@@ -22,7 +23,7 @@ UNFINISHED = "unfinished"
 _STAMP = len("2026-01-31-235959")
 
 
-class UnknownRunError(Exception):
+class UnknownRunError(UserError):
     """There is no such run; the text says where was looked."""
 
 

@@ -10,9 +10,9 @@ from hw.sim.layout import load_scene
 from hw.sim.noise import D435Noise
 from hw.sim.render import DepthRenderer
 from hw.sim.scene import SceneError, scene_names
-from hw.sim.shapes import Box, Capsule, Cylinder, Geom, Plane, Sphere
 from hw.sim.sim_object import SimObject
 from hw.sim.world import GraspOutcome, World
+from robots.shapes import Box, Capsule, Cylinder, Geom, Plane, Sphere
 
 __all__ = [
     "Box",

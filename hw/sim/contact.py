@@ -14,7 +14,7 @@ import coal
 import numpy as np
 from pinocchio import SE3
 
-from hw.sim.shapes import Array, Geom, coal_geometry, half_extents
+from robots.shapes import Array, Geom, coal_geometry, half_extents
 
 TOUCH = 2e-5
 """A gap of less than this is a touch [m]."""

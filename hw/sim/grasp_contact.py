@@ -19,8 +19,8 @@ from pinocchio import SE3, exp3
 
 from hw.sim.contact import patch, separation, travel
 from hw.sim.hand import SIDES, TIP, pad
-from hw.sim.shapes import Array, Geom
 from hw.sim.sim_object import SimObject
+from robots.shapes import Array, Geom
 
 GRAVITY = 9.81
 """[m/s²]."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from pinocchio import SE3
 
-from hw.sim.shapes import Box, Geom
+from robots.shapes import Box, Geom
 
 TIP = 0.008
 """How far the pads reach beyond the grasp centre along the approach [m]."""

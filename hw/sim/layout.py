@@ -22,9 +22,9 @@ from hw.sim.scene import (
     Table,
     read_scene,
 )
-from hw.sim.shapes import Box, Colour, Geom, Plane
 from hw.sim.sim_object import Motion, SimObject
 from hw.sim.world import World
+from robots.shapes import Box, Colour, Geom, Plane
 
 GAP = 0.006
 """Objects lie at least this far apart [m] ..."""

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 from hw.interfaces import Intrinsics
-from hw.sim.shapes import Box, Capsule, Cylinder, Geom, Plane, Shape, Sphere, half_extents
+from robots.shapes import Box, Capsule, Cylinder, Geom, Plane, Shape, Sphere, half_extents
 
 Image: TypeAlias = npt.NDArray[np.float32]
 Ids: TypeAlias = npt.NDArray[np.int16]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field, field_validator
 
-from config.reader import ConfigError, StrictModel, did_you_mean, read_config
+from config import ConfigError, StrictModel, UserError, quoted, read_config, suggest
 from hw.sim.objects import HOUSEHOLD, KINDS
 
 SCENES = Path(__file__).parent / "scenes"
@@ -18,7 +17,7 @@ Length = Annotated[float, Field(gt=0.0, le=10.0)]
 Coordinate = Annotated[float, Field(ge=-50.0, le=50.0)]
 
 
-class SceneError(Exception):
+class SceneError(UserError):
     """A scene cannot be found, read or filled; the text says what, where and how to fix it."""
 
 
@@ -73,7 +72,7 @@ class Objects(StrictModel):
     def _known(cls, kinds: tuple[str, ...]) -> tuple[str, ...]:
         for kind in kinds:
             if kind not in KINDS:
-                raise ValueError(f"no kind of object {kind!r}{did_you_mean(kind, KINDS)}")
+                raise ValueError(f"no kind of object {kind!r}; {suggest(kind, KINDS)}")
         return kinds
 
     @field_validator("width_mm", "mass_g")
@@ -154,9 +153,7 @@ def _find(scene: str | Path) -> Path:
     if shipped.is_file():
         return shipped
     names = scene_names()
-    close = difflib.get_close_matches(str(scene), names, n=1)
-    hint = f": did you mean {close[0]!r}?" if close else "."
     raise SceneError(
-        f"no scene {str(scene)!r}{hint} Shipped are {', '.join(names)}; "
-        "the path of a scene file will do too"
+        f"no scene is called `{scene}`; {suggest(str(scene), names)} "
+        f"Shipped are {quoted(names)}; the path of a scene file will do too"
     )

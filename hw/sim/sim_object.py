@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from pinocchio import SE3
 
-from hw.sim.shapes import Array, Geom, bounding_radius, reach
+from robots.shapes import Array, Geom, bounding_radius, reach
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

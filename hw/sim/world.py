@@ -11,8 +11,8 @@ from pinocchio import SE3
 from hw.sim.contact import TOUCH, Vicinity, separation, travel
 from hw.sim.grasp_contact import Reason, squeeze
 from hw.sim.hand import CENTRE, RADIUS, hand_shapes
-from hw.sim.shapes import Geom
 from hw.sim.sim_object import SimObject
+from robots.shapes import Geom
 
 HAND_TOLERANCE = 0.002
 """The hand may press into things this deep before it counts as a collision [m] ..."""

@@ -22,7 +22,7 @@ from hw.sim import (
 )
 from hw.sim.contact import separation
 from hw.sim.hand import hand_shapes
-from hw.sim.shapes import Shape
+from robots.shapes import Shape
 
 FLOOR = Geom(Plane(), SE3.Identity(), "floor")
 TURNED_DOWN = np.diag([1.0, -1.0, -1.0])

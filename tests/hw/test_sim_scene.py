@@ -19,7 +19,7 @@ from hw.sim.objects import (
     WORKSHOP,
     make_object,
 )
-from hw.sim.shapes import reach
+from robots.shapes import reach
 
 GOOD = """\
 container:
@@ -197,18 +197,18 @@ def test_widths_and_kinds_are_kept_to(tmp_path: Path) -> None:
 
 def test_an_unknown_scene_is_told_which_there_are() -> None:
     with pytest.raises(
-        SceneError, match=r"no scene 'houshold': did you mean 'household'\?"
+        SceneError, match=r"no scene is called `houshold`; did you mean `household`\?"
     ) as told:
         load_scene("houshold", 0)
-    assert "household, inspect, single" in str(told.value)
+    assert "`household`, `inspect`, `single`" in str(told.value)
 
 
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        (GOOD.replace("count", "cuont"), "6:3: objects.cuont: unknown key: did you mean 'count'?"),
+        (GOOD.replace("count", "cuont"), "6:3: objects.cuont: unknown key; did you mean `count`?"),
         (GOOD.replace("count: 2", "count: -1"), "6:3: objects.count: input should be greater"),
-        (GOOD.replace("count: 2", "kinds: [bal]"), "no kind of object 'bal': did you mean 'ball'?"),
+        (GOOD.replace("count: 2", "kinds: [bal]"), "no kind of object 'bal'; did you mean `ball`?"),
         (
             GOOD.replace("count: 2", "width_mm: [70, 15]"),
             "6:3: objects.width_mm: give the smallest",
@@ -228,7 +228,7 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
         ),
         (
             GOOD + "side_tables:\n  - {name: a, centre: [0, 0], objects: {}, high: 1}\n",
-            "8:44: side_tables.0.high: unknown key: did you mean 'height'?",
+            "8:44: side_tables.0.high: unknown key; did you mean `height`?",
         ),
         (
             GOOD + "side_tables:\n  - {name: table, centre: [0, 0], objects: {}}\n",
@@ -253,7 +253,7 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
         ),
     ],
 )
-def test_a_bad_scene_is_told_where_and_how_to_mend_it(text: str, told: str, tmp_path: Path) -> None:
+def test_a_bad_scene_is_told_where_and_how_to_fix_it(text: str, told: str, tmp_path: Path) -> None:
     path = tmp_path / "bad.yaml"
     path.write_text(text)
     with pytest.raises(SceneError) as error:

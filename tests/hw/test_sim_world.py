@@ -10,7 +10,7 @@ from pinocchio import SE3, exp3
 
 from hw.sim import Box, Cylinder, Geom, Plane, SimObject, Sphere, World, load_scene
 from hw.sim.contact import separation
-from hw.sim.shapes import half_extents
+from robots.shapes import half_extents
 
 TURNED_DOWN = np.diag([1.0, -1.0, -1.0])
 FLOOR = Geom(Plane(), SE3.Identity(), "floor")

@@ -146,7 +146,7 @@ def test_poses_may_be_made_of_plain_parameters_alone(path):
         str(diagnostic).removeprefix(f"{path}:") for diagnostic in check(path, leaves=TOYS)
     ] == [
         "3:56: `base` takes finite numbers, not `$p`; write a number",
-        "3:60: the task has no parameter `y`; known here: `p`, `x`",
+        "3:60: the task has no parameter `y`; known: `p`, `x`",
     ]
 
 

@@ -42,7 +42,7 @@ TREE_MISTAKES = {
     ),
     "unknown node unlike any": (
         "- zzz",
-        "0:3: unknown node `zzz`; known here: `ask`, `count`, `fallback`, `forever`, `grasp`, "
+        "0:3: unknown node `zzz`; known: `ask`, `count`, `fallback`, `forever`, `grasp`, "
         "`navigate`, `note`, `open_gripper`, `parallel`, `place`, `play`, `reactive_fallback`, "
         "`reactive_sequence`, `recover`, `region_empty`, `retreat_check`, `sequence`, `set`, "
         "`subtree`, `until`",

@@ -188,6 +188,6 @@ def test_a_tree_is_found_by_name_or_by_path(tmp_path, monkeypatch):
     assert trees.find("plain").as_posix() == "plain"
     with pytest.raises(
         trees.UnknownTreeError,
-        match=r"^no tree is called `pick_plce`; did you mean `pick_place`\? give a file or one of",
+        match=r"^no tree is called `pick_plce`; did you mean `pick_place`\? Give a file or one of",
     ):
         trees.find("pick_plce")

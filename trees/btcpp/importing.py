@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from config import suggest
 from trees.btcpp.elements import Element, read_elements
 from trees.btcpp.nodes import Nodes
 from trees.btcpp.ports import pointed_at
@@ -19,7 +20,7 @@ from trees.btcpp.sections import Located, Sections, read_sections
 from trees.btcpp.words import MAIN, SUBTREE
 from trees.btcpp.writing import traced, yaml_text
 from trees.language import TaskFileError, load
-from trees.language.diagnostics import Diagnostics, suggestion
+from trees.language.diagnostics import Diagnostics
 from trees.language.registry import LeafType, describe_leaves, known_leaves
 from trees.language.source import read_text
 from trees.language.tables import WORD
@@ -94,7 +95,7 @@ def _files(
     main = root.attributes.get("main_tree_to_execute", next(iter(trees), ""))
     if main not in trees:
         what = f"there is no tree `{main}`"
-        diagnostics.error(root.place, what, suggestion(main, trees))
+        diagnostics.error(root.place, what, suggest(main, trees))
         return {}
     found = _Trees(trees=trees, models=models, leaves=leaves, diagnostics=diagnostics)
     found.add(_unwrapped(main, trees))
@@ -163,7 +164,7 @@ class _Trees:
             around = "goes round in a circle" if name in self.trees else "is not in the file"
             known = [tree for tree in self.trees if tree not in self.under_way]
             what = f"the tree `{name}` {around}"
-            self.diagnostics.error(element.place, what, suggestion(name, known))
+            self.diagnostics.error(element.place, what, suggest(name, known))
             return None
         if f"{name}.yaml" not in self.files:
             self.add(name)

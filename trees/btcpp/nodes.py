@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from config import suggest
 from trees.btcpp.elements import Element
 from trees.btcpp.ports import pointed_at, read_literal
 from trees.btcpp.sections import Item, Located, Sections
@@ -21,7 +22,7 @@ from trees.btcpp.words import (
     Standard,
     parallel_policy,
 )
-from trees.language.diagnostics import Diagnostics, Location, suggestion
+from trees.language.diagnostics import Diagnostics, Location
 from trees.language.registry import SET, LeafType
 from trees.language.tables import WORD
 from trees.language.value_types import ValueType
@@ -80,7 +81,7 @@ class Nodes:
             said = {tag: self._leaf(self.leaves[tag], attributes, element)}
         else:
             known = (*_COMPOSITES, *_MODIFIERS, SCRIPT, SUBTREE, *self.leaves)
-            self._refuse(element, f"`{tag}` has no counterpart", suggestion(tag, known))
+            self._refuse(element, f"`{tag}` has no counterpart", suggest(tag, known))
             said = {}
         return Item(element.place, said if name is None else {NAME: name, **said})
 

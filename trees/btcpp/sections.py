@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
+from config import suggest
 from trees.btcpp.elements import Element
 from trees.btcpp.places import read_place_text
 from trees.btcpp.ports import read_literal
 from trees.btcpp.words import PORT_TYPES
-from trees.language.diagnostics import Diagnostics, Location, suggestion
+from trees.language.diagnostics import Diagnostics, Location
 from trees.language.source import plain
 from trees.language.value_types import PARAMETER_TYPES, ValueType, type_of
 
@@ -98,7 +99,7 @@ def _parameter(port: Element, diagnostics: Diagnostics) -> tuple[Located, ValueT
         said["type"], expected = word, PARAMETER_TYPES[word]
     elif "type" in given and given["type"] != "BT::AnyTypeAllowed":
         what = f"the port type `{given['type']}` has no counterpart"
-        diagnostics.error(port.place, what, suggestion(given["type"], _WORDS))
+        diagnostics.error(port.place, what, suggest(given["type"], _WORDS))
     if "default" in given:
         said["default"] = read_literal(given["default"], expected)
         if expected == type_of(said["default"]):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from trees.language.diagnostics import quoted, suggestion
+from config import quoted, suggest
 from trees.language.registry import SET, LeafType
 from trees.language.scope import Scope
 from trees.language.source import Entry, Scalar, Table, Value
@@ -145,4 +145,4 @@ def _mend_parameter(key: str, leaf: LeafType) -> str:
     if key in MODIFIERS or key == NAME:
         return f"`{key}` belongs beside `{leaf.key}`, not below it"
     known = [parameter.name for parameter in leaf.described]
-    return suggestion(key, known) if known else "it takes none: remove it"
+    return suggest(key, known) if known else "it takes none: remove it"

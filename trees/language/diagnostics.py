@@ -6,11 +6,12 @@ one go.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+
+from config import UserError
 
 
 @dataclass(frozen=True, kw_only=True, order=True)
@@ -45,7 +46,7 @@ class Diagnostic:
         return f"{where}: {warning}{_one_line(self.what)}; {_one_line(self.hint)}"
 
 
-class TaskFileError(Exception):
+class TaskFileError(UserError):
     """A task file cannot be used.
 
     Args:
@@ -114,17 +115,3 @@ def _one_line(text: str) -> str:
     """Text that may quote anything from a file, made safe and short enough for a terminal."""
     line = " ".join("".join(letter if letter.isprintable() else " " for letter in text).split())
     return line if len(line) <= 400 else f"{line[:399]}…"
-
-
-def quoted(words: Iterable[object]) -> str:
-    """The words in backquotes, separated by commas."""
-    return ", ".join(f"`{word}`" for word in words)
-
-
-def suggestion(word: str, known: Iterable[str]) -> str:
-    """How to fix a misspelt word: the nearest known one, else all of them."""
-    known = sorted(known)
-    close = difflib.get_close_matches(word, known, n=1)
-    if close:
-        return f"did you mean `{close[0]}`?"
-    return f"known here: {quoted(known)}" if known else "remove it"

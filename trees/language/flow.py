@@ -11,7 +11,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from trees.language.diagnostics import Diagnostics, Location, suggestion
+from config import suggest
+from trees.language.diagnostics import Diagnostics, Location
 from trees.language.parameters import TaskParameter
 from trees.language.registry import SET
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, TaskOutput
@@ -54,7 +55,7 @@ def check_keys(
         flow.read.add(name)
         if name not in flow.types:
             what = f"nothing in the tree writes the output `{name}`"
-            diagnostics.error(output.place, what, suggestion(name, flow.writes))
+            diagnostics.error(output.place, what, suggest(name, flow.writes))
         elif name not in written.success:
             what = f"the tree can succeed without having written the output `{name}`"
             diagnostics.error(output.place, what, f"begin it with `set: {{{name}: ...}}`")
@@ -164,7 +165,7 @@ class _Flow:
             if name in self.writes:
                 return
             what = f"`{value}` is neither a parameter nor a key that is written before"
-            hint = suggestion(name, {*self.parameters, *self.types})
+            hint = suggest(name, {*self.parameters, *self.types})
             self.diagnostics.error(value.place, what, hint)
         elif name not in before:
             what = f"`{value}` is not written on every way here"

@@ -13,8 +13,9 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from behaviours.named import BasePose, Posture, Region, ToolPose
+from config import quoted
 from controller import READY
-from trees.language.diagnostics import Diagnostics, Location, quoted
+from trees.language.diagnostics import Diagnostics, Location
 from trees.language.source import Entry, Items, Scalar, Value
 from trees.language.tables import fields, named_entries
 from trees.language.value_types import Named

@@ -6,7 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from trees.language.diagnostics import Diagnostics, Location, suggestion
+from config import suggest
+from trees.language.diagnostics import Diagnostics, Location
 from trees.language.source import Entry, Items, Reference, Scalar, Table, Value, plain
 from trees.language.tables import WORD, fields, named_entries
 from trees.language.value_types import (
@@ -109,7 +110,7 @@ def _read_type(value: Value, what: str, diagnostics: Diagnostics) -> ValueType |
     word = value.value if isinstance(value, Scalar) else None
     if isinstance(word, str) and word in PARAMETER_TYPES:
         return PARAMETER_TYPES[word]
-    hint = f"{suggestion(str(word), PARAMETER_TYPES)} (or a list of choices)"
+    hint = f"{suggest(str(word), PARAMETER_TYPES)} (or a list of choices)"
     diagnostics.error(value.place, f"{what} cannot be of the type {describe(value)}", hint)
     return None
 
@@ -161,7 +162,7 @@ def given_texts(
         if name not in parameters:
             what = f"`-p {name}={text}`: the task has no parameter `{name}`"
             at = entry.place if entry else Location(line=1, column=1)
-            diagnostics.error(at, what, suggestion(name, parameters))
+            diagnostics.error(at, what, suggest(name, parameters))
             continue
         expected = parameters[name].type
         as_text = expected is not None and str in expected.kinds
@@ -275,5 +276,5 @@ def no_parameter(name: str, parameters: Mapping[str, TaskParameter]) -> tuple[st
     if not WORD.fullmatch(name):
         what = f"`${name}` begins with `$` and is neither a parameter nor a key"
         return what, "write `$` and its name"
-    hint = suggestion(name, parameters) if parameters else "define it under `params:`"
+    hint = suggest(name, parameters) if parameters else "define it under `params:`"
     return f"the task has no parameter `{name}`", hint

@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from config import quoted, suggest
 from trees.language.arguments import note_mismatch, read_leaf
-from trees.language.diagnostics import Diagnostics, Location, quoted, suggestion
+from trees.language.diagnostics import Diagnostics, Location
 from trees.language.parameters import no_parameter
 from trees.language.scope import Scope
 from trees.language.source import Entry, Items, Scalar, Table, Value
@@ -81,13 +82,13 @@ def _node_key(place: Location, entries: Mapping[str, Entry], scope: Scope) -> st
     unknown = [key for key in entries if key not in (*nodes, *MODIFIERS, NAME)]
     for key in unknown:
         if not keys:
-            what, hint = f"unknown node `{key}`", suggestion(key, nodes)
+            what, hint = f"unknown node `{key}`", suggest(key, nodes)
         elif keys[0] in scope.leaves and key in scope.leaves[keys[0]].parameters:
             what = f"`{key}` stands beside `{keys[0]}`, and is a parameter of it"
             hint = f"indent it below `{keys[0]}:`"
         else:
             what = f"unknown key `{key}` beside `{keys[0]}`"
-            hint = suggestion(key, (*nodes, *MODIFIERS, NAME))
+            hint = suggest(key, (*nodes, *MODIFIERS, NAME))
         scope.diagnostics.error(entries[key].place, what, hint)
     if len(keys) > 1:
         what = f"two nodes in one item: `{keys[0]}` and `{keys[1]}`"

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from behaviours.leaf import Condition
 from behaviours.named import Key
+from config import UserError
 from trees.language.keys import Set
 from trees.language.value_types import ValueType, read_annotation
 from trees.language.vocabulary import RESERVED
@@ -32,7 +33,7 @@ ENTRY_POINTS = "frankie_task.behaviours"
 """Entry-point group in which other packages offer their leaves."""
 
 
-class LeafError(Exception):
+class LeafError(UserError):
     """A leaf class cannot be used in task files; the text says which and what to change."""
 
 

@@ -12,8 +12,9 @@ from itertools import count
 from pathlib import Path
 from typing import TypeAlias
 
+from config import suggest
 from trees.language.arguments import note_mismatch, read_key_name
-from trees.language.diagnostics import Diagnostics, Location, suggestion
+from trees.language.diagnostics import Diagnostics, Location
 from trees.language.documents import Document, read_document
 from trees.language.parameters import TaskParameter
 from trees.language.scope import Scope
@@ -119,7 +120,7 @@ class Subtrees:
             return None
         if not is_there:
             known = {other.name for other in others} - {other.name for other in self.chain}
-            near = suggestion(path.name, known) if known else "check the path"
+            near = suggest(path.name, known) if known else "check the path"
             diagnostics.error(value.place, f"there is no file `{name}` beside this one", near)
             return None
         around = [other.resolve() for other in self.chain]
@@ -147,7 +148,7 @@ def _read_with(
         parameter = document.parameters.get(name)
         if parameter is None:
             what = f"`{document.name}` has no parameter `{name}`"
-            hint = suggestion(name, document.parameters)
+            hint = suggest(name, document.parameters)
             scope.diagnostics.error(argument.place, what, hint)
             continue
         if parameter.type is None:
@@ -185,7 +186,7 @@ def _read_out(entry: Entry | None, document: Document, scope: Scope) -> dict[str
                 outputs[name] = write
         else:
             what = f"`{document.name}` has no output `{name}`"
-            hint = suggestion(name, document.outputs)
+            hint = suggest(name, document.outputs)
             scope.diagnostics.error(argument.place, what, hint)
     return outputs
 

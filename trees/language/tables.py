@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Mapping
 
-from trees.language.diagnostics import Diagnostics, Location, quoted, suggestion
+from config import quoted, suggest
+from trees.language.diagnostics import Diagnostics, Location
 from trees.language.source import Entry, Scalar, Table, Value
 from trees.language.values import describe
 
@@ -37,7 +38,7 @@ def fields(
     known = (*required, *optional)
     unknown = [key for key in value.entries if key not in known]
     for key in unknown:
-        hint = suggestion(key, known)
+        hint = suggest(key, known)
         diagnostics.error(value.entries[key].place, f"{what} has no key `{key}`", hint)
     missing = [key for key in required if key not in value.entries]
     if missing:

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from trees.language.diagnostics import Location, quoted, suggestion
+from config import quoted, suggest
+from trees.language.diagnostics import Location
 from trees.language.source import Items, Reference, Scalar, Value
 from trees.language.value_types import NAMED_KINDS, Named, Plain, ValueType, written
 
@@ -132,7 +133,7 @@ def _no_such_name(
     if name in named:
         what = f"`{name}` is a {NAMED_KINDS[type(named[name])]}, expected {expected}"
         return MismatchError(what, known)
-    near = suggestion(name, fitting)
+    near = suggest(name, fitting)
     hint = f"{near} ({known})" if near.startswith("did you mean") else known
     origin = f", the value of `${value.parameter}`" if value.parameter else ""
     return MismatchError(f"no {kinds} is called `{name}`{origin}", hint)

@@ -10,6 +10,7 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from app.lab.bench.contacts import ContactJudge
+from config import UserError
 from controller import RobotModel
 from controller.command import Array
 
@@ -23,7 +24,7 @@ _ROUNDED = 1e-4
 """Poses in a file may be off by this much from a rigid motion, to allow for single precision."""
 
 
-class GoalFileError(Exception):
+class GoalFileError(UserError):
     """A file of goals cannot be used."""
 
 

@@ -13,6 +13,7 @@ from pinocchio import SE3
 
 from app.lab.bench.judge import shares
 from app.lab.bench.poses import PoseRun
+from config import UserError
 from controller.command import Array
 
 _GHOSTS = 9
@@ -21,7 +22,7 @@ _BASE, _ARM, _PATH, _GOAL = "#4a5568", "#c05621", "#2b6cb0", "#2f855a"
 _TRUE, _LIMIT = "#2b6cb0", "#c53030"
 
 
-class PlotError(Exception):
+class PlotError(UserError):
     """Pictures cannot be made or kept."""
 
 

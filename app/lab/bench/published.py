@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from pinocchio import SE3
 
+from config import UserError
 from controller.command import Array
 
 _EFFORT = 0.01
@@ -26,7 +27,7 @@ _BASE_SPEED = 4.0
 _ARM_SPEEDS = (2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61)
 
 
-class RivalError(Exception):
+class RivalError(UserError):
     """The rival is not installed."""
 
 

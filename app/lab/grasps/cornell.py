@@ -22,7 +22,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from config.reader import ConfigError
+from config import ConfigError
 from hw import Intrinsics
 from perception.maps import SIZE
 from perception.preprocess import METRES_PER_PIXEL, Square, prepare

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from config.reader import ConfigError, StrictModel, did_you_mean, read_config
+from config import ConfigError, StrictModel, read_config, suggest
 
 RECIPES = Path(__file__).parent / "recipes"
 """Where the shipped recipes lie."""
@@ -58,5 +58,7 @@ def read_recipe(name: str) -> TrainingRecipe:
         path = RECIPES / f"{name}.yaml"
     if not path.is_file():
         names = sorted(each.stem for each in RECIPES.glob("*.yaml"))
-        raise ConfigError(f"no recipe {name!r}{did_you_mean(name, names)}; a file will do too")
+        raise ConfigError(
+            f"no recipe is called `{name}`; {suggest(name, names)} A file will do too"
+        )
     return read_config(path, TrainingRecipe)

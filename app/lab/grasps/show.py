@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.lab.grasps.picture import overlay
-from config.reader import ConfigError
+from config import ConfigError
 from hw import DepthFrame, Intrinsics
 from perception import GraspDetector
 from perception.table import NoTableError, camera_above_table

@@ -18,7 +18,7 @@ from rich.progress import track
 from app.lab.grasps.generate import shard_path, shards_of, write_shards
 from app.lab.grasps.images import judge_images, valid_rate
 from app.lab.grasps.recipe import TrainingRecipe
-from config.reader import ConfigError
+from config import ConfigError
 from perception import GraspDetector
 from perception.training import Recipe, Report, train
 from perception.weights import NETWORKS, save_network

@@ -24,6 +24,7 @@ from app.live.groot.protocol import (
 )
 from app.live.monitor import NodeInfo, Snapshot
 from app.live.operator import Control, Hook, Side
+from config import UserError
 from hw import stopwatch
 
 HOST = "127.0.0.1"
@@ -38,7 +39,7 @@ Reply = bytes | None
 """The second part of a reply, if it has one."""
 
 
-class GrootError(Exception):
+class GrootError(UserError):
     """The endpoint cannot be had as it was asked for."""
 
 

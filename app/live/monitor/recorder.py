@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from app.live.monitor.every import Every
 from app.live.monitor.feed import Feed
 from app.live.monitor.snapshot import NodeInfo, SceneView, Snapshot
+from config import UserError
 
 if TYPE_CHECKING:
     from app.live.monitor.viewer import Address
@@ -25,7 +26,7 @@ _DEPTH_PERIOD = 0.4
 _PATIENCE = 30.0
 
 
-class RecorderError(Exception):
+class RecorderError(UserError):
     """A recording cannot be written, or is not complete."""
 
 

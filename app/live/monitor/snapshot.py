@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from controller import Command
     from hw.interfaces import DepthFrame, RobotState
-    from hw.sim.shapes import Geom
     from perception.grasp import Detection, GraspEstimate
+    from robots.shapes import Geom
 
 
 @dataclass(frozen=True, kw_only=True)

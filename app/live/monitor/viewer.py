@@ -22,6 +22,7 @@ from enum import StrEnum
 from pathlib import Path
 from urllib.parse import quote
 
+from config import UserError
 from hw.clock import stopwatch
 
 LOOPBACK = "127.0.0.1"
@@ -34,7 +35,7 @@ _PATIENCE = 15.0
 """A viewer that is not up after this is not waited for any longer [s]."""
 
 
-class ViewError(Exception):
+class ViewError(UserError):
     """A run cannot be shown as it was asked for."""
 
 

@@ -16,12 +16,13 @@ from app.live.monitor import Snapshot
 from app.live.operator import Act, Control, Hook, Side, insert_hooks, keys, matching
 from app.live.operator.keyboard import HELP, in_terminal
 from app.live.operator.page import ControlPage, PageError, WebViewer
+from config import UserError
 from trees.language import TreeNode
 
 __all__ = ["ControlOptions", "GrootError", "NoControlError", "OperatorConsole", "PageError"]
 
 
-class NoControlError(Exception):
+class NoControlError(UserError):
     """The run would pause and nobody could let it go on."""
 
 

@@ -7,7 +7,6 @@ before the hooks came in, so nobody sees them.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -15,11 +14,12 @@ from enum import Enum
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from config import UserError, quoted, suggest
 from trees.language import TreeNode
 from trees.language.branch import Branch, Ticking
 
 
-class UnknownNodeError(Exception):
+class UnknownNodeError(UserError):
     """No node of the tree goes by this name; the text suggests one."""
 
 
@@ -127,10 +127,8 @@ def matching(nodes: Sequence[TreeNode], wanted: str) -> list[Behaviour]:
     if found:
         return found
     known = sorted({name for place in nodes for name in _names(place)[:2] if name})
-    close = difflib.get_close_matches(wanted, known, n=1)
-    near = f"did you mean `{close[0]}`? " if close else ""
-    listed = ", ".join(f"`{name}`" for name in known)
-    raise UnknownNodeError(f"--break {wanted}: no node is called so; {near}there are {listed}")
+    hint = f"{suggest(wanted, known)} The tree has {quoted(known)}"
+    raise UnknownNodeError(f"--break {wanted}: no node has this name; {hint}")
 
 
 def insert_hooks(

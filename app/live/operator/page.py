@@ -24,6 +24,7 @@ from urllib.parse import quote, unquote, urlsplit
 from urllib.request import urlopen
 
 from app.live.operator.control import Control
+from config import UserError
 from hw.fault_injection import INJECTABLE
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ _CLOSING_S = 0.1
 """How soon the server notices that it is to end [s]."""
 
 
-class PageError(Exception):
+class PageError(UserError):
     """The page cannot be served as it was asked for."""
 
 

@@ -7,7 +7,7 @@ from math import cos, pi, sin, tan
 import numpy as np
 
 from hw.sim.objects.making import Kind, Parts, part
-from hw.sim.shapes import Box, Capsule, Cylinder, Sphere
+from robots.shapes import Box, Capsule, Cylinder, Sphere
 
 
 def _lying_bottle(rng: np.random.Generator, width: float) -> Parts:

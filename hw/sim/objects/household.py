@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hw.sim.objects.making import MAX_HEIGHT, Kind, Parts, longest, part
-from hw.sim.shapes import Box, Capsule, Cylinder, Sphere
+from robots.shapes import Box, Capsule, Cylinder, Sphere
 
 
 def _box(rng: np.random.Generator, width: float) -> Parts:

@@ -13,8 +13,8 @@ from typing import TypeAlias
 import numpy as np
 from pinocchio import SE3, exp3
 
-from hw.sim.shapes import Colour, Geom, Shape, volume
 from hw.sim.sim_object import SimObject
+from robots.shapes import Colour, Geom, Shape, volume
 
 Parts: TypeAlias = list[Geom]
 Maker: TypeAlias = Callable[[np.random.Generator, float], Parts]

@@ -7,7 +7,7 @@ from math import cos, pi, sin, sqrt, tan
 import numpy as np
 
 from hw.sim.objects.making import MAX_HEIGHT, Kind, Parts, longest, part
-from hw.sim.shapes import Box, Capsule, Cylinder, Sphere
+from robots.shapes import Box, Capsule, Cylinder, Sphere
 
 
 def _plate(rng: np.random.Generator, width: float) -> Parts:

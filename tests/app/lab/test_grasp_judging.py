@@ -15,7 +15,7 @@ from app.lab.grasps.cornell import CAMERA, agree, overlap, read_folder, rectangl
 from app.lab.grasps.evaluate import interval
 from app.lab.grasps.images import judge_image, scenery_of
 from app.lab.grasps.recipe import read_recipe
-from config.reader import ConfigError
+from config import ConfigError
 from perception import GraspDetector
 from perception.table import NoTableError, camera_above_table
 
@@ -233,11 +233,11 @@ def test_bad_input_of_the_evaluation(arguments: tuple[str, ...], says: str) -> N
 
 def test_recipes_are_checked_with_their_place(tmp_path: Path) -> None:
     assert read_recipe("bins").network == "bins"
-    with pytest.raises(ConfigError, match="did you mean 'bins'"):
+    with pytest.raises(ConfigError, match="did you mean `bins`"):
         read_recipe("bin")
     path = tmp_path / "r.yaml"
     path.write_text("network: bins\nlearning: {round: 3}\n")
-    with pytest.raises(ConfigError, match=r"r.yaml:2:12: learning.round: unknown key.*'rounds'"):
+    with pytest.raises(ConfigError, match=r"r.yaml:2:12: learning.round: unknown key.*`rounds`"):
         read_recipe(str(path))
 
 

@@ -13,8 +13,8 @@ from app.live.monitor import NodeInfo, NodeStatus, ObjectView, SceneView, Signal
 from controller import READY, Command, robot_model
 from hw.interfaces import DepthFrame, Intrinsics, RobotState
 from hw.sim.render import DepthRenderer
-from hw.sim.shapes import Box, Capsule, Cylinder, Geom, Plane, Sphere
 from perception.grasp import Detection, GraspEstimate
+from robots.shapes import Box, Capsule, Cylinder, Geom, Plane, Sphere
 
 PERIOD = 0.02
 RUNNING, SUCCESS, FAILURE, IDLE = Status.RUNNING, Status.SUCCESS, Status.FAILURE, Status.INVALID
