@@ -150,9 +150,13 @@ class RobotDescription:
 def with_base_speed(
     description: RobotDescription, speed: float, turn_rate: float | None = None
 ) -> RobotDescription:
-    """The same robot with another base speed [m/s], in reverse too, and turn rate [rad/s]."""
+    """The same robot with another base speed [m/s] and, where it is not None, turn rate [rad/s].
+
+    The reverse speed keeps its ratio to the forward speed.
+    """
     limits = description.limits
     drives = limits.base_twist[:2] > 0.0
     turn = limits.base_twist[2] if turn_rate is None else turn_rate
     twist = np.array([*np.where(drives, speed, 0.0), turn])
-    return replace(description, limits=replace(limits, base_twist=twist, base_reverse=speed))
+    reverse = speed * float(limits.base_reverse / limits.base_twist[0])
+    return replace(description, limits=replace(limits, base_twist=twist, base_reverse=reverse))

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from controller import READY, Command, RobotModel
+from controller import Command, RobotModel
 from hw.clock import Clock
 from hw.interfaces import HAND_OPENING, DepthFrame, Fault, FaultKind, Intrinsics, RobotState
 from hw.sim.hand import hand_shapes
@@ -81,7 +81,7 @@ class SimRobot:
         self._command = Command.stop()
         self._wTb = SE3.Identity()
         self._base_twist = np.zeros(3)
-        self._q = READY.copy()
+        self._q = model.description.arm.ready.copy()
         self._qd = np.zeros(7)
         self._width = HAND_OPENING
         self._width_goal = HAND_OPENING

@@ -6,9 +6,12 @@ import pytest
 from harness import TABLE_TOP, block, looking_down, table_world
 from pinocchio import SE3
 
-from controller import READY, Command, robot_model
+from controller import Command, robot_model
 from hw import SimClock
 from hw.sim.robot import CAMERA, TOOL_TO_CAMERA, Dynamics, SimRobot
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 
 def make(*objects, robot: str = "frankie", **options) -> tuple[SimRobot, SimClock]:

@@ -11,7 +11,7 @@ import rerun as rr
 from app.live.monitor.meshes import Mesh, meshes
 from app.live.monitor.robot_shapes import CAMERA, FINGER, FINGER_MIDDLE, HAND, LINKS, base_parts
 from app.live.monitor.solids import solids
-from controller import FRANKIE, RobotDescription
+from robots import RobotDescription
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +38,7 @@ def robot_looks(description: RobotDescription) -> RobotLooks:
             finger=solids(FINGER),
         )
     return RobotLooks(
-        base=[_mesh(real["omron"])] if description is FRANKIE else base,
+        base=[_mesh(real["omron"])] if description.base.looks == "omron" else base,
         links=[[_mesh(real[f"link{i}"])] for i in range(len(LINKS))],
         hand=[_mesh(real["hand"]), *solids((CAMERA,))],
         finger=[_mesh(real["finger"], np.array(FINGER_MIDDLE))],
