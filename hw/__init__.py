@@ -11,7 +11,6 @@ from hw.interfaces import (
     Fault,
     FaultKind,
     HardwareError,
-    Intrinsics,
     Robot,
     RobotState,
 )
@@ -23,7 +22,6 @@ __all__ = [
     "Fault",
     "FaultKind",
     "HardwareError",
-    "Intrinsics",
     "Robot",
     "RobotState",
     "SimClock",

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 from controller import Command
+from robots import Intrinsics
 
 Array = npt.NDArray[np.float64]
 DepthImage = npt.NDArray[np.float32]
@@ -68,18 +69,6 @@ class RobotState:
     """Empty when healthy."""
     battery: float | None = None
     """Charge that is left, 0 to 1; None if the robot does not tell."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Intrinsics:
-    """Pinhole camera: pixel (u, v) of a point (x, y, z) is (fx x/z + cx, fy y/z + cy)."""
-
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

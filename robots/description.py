@@ -13,12 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3
 
-from robots.shapes import Geom
-
-Array = npt.NDArray[np.float64]
+from robots.shapes import Array, Geom
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,6 +93,8 @@ class GripperDescription:
     """The left pad, a box in e, when the pads touch; its inner face lies in y = 0."""
     tip: float
     """Distance from the grasp centre to the end of the pads, along the approach [m]."""
+    ball: Geom
+    """A ball around palm and fingers at any opening, in e."""
     collision: tuple[Geom, ...]
     """Capsules around the hand and its fingers at any opening, in h."""
     looks: str | None

@@ -14,9 +14,10 @@ from behaviours import Context, Leaf, Region, Vision
 from controller import HolisticController, PoseGoal, robot_model
 from hw import Fault, FaultKind, RobotState, SimClock
 from hw.gate import Gate
-from hw.sim import Box, Geom, Plane, SimObject, World
+from hw.sim import SimObject, World
 from hw.sim.robot import Dynamics, SimRobot
 from perception import GraspDetector
+from robots import Box, Geom, Plane
 
 TABLE_TOP = 0.5
 ON_TABLE = Region(

@@ -11,19 +11,11 @@ from pinocchio import SE3
 
 from controller import Command, RobotModel
 from hw.clock import Clock
-from hw.interfaces import HAND_OPENING, DepthFrame, Fault, FaultKind, Intrinsics, RobotState
-from hw.sim.hand import hand_shapes
+from hw.interfaces import HAND_OPENING, DepthFrame, Fault, FaultKind, RobotState
+from hw.sim.hand import Hand
 from hw.sim.noise import D435Noise
 from hw.sim.render import DepthRenderer
 from hw.sim.world import World
-
-CAMERA = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
-"""Depth stream of a RealSense D435 at 640 x 480."""
-
-TOOL_TO_CAMERA = SE3(
-    np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([0.065, 0.0, -0.098])
-)
-"""eTc: the camera beside the hand, looking along the approach, x along the closing direction."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,7 +67,8 @@ class SimRobot:
         self._seed = seed
         self._dynamics = dynamics or Dynamics()
         self._noise = noise or D435Noise()
-        self._renderer = DepthRenderer(CAMERA)
+        self._camera = model.description.camera
+        self._renderer = DepthRenderer(self._camera.intrinsics)
         self._now = clock.now()
         self._valid_until = self._now
         self._command = Command.stop()
@@ -150,7 +143,7 @@ class SimRobot:
             self._pressing_from = None
         else:
             wTe = self._wTe()
-            outcome = self.world.close_fingers(wTe, self._width, force, width)
+            outcome = self.world.close_fingers(self._hand(), self._width, force, width)
             self._width_goal = outcome.width
             if outcome.holding is None:
                 self._pressing_from, self._wanted_width = wTe, width
@@ -165,12 +158,15 @@ class SimRobot:
             return None
         self._last_frame = frame
         wTe = self._wTe()
-        wTc = wTe * TOOL_TO_CAMERA
-        shapes = [*self.world.shapes(), *hand_shapes(wTe, self._width)]
+        wTc = wTe * self._camera.eTc
+        shapes = [*self.world.shapes(), *self._hand().shapes(self._width)]
         # One generator a frame: it looks the same whether or not those before were asked for.
         rng = np.random.default_rng((self._seed, frame))
-        depth = self._noise.apply(self._renderer.render(shapes, wTc), CAMERA, rng)
-        return DepthFrame(depth=depth, intrinsics=CAMERA, wTc=wTc, stamp=self._now)
+        depth = self._noise.apply(self._renderer.render(shapes, wTc), self._camera, rng)
+        return DepthFrame(depth=depth, intrinsics=self._camera.intrinsics, wTc=wTc, stamp=self._now)
+
+    def _hand(self) -> Hand:
+        return Hand(self._model.description.gripper, self._wTe())
 
     def _wTe(self) -> SE3:
         return self._model.wTe(self._wTb, self._q)
@@ -205,7 +201,7 @@ class SimRobot:
     def _move_fingers(self, step: float) -> None:
         """A step towards the width that is wanted; slipping fingers slide along what is between."""
         width = self._width + float(np.clip(self._width_goal - self._width, -step, step))
-        if self._slipping and self.world.collision(self._wTe(), width):
+        if self._slipping and self.world.collision(self._hand(), width):
             width = self._width
         self._fingers_move = width != self._width
         self._width = width
@@ -219,7 +215,7 @@ class SimRobot:
             if moved > self._dynamics.slip_distance:
                 self._slipping, self._pressing_from = True, None
                 self._width_goal = self._wanted_width
-        hit = self.world.collision(wTe, self._width)
+        hit = self.world.collision(self._hand(), self._width)
         if hit is None:
             self._forgiven = None
         elif hit != self._forgiven:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pinocchio import SE3, Quaternion
 
-from robots.shapes import Box, Capsule, Colour, Cylinder, Geom
+from robots import Box, Capsule, Colour, Cylinder, Geom
 
 _WHITE: Colour = (225, 226, 230)
 _SHELL: Colour = (190, 194, 200)

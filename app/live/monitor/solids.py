@@ -9,7 +9,7 @@ import numpy as np
 import rerun as rr
 
 from app.live.monitor.columns import quaternion
-from robots.shapes import Box, Capsule, Cylinder, Geom, Shape, Sphere
+from robots import Box, Capsule, Cylinder, Geom, Shape, Sphere
 
 Kind = TypeVar("Kind", bound=Shape)
 

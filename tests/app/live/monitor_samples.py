@@ -11,11 +11,10 @@ from py_trees.common import Status
 
 from app.live.monitor import NodeInfo, NodeStatus, ObjectView, SceneView, Signals, Snapshot
 from controller import Command, robot_model
-from hw.interfaces import DepthFrame, Intrinsics, RobotState
+from hw.interfaces import DepthFrame, RobotState
 from hw.sim.render import DepthRenderer
 from perception.grasp import Detection, GraspEstimate
-from robots import load_robot
-from robots.shapes import Box, Capsule, Cylinder, Geom, Plane, Sphere
+from robots import Box, Capsule, Cylinder, Geom, Intrinsics, Plane, Sphere, load_robot
 
 READY = load_robot("frankie").arm.ready
 
