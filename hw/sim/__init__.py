@@ -5,13 +5,14 @@ closing the fingers does; it knows nothing of time. `DepthRenderer` and `D435Noi
 images of it.
 """
 
+from hw.sim.body import Dynamics
 from hw.sim.grasp_contact import Reason
 from hw.sim.hand import Hand
 from hw.sim.layout import build_world, load_scene
 from hw.sim.noise import D435Noise
 from hw.sim.objects import HELDOUT, HOUSEHOLD, OBJECT_CLASSES, TRAIN
 from hw.sim.render import DepthRenderer
-from hw.sim.robot import Dynamics, SimRobot
+from hw.sim.robot import kinematic_robot
 from hw.sim.scene import (
     Container,
     Fixture,
@@ -43,10 +44,10 @@ __all__ = [
     "Scene",
     "SceneError",
     "SimObject",
-    "SimRobot",
     "Table",
     "World",
     "build_world",
+    "kinematic_robot",
     "load_scene",
     "read_scene",
     "scene_names",

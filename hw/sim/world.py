@@ -152,6 +152,10 @@ class World:
         """
         return self._support(obj, frozenset())
 
+    def supports(self) -> dict[str, str]:
+        """What each object rests on, by its name; see `resting_on`."""
+        return {obj.name: self.resting_on(obj) for obj in self.objects}
+
     def _support(self, obj: SimObject, visited: frozenset[str]) -> str:
         if obj is self.held:
             return "hand"

@@ -12,7 +12,7 @@ import rerun as rr
 from app.live.monitor.columns import Array, send_poses, set_time
 from app.live.monitor.glyphs import Colour
 from app.live.monitor.snapshot import Snapshot
-from hw.interfaces import DepthFrame
+from hw import DepthFrame
 from perception.grasp import Detection, GraspEstimate
 from robots import Intrinsics
 

@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from app.live.monitor import NodeInfo, NodeStatus, ObjectView, SceneView, Signals, Snapshot
 from controller import Command, robot_model
-from hw.interfaces import DepthFrame, RobotState
+from hw import DepthFrame, RobotState
 from hw.sim.render import DepthRenderer
 from perception.grasp import Detection, GraspEstimate
 from robots import Box, Capsule, Cylinder, Geom, Intrinsics, Plane, Sphere, load_robot

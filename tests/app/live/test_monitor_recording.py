@@ -14,7 +14,7 @@ from rerun.chunk import RrdReader
 from app.live.monitor import NodeInfo, NodeStatus, RecorderError, SceneView, Snapshot
 from app.live.monitor.camera_panel import rectangle
 from controller import robot_model
-from hw.interfaces import Fault, FaultKind
+from hw import Fault, FaultKind
 from robots import load_robot
 
 READY = load_robot("frankie").arm.ready
