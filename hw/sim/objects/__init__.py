@@ -1,7 +1,7 @@
 """The classes of objects that the simulator makes from a seed, in three sets.
 
 The shipped scenes use `HOUSEHOLD`. The grasp network is trained on `HOUSEHOLD` and `TRAIN`, and
-evaluated on `HELDOUT`, of which nothing is ever trained on.
+evaluated on `HELDOUT`, which is never trained on.
 """
 
 from hw.sim.objects.heldout import HELDOUT
