@@ -92,7 +92,7 @@ class Guide:
         self._model = model
         self._settings = settings
         self._body = body
-        self._bank = bank(model.name)
+        self._bank = bank(model.description)
         self.forget()
 
     def forget(self) -> None:
@@ -194,6 +194,6 @@ class Guide:
         if goal.twist.any():
             c, s = cos(base.heading), sin(base.heading)
             vx, vy = goal.twist[0], goal.twist[1]
-            drive += model.description.base_axes[:2].T @ [c * vx + s * vy, c * vy - s * vx]
+            drive += model.description.base.axes[:2].T @ [c * vx + s * vy, c * vy - s * vx]
         folding = max(1.0 / _FASTEST_FOLD, _SLOW_FOLD * way.to_go, way.least / _JOINT_SHARE)
         return StanceBias(share, drive, way.fold / folding, self._detour)

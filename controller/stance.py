@@ -105,7 +105,7 @@ def choose_stance(
         if len(some) == 0:
             break
         refined, left = _refine(model, wTe, bank.q[some])
-        there = hands(model.description.bTa, refined)
+        there = hands(model.description, refined)
         costs, reverse = _costs(model, settings, wTe, base, q, refined, there)
         costs = costs + np.where(left > _EXACT, 100.0 + 100.0 * left, 0.0)
         for stance in failed:
@@ -213,7 +213,7 @@ def _refine(model: RobotModel, wTe: SE3, q: Array) -> tuple[Array, Array]:
     low, high = model.limits.q_min + _LIMIT_MARGIN, model.limits.q_max - _LIMIT_MARGIN
     height, down = wTe.translation[2], wTe.rotation[2]
     for _ in range(_ITERATIONS):
-        where = hands(model.description.bTa, q)
+        where = hands(model.description, q)
         seen = where.rotations @ down  # the goal's vertical; (0, 0, 1) where the tilt is right
         sine = np.hypot(seen[:, 0], seen[:, 1])
         scale = np.arctan2(sine, seen[:, 2]) / np.maximum(sine, 1e-9)

@@ -9,7 +9,6 @@ import numpy as np
 
 from app.lab.bench.motion import Stepper
 from controller import (
-    ROBOTS,
     Command,
     ControllerSettings,
     HolisticController,
@@ -19,8 +18,8 @@ from controller import (
     RobotModel,
     StepReport,
 )
-from controller.model import with_base_speed
 from controller.settings import PAPER, PRESETS
+from robots import load_robot, with_base_speed
 
 EXAMPLE = "example"
 """The paper's controller with what its published example does to the answer afterwards."""
@@ -49,7 +48,7 @@ class Contender:
 
     def model(self) -> RobotModel:
         """The robot."""
-        description = ROBOTS[self.robot]
+        description = load_robot(self.robot)
         if self.preset != "frankie":
             speed = self.base_speed or _PUBLISHED_BASE_SPEED
             return RobotModel(with_base_speed(description, speed, _PUBLISHED_BASE_SPEED))

@@ -11,16 +11,9 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from controller import (
-    READY,
-    Command,
-    KinematicState,
-    MotionGoal,
-    PoseGoal,
-    RobotModel,
-    StepReport,
-)
+from controller import Command, KinematicState, MotionGoal, PoseGoal, RobotModel, StepReport
 from controller.command import Array
+from robots import load_robot
 
 GoalAt: TypeAlias = Callable[[float], PoseGoal]
 """The goal at a time since the start [s]."""
@@ -45,7 +38,7 @@ class Place:
     """Where base and arm are; the start, unless said otherwise."""
 
     wTb: SE3 = field(default_factory=SE3.Identity)
-    q: Array = field(default_factory=READY.copy)
+    q: Array = field(default_factory=load_robot("frankie").arm.ready.copy)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -25,7 +25,7 @@ from rich.table import Table
 from app.lab.bench.contenders import Contender
 from app.lab.bench.judge import Judge, Trial, cumulative_jerk, jerk_noise, shares
 from app.lab.bench.motion import GoalAt, Motion, run_motion
-from controller import READY, PoseGoal, RobotModel
+from controller import PoseGoal, RobotModel
 from controller.command import Array
 
 POSES = ("a", "b", "c", "d")
@@ -81,7 +81,7 @@ def goal_of(
         twist_known: whether the goal comes with its velocity.
         acceleration: of a goal that moves; infinite lets its velocity jump [m/s^2].
     """
-    start = model.bTe(READY).translation
+    start = model.bTe(model.description.arm.ready).translation
     x, y, heading = _PLACES["a" if pose == "d" else pose]
     R = pin.rpy.rpyToMatrix(np.pi, 0.0, np.deg2rad(heading))
     speed = float(model.limits.base_twist[0])

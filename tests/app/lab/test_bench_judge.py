@@ -14,7 +14,10 @@ from app.lab.bench.judge import (
     violations_of,
 )
 from app.lab.bench.motion import Motion, driven
-from controller import READY, Command, robot_model
+from controller import Command, robot_model
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 ROBOTS = ("frankie", "omni")
 PERIOD = 0.01
