@@ -14,8 +14,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from controller import N_ARM, RobotModel
-from controller.command import Array
+from controller import N_ARM, Array, RobotModel
 
 _Point = tuple[float, float, float]
 

@@ -11,8 +11,7 @@ from pinocchio import SE3
 
 from app.lab.bench.contacts import ContactJudge
 from config import UserError
-from controller import RobotModel
-from controller.command import Array
+from controller import Array, RobotModel
 
 DISC = 4.0
 """Goals are nearer to the start than this [m]."""

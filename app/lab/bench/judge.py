@@ -10,8 +10,7 @@ import pinocchio as pin
 
 from app.lab.bench.contacts import ContactJudge
 from app.lab.bench.motion import Motion
-from controller import RobotModel
-from controller.command import Array
+from controller import Array, RobotModel
 
 _ROUNDING = 1e-9
 """Share of a limit that is not held against a motion."""
@@ -145,8 +144,9 @@ def failure_of(motion: Motion) -> Failure | None:
 def shares(model: RobotModel, motion: Motion) -> tuple[Array, Array]:
     """How much of the limits of velocity and of acceleration every sample uses, both (k, n)."""
     accelerations = np.diff(motion.velocities, axis=0, prepend=np.zeros((1, model.n)))
+    lower, upper = model.velocity_limits
     return (
-        np.abs(motion.velocities) / model.speed_limits,
+        motion.velocities / np.where(motion.velocities < 0.0, lower, upper),
         np.abs(accelerations) / (model.acceleration_limits * motion.period),
     )
 

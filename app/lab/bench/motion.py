@@ -13,6 +13,7 @@ from pinocchio import SE3
 
 from controller import (
     READY,
+    Array,
     Command,
     KinematicState,
     MotionGoal,
@@ -20,7 +21,6 @@ from controller import (
     RobotModel,
     StepReport,
 )
-from controller.command import Array
 
 GoalAt: TypeAlias = Callable[[float], PoseGoal]
 """The goal at a time since the start [s]."""

@@ -14,7 +14,7 @@ from pinocchio import SE3
 from app.lab.bench.judge import shares
 from app.lab.bench.poses import PoseRun
 from config import UserError
-from controller.command import Array
+from controller import Array
 
 _GHOSTS = 9
 _FAINTEST = 0.12

@@ -25,8 +25,7 @@ from rich.table import Table
 from app.lab.bench.contenders import Contender
 from app.lab.bench.judge import Judge, Trial, cumulative_jerk, jerk_noise, shares
 from app.lab.bench.motion import GoalAt, Motion, run_motion
-from controller import READY, PoseGoal, RobotModel
-from controller.command import Array
+from controller import READY, Array, PoseGoal, RobotModel
 
 POSES = ("a", "b", "c", "d")
 PAPER_TIMES = {"a": 5.42, "b": 6.17, "c": 6.17, "d": 13.12}

@@ -15,7 +15,7 @@ import numpy as np
 from pinocchio import SE3
 
 from config import UserError
-from controller.command import Array
+from controller import Array
 
 _EFFORT = 0.01
 _GAIN, _TURN_GAIN = 1.5, 1.3

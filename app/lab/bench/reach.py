@@ -17,8 +17,7 @@ from app.lab.bench.contenders import Contender
 from app.lab.bench.judge import Judge, Trial
 from app.lab.bench.motion import run_motion
 from app.lab.workers import run_all
-from controller import PoseGoal
-from controller.command import Array
+from controller import Array, PoseGoal
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,38 +18,19 @@ import numpy as np
 from pinocchio import SE3
 from rich.table import Table
 
-import controller.controller
-import controller.holistic
 from app.lab.bench.contenders import Contender
 from app.lab.bench.motion import Stepper, run_motion
 from app.lab.bench.published import PublishedStep
-from app.lab.parts import Functions, PartTimer
+from app.lab.parts import PartTimer
 from controller import (
+    STEP_PARTS,
+    Array,
     Command,
     KinematicState,
     MotionGoal,
     PoseGoal,
-    RobotModel,
-    SelfCollision,
     StepReport,
 )
-from controller.command import Array
-from controller.guidance import Guide
-from controller.qp import Solver
-
-PARTS: Functions = {
-    "checks and bounds": (
-        (controller.controller, "require_sound"),
-        (controller.controller, "velocity_bounds"),
-    ),
-    "kinematics": ((RobotModel, "kinematics"),),
-    "manipulability": ((controller.holistic, "manipulability"),),
-    "guidance": ((Guide, "bias"),),
-    "contact": ((SelfCollision, "near"),),
-    "assemble": ((controller.controller, "assemble"),),
-    "solve": ((Solver, "solve"),),
-}
-"""The functions that a step is made of."""
 
 _LIMIT = 20.0
 _STEPS_A_GOAL = 400
@@ -213,7 +194,7 @@ def _go(stepper: Stepper, contender: Contender, wTe: SE3) -> None:
 
 def _parts(contender: Contender, goals: Sequence[SE3]) -> dict[str, float]:
     model = contender.model()
-    timer, stepper = PartTimer(PARTS), contender.stepper(model)
+    timer, stepper = PartTimer(STEP_PARTS), contender.stepper(model)
     with timer.watching():
         for wTe in goals:
             _go(_Timed(stepper, timer), contender, wTe)

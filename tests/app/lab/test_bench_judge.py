@@ -90,7 +90,7 @@ def test_standing_still_passes_no_limit(robot):
 def test_every_kind_of_limit_is_noticed():
     model = robot_model("frankie")
     n_base, step = model.n_base, model.acceleration_limits * PERIOD
-    ramp = np.minimum(np.arange(1, 501)[:, None] * step, model.speed_limits)
+    ramp = np.minimum(np.arange(1, 501)[:, None] * step, model.velocity_limits[1])
 
     assert violations_of(model, still(model, 500, velocities=ramp)).samples == 0
 
