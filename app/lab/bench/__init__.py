@@ -1,8 +1,8 @@
 """Benches of the controller and of the whole robot, as commands that anybody can repeat.
 
-The controller's motions are integrated without error and evaluated by measures that it does not
-share: joint and base limits, contacts, arrival, jerk. `run_pick_place` counts what the main task
-achieves.
+The controller's motions are integrated without error and evaluated from their samples, not from its
+own reports: joint and base limits, contacts, arrival, jerk. `run_pick_place` counts what the main
+task achieves.
 """
 
 from app.lab.bench.configuration import EXAMPLE, Configuration

@@ -1,6 +1,6 @@
 """How good a motion is: whether it arrived or why not, limits, contacts, smoothness.
 
-The measures do not share code with the controller that they measure.
+Everything is computed from the samples of the motion, nothing from the reports of the controller.
 """
 
 from __future__ import annotations
