@@ -126,20 +126,11 @@ class ContactChecker:
         """What the arm touches at joint positions q (7,) [rad]."""
         if not self._touching(q, True):
             return Contacts(False, False, False)
-        self._touching(q, False)
-        found = {kind for kind, _ in self._found()}
+        found = {kind for kind, _ in self._pairs_in_contact(q)}
         return Contacts("arm" in found, "base" in found, "floor" in found)
 
-    def links(self, q: Array) -> set[tuple[int, int]]:
-        """Pairs of links (0 the foot, 8 the hand) that touch each other, lower number first."""
+    def _pairs_in_contact(self, q: Array) -> list[tuple[str, Any]]:
         self._touching(q, False)
-        return {
-            (CAPSULES[pair.first].link, CAPSULES[pair.second].link)
-            for kind, pair in self._found()
-            if kind == "arm"
-        }
-
-    def _found(self) -> list[tuple[str, Any]]:
         return [
             (kind, pair)
             for kind, pair, result in zip(

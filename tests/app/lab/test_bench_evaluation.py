@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pinocchio import SE3
 
-from app.lab.bench.contacts import HAND, ContactChecker
+from app.lab.bench.contacts import CAPSULES, HAND, ContactChecker
 from app.lab.bench.evaluation import (
     Evaluator,
     Failure,
@@ -44,6 +44,12 @@ def still(model, samples=10, **changes):
 # contacts
 
 
+def links_in_contact(checker, q):
+    """Pairs of links of the arm that touch each other, the lower number first."""
+    pairs = [pair for kind, pair in checker._pairs_in_contact(q) if kind == "arm"]
+    return {(CAPSULES[pair.first].link, CAPSULES[pair.second].link) for pair in pairs}
+
+
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_usual_postures_touch_nothing(robot):
     checker = ContactChecker(robot_model(robot))
@@ -61,7 +67,7 @@ def test_an_arm_folded_down_on_the_base_touches_it(robot):
 def test_a_hand_folded_into_the_arm_touches_it():
     checker = ContactChecker(robot_model("frankie"))
     assert checker(ON_ITSELF).arm
-    assert any(HAND in pair for pair in checker.links(ON_ITSELF))
+    assert any(HAND in pair for pair in links_in_contact(checker, ON_ITSELF))
 
 
 def test_an_arm_stretched_down_beside_the_base_touches_the_floor():
@@ -75,7 +81,7 @@ def test_neighbouring_links_never_count_as_contact():
     checker = ContactChecker(model)
     rng = np.random.default_rng(1)
     for q in rng.uniform(model.limits.q_min, model.limits.q_max, (300, 7)):
-        assert all(b - a > 1 for a, b in checker.links(q))
+        assert all(b - a > 1 for a, b in links_in_contact(checker, q))
 
 
 # limits
