@@ -51,7 +51,7 @@ class PoseGoal:
     orientation_tolerance: float = np.deg2rad(2.0)
     """... and turned less than this away [rad]."""
     straight: bool = False
-    """Whether the end effector must go straight, as near obstacles: no detour, even if it stalls."""
+    """Whether the end effector must go straight, as near obstacles: no detour even if it stalls."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
