@@ -8,7 +8,8 @@ and the floor; it comes with the package.
 
 from __future__ import annotations
 
-from functools import cache
+from dataclasses import replace
+from functools import lru_cache
 from math import pi
 from pathlib import Path
 from typing import NamedTuple
@@ -17,8 +18,9 @@ import numpy as np
 from pinocchio import SE3
 
 from controller.command import N_ARM, Array
-from controller.model import ARM_JOINTS, HAND_TO_TOOL, LINK7_TO_HAND, ROBOTS, RobotModel
+from controller.model import RobotModel
 from controller.self_collision import SelfCollision
+from robots import RobotDescription, load_robot, robot_names
 
 BANK = Path(__file__).with_name("postures.npy")
 """The stored bank: (60 000, 7) joint positions in half precision [rad], from `draw` with `SEED`."""
@@ -49,33 +51,32 @@ class Hands(NamedTuple):
         return np.sqrt(np.maximum(squared, 0.0))
 
 
-def hands(bTa: SE3, q: Array) -> Hands:
+def hands(robot: RobotDescription, q: Array) -> Hands:
     """Forward kinematics of many postures at once.
 
     Args:
-        bTa: arm's foot in the base frame.
+        robot: its arm, where it stands on the base, and its gripper.
         q: (N, 7) joint positions [rad].
     """
     count = len(q)
-    positions = np.tile(bTa.translation, (count, 1))
-    rotations = np.tile(bTa.rotation, (count, 1, 1))
+    positions = np.tile(robot.bTa.translation, (count, 1))
+    rotations = np.tile(robot.bTa.rotation, (count, 1, 1))
     origins, axes = np.empty((count, N_ARM, 3)), np.empty((count, N_ARM, 3))
-    for joint, (translation, quarter_turns) in enumerate(ARM_JOINTS):
-        turn = SE3.Identity()
-        turn.rotation = np.round(_about_x(quarter_turns * pi / 2.0))
-        positions = positions + rotations @ np.array(translation)
-        rotations = _turned(rotations @ turn.rotation, q[:, joint])
+    for joint, placement in enumerate(robot.arm.joints):
+        positions = positions + rotations @ placement.translation
+        rotations = _turned(rotations @ _clean(placement.rotation), q[:, joint])
         origins[:, joint], axes[:, joint] = positions, rotations[:, :, 2]
-    tool = LINK7_TO_HAND * HAND_TO_TOOL
-    positions = positions + rotations @ tool.translation
+    lTe = robot.arm.lTh * robot.gripper.hTe
+    positions = positions + rotations @ lTe.translation
     linear = np.cross(axes, positions[:, None] - origins)
     J = np.concatenate([np.swapaxes(linear, 1, 2), np.swapaxes(axes, 1, 2)], axis=1)
-    return Hands(positions, rotations @ tool.rotation, J)
+    return Hands(positions, rotations @ lTe.rotation, J)
 
 
-def _about_x(angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+def _clean(rotation: Array) -> Array:
+    """A rotation without the rounding errors of quarter turns."""
+    whole = np.round(rotation)
+    return np.where(np.abs(rotation - whole) < 1e-12, whole, rotation)
 
 
 def _turned(rotations: Array, angles: Array) -> Array:
@@ -95,27 +96,28 @@ class Bank(NamedTuple):
     """(N,)."""
 
 
-@cache
-def bank(name: str) -> Bank:
-    """The stored postures on the robot called `name`."""
+@lru_cache(maxsize=4)
+def bank(robot: RobotDescription) -> Bank:
+    """The stored postures that a robot may take."""
     q = np.load(BANK).astype(float)
-    where = hands(ROBOTS[name].bTa, q)
+    q = q[((robot.limits.q_min <= q) & (q <= robot.limits.q_max)).all(axis=1)]
+    where = hands(robot, q)
     order = np.argsort(where.positions[:, 2])
     where = Hands(*(values[order] for values in where))
     return Bank(q[order], where, where.manipulability)
 
 
 def draw(count: int, rng: np.random.Generator) -> Array:
-    """Draw a bank of (count, 7) postures that are good on every robot [rad]."""
-    robots = [RobotModel(description) for description in ROBOTS.values()]
-    bodies = [SelfCollision(robot) for robot in robots]
-    limits = robots[0].limits
+    """Draw a bank of (count, 7) postures that are good on every shipped robot [rad]."""
+    robots = [load_robot(name) for name in robot_names()]
+    bodies = [SelfCollision(RobotModel(robot)) for robot in robots]
+    on_the_floor, limits = replace(robots[0], bTa=SE3.Identity()), robots[0].limits
     low, high = limits.q_min + _LIMIT_MARGIN, limits.q_max - _LIMIT_MARGIN
     drawn: list[Array] = []
     while len(drawn) < count:
         q = rng.uniform(low, high, size=(4096, N_ARM))
         q[:, 0] = 0.0
-        where = hands(SE3.Identity(), q)
+        where = hands(on_the_floor, q)
         x, y = where.positions[:, 0], where.positions[:, 1]
         q[:, 0] = rng.uniform(-_LARGEST_BEARING, _LARGEST_BEARING, len(q)) - np.arctan2(y, x)
         q[:, 0] = (q[:, 0] + pi) % (2.0 * pi) - pi

@@ -110,7 +110,7 @@ def choose_stance(
         if len(batch) == 0:
             break
         postures, error = _refine(model, settings, wTe, bank.q[batch])
-        tools = hands(model.description.bTa, postures)
+        tools = hands(model.description, postures)
         costs, reverse = _costs(model, settings, wTe, wTb, q, postures, tools)
         unreached = settings.unreached_cost
         costs = costs + np.where(error > _TOLERANCE, unreached + unreached * error, 0.0)
@@ -224,7 +224,7 @@ def _refine(model: RobotModel, settings: StanceSettings, wTe: SE3, q: Array) -> 
     high = model.limits.q_max - settings.limit_margin
     height, vertical = wTe.translation[2], wTe.rotation[2]
     for _ in range(_ITERATIONS):
-        tools = hands(model.description.bTa, q)
+        tools = hands(model.description, q)
         seen = tools.rotations @ vertical  # the goal's vertical; (0, 0, 1) where the tilt is right
         sine = np.hypot(seen[:, 0], seen[:, 1])
         scale = np.arctan2(sine, seen[:, 2]) / np.maximum(sine, _MIN_SINE)

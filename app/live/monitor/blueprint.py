@@ -11,7 +11,7 @@ from rerun.blueprint import archetypes, encodings
 
 from app.live.monitor.snapshot import NodeInfo, SceneView
 from app.live.monitor.tree_layout import MOST_SHOWN, ROW, Layout, charted, listed
-from robots.shapes import Plane
+from robots import Plane
 
 _PLOT_WINDOW = 20.0
 _HISTORY_WINDOW = 30.0

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from controller import Command
     from hw import DepthFrame, RobotState
     from perception.grasp import Detection, GraspEstimate
-    from robots.shapes import Geom
+    from robots import Geom
 
 
 @dataclass(frozen=True, kw_only=True)
