@@ -144,10 +144,10 @@ def robot_model(robot: str | Path) -> RobotModel:
 
 
 def manipulability(screws: Array, hessian: Array) -> tuple[float, Array]:
-    """Yoshikawa's manipulability m = sqrt(det(J Jᵀ)) and its gradient (Haviland 2022, eq. 10).
+    """Yoshikawa's manipulability m = sqrt(det(J Jᵀ)) and its gradient (Haviland 2022, eq. 12).
 
     The gradient is J_m of the paper: m vec(J H_kᵀ)ᵀ vec((J Jᵀ)⁻¹) for every joint k. Both are the
-    same at whatever point of the end effector and in whatever axes J is written.
+    same for every point of the end effector and all axes that J may be expressed in.
 
     Args:
         screws: (6, n) J of a part of the chain.

@@ -26,7 +26,7 @@ from controller import (
 )
 from controller.base_drive import Pose2D
 from controller.guidance import Guide
-from controller.postures import BANK, SEED, bank, draw, hands
+from controller.postures import BANK, SEED, bank, draw, forward_kinematics
 from controller.servo import pose_error
 from controller.settings import StanceSettings
 from controller.stance import choose_stance
@@ -190,9 +190,9 @@ def test_the_stored_bank_is_what_its_seed_draws():
 def test_forward_kinematics_of_many_postures_is_that_of_each(robot):
     model = robot_model(robot)
     q = bank(model.description).q[::5000]
-    where = hands(model.description, q)
+    tools = forward_kinematics(model.description, q)
     for number, posture in enumerate(q):
         kinematics = model.kinematics(posture)
-        np.testing.assert_allclose(where.positions[number], kinematics.bTe.translation, atol=1e-12)
-        np.testing.assert_allclose(where.rotations[number], kinematics.bTe.rotation, atol=1e-12)
-        np.testing.assert_allclose(where.J[number], kinematics.J[:, model.n_base :], atol=1e-12)
+        np.testing.assert_allclose(tools.positions[number], kinematics.bTe.translation, atol=1e-12)
+        np.testing.assert_allclose(tools.rotations[number], kinematics.bTe.rotation, atol=1e-12)
+        np.testing.assert_allclose(tools.J[number], kinematics.J[:, model.n_base :], atol=1e-12)
