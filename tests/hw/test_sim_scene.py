@@ -227,7 +227,7 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
             GOOD
             + "side_tables:\n  - name: a\n    centre: [0, 0]\n    objects: {}\n"
             + "    motion: {along: [0, 1], period: 1}\n",
-            "11:5: side_tables.0.motion.period_s: is missing",
+            "11:29: side_tables.0.motion.period: unknown key; did you mean `period_s`?",
         ),
         (
             GOOD + "side_tables:\n  - {name: a, centre: [0, 0], objects: {}, high: 1}\n",
