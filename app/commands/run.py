@@ -114,8 +114,7 @@ def run(
     if dry:
         raise typer.Exit(_run_dry(find_tree(tree), parameters, outcome or [], ticks, as_json))
     from app.core.launch import RunOptions, run_task
-    from app.live.monitor import View, ViewOptions
-    from app.live.operator.console import ControlOptions
+    from app.live import ControlOptions, View, ViewOptions
 
     options = RunOptions(
         tree=find_tree(tree),

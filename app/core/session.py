@@ -17,11 +17,12 @@ from py_trees.common import Status
 
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
-from app.live.operator import Control, TaskClock
+from app.live import Control
 from behaviours import Context, LeafCrashedError
 from controller import Command, GoalError, HolisticController, StepReport
 from hw import HardwareError, RobotState, stopwatch
 from hw.gate import Gate
+from hw.task_clock import TaskClock
 from trees.language.branch import Branch
 
 _LONGEST_STOP = 3.0

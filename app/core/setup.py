@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from app.live.operator import FaultyRobot, TaskClock
 from behaviours import Context, Vision
 from controller import HolisticController, RobotModel, robot_model
 from hw import SimClock
+from hw.fault_injection import FaultyRobot
 from hw.gate import Gate
 from hw.sim import World, load_scene
 from hw.sim.robot import SimRobot
+from hw.task_clock import TaskClock
 from perception import GraspDetector
 
 

@@ -25,12 +25,9 @@ from app.core.folder import RECORDING
 from app.core.measurements import Measurements
 from app.core.session import Session, Tick
 from app.core.setup import simulated_setup
-from app.core.snapshots import scene_view, snapshot, tree_view
+from app.core.snapshots import scene_view, snapshot
 from app.lab.machine import machine
-from app.live.monitor import Recorder
-from app.live.monitor.headless import headless_viewer
-from app.live.monitor.viewer import LOOPBACK, Address, free_port
-from app.live.operator import Control
+from app.live import LOOPBACK, Address, Control, Recorder, choose_port, headless_viewer, tree_view
 from controller import robot_model
 from hw import stopwatch
 from perception import GraspDetector
@@ -119,7 +116,7 @@ def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) 
     control, meter = Control(), _Meter(period=period)
     server = None
     if watcher is not Watcher.NOBODY:
-        server = Address(host=LOOPBACK, port=free_port(LOOPBACK))
+        server = Address(host=LOOPBACK, port=choose_port())
     with TemporaryDirectory() as folder:
         recording = Path(folder) / RECORDING
         recorder = Recorder(

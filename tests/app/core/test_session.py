@@ -9,10 +9,11 @@ from py_trees.common import Status
 from app.core.measurements import Measurements
 from app.core.outcome import End
 from app.core.session import Session
-from app.live.operator import Control, TaskClock
+from app.live import Control
 from behaviours import Context, Leaf
 from controller import PoseGoal
 from hw import HardwareError
+from hw.task_clock import TaskClock
 from trees.language.composites import Sequence
 
 AWAY = looking_down(3.0, 0.5, 0.8)

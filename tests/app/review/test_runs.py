@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from app.cli import app
 from app.core.launch import RunOptions, run_task
-from app.review.finished import UnknownRunError, find_run, run_folders
+from app.review import UnknownRunError, find_run, run_folders
 
 GOOD = "task: good\ntree:\n  wait: {duration_s: 0.05}\n"
 BAD = "task: bad\ntree:\n  name: empty hand\n  holding_object:\n"
@@ -70,9 +70,9 @@ def test_a_run_is_found_by_all_its_names(runs):
     for name in (str(bad), str(bad / "recording.rrd"), str(bad / "summary.json"), bad.name):
         assert find_run(name, runs) == bad
     assert find_run("last", runs).name.endswith("-killed")
-    with pytest.raises(UnknownRunError, match="no run"):
+    with pytest.raises(UnknownRunError, match="no such run"):
         find_run("nothing", runs)
-    with pytest.raises(UnknownRunError, match="no run"):
+    with pytest.raises(UnknownRunError, match="no such run"):
         find_run("notes", runs)
 
 
