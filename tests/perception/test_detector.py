@@ -8,11 +8,12 @@ import pytest
 from pinocchio import SE3, exp3
 
 from behaviours.named import Region
-from hw import DepthFrame, Intrinsics
+from hw import DepthFrame
 from hw.sim import Box, D435Noise, DepthRenderer, Geom, SimObject, World
 from perception import Detection, GraspDetector, WeightsError
 from perception.geometry import closing_direction, grasp_pose
 from perception.grasp_feasibility import DEPTHS
+from robots import Intrinsics
 
 CAMERA = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
 FLOOR = 0.456

@@ -161,7 +161,7 @@ def test_refining_nothing_or_the_impossible_gives_nothing() -> None:
 
 def test_height_maps_of_a_tilted_camera_are_level() -> None:
     """A plane seen obliquely is a level map at its height, whatever the depths."""
-    from hw import Intrinsics
+    from robots import Intrinsics
 
     camera = Intrinsics(width=200, height=200, fx=200.0, fy=200.0, cx=99.5, cy=99.5)
     tilt = 0.3

@@ -24,12 +24,12 @@ from rich.table import Table
 from app.core.folder import RECORDING
 from app.core.measurements import Measurements
 from app.core.session import Session, Tick
-from app.core.setup import simulated_setup
-from app.core.snapshots import scene_view, snapshot
+from app.core.setup import Setup, VisionForm, open_setup
+from app.core.snapshots import Snapshots, scene_view
 from app.lab.machine import machine
 from app.live import LOOPBACK, Address, Control, Recorder, choose_port, headless_viewer, tree_view
 from controller import robot_model
-from hw import stopwatch
+from hw import WorldOptions, stopwatch
 from perception import GraspDetector
 from trees.language import build, load, nodes_in_order
 
@@ -108,11 +108,17 @@ def bench_watch(tree: Path, seconds: float, done: Callable[[], None]) -> list[Wa
 
 
 def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) -> WatchCost:
-    setup = simulated_setup(_ROBOT, scene="household", seed=0, paced=True, detector=detector)
+    world = WorldOptions(scene="household", paced=True)
+    with open_setup(_ROBOT, "kinematic", world, detector, VisionForm.STEP) as setup:
+        return _watch(setup, tree, seconds, watcher)
+
+
+def _watch(setup: Setup, tree: Path, seconds: float, watcher: Watcher) -> WatchCost:
     root = build(load(tree), setup.context)
     nodes = nodes_in_order(root)
     period = setup.controller.settings.period
     ticks = round(seconds / period)
+    snapshots = Snapshots(nodes, setup.truth)
     control, meter = Control(), _Meter(period=period)
     server = None
     if watcher is not Watcher.NOBODY:
@@ -123,7 +129,7 @@ def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) 
             recording,
             tree=tree_view(nodes),
             model=robot_model(_ROBOT),
-            scene=scene_view(setup.world),
+            scene=scene_view(setup.truth),
             lossless=False,
             server=server,
         )
@@ -132,7 +138,7 @@ def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) 
 
             def watch(tick: Tick) -> None:
                 begun = stopwatch()
-                recorder.record(snapshot(tick, nodes, setup.world))
+                recorder.record(snapshots.of(tick))
                 meter.tick(tick.number, begun)
                 if process is not None and watcher is Watcher.HUNG:
                     if tick.number == round(_SUSPENDED_FROM * ticks):
@@ -152,7 +158,6 @@ def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) 
                 control=control,
                 watch=watch,
             ).run()
-        setup.robot.close()
         recorder.close()
         costs = 1e6 * np.array(meter.costs)
         return WatchCost(

@@ -23,11 +23,11 @@ import numpy as np
 import numpy.typing as npt
 
 from config import ConfigError
-from hw import Intrinsics
 from perception.maps import SIZE
 from perception.preprocess import METRES_PER_PIXEL, Square, prepare
 from perception.propose import Proposer
 from perception.table import NoTableError, camera_above_table
+from robots import Intrinsics
 
 Array: TypeAlias = npt.NDArray[np.float64]
 

@@ -24,7 +24,6 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 from app.lab.grasps.scenes import FLOOR, LEARNT, View, random_count, random_view, random_world
-from hw import Intrinsics
 from hw.sim import DepthRenderer, World
 from hw.sim.robot import CAMERA
 from perception.geometry import world_points
@@ -33,6 +32,7 @@ from perception.height_map import HeightMap, height_map
 from perception.maps import BINS, CELLS, STRIDE
 from perception.preprocess import central_square, prepare
 from perception.samples import Labels, Sample, Shard
+from robots import Intrinsics
 
 Array = npt.NDArray[np.float64]
 

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from hw import Intrinsics
 from perception import Detection, GraspEstimate
+from robots import Intrinsics
 
 Picture: TypeAlias = npt.NDArray[np.uint8]
 """(H, W, 3), blue first as OpenCV has it."""

@@ -10,9 +10,10 @@ import numpy.typing as npt
 
 from app.lab.grasps.picture import overlay
 from config import ConfigError
-from hw import DepthFrame, Intrinsics
+from hw import DepthFrame
 from perception import GraspDetector
 from perception.table import NoTableError, camera_above_table
+from robots import Intrinsics
 
 _D435_FOCAL = 0.6  # of a D435's depth image, in image widths
 

@@ -26,7 +26,7 @@ from urllib.request import urlopen
 from app.live.nodes import tip
 from app.live.operator.control import Control
 from config import UserError
-from hw.fault_injection import INJECTABLE
+from hw import INJECTABLE
 
 if TYPE_CHECKING:
     from app.live.nodes import NodeInfo

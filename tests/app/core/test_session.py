@@ -13,7 +13,6 @@ from app.live import Control
 from behaviours import Context, Leaf
 from controller import PoseGoal
 from hw import HardwareError
-from hw.task_clock import TaskClock
 from trees.language.composites import Sequence
 
 AWAY = looking_down(3.0, 0.5, 0.8)
@@ -56,7 +55,7 @@ class Bench:
             controller=controller,
             gate=self.harness.gate,
             measurements=self.measurements,
-            clock=TaskClock(self.harness.clock),
+            clock=self.harness.task_clock,
             control=self.control,
             watch=self._watch,
         )

@@ -12,7 +12,6 @@ from app.live import Control
 from app.live.operator import insert_hooks, matching
 from behaviours import Context, Leaf
 from controller import PoseGoal
-from hw.task_clock import TaskClock
 from trees.language import nodes_in_order
 
 AWAY = looking_down(3.0, 0.5, 0.8)
@@ -53,8 +52,7 @@ class ControlledRun:
     def __init__(self, make_root, at=None, hooked=(), real_seconds=20.0) -> None:
         self.harness = Harness()
         self.control = Control()
-        self.clock = TaskClock(self.harness.clock)
-        self.harness.context.clock = self.clock
+        self.clock = self.harness.task_clock
         self.ticks = []
         self._at = at or {}
         root = make_root(self.harness.context)

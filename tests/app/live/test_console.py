@@ -11,10 +11,10 @@ from sample_run import snapshot
 from typer.testing import CliRunner
 
 from app.cli import app
-from app.core.setup import simulated_setup
+from app.core.setup import VisionForm, open_setup
 from app.live.console import ControlOptions, OperatorConsole
 from controller import PoseGoal
-from hw import FaultKind
+from hw import FaultKind, WorldOptions
 from perception import GraspDetector
 from trees.language import build, load, nodes_in_order
 
@@ -93,9 +93,12 @@ def test_a_run_with_the_page_ends_by_itself_and_closes_its_ports(tmp_path, task)
 
 def test_an_emergency_stop_that_is_cleared_lets_the_robot_move_again(task):
     """The gate latches it; it opens on the loop, once no reading has the fault."""
-    setup = simulated_setup(
-        "frankie", scene="single", seed=0, paced=False, detector=GraspDetector()
-    )
+    world = WorldOptions(scene="single")
+    with open_setup("frankie", "kinematic", world, GraspDetector(), VisionForm.STEP) as setup:
+        _press_and_release(setup, task)
+
+
+def _press_and_release(setup, task):
     nodes = nodes_in_order(build(load(task), setup.context))
     console = OperatorConsole(
         ControlOptions(),
@@ -114,10 +117,10 @@ def test_an_emergency_stop_that_is_cleared_lets_the_robot_move_again(task):
         for _ in range(count):
             state = setup.robot.read()
             command, _ = setup.controller.step(state, goal, setup.gate.applied)
-            setup.gate.send(command, state, setup.clock.now())
+            setup.gate.send(command, state, setup.clock.session.now())
             console.show(replace(snapshot(0), state=state), changed=False)
             number += 1
-            setup.clock.sleep_until(0.01 * number)
+            setup.clock.session.sleep_until(0.01 * number)
         moved.append(abs(state.base_twist).max())
 
     ticks(60)

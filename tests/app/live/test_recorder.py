@@ -11,7 +11,7 @@ from rerun.chunk import RrdReader
 
 from app.live import NodeInfo, NodeStatus, SceneView, Snapshot
 from controller import robot_model
-from hw.interfaces import Fault, FaultKind
+from hw import Fault, FaultKind
 
 TICKS = 300
 

@@ -15,8 +15,7 @@ from app.core.launch import RunOptions, run_task
 from app.review import explain
 from behaviours import Leaf
 from controller import PoseGoal
-from hw import HardwareError
-from hw.sim.robot import SimRobot
+from hw import ComposedRobot, HardwareError
 
 HEAD = """\
 task: toy
@@ -200,14 +199,14 @@ holding_object:
 
 
 def test_hardware_that_stops_answering(record, monkeypatch):
-    read, answers = SimRobot.read, iter(range(60))
+    read, answers = ComposedRobot.read, iter(range(60))
 
     def unplugged(robot):
         if next(answers, None) is None:
             raise HardwareError("the arm does not answer: check its cable")
         return read(robot)
 
-    monkeypatch.setattr(SimRobot, "read", unplugged)
+    monkeypatch.setattr(ComposedRobot, "read", unplugged)
     told, text = record("""
 sequence:
   - wait: {duration_s: 0.2}
