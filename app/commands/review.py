@@ -40,7 +40,8 @@ def view(
 ) -> None:
     """Open the recording of a run in the Rerun viewer."""
     from app.core.folder import RECORDING
-    from app.review import find_run, open_in_viewer
+    from app.live import open_in_viewer
+    from app.review import find_run
 
     path = Path(run)
     recording = path if path.suffix == ".rrd" else find_run(run, runs) / RECORDING

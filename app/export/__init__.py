@@ -1,5 +1,5 @@
 """Recorded runs in the formats of other projects: LeRobot."""
 
-from app.export.lerobot import USUAL_FPS, ExportError, export_lerobot
+from app.export.lerobot import export_lerobot
 
-__all__ = ["USUAL_FPS", "ExportError", "export_lerobot"]
+__all__ = ["export_lerobot"]

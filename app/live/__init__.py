@@ -6,11 +6,8 @@ pauses, steps and stops the run by keys, page and hooks, `groot` speaks to Groot
 the core passes snapshots in and asks `Control`.
 """
 
-from app.live.console import ControlOptions, NoControlError, OperatorConsole
-from app.live.groot import GrootError
+from app.live.console import ControlOptions, OperatorConsole
 from app.live.monitor import (
-    LOOPBACK,
-    USUAL_WEB_PORT,
     Address,
     HeadlessViewer,
     Recorder,
@@ -19,34 +16,24 @@ from app.live.monitor import (
     Viewer,
     ViewError,
     ViewOptions,
-    choose_port,
-    has_screen,
-    has_vulkan,
     headless_viewer,
-    viewer_program,
+    open_in_viewer,
 )
-from app.live.nodes import NodeInfo, NodeStatus, tip, tree_view
-from app.live.operator import Control, ControlState, Hook, PageError, UnknownNodeError, WebViewer
+from app.live.nodes import NodeStatus, tip, tree_view
+from app.live.operator import Control, Hook, WebViewer
 from app.live.snapshot import ObjectView, SceneView, Signals, Snapshot, key_figures
 from app.live.status_line import StatusLine
 from app.live.throttle import Throttle
 
 __all__ = [
-    "LOOPBACK",
-    "USUAL_WEB_PORT",
     "Address",
     "Control",
     "ControlOptions",
-    "ControlState",
-    "GrootError",
     "HeadlessViewer",
     "Hook",
-    "NoControlError",
-    "NodeInfo",
     "NodeStatus",
     "ObjectView",
     "OperatorConsole",
-    "PageError",
     "Recorder",
     "RecorderError",
     "SceneView",
@@ -54,18 +41,14 @@ __all__ = [
     "Snapshot",
     "StatusLine",
     "Throttle",
-    "UnknownNodeError",
     "View",
     "ViewError",
     "ViewOptions",
     "Viewer",
     "WebViewer",
-    "choose_port",
-    "has_screen",
-    "has_vulkan",
     "headless_viewer",
     "key_figures",
+    "open_in_viewer",
     "tip",
     "tree_view",
-    "viewer_program",
 ]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from controller import Command
     from hw import DepthFrame, RobotState
     from perception import Detection, GraspEstimate
-    from robots.shapes import Geom
+    from robots import Geom
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from app.core.folder import RECORDING
-from app.live import LOOPBACK, Address, HeadlessViewer, choose_port, headless_viewer
+from app.live import Address, HeadlessViewer, headless_viewer
 from hw import stopwatch
 
 GRASPING = 20.3
@@ -57,13 +57,13 @@ def make(folder: Path) -> list[Path]:
 
 def _live(path: Path, record: Path) -> Path:
     """The whole viewer while a task runs; then stop the run."""
-    port = choose_port()
+    server = Address()
     command = [sys.executable, "-m", "app.cli", "run", "pick_place", "--record", str(record)]
-    command += ["--view", "web", "--view-port", str(port), "--speed", "real"]
+    command += ["--view", "web", "--view-port", str(server.port), "--speed", "real"]
     with subprocess.Popen(command) as run:
         try:
             _until(lambda: any(record.glob(f"*/{RECORDING}")))
-            with headless_viewer(watch=Address(host=LOOPBACK, port=port).url) as viewer:
+            with headless_viewer(watch=server.url) as viewer:
                 _until(lambda: viewer.cursor >= GRASPING)
                 path.write_bytes(_picture(viewer))
                 _until(lambda: viewer.cursor >= CARRYING)

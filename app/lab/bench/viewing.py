@@ -27,7 +27,7 @@ from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.lab.machine import machine
-from app.live import LOOPBACK, Address, Control, Recorder, choose_port, headless_viewer, tree_view
+from app.live import Address, Control, Recorder, headless_viewer, tree_view
 from controller import robot_model
 from hw import WorldOptions, stopwatch
 from perception import GraspDetector
@@ -122,7 +122,7 @@ def _watch(setup: Setup, tree: Path, seconds: float, watcher: Watcher) -> WatchC
     control, meter = Control(), _Meter(period=period)
     server = None
     if watcher is not Watcher.NOBODY:
-        server = Address(host=LOOPBACK, port=choose_port())
+        server = Address()
     with TemporaryDirectory() as folder:
         recording = Path(folder) / RECORDING
         recorder = Recorder(

@@ -5,22 +5,13 @@ tick, writes the recording and serves it; `Viewer` starts the viewer that connec
 itself is imported when the first recorder is made.
 """
 
-from app.live.monitor.headless import HeadlessViewer, has_vulkan, headless_viewer
-from app.live.monitor.ports import LOOPBACK, Address, choose_port
+from app.live.monitor.headless import HeadlessViewer, headless_viewer
+from app.live.monitor.open_recording import open_in_viewer
+from app.live.monitor.ports import Address
 from app.live.monitor.recorder import Recorder, RecorderError
-from app.live.monitor.viewer import (
-    USUAL_WEB_PORT,
-    View,
-    Viewer,
-    ViewError,
-    ViewOptions,
-    has_screen,
-    viewer_program,
-)
+from app.live.monitor.viewer import View, Viewer, ViewError, ViewOptions
 
 __all__ = [
-    "LOOPBACK",
-    "USUAL_WEB_PORT",
     "Address",
     "HeadlessViewer",
     "Recorder",
@@ -29,9 +20,6 @@ __all__ = [
     "ViewError",
     "ViewOptions",
     "Viewer",
-    "choose_port",
-    "has_screen",
-    "has_vulkan",
     "headless_viewer",
-    "viewer_program",
+    "open_in_viewer",
 ]

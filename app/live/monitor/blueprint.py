@@ -12,7 +12,7 @@ from rerun.blueprint import archetypes, encodings
 from app.live.monitor.tree_layout import MOST_SHOWN, ROW, Layout, chart_layout, list_layout
 from app.live.nodes import NodeInfo
 from app.live.snapshot import SceneView
-from robots.shapes import Plane
+from robots import Plane
 
 _PLOT_WINDOW = 20.0
 _HISTORY_WINDOW = 30.0

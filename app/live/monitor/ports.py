@@ -6,22 +6,9 @@ import errno
 import ipaddress
 import os
 import socket
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 LOOPBACK = "127.0.0.1"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Address:
-    """Where the live data is served."""
-
-    host: str
-    port: int
-
-    @property
-    def url(self) -> str:
-        """What a viewer on this machine connects to."""
-        return f"rerun+http://{reachable(self.host)}:{self.port}/proxy"
 
 
 def reachable(host: str) -> str:
@@ -60,3 +47,16 @@ def _free(host: str, port: int, taken: int | None) -> int:
         probe.bind((host, port))
         probe.listen()
         return int(probe.getsockname()[1])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Address:
+    """Where the live data is served; by default a free port of the loopback address."""
+
+    host: str = LOOPBACK
+    port: int = field(default_factory=choose_port)
+
+    @property
+    def url(self) -> str:
+        """What a viewer on this machine connects to."""
+        return f"rerun+http://{reachable(self.host)}:{self.port}/proxy"

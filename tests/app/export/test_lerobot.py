@@ -9,7 +9,8 @@ from typer.testing import CliRunner
 
 from app.cli import app
 from app.core.launch import RunOptions, run_task
-from app.export import ExportError, export_lerobot
+from app.export import export_lerobot
+from app.export.lerobot import ExportError
 
 TASK = """\
 task: {name}

@@ -5,7 +5,7 @@ import pytest
 from typer.testing import CliRunner
 
 from app.cli import app
-from app.live import has_vulkan
+from app.live.monitor.headless import has_vulkan
 
 
 @pytest.mark.slow

@@ -9,7 +9,8 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from app.live import NodeInfo, NodeStatus, ObjectView, SceneView, Signals, Snapshot
+from app.live import ObjectView, SceneView, Signals, Snapshot
+from app.live.nodes import NodeInfo, NodeStatus
 from controller import READY, Command, robot_model
 from hw import DepthFrame, RobotState
 from hw.sim.render import DepthRenderer

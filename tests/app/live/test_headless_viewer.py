@@ -14,7 +14,7 @@ from recordings import recorder
 
 from app.live.monitor.glyphs import LETTERS, SYMBOLS
 from app.live.monitor.headless import HeadlessViewer, has_vulkan, headless_viewer
-from app.live.monitor.ports import LOOPBACK, Address, choose_port
+from app.live.monitor.ports import Address
 
 pytestmark = pytest.mark.skipif(
     not has_vulkan(), reason="the viewer needs Vulkan: apt-get install mesa-vulkan-drivers"
@@ -76,7 +76,7 @@ class LiveRun:
     """A run in real time, from a thread of its own."""
 
     def __init__(self, path: Path) -> None:
-        self.server = Address(host=LOOPBACK, port=choose_port())
+        self.server = Address()
         self.stamp = 0.0
         self._recorder = recorder(path, server=self.server, lossless=False)
         self._over = threading.Event()

@@ -9,7 +9,8 @@ import sample_run as samples
 from recordings import poses, record, rows, static, with_component
 from rerun.chunk import RrdReader
 
-from app.live import NodeInfo, NodeStatus, SceneView, Snapshot
+from app.live import SceneView, Snapshot
+from app.live.nodes import NodeInfo, NodeStatus
 from controller import robot_model
 from hw import Fault, FaultKind
 

@@ -9,9 +9,8 @@ import sample_run as samples
 from recordings import record, rows, with_component
 from sample_run import FAILURE, IDLE, RUNNING, SUCCESS
 
-from app.live import NodeInfo, NodeStatus
 from app.live.monitor.tree_layout import MOST_SHOWN, ROW, chart_layout, list_layout, visible
-from app.live.nodes import parents
+from app.live.nodes import NodeInfo, NodeStatus, parents
 
 LARGE = (
     NodeInfo(name="root", kind="sequence", depth=0),

@@ -12,7 +12,8 @@ import pytest
 from app.core.events import EventLog
 from app.core.folder import FolderError
 from app.core.outcome import End, Outcome
-from app.review import NoEventsError, explain
+from app.review import explain
+from app.review.explanation import NoEventsError
 from trees.language import nodes_in_order
 from trees.language.composites import Sequence
 

@@ -9,7 +9,8 @@ from typer.testing import CliRunner
 
 from app.cli import app
 from app.core.launch import RunOptions, run_task
-from app.review import UnknownRunError, find_run, run_folders
+from app.review import find_run, run_folders
+from app.review.finished import UnknownRunError
 
 GOOD = "task: good\ntree:\n  wait: {duration_s: 0.05}\n"
 BAD = "task: bad\ntree:\n  name: empty hand\n  holding_object:\n"
@@ -105,7 +106,7 @@ def test_view_opens_the_recording_on_loopback_alone(runs, monkeypatch):
     started = []
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(
-        "app.review.open_recording.os.execv", lambda program, command: started.append(command)
+        "app.live.monitor.open_recording.os.execv", lambda program, command: started.append(command)
     )
     for name in (run_folders(runs)[0].name, run_folders(runs)[0] / "recording.rrd"):
         assert call("view", name, "--runs", runs)[0] == 0

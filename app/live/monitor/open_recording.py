@@ -8,15 +8,8 @@ from pathlib import Path
 from typing import NoReturn
 from urllib.parse import quote
 
-from app.live import (
-    LOOPBACK,
-    USUAL_WEB_PORT,
-    Address,
-    ViewError,
-    choose_port,
-    has_screen,
-    viewer_program,
-)
+from app.live.monitor.ports import Address, choose_port
+from app.live.monitor.viewer import USUAL_WEB_PORT, ViewError, has_screen, viewer_program
 
 
 def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) -> NoReturn:
@@ -32,12 +25,12 @@ def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) ->
     """
     if not recording.is_file():
         raise ViewError(f"{recording}: the run has no recording")
-    data = Address(host=LOOPBACK, port=choose_port())
+    data = Address()
     command = [str(viewer_program()), "--bind", data.host, "--port", str(data.port)]
     if web:
         port = choose_port(usual=USUAL_WEB_PORT)
         command += ["--serve-web", "--web-viewer-port", str(port)]
-        page = f"http://{LOOPBACK}:{port}/?url={quote(data.url, safe='')}"
+        page = f"http://{data.host}:{port}/?url={quote(data.url, safe='')}"
         say(f"watch at {page}; Ctrl-C ends it")
     elif not has_screen():
         raise ViewError("there is no screen here; --web shows the recording in a browser")
