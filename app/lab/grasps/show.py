@@ -73,12 +73,9 @@ def show_grasps(
 
 def _recorded(path: Path, at: float | None) -> tuple[npt.NDArray[np.float32], float | None]:
     """Depth [m] out of a recording, and its camera's focal length if that was recorded."""
-    from app.live.monitor.recorded_depth import NoDepthError, recorded_depth
+    from app.review import recorded_depth
 
-    try:
-        return recorded_depth(path, at)
-    except NoDepthError as error:
-        raise ConfigError(f"{path}: {error}; give a recording with depth in it") from error
+    return recorded_depth(path, at)
 
 
 def read_depth(path: Path) -> npt.NDArray[np.float32]:
