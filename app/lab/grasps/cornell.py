@@ -24,10 +24,10 @@ import numpy.typing as npt
 
 from config import ConfigError
 from hw import Intrinsics
-from perception.maps import SIZE
-from perception.preprocess import METRES_PER_PIXEL, Square, prepare
-from perception.propose import Proposer
-from perception.table import NoTableError, camera_above_table
+from perception.network_io import INPUT_SIZE
+from perception.networks.proposer import Proposer
+from perception.preprocess import METRES_PER_PIXEL, Crop, prepare
+from perception.table_plane import NoTableError, camera_above_table
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -116,14 +116,14 @@ def matches(proposer: Proposer, image: CornellImage, *, room: float = ROOM) -> b
         return False
     u, v = np.concatenate(image.rectangles).mean(axis=0)
     distance = float(np.nanmedian(image.depth))
-    size = round(SIZE * METRES_PER_PIXEL * CAMERA.fx / distance)
-    square = Square(
+    size = round(INPUT_SIZE * METRES_PER_PIXEL * CAMERA.fx / distance)
+    square = Crop(
         u0=int(np.clip(u - size / 2, 0, CAMERA.width - size)),
         v0=int(np.clip(v - size / 2, 0, CAMERA.height - size)),
         size=size,
     )
     prepared = prepare(image.depth, square, CAMERA, wTc)
-    found = proposer(prepared.network_input, ~prepared.missing).candidates
+    found = proposer.propose(prepared.network_input, ~prepared.missing).candidates
     if len(found.quality) == 0:
         return False
     u, v = square.to_image(found.pixel[:1])[0]

@@ -23,7 +23,7 @@ from app.lab.machine import machine
 from app.lab.progress import progress
 from app.lab.workers import run_all
 from perception import GraspDetector
-from perception.weights import read_story
+from perception.networks.weights import read_metadata
 
 _DRAWN = 24  # failures at most
 
@@ -129,7 +129,7 @@ def evaluate(
         lambda picks: all(pick.held for pick in picks),
     )
     return Evaluation(
-        network=str(proposing.weights) if proposing.weights else detector.propose.name,
+        network=str(proposing.weights) if proposing.weights else detector.proposer.name,
         images=tuple(judged),
         picks=tuple(pick for picks in emptied for pick in picks),
         cornell=tuple(
@@ -150,9 +150,9 @@ def _container(proposing: Proposing, seed: int) -> list[Pick]:
 
 def _rectangles(proposing: Proposing, image: CornellImage) -> bool:
     weights = proposing.weights
-    from_elsewhere = weights is not None and "recipe" not in read_story(weights)
+    from_elsewhere = weights is not None and "recipe" not in read_metadata(weights)
     room = 0.0 if from_elsewhere else ROOM  # published networks have learnt from such rectangles
-    return matches(proposing.detector().propose, image, room=room)
+    return matches(proposing.detector().proposer, image, room=room)
 
 
 def _all(

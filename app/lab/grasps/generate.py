@@ -30,8 +30,8 @@ from hw.sim.robot import CAMERA
 from perception.geometry import world_points
 from perception.grasp_feasibility import assess
 from perception.height_map import HeightMap, height_map
-from perception.maps import BINS, CELLS, STRIDE
-from perception.preprocess import central_square, prepare
+from perception.network_io import ANGLE_BINS, GRID_SIZE, OUTPUT_STRIDE
+from perception.preprocess import central_crop, prepare
 from perception.samples import Labels, Sample, Shard
 
 Array = npt.NDArray[np.float64]
@@ -103,9 +103,9 @@ class Truth:
     height: npt.NDArray[np.float32]
     """(rows, columns) surface height; NaN where there is no object [m]."""
     quality: npt.NDArray[np.float32]
-    """(rows, columns, BINS) for closing directions i π / BINS, from x towards y of the world."""
+    """(rows, columns, ANGLE_BINS), direction i π / ANGLE_BINS from x towards y of the world."""
     width: npt.NDArray[np.float32]
-    """(rows, columns, BINS) [m]."""
+    """(rows, columns, ANGLE_BINS) [m]."""
 
 
 def exact_view(world: World) -> tuple[HeightMap, Array, npt.NDArray[np.bool_]]:
@@ -143,11 +143,11 @@ def judge(world: World) -> Truth:
     x, y = x[standing], y[standing]
 
     height = np.full((size, size), np.nan, dtype=np.float32)
-    quality = np.zeros((size, size, BINS), dtype=np.float32)
-    width = np.zeros((size, size, BINS), dtype=np.float32)
+    quality = np.zeros((size, size, ANGLE_BINS), dtype=np.float32)
+    width = np.zeros((size, size, ANGLE_BINS), dtype=np.float32)
     height[row, column] = surface
-    for index in range(BINS):
-        direction = np.full(len(x), index * np.pi / BINS)
+    for index in range(ANGLE_BINS):
+        direction = np.full(len(x), index * np.pi / ANGLE_BINS)
         grasps = assess(scene, x, y, direction, FLOOR)
         centred = np.clip((0.011 - np.abs(grasps.offset)) / 0.008, 0.0, 1.0)
         quality[row, column, index] = grasps.score * centred
@@ -166,7 +166,7 @@ def see(world: World, truth: Truth, view: View, rng: np.random.Generator) -> Sam
         rng: of the noise.
     """
     along_axis = float((FLOOR - view.wTc.translation[2]) / view.wTc.rotation[2, 2])
-    square = central_square((CAMERA.height, CAMERA.width), CAMERA, along_axis)
+    square = central_crop((CAMERA.height, CAMERA.width), CAMERA, along_axis)
     part = Intrinsics(
         width=square.size,
         height=square.size,
@@ -177,10 +177,10 @@ def see(world: World, truth: Truth, view: View, rng: np.random.Generator) -> Sam
     )
     exact, ids = DepthRenderer(part).render(world.shapes(), view.wTc, with_ids=True)
     measured = view.noise.apply(exact, part, rng)
-    whole = central_square(measured.shape, part, along_axis)
+    whole = central_crop(measured.shape, part, along_axis)
     prepared = prepare(measured, whole, part, view.wTc)
 
-    middle = np.arange(STRIDE // 2, prepared.depth.shape[0], STRIDE)
+    middle = np.arange(OUTPUT_STRIDE // 2, prepared.depth.shape[0], OUTPUT_STRIDE)
     grid = np.stack(np.meshgrid(middle, middle), axis=-1).astype(float).reshape(-1, 2)
     u, v = np.clip(np.rint(whole.to_image(grid)), 0, square.size - 1).astype(int).T
     cell = np.flatnonzero(ids[v, u] >= len(world.fixtures))
@@ -198,7 +198,7 @@ def see(world: World, truth: Truth, view: View, rng: np.random.Generator) -> Sam
 def _labels(
     truth: Truth, points: Array, wTc: SE3, camera: Intrinsics
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """(N, BINS) quality and width [px of the camera] at (N, 3) points, by direction in the image.
+    """(N, ANGLE_BINS) quality and width [px of the camera] at (N, 3) points.
 
     The plane through a point and a direction in the image cuts the horizontal in the closing
     direction that is seen there; the truth is interpolated between the two directions next to it.
@@ -209,22 +209,24 @@ def _labels(
     with np.errstate(invalid="ignore"):
         known = np.abs(truth.height[row, column] - points[:, 2]) < _SAME_SURFACE
 
-    angle = np.arange(BINS) * np.pi / BINS
+    angle = np.arange(ANGLE_BINS) * np.pi / ANGLE_BINS
     ray = (points - wTc.translation) @ wTc.rotation
     # A step along the image direction, in the camera's frame; angles count against v.
-    step = np.stack([np.cos(angle), -np.sin(angle) * camera.fx / camera.fy, np.zeros(BINS)], axis=1)
+    step = np.stack(
+        [np.cos(angle), -np.sin(angle) * camera.fx / camera.fy, np.zeros(ANGLE_BINS)], axis=1
+    )
     up = wTc.rotation[2]
     # Adding what keeps it horizontal along the ray does not change where it is seen.
     lift = -(step @ up)[None, :] / (ray @ up)[:, None]
     along = (step[None] + lift[..., None] * ray[:, None]) @ wTc.rotation.T
-    direction = np.arctan2(along[..., 1], along[..., 0]) % np.pi * (BINS / np.pi)
+    direction = np.arctan2(along[..., 1], along[..., 0]) % np.pi * (ANGLE_BINS / np.pi)
     below = np.floor(direction).astype(int)
     part = (direction - below).astype(np.float32)
 
     def at(
         values: npt.NDArray[np.float32], index: npt.NDArray[np.int64]
     ) -> npt.NDArray[np.float32]:
-        found: npt.NDArray[np.float32] = values[row[:, None], column[:, None], index % BINS]
+        found: npt.NDArray[np.float32] = values[row[:, None], column[:, None], index % ANGLE_BINS]
         return found
 
     quality = (1.0 - part) * at(truth.quality, below) + part * at(truth.quality, below + 1)
@@ -239,4 +241,4 @@ def shards_of(images: int) -> int:
     return math.ceil(images / (VIEWS * SHARD_SCENES))
 
 
-assert CELLS * STRIDE == 300, "labels and images cover the same square"
+assert GRID_SIZE * OUTPUT_STRIDE == 300, "labels and images cover the same square"

@@ -26,7 +26,7 @@ class Data(StrictModel):
 
 
 class Learning(StrictModel):
-    """How long and how fast; see `perception.training.Recipe`."""
+    """How long and how fast; see `perception.networks.training.Recipe`."""
 
     seed: Seed = 0
     rounds: Count = 16
@@ -39,7 +39,7 @@ class Learning(StrictModel):
 class TrainingRecipe(StrictModel):
     """A recipe file."""
 
-    network: Literal["bins", "ggcnn", "ggcnn2"]
+    network: Literal["bins", "ggcnn"]
     data: Data = Data()
     learning: Learning = Learning()
 

@@ -12,7 +12,7 @@ from app.lab.grasps.picture import overlay
 from config import ConfigError
 from hw import DepthFrame, Intrinsics
 from perception import GraspDetector
-from perception.table import NoTableError, camera_above_table
+from perception.table_plane import NoTableError, camera_above_table
 
 _D435_FOCAL = 0.6  # of a D435's depth image, in image widths
 

@@ -24,14 +24,14 @@ from hw import DepthFrame
 from hw.sim import D435Noise, DepthRenderer, hand_shapes, load_scene
 from hw.sim.robot import CAMERA, TOOL_TO_CAMERA
 from perception import GraspDetector
-from perception.propose import Proposer
-from perception.weights import SHIPPED, shipped_network
+from perception.networks import NETWORKS, shipped_network
+from perception.networks.proposer import Proposer
 
 PARTS: Functions = {
     "prepare": ((perception.detector, "prepare"),),
     "height map": ((perception.detector, "height_map"),),
-    "network": ((Proposer, "answer"),),
-    "candidates": ((Proposer, "__call__"),),
+    "network": ((Proposer, "infer"),),
+    "candidates": ((Proposer, "propose"),),
     "check and refine": ((perception.detector, "refine"),),
 }
 """The functions that a step is made of."""
@@ -86,7 +86,7 @@ def contenders() -> dict[str, GraspDetector]:
         f"{name}{', plain torch' if plain else ''}": GraspDetector(
             proposer=Proposer(shipped_network(name), plain=plain)
         )
-        for name in SHIPPED
+        for name in NETWORKS
         for plain in (False, True)
     }
 

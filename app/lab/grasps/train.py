@@ -20,8 +20,8 @@ from app.lab.grasps.images import judge_images, valid_rate
 from app.lab.grasps.recipe import TrainingRecipe
 from config import ConfigError
 from perception import GraspDetector
-from perception.training import Recipe, Report, train
-from perception.weights import NETWORKS, save_network
+from perception.networks.training import RoundReport, TrainingSettings, train
+from perception.networks.weights import NETWORKS, save_network
 
 JUDGED = 200
 """Images of each category that new weights are judged on, for the story in their file."""
@@ -55,7 +55,7 @@ def make_weights(
     torch.manual_seed(recipe.learning.seed)
     learning = recipe.learning
 
-    def report(report: Report) -> None:
+    def report(report: RoundReport) -> None:
         console.print(
             f"round {report.round} of {learning.rounds}: loss {report.loss:.4f}, on unseen scenes "
             f"{report.validation:.4f} (best {report.best:.4f})",
@@ -67,7 +67,7 @@ def make_weights(
             NETWORKS[recipe.network](),
             learn_from,
             validate_on,
-            Recipe(**learning.model_dump()),
+            TrainingSettings(**learning.model_dump()),
             checkpoint=folder / f"{recipe.network}.checkpoint",
             device=device,
             report=report,

@@ -9,7 +9,7 @@ from pinocchio import SE3, exp3
 from app.lab.grasps.generate import judge, samples_of, see, shard_path, shards_of, write_shards
 from app.lab.grasps.scenes import FLOOR, HELD_OUT, LEARNT, View, random_view, random_world
 from hw.sim import Box, D435Noise, Geom, SimObject, World
-from perception.maps import BINS, CELLS
+from perception.network_io import ANGLE_BINS, GRID_SIZE
 from perception.preprocess import METRES_PER_PIXEL
 from perception.samples import Sample, Shard
 
@@ -52,7 +52,7 @@ def test_labels_of_a_box_are_across_it_and_as_wide(
     assert good.sum() > 50
     best = labels.quality[good].argmax(axis=1)
     # Seen from above with z downwards, the image's anticlockwise is the world's.
-    turn = best * np.pi / BINS - (yaw + np.pi / 2 - camera_yaw)
+    turn = best * np.pi / ANGLE_BINS - (yaw + np.pi / 2 - camera_yaw)
     turn = (turn + np.pi / 2) % np.pi - np.pi / 2
     assert np.mean(np.abs(turn) < np.deg2rad(15)) > 0.95
     shown = 0.04 / METRES_PER_PIXEL * 0.45 / 0.40
@@ -61,7 +61,7 @@ def test_labels_of_a_box_are_across_it_and_as_wide(
 
 def test_a_wall_is_never_labelled() -> None:
     labels = seen(0.0, 0.0).labels
-    rows, columns = np.divmod(labels.cell.astype(int), CELLS)
+    rows, columns = np.divmod(labels.cell.astype(int), GRID_SIZE)
     assert len(rows) == pytest.approx(
         0.12 * 0.04 / (3 * METRES_PER_PIXEL * 0.4 / 0.45) ** 2, rel=0.15
     )

@@ -17,7 +17,7 @@ from app.lab.grasps.images import judge_image, scenery_of
 from app.lab.grasps.recipe import read_recipe
 from config import ConfigError
 from perception import GraspDetector
-from perception.table import NoTableError, camera_above_table
+from perception.table_plane import NoTableError, camera_above_table
 
 RUN = CliRunner()
 
@@ -253,4 +253,4 @@ def test_training_from_a_recipe_leaves_weights_that_know_it(tmp_path: Path) -> N
     )
     assert result.exit_code == 0, result.output
     weights = tmp_path / "t" / "bins.safetensors"
-    assert GraspDetector(weights).propose.name == "bins"
+    assert GraspDetector(weights).proposer.name == "bins"
