@@ -23,12 +23,13 @@ class StrictModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-def read_config(path: Path, model: type[Model]) -> Model:
+def read_config(path: Path, model: type[Model], context: Any = None) -> Model:
     """What a file says, checked.
 
     Args:
         path: a YAML file.
         model: what it must be.
+        context: for the validators of the model, as `ValidationInfo.context`.
 
     Raises:
         ConfigError: it cannot be read, is not YAML, or says something that the model forbids.
@@ -36,7 +37,7 @@ def read_config(path: Path, model: type[Model]) -> Model:
     try:
         text = path.read_text(encoding="utf-8")
         node = yaml.compose(text, Loader=yaml.SafeLoader)
-        return model.model_validate(yaml.safe_load(text))
+        return model.model_validate(yaml.safe_load(text), context=context)
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: cannot be read: {error}") from error
     except yaml.MarkedYAMLError as error:
