@@ -17,6 +17,7 @@ from perception.height_map import HeightMap, height_map
 from perception.network_io import INPUT_SIZE, OUTPUT_STRIDE
 from perception.preprocess import NoDepthError, Prepared, central_crop, prepare, valid_depth
 from perception.refine import ALL_DIRECTIONS, refine
+from robots import GripperDescription
 
 if TYPE_CHECKING:
     from perception.networks import Proposals, Proposer
@@ -40,7 +41,8 @@ class GraspDetector:
     Args:
         weights: a weights file; None takes shipped weights.
         network: name of a shipped network; None takes the default. Not with `weights`.
-        proposer: a network that is ready for inference, instead of both.
+        gripper: the hand that grasps.
+        proposer: a network that is ready for inference, instead of `weights` and `network`.
 
     Raises:
         WeightsError: the weights are missing or do not fit.
@@ -51,8 +53,10 @@ class GraspDetector:
         weights: Path | None = None,
         network: str | None = None,
         *,
+        gripper: GripperDescription,
         proposer: Proposer | None = None,
     ) -> None:
+        self._gripper = gripper
         if proposer is None:
             # Not at the top: torch takes a second to import.
             from perception.networks import (
@@ -99,7 +103,7 @@ class GraspDetector:
         if not allowed.any():
             return _no_grasp(frame, "nothing stands out in the workspace", covered, occupied)
         proposals = self.proposer.propose(prepared.network_input, allowed)
-        grasps = _grasps(frame, prepared, scene, proposals, workspace, floor)
+        grasps = _grasps(frame, prepared, scene, proposals, workspace, floor, self._gripper)
         if grasps:
             reason = ""
         elif len(proposals.candidates.quality) == 0:
@@ -213,6 +217,7 @@ def _grasps(
     proposals: Proposals,
     workspace: Workspace | None,
     floor: float,
+    gripper: GripperDescription,
 ) -> tuple[GraspEstimate, ...]:
     candidates = proposals.candidates
     if len(candidates.quality) == 0:
@@ -225,7 +230,7 @@ def _grasps(
     direction = closing_direction(
         frame.intrinsics, frame.wTc, pixel, candidates.angle, points[:, 2]
     )
-    at = (points[:, 0], points[:, 1], direction, candidates.quality, floor)
+    at = (points[:, 0], points[:, 1], direction, candidates.quality, floor, gripper)
     found = refine(scene, *at, directions=proposals.directions)
     if len(found.score) == 0 and proposals.directions < ALL_DIRECTIONS:
         found = refine(scene, *at, directions=ALL_DIRECTIONS)

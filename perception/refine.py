@@ -13,6 +13,7 @@ import numpy as np
 from perception.arrays import Array, Indices
 from perception.grasp_feasibility import Assessment, assess
 from perception.height_map import HeightMap
+from robots import GripperDescription
 
 ALL_DIRECTIONS = 12
 """Closing directions that cover the half turn, in steps of 15°."""
@@ -58,6 +59,7 @@ def refine(
     direction: Array,
     quality: Array,
     floor: float,
+    gripper: GripperDescription,
     *,
     directions: int = ALL_DIRECTIONS,
     count: int = 8,
@@ -71,6 +73,7 @@ def refine(
         direction: (N,) their closing directions, from x towards y [rad].
         quality: (N,) their quality by the network, 0 to 1.
         floor: height of the support surface [m].
+        gripper: the hand.
         directions: number tried at each candidate, evenly over the half turn from its own on.
         count: largest number of grasps.
     """
@@ -79,14 +82,14 @@ def refine(
     x, y, proposed, prior = (
         np.repeat(values, directions) for values in (x, y, direction, np.sqrt(quality))
     )
-    first = assess(scene, x, y, tried, floor)
+    first = assess(scene, x, y, tried, floor, gripper)
     score = first.score * prior * _preference(tried - proposed)
     best = np.argsort(-score, kind="stable")[:SECOND_ROUND]
     best = best[score[best] > 0.0]
 
     again = np.concatenate([best, best])
     turn = np.concatenate([np.zeros(len(best)), np.clip(first.turn[best], -MAX_TURN, MAX_TURN)])
-    second = assess(scene, first.x[again], first.y[again], tried[again] + turn, floor)
+    second = assess(scene, first.x[again], first.y[again], tried[again] + turn, floor, gripper)
     both = _joined(first, best, second)
     origin = np.concatenate([best, again])
     tried = np.concatenate([tried[best], tried[again] + turn])
