@@ -24,7 +24,7 @@ from behaviours.region_empty import RegionEmpty
 from behaviours.retreat_check import RetreatCheck
 from behaviours.say import Say, Wait
 from behaviours.scan_for_objects import ScanForObjects
-from behaviours.vision import Vision
+from behaviours.vision import Vision, VisionBeside, VisionInStep
 
 LEAVES: dict[str, type[Leaf]] = {
     leaf.key: leaf
@@ -70,4 +70,6 @@ __all__ = [
     "TaskLog",
     "ToolPose",
     "Vision",
+    "VisionBeside",
+    "VisionInStep",
 ]

@@ -138,11 +138,11 @@ class ObjectVisible(Condition):
         """One tick; a frame is judged once."""
         vision = self.context.vision
         vision.new_frame()
-        if vision.frame is None or vision.blind(self.context.clock.now()):
+        if vision.frame is None or vision.is_blind(self.context.state.stamp):
             return self.failure("no camera frame")
         if vision.frame is not self._judged:
             self._judged = vision.frame
-            with vision.at_work():
+            with vision.timed():
                 self._occupancy = Occupancy(self._within, cell=0.008, stride=3)
                 self._occupancy.add(vision.frame)
                 self._count = len(self._occupancy.things(self._smallest))

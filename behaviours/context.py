@@ -10,7 +10,7 @@ from behaviours.log import TaskLog
 from behaviours.named import Key
 from behaviours.vision import Vision
 from controller import MotionGoal, RobotModel, StepReport
-from hw import Clock, Robot, RobotState
+from hw import Robot, RobotState, TaskClock
 
 
 @dataclass(kw_only=True, eq=False)
@@ -23,7 +23,8 @@ class Context:
 
     robot: Robot
     model: RobotModel
-    clock: Clock
+    clock: TaskClock
+    """Of the task: it stands still while the task is paused."""
     vision: Vision
     state: RobotState
     """This tick's reading."""

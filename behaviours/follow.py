@@ -77,7 +77,11 @@ class Follow(Leaf):
         context, now = self.context, self.context.clock.now()
         self._look()
         if now - self._seen > self._patience:
-            reason = "no camera frame" if context.vision.blind(now) else "nothing to follow"
+            reason = (
+                "no camera frame"
+                if context.vision.is_blind(context.state.stamp)
+                else "nothing to follow"
+            )
             return self.failure(f"{reason} for {self._patience:g} s")
         if self._thing is None:
             return self.running("looking for something to follow")
@@ -101,7 +105,7 @@ class Follow(Leaf):
         frame = self.context.vision.new_frame()
         if frame is None:
             return
-        with self.context.vision.at_work():
+        with self.context.vision.timed():
             occupancy = Occupancy(self._within, cell=0.008, stride=3)
             occupancy.add(frame)
             seen = occupancy.things(_THING)

@@ -60,7 +60,7 @@ class Grasp(Leaf):
         self._progress = Progress()
         self._target = np.full(3, np.inf)
         self.context.vision.tracker.lock_distance = self._lock_distance
-        self.context.vision.lose()
+        self.context.vision.reset()
 
     def update(self) -> Status:
         """One tick of the phase that the grasp is in."""
@@ -71,18 +71,18 @@ class Grasp(Leaf):
 
     def terminate(self, new_status: Status) -> None:
         """Follow nothing any longer."""
-        self.context.vision.lose()
+        self.context.vision.reset()
 
     def _follow(self) -> Status:
         """Keep over the grasp that perception follows, until it is locked and below the hand."""
         vision, now = self.context.vision, self.context.clock.now()
         read = self.context.state.stamp  # frames have the session's time, which a pause adds to
-        grasp = vision.follow(self._within, read)
+        grasp = vision.track(self._within, read)
         if grasp is None:
             if now - self._seen > self._patience:
                 if vision.detection is not None and vision.detection.grasps:
                     vision.tracker.forget()  # every grasp in sight failed once: try them again
-                reason = "no camera frame" if vision.blind(read) else vision.tracker.reason
+                reason = "no camera frame" if vision.is_blind(read) else vision.tracker.reason
                 return self.failure(f"no grasp for {self._patience:g} s: {reason}")
             return self.running("looking for a grasp")
         self._seen = now

@@ -10,7 +10,7 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from controller import MotionGoal, StepReport
-from hw import HardwareError
+from hw import HardwareError, TaskTime
 
 FINGER_PATIENCE = 3.0
 """Fingers that still move after this do not do what they were told [s]."""
@@ -154,10 +154,10 @@ class Progress:
         self._patience = patience
         self._step = step
         self._best = float("inf")
-        self._since = 0.0
+        self._since: TaskTime | None = None
 
-    def stalled(self, error: float, now: float) -> bool:
+    def stalled(self, error: float, now: TaskTime) -> bool:
         """Whether the best error so far is older than the patience allows."""
-        if error < self._best - self._step:
+        if self._since is None or error < self._best - self._step:
             self._best, self._since = error, now
         return now - self._since > self._patience

@@ -16,7 +16,6 @@ from behaviours.leaf import Leaf, Progress, remaining
 from behaviours.named import Region
 from behaviours.retreat_check import CLOSED
 from controller import PoseGoal
-from hw import HAND_OPENING
 
 _CLEARANCE = 0.008
 """Height over the surface at which the object is let go [m]."""
@@ -91,7 +90,7 @@ class Place(Leaf):
         return self._move("lowering", self._down, 0.2, 0.004, self._release)
 
     def _release(self) -> Status:
-        self.grip(HAND_OPENING, 20.0)
+        self.grip(self.context.robot.description.gripper.opening, 20.0)
         self._phase = self._open
         return self.running("letting go")
 

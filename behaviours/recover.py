@@ -43,7 +43,7 @@ class Recover(Leaf):
 
     def initialise(self) -> None:
         """Start anew, from wherever the hand is now."""
-        self.context.vision.lose()
+        self.context.vision.reset()
         self._faults = 0
         self._rising = self._arm is not None and not self._folded(self._arm)
         self._progress = Progress(patience=1.0)

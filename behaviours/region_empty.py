@@ -49,7 +49,7 @@ class RegionEmpty(Leaf):
 
     def update(self) -> Status:
         """One tick; standing still, as no goal is left."""
-        seen = self.context.vision.look(self._region)
+        seen = self.context.vision.detect(self._region)
         if seen is None or isnan(seen.occupied_area):
             if self.context.clock.now() - self._begun > self._patience:
                 return self.failure(seen.reason if seen else "no camera frame")

@@ -8,9 +8,10 @@ from typing import ClassVar
 import numpy as np
 from py_trees.common import Status
 
-from behaviours.aiming import PATIENCE, AimingLeaf, straight_down
+from behaviours.aiming import PATIENCE, camera_pose, hand_for, straight_down
 from behaviours.approach import Approach
 from behaviours.context import Context
+from behaviours.leaf import Leaf
 from behaviours.named import Key, Region
 from behaviours.occupancy import Occupancy
 from controller import PoseGoal
@@ -21,7 +22,7 @@ _SEEN = 0.9
 """Less of the region than this is not enough to count by."""
 
 
-class ScanForObjects(AimingLeaf):
+class ScanForObjects(Leaf):
     """Look straight down at a region, from several views if it is large, and count the objects.
 
     Objects that touch each other count as one. Succeeds with any count, none included. Fails when
@@ -62,7 +63,7 @@ class ScanForObjects(AimingLeaf):
 
     def initialise(self) -> None:
         """Start anew with the first view."""
-        super().initialise()
+        self._wTc = camera_pose(self.context)
         self._occupancy = Occupancy(self._region)
         self._view = 0
         self._taken = 0
@@ -71,8 +72,6 @@ class ScanForObjects(AimingLeaf):
 
     def update(self) -> Status:
         """One tick."""
-        if (waiting := self.find_camera()) is not None:
-            return waiting
         if not self._there:
             status = self._go()
             if status is not Status.SUCCESS:
@@ -83,8 +82,8 @@ class ScanForObjects(AimingLeaf):
     def _go(self) -> Status:
         """One tick of the way to the view whose turn it is."""
         if self._approach is None:
-            wTc = straight_down(self._views[self._view], self._height, like=self.wTc)
-            goal = PoseGoal(wTe=self.hand_for(wTc))
+            wTc = straight_down(self._views[self._view], self._height, like=self._wTc)
+            goal = PoseGoal(wTe=hand_for(self.context, wTc))
             target = f"view {self._view + 1} of {len(self._views)} of {self._region.name}"
             self._approach = Approach(self, goal, target, self._timeout)
         return self._approach.tick()
@@ -96,7 +95,7 @@ class ScanForObjects(AimingLeaf):
         vision, now = self.context.vision, self.context.clock.now()
         frame = vision.new_frame()
         if frame is not None:
-            with vision.at_work():
+            with vision.timed():
                 self._occupancy.add(frame)
             self._taken, self._waiting_since = self._taken + 1, now
         elif now - self._waiting_since > PATIENCE:

@@ -12,7 +12,8 @@ from enum import Enum
 import numpy as np
 
 from controller import Command, Limits
-from hw.interfaces import FaultKind, Robot, RobotState
+from hw.robot import Robot
+from hw.state import FaultKind, RobotState
 
 _TOLERANCE = 1e-6
 """Relative slack of every comparison, for rounding only."""

@@ -7,7 +7,7 @@ with a face of its own, because it imports torch; this one does not.
 """
 
 from perception.detector import OCCUPIED_HEIGHT, WALL_MARGIN, GraspDetector
-from perception.frame import Frame, Intrinsics, Workspace
+from perception.frame import Frame, Workspace
 from perception.geometry import world_points
 from perception.grasp import Detection, GraspEstimate
 from perception.grasp_feasibility import assess
@@ -39,7 +39,6 @@ __all__ = [
     "GraspEstimate",
     "GraspTracker",
     "HeightMap",
-    "Intrinsics",
     "Labels",
     "NoTableError",
     "Sample",

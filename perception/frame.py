@@ -8,25 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-
-class Intrinsics(Protocol):
-    """Pinhole camera: pixel (u, v) of a point (x, y, z) is (fx x/z + cx, fy y/z + cy)."""
-
-    @property
-    def fx(self) -> float:
-        """Focal length along u [px]."""
-
-    @property
-    def fy(self) -> float:
-        """Focal length along v [px]."""
-
-    @property
-    def cx(self) -> float:
-        """Principal point, u [px]."""
-
-    @property
-    def cy(self) -> float:
-        """Principal point, v [px]."""
+from robots import Intrinsics
 
 
 class Frame(Protocol):

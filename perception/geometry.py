@@ -9,7 +9,7 @@ import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, FloatArray, Image
-from perception.frame import Intrinsics
+from robots import Intrinsics
 
 
 def world_points(

@@ -9,9 +9,9 @@ import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, Image
-from perception.frame import Intrinsics
 from perception.geometry import world_maps
 from perception.preprocess import fill
+from robots import Intrinsics
 
 CELL = 0.0015
 """Side of a cell [m]."""

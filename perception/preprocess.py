@@ -18,9 +18,9 @@ import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, Image, Mask
-from perception.frame import Intrinsics
 from perception.geometry import world_maps
 from perception.network_io import INPUT_SIZE
+from robots import Intrinsics
 
 METRES_PER_PIXEL = 0.0015
 """Length that one input pixel covers at the depth of the support surface [m]."""

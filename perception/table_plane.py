@@ -10,7 +10,7 @@ import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, Image
-from perception.frame import Intrinsics
+from robots import Intrinsics
 
 _STRIDE = 6  # only every sixth row and column is used, for speed [px]
 _SAMPLES = 300  # of three points: enough for one free of outliers at 25 % inliers, to 1 %

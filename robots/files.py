@@ -164,7 +164,8 @@ class ArmFile(StrictModel):
     @field_validator("ready")
     @classmethod
     def _is_within_limits(cls, ready: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
-        for number, (joint, q) in enumerate(zip(info.data.get("joints", ()), ready), start=1):
+        joints = info.data.get("joints", ())
+        for number, (joint, q) in enumerate(zip(joints, ready, strict=False), start=1):
             low, high = joint.position
             if not low <= q <= high:
                 raise ValueError(f"joint {number} is outside of its limits {low} to {high} rad")

@@ -19,7 +19,7 @@ from app.core.outcome import End, Outcome
 from app.core.session import failed_node
 from behaviours.named import Key
 from config import UserError, quoted, suggest
-from hw.clock import SimClock
+from hw import SimClock, TaskClock
 from trees.language import Task, build, load, nodes_in_order
 from trees.language.registry import SET
 from trees.language.syntax import LeafNode, SubtreeNode, nodes_below
@@ -217,7 +217,7 @@ def dry_run(
     task = load(path, overrides=overrides)
     script = read_script(outcomes, task)
     clock = SimClock()
-    context = cast(Any, _DryContext(clock=clock))
+    context = cast(Any, _DryContext(clock=TaskClock(clock)))
     root = build(task, context, lambda node, _, arguments: _DryLeaf(node, script, arguments))
     paths = {place.node: place.path for place in nodes_in_order(root)}
     steps: list[Step] = []
@@ -257,7 +257,7 @@ def dry_run(
 class _DryContext:
     """All that a tree of dry leaves needs of a `Context`."""
 
-    clock: SimClock
+    clock: TaskClock
     keys: dict[str, Key[object]] = field(default_factory=dict)
 
 

@@ -39,7 +39,7 @@ class RobotChoice(StrEnum):
 class TaskRobot(StrEnum):
     """Who does the main job, as in `frankie-task run`."""
 
-    SIM = "sim"
+    FRANKIE = "frankie"
     OMNI = "omni"
 
 
@@ -327,7 +327,7 @@ def perception(
 @bench.command("pick-place")
 def bench_pick_place(
     tree: Annotated[str, typer.Argument(help="A task file or a shipped task.")] = "pick_place",
-    robot: Annotated[TaskRobot, typer.Option(help="Who does it.")] = TaskRobot.SIM,
+    robot: Annotated[TaskRobot, typer.Option(help="Who does it.")] = TaskRobot.FRANKIE,
     scene: Annotated[str, typer.Option(help="A shipped scene or a scene file.")] = "household",
     seeds: Annotated[str, typer.Option(help="First and last seed.", metavar="A-B")] = "0-4",
     record: Annotated[Path, typer.Option(help="Folder for the folders of runs.")] = Path("runs"),

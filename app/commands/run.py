@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from app.core.launch import Result
 
 
-class RobotChoice(StrEnum):
-    """The robots that can run a task."""
-
-    SIM = "sim"
-    OMNI = "omni"
-
-
 class Speed(StrEnum):
     """How fast simulated time goes."""
 
     REAL = "real"
     MAX = "max"
+
+
+class VisionChoice(StrEnum):
+    """How images are searched for grasps."""
+
+    STEP = "step"
+    BESIDE = "beside"
 
 
 class ViewChoice(StrEnum):
@@ -41,7 +41,10 @@ class ViewChoice(StrEnum):
 
 def run(
     tree: Annotated[str, typer.Argument(help="A task file, or the name of a shipped task.")],
-    robot: Annotated[RobotChoice, typer.Option(help="Who does it.")] = RobotChoice.SIM,
+    robot: Annotated[
+        str, typer.Option(help="Who does it: `frankie`, `omni`, or a robot file.")
+    ] = "frankie",
+    world: Annotated[str, typer.Option(help="What moves the robot: `kinematic`.")] = "kinematic",
     scene: Annotated[
         str | None,
         typer.Option(help="A shipped scene or a scene file; default: what the task names."),
@@ -56,6 +59,10 @@ def run(
     network: Annotated[
         str | None, typer.Option(help="Which shipped grasp network: bins (the default) or ggcnn.")
     ] = None,
+    vision: Annotated[
+        VisionChoice,
+        typer.Option(help="Look for grasps in step with the control ticks, or beside them."),
+    ] = VisionChoice.STEP,
     view: Annotated[
         ViewChoice,
         typer.Option(
@@ -114,12 +121,15 @@ def run(
     if dry:
         raise typer.Exit(_run_dry(find_tree(tree), parameters, outcome or [], ticks, as_json))
     from app.core.launch import RunOptions, run_task
+    from app.core.setup import VisionForm
     from app.live.monitor import View, ViewOptions
     from app.live.operator.console import ControlOptions
 
     options = RunOptions(
         tree=find_tree(tree),
-        robot=robot.value,
+        robot=robot,
+        world=world,
+        vision=VisionForm(vision.value),
         scene=scene,
         seed=seed,
         parameters=parameters,

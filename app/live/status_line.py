@@ -15,7 +15,7 @@ from rich.text import Text
 
 from app.live.monitor.every import Every
 from app.live.monitor.snapshot import branch, tip
-from hw.clock import stopwatch
+from hw import stopwatch
 
 if TYPE_CHECKING:
     from app.live.monitor.snapshot import NodeInfo, Snapshot

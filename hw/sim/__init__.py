@@ -9,6 +9,7 @@ from hw.sim.hand import hand_shapes
 from hw.sim.layout import load_scene
 from hw.sim.noise import D435Noise
 from hw.sim.render import DepthRenderer
+from hw.sim.robot import kinematic_robot
 from hw.sim.scene import SceneError, scene_names
 from hw.sim.sim_object import SimObject
 from hw.sim.world import GraspOutcome, World
@@ -29,6 +30,7 @@ __all__ = [
     "Sphere",
     "World",
     "hand_shapes",
+    "kinematic_robot",
     "load_scene",
     "scene_names",
 ]

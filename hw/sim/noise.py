@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from hw.interfaces import Intrinsics
+from robots import Intrinsics
 
 DepthImage = npt.NDArray[np.float32]
 

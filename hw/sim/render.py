@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from hw.interfaces import Intrinsics
+from robots import Intrinsics
 from robots.shapes import Box, Capsule, Cylinder, Geom, Plane, Shape, Sphere, half_extents
 
 Image: TypeAlias = npt.NDArray[np.float32]

@@ -154,6 +154,10 @@ class World:
         """
         return self._support(thing, frozenset())
 
+    def supports(self) -> dict[str, str]:
+        """What carries each object, by its name, as `resting_on` tells."""
+        return {thing.name: self.resting_on(thing) for thing in self.objects}
+
     def _support(self, thing: SimObject, visited: frozenset[str]) -> str:
         if thing is self.held:
             return "hand"

@@ -12,7 +12,7 @@ from py_trees.common import Status
 from behaviours import BasePose, Condition, Posture, Region, ToolPose
 from behaviours.conditions import ArmAt, ArmHealthy, BatteryAbove, Near, ObjectVisible
 from controller import READY
-from hw.sim.robot import Dynamics
+from hw.sim.body import Dynamics
 
 
 def asked(harness: Harness, condition: Condition) -> tuple[bool, str]:
@@ -31,8 +31,7 @@ def test_arm_healthy_sees_every_fault():
 
 
 def test_the_battery_runs_down_with_the_time():
-    harness = Harness()
-    harness.robot._dynamics = Dynamics(battery_life=10.0)
+    harness = Harness(dynamics=Dynamics(battery_life=10.0))
     condition = BatteryAbove("battery_above", harness.context, percent=80.0)
     assert asked(harness, condition) == (True, "battery at 100.0 %")
     harness.run_for(None, 1.5)

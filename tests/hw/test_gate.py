@@ -5,8 +5,7 @@ import pytest
 from pinocchio import SE3
 
 from controller import FRANKIE, READY, Command
-from hw import Fault, FaultKind, RobotState
-from hw.gate import Gate, Refusal
+from hw import Fault, FaultKind, Gate, Refusal, RobotState
 
 LIMITS = FRANKIE.limits
 DT = 0.01

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hw.interfaces import Intrinsics
 from hw.sim import D435Noise
+from robots import Intrinsics
 
 CAMERA = Intrinsics(width=320, height=240, fx=383.0, fy=383.0, cx=159.5, cy=119.5)
 

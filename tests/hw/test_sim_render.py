@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pinocchio import SE3, exp3
 
-from hw.interfaces import Intrinsics
 from hw.sim import Box, Capsule, Cylinder, DepthRenderer, Geom, Plane, Sphere, hand_shapes
 from hw.sim.render import NEAR
+from robots import Intrinsics
 
 CAMERA = Intrinsics(width=100, height=75, fx=60.0, fy=62.0, cx=47.3, cy=38.1)
 SHAPES = [

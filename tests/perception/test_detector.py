@@ -8,12 +8,14 @@ import pytest
 from pinocchio import SE3, exp3
 
 from behaviours.named import Region
-from hw import DepthFrame, Intrinsics
+from hw import DepthFrame
 from hw.sim import Box, D435Noise, DepthRenderer, Geom, SimObject, World
 from perception import Detection, GraspDetector, WeightsError
 from perception.geometry import closing_direction, grasp_pose
 from perception.grasp_feasibility import DEPTHS
+from robots import Intrinsics, load_robot
 
+GRIPPER = load_robot("frankie").gripper
 CAMERA = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
 FLOOR = 0.456
 WORKSPACE = Region(
@@ -53,7 +55,7 @@ def frame(world: World, wTc: SE3, seed: int = 0) -> DepthFrame:
 
 @pytest.fixture(scope="module")
 def detector() -> GraspDetector:
-    return GraspDetector()
+    return GraspDetector(gripper=GRIPPER)
 
 
 def test_closing_directions_are_exact_for_a_tilted_camera() -> None:
@@ -212,4 +214,4 @@ def test_nonsense_depth_is_survived(detector: GraspDetector, seed: int) -> None:
 
 def test_missing_weights_are_said_so(tmp_path: Path) -> None:
     with pytest.raises(WeightsError, match="no such weights file"):
-        GraspDetector(tmp_path / "nothing.safetensors")
+        GraspDetector(tmp_path / "nothing.safetensors", gripper=GRIPPER)

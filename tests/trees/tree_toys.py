@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from behaviours.leaf import Condition
 from behaviours.named import BasePose, Key, Posture, Region, ToolPose
-from hw.clock import SimClock
+from hw import SimClock
 from trees.language import build, load
 
 STATUS = {

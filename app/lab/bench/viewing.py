@@ -24,16 +24,17 @@ from rich.table import Table
 from app.core.folder import RECORDING
 from app.core.measurements import Measurements
 from app.core.session import Session, Tick
-from app.core.setup import simulated_setup
-from app.core.snapshots import scene_view, snapshot, tree_view
+from app.core.setup import Setup, VisionForm, open_setup
+from app.core.snapshots import Snapshots, scene_view, tree_view
 from app.lab.machine import machine
 from app.live.monitor import Recorder
 from app.live.monitor.headless import headless_viewer
 from app.live.monitor.viewer import LOOPBACK, Address, free_port
 from app.live.operator import Control
 from controller import robot_model
-from hw import stopwatch
+from hw import WorldOptions, stopwatch
 from perception import GraspDetector
+from robots import load_robot
 from trees.language import build, load, nodes_in_order
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def bench_watch(tree: Path, seconds: float, done: Callable[[], None]) -> list[Wa
     Raises:
         ViewError: the viewer does not start.
     """
-    detector = GraspDetector()
+    detector = GraspDetector(gripper=load_robot(_ROBOT).gripper)
     results = []
     for watcher in Watcher:
         results.append(_run(tree, seconds, watcher, detector))
@@ -111,11 +112,17 @@ def bench_watch(tree: Path, seconds: float, done: Callable[[], None]) -> list[Wa
 
 
 def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) -> WatchCost:
-    setup = simulated_setup(_ROBOT, scene="household", seed=0, paced=True, detector=detector)
+    world = WorldOptions(scene="household", paced=True)
+    with open_setup(_ROBOT, "kinematic", world, detector, VisionForm.STEP) as setup:
+        return _watch(setup, tree, seconds, watcher)
+
+
+def _watch(setup: Setup, tree: Path, seconds: float, watcher: Watcher) -> WatchCost:
     root = build(load(tree), setup.context)
     nodes = nodes_in_order(root)
     period = setup.controller.settings.period
     ticks = round(seconds / period)
+    snapshots = Snapshots(nodes, setup.truth)
     control, meter = Control(), _Meter(period=period)
     server = None
     if watcher is not Watcher.NOBODY:
@@ -126,7 +133,7 @@ def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) 
             recording,
             tree=tree_view(nodes),
             model=robot_model(_ROBOT),
-            scene=scene_view(setup.world),
+            scene=scene_view(setup.truth),
             lossless=False,
             server=server,
         )
@@ -135,7 +142,7 @@ def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) 
 
             def watch(tick: Tick) -> None:
                 begun = stopwatch()
-                recorder.record(snapshot(tick, nodes, setup.world))
+                recorder.record(snapshots.of(tick))
                 meter.tick(tick.number, begun)
                 if process is not None and watcher is Watcher.HUNG:
                     if tick.number == round(_SUSPENDED_FROM * ticks):
@@ -155,7 +162,6 @@ def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) 
                 control=control,
                 watch=watch,
             ).run()
-        setup.robot.close()
         recorder.close()
         costs = 1e6 * np.array(meter.costs)
         return WatchCost(

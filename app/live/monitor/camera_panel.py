@@ -12,8 +12,9 @@ import rerun as rr
 from app.live.monitor.columns import Array, send_poses, set_time
 from app.live.monitor.glyphs import Colour
 from app.live.monitor.snapshot import Snapshot
-from hw.interfaces import DepthFrame, Intrinsics
+from hw import DepthFrame
 from perception.grasp import Detection, GraspEstimate
+from robots import Intrinsics
 
 _CAMERA = "world/camera"
 _IMAGE = "world/camera/image"

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from app.live.monitor.viewer import LOOPBACK, ViewError, free_port, viewer_program
-from hw.clock import stopwatch
+from hw import stopwatch
 
 _DRIVERS = Path("/usr/share/vulkan/icd.d")
 _PATIENCE = 60.0

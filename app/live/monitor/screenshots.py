@@ -18,7 +18,7 @@ from typing import Any
 from app.core.folder import RECORDING
 from app.live.monitor.headless import HeadlessViewer, headless_viewer
 from app.live.monitor.viewer import LOOPBACK, Address, free_port
-from hw.clock import stopwatch
+from hw import stopwatch
 
 GRASPING = 20.3
 """When the hand goes down to the second object [s]."""

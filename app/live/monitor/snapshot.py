@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pinocchio import SE3
 
     from controller import Command
-    from hw.interfaces import DepthFrame, RobotState
+    from hw import DepthFrame, RobotState
     from perception.grasp import Detection, GraspEstimate
     from robots.shapes import Geom
 

@@ -23,7 +23,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from config import UserError
-from hw.clock import stopwatch
+from hw import stopwatch
 
 LOOPBACK = "127.0.0.1"
 USUAL_PORT = 9876

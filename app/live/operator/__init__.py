@@ -7,15 +7,14 @@ tell it what people want.
 from app.live.operator.control import Control, ControlState
 from app.live.operator.hooks import Act, Hook, Side, UnknownNodeError, insert_hooks, matching
 from app.live.operator.keyboard import keys
-from hw.fault_injection import INJECTABLE, FaultyRobot
-from hw.task_clock import TaskClock
+from hw import INJECTABLE, FaultInjection, TaskClock
 
 __all__ = [
     "INJECTABLE",
     "Act",
     "Control",
     "ControlState",
-    "FaultyRobot",
+    "FaultInjection",
     "Hook",
     "Side",
     "TaskClock",

@@ -25,7 +25,7 @@ from urllib.request import urlopen
 
 from app.live.operator.control import Control
 from config import UserError
-from hw.fault_injection import INJECTABLE
+from hw import INJECTABLE
 
 if TYPE_CHECKING:
     from app.live.monitor import NodeInfo, Snapshot

@@ -195,7 +195,7 @@ def test_no_shipped_task_has_anything_to_warn_of(task):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("robot", ["sim", "omni"])
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_the_container_is_emptied(tmp_path, robot):
     code, summary, _ = run(tmp_path, "pick_place", "--seed", 0, "--robot", robot)
     assert code == 0

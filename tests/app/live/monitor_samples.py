@@ -11,9 +11,10 @@ from py_trees.common import Status
 
 from app.live.monitor import NodeInfo, NodeStatus, ObjectView, SceneView, Signals, Snapshot
 from controller import READY, Command, robot_model
-from hw.interfaces import DepthFrame, Intrinsics, RobotState
+from hw import DepthFrame, RobotState
 from hw.sim.render import DepthRenderer
 from perception.grasp import Detection, GraspEstimate
+from robots import Intrinsics
 from robots.shapes import Box, Capsule, Cylinder, Geom, Plane, Sphere
 
 PERIOD = 0.02

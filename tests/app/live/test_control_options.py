@@ -11,11 +11,12 @@ from monitor_samples import snapshot
 from typer.testing import CliRunner
 
 from app.cli import app
-from app.core.setup import simulated_setup
+from app.core.setup import VisionForm, open_setup
 from app.live.operator.console import ControlOptions, OperatorConsole
 from controller import PoseGoal
-from hw import FaultKind
+from hw import FaultKind, WorldOptions
 from perception import GraspDetector
+from robots import load_robot
 from trees.language import build, load, nodes_in_order
 
 TREE = """\
@@ -93,9 +94,13 @@ def test_a_run_with_the_page_ends_by_itself_and_closes_its_ports(tmp_path, task)
 
 def test_an_emergency_stop_that_is_mended_lets_the_robot_move_again(task):
     """The gate latches it; it opens on the loop, once no reading has the fault."""
-    setup = simulated_setup(
-        "frankie", scene="single", seed=0, paced=False, detector=GraspDetector()
-    )
+    world = WorldOptions(scene="single")
+    detector = GraspDetector(gripper=load_robot("frankie").gripper)
+    with open_setup("frankie", "kinematic", world, detector, VisionForm.STEP) as setup:
+        _press_and_release(setup, task)
+
+
+def _press_and_release(setup, task):
     nodes = nodes_in_order(build(load(task), setup.context))
     room = OperatorConsole(
         ControlOptions(), task="toy", nodes=nodes, setup=setup, viewer=None, say=lambda text: None
@@ -107,10 +112,10 @@ def test_an_emergency_stop_that_is_mended_lets_the_robot_move_again(task):
         for _ in range(count):
             state = setup.robot.read()
             command, _ = setup.controller.step(state, goal, setup.gate.applied)
-            setup.gate.send(command, state, setup.clock.now())
+            setup.gate.send(command, state, setup.clock.session.now())
             room.show(replace(snapshot(0), state=state), changed=False)
             number += 1
-            setup.clock.sleep_until(0.01 * number)
+            setup.clock.session.sleep_until(0.01 * number)
         moved.append(abs(state.base_twist).max())
 
     ticks(60)

@@ -14,7 +14,7 @@ from rerun.chunk import RrdReader
 from app.live.monitor import NodeInfo, NodeStatus, RecorderError, SceneView, Snapshot
 from app.live.monitor.camera_panel import rectangle
 from controller import READY, robot_model
-from hw.interfaces import Fault, FaultKind
+from hw import Fault, FaultKind
 
 TICKS = 300
 

@@ -10,7 +10,7 @@ import pytest
 from app.live.monitor import Snapshot
 from app.live.monitor.writer import Writer
 from controller import robot_model
-from hw.interfaces import Intrinsics
+from robots import Intrinsics
 
 SECONDS, PERIOD = 8.0, 0.01
 BATCH = 20

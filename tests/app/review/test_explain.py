@@ -22,8 +22,7 @@ from app.core.outcome import End, Outcome
 from app.review.explain import NoEventsError, explain
 from behaviours import Leaf
 from controller import PoseGoal
-from hw import HardwareError
-from hw.sim.robot import SimRobot
+from hw import ComposedRobot, HardwareError
 from trees.language import nodes_in_order
 from trees.language.composites import Sequence
 
@@ -209,14 +208,14 @@ holding_object:
 
 
 def test_hardware_that_stops_answering(record, monkeypatch):
-    read, answers = SimRobot.read, iter(range(60))
+    read, answers = ComposedRobot.read, iter(range(60))
 
     def unplugged(robot):
         if next(answers, None) is None:
             raise HardwareError("the arm does not answer: check its cable")
         return read(robot)
 
-    monkeypatch.setattr(SimRobot, "read", unplugged)
+    monkeypatch.setattr(ComposedRobot, "read", unplugged)
     told, text = record("""
 sequence:
   - wait: {duration_s: 0.2}
