@@ -19,11 +19,13 @@ from behaviours.move_arm import MoveArm
 from behaviours.named import BasePose, Key, Posture, Region, ToolPose
 from behaviours.navigate import Navigate
 from behaviours.place import Place
+from behaviours.progress import Progress
 from behaviours.recover import Recover
 from behaviours.region_empty import RegionEmpty
 from behaviours.retreat_check import RetreatCheck
 from behaviours.say import Say, Wait
 from behaviours.scan_for_objects import ScanForObjects
+from behaviours.settings import BehaviourSettings
 from behaviours.vision import Vision, VisionBeside, VisionInStep
 
 LEAVES: dict[str, type[Leaf]] = {
@@ -59,6 +61,7 @@ __all__ = [
     "LEAVES",
     "Approach",
     "BasePose",
+    "BehaviourSettings",
     "Carried",
     "Condition",
     "Context",
@@ -66,6 +69,7 @@ __all__ = [
     "Leaf",
     "LeafCrashedError",
     "Posture",
+    "Progress",
     "Region",
     "TaskLog",
     "ToolPose",

@@ -11,14 +11,8 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from behaviours.context import Context
-from hw import RobotState
 
 Array: TypeAlias = npt.NDArray[np.float64]
-
-_AT_REST = 0.05
-"""Slower than this the hand stands still [m/s and rad/s]."""
-PATIENCE = 2.0
-"""A camera that gives no frame for longer than this is blind [s]."""
 
 
 def camera_pose(context: Context) -> SE3:
@@ -62,6 +56,8 @@ def turned_towards(wTc: SE3, point: Array, distance: float | None) -> SE3:
     return SE3(turn @ wTc.rotation, eye)
 
 
-def moves(state: RobotState) -> bool:
-    """Whether the robot is in motion."""
-    return bool(max(np.abs(state.qd).max(), np.abs(state.base_twist).max()) > _AT_REST)
+def is_at_rest(context: Context) -> bool:
+    """Whether the robot stands still, as read this tick."""
+    state = context.state
+    fastest = max(np.abs(state.qd).max(), np.abs(state.base_twist).max())
+    return bool(fastest <= context.settings.view.at_rest)

@@ -6,17 +6,7 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from behaviours.context import Context
 from behaviours.leaf import Condition, Leaf
-from behaviours.retreat_check import CLOSED
-
-_OPEN = 0.95
-"""Share of the full opening from which the fingers count as open."""
-
-
-def is_open(context: Context) -> bool:
-    """Whether the fingers count as open."""
-    return context.state.gripper_width >= _OPEN * context.robot.description.gripper.opening
 
 
 class OpenGripper(Leaf):
@@ -29,15 +19,15 @@ class OpenGripper(Leaf):
 
     def initialise(self) -> None:
         """Start to open, unless the fingers are open already."""
-        if not is_open(self.context):
-            self.grip(self.context.robot.description.gripper.opening, 20.0)
+        if not self.gripper_is_open:
+            self.open_gripper()
 
     def update(self) -> Status:
         """One tick."""
         if fault := self.fault():
             return self.failure(fault)
         state = self.context.state
-        if is_open(self.context):
+        if self.gripper_is_open:
             return self.success("open")
         if (waiting := self.fingers("opening")) is not None:
             return waiting
@@ -53,7 +43,6 @@ class HoldingObject(Condition):
         """One tick."""
         state = self.context.state
         width = f"{1000 * state.gripper_width:.0f} mm between the fingers"
-        is_between = state.gripper_width >= CLOSED and not is_open(self.context)
-        if is_between and not state.gripper_moving:
+        if not (self.gripper_is_closed or self.gripper_is_open or state.gripper_moving):
             return self.success(width)
         return self.failure(f"nothing held, {width}")

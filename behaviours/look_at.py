@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from behaviours.aiming import PATIENCE, camera_pose, hand_for, moves, turned_towards
+from behaviours.aiming import camera_pose, hand_for, is_at_rest, turned_towards
 from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
@@ -47,7 +47,7 @@ class LookAt(Leaf):
     def initialise(self) -> None:
         """Start anew, from where the camera is now."""
         wTc = turned_towards(camera_pose(self.context), self._point, self._distance)
-        goal = PoseGoal(wTe=hand_for(self.context, wTc), speed=0.5)
+        goal = PoseGoal(wTe=hand_for(self.context, wTc), speed=self.settings.view.speed)
         target = f"a view of {self._at.name}"
         self._approach = Approach(self, goal, target, self._timeout)
         self._begun = self.context.clock.now()
@@ -60,7 +60,7 @@ class LookAt(Leaf):
         status = self._approach.tick()
         if status is not Status.SUCCESS:
             return status
-        if moves(self.context.state):  # the goal stays, or the camera would coast on
+        if not is_at_rest(self.context):  # the goal stays, or the camera would coast on
             return self.running("steadying the camera")
         return self.success(f"looking at {self._at.name}")
 
@@ -71,6 +71,6 @@ class LookAt(Leaf):
             return self.failure(fault)
         context.vision.new_frame()
         self._sees = not context.vision.is_blind(context.state.stamp)
-        if not self._sees and context.clock.now() - self._begun > PATIENCE:
+        if not self._sees and context.clock.now() - self._begun > self.settings.view.patience:
             return self.failure("no camera frame")
         return self.running("waiting for a frame")

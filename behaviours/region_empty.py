@@ -18,7 +18,7 @@ class RegionEmpty(Leaf):
     Fails when something is left, and when the camera gives no usable picture.
 
     Args:
-        region: of the task file; its floor is what things stand on.
+        region: of the task file; its floor is what objects stand on.
         smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
         frames: how many pictures must agree.
         patience_s: give up without a picture after this [s].
@@ -55,7 +55,7 @@ class RegionEmpty(Leaf):
                 return self.failure(seen.reason if seen else "no camera frame")
             return self.running("looking")
         if seen.occupied_area > self._smallest:
-            return self.failure(f"{1e4 * seen.occupied_area:.0f} cm² of things left")
+            return self.failure(f"{1e4 * seen.occupied_area:.0f} cm² occupied")
         self._empty += 1
         if self._empty < self._frames:
             return self.running(f"seen empty {self._empty} times")

@@ -8,18 +8,13 @@ from typing import ClassVar
 import numpy as np
 from py_trees.common import Status
 
-from behaviours.aiming import PATIENCE, camera_pose, hand_for, straight_down
+from behaviours.aiming import camera_pose, hand_for, straight_down
 from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.named import Key, Region
 from behaviours.occupancy import Occupancy
 from controller import PoseGoal
-
-_VIEW = 0.8
-"""Side of the square that one picture shows well, per height of the camera."""
-_SEEN = 0.9
-"""Less of the region than this is not enough to count by."""
 
 
 class ScanForObjects(Leaf):
@@ -30,7 +25,7 @@ class ScanForObjects(Leaf):
     has a fault.
 
     Args:
-        region: of the task file; its floor is what things stand on.
+        region: of the task file; its floor is what objects stand on.
         count: key for the number of objects.
         height_m: of the camera over the floor [m].
         frames: pictures to take from each view.
@@ -59,12 +54,12 @@ class ScanForObjects(Leaf):
         self._frames = frames
         self._smallest = 1e-4 * smallest_cm2
         self._timeout = timeout_s
-        self._views = views(region, _VIEW * height_m)
+        self._views = views(region, self.settings.view.width_per_height * height_m)
 
     def initialise(self) -> None:
         """Start anew with the first view."""
         self._wTc = camera_pose(self.context)
-        self._occupancy = Occupancy(self._region)
+        self._occupancy = Occupancy(self._region, self.settings.counting)
         self._view = 0
         self._taken = 0
         self._approach: Approach | None = None
@@ -98,7 +93,7 @@ class ScanForObjects(Leaf):
             with vision.timed():
                 self._occupancy.add(frame)
             self._taken, self._waiting_since = self._taken + 1, now
-        elif now - self._waiting_since > PATIENCE:
+        elif now - self._waiting_since > self.settings.view.patience:
             return self.failure("no camera frame")
         seen = f"view {self._view + 1} of {len(self._views)}"
         if self._taken < self._frames:
@@ -110,10 +105,10 @@ class ScanForObjects(Leaf):
         return self._conclude()
 
     def _conclude(self) -> Status:
-        if self._occupancy.seen < _SEEN:
+        if self._occupancy.seen < self.settings.view.least_seen:
             share = 100.0 * self._occupancy.seen
             return self.failure(f"only {share:.0f} % of {self._region.name} could be seen")
-        count = len(self._occupancy.things(self._smallest))
+        count = len(self._occupancy.segments(self._smallest))
         self._count.write(count)
         return self.success(f"{count} objects in {self._region.name}")
 

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 from app.commands.refuse import find_tree, refuse
-from app.core.outcome import EXIT_BAD_INPUT
+from config import UserError
 
 if TYPE_CHECKING:
     from app.core.launch import Result
@@ -154,7 +154,7 @@ def run(
     else:
         result = run_task(options)
         _show(result, as_json)
-    raise typer.Exit(result.outcome.end.exit_code if result else EXIT_BAD_INPUT)
+    raise typer.Exit(result.outcome.end.exit_code if result else UserError.exit_code)
 
 
 def _parameters(values: list[str]) -> dict[str, str]:

@@ -102,7 +102,7 @@ def test_object_visible_tells_an_object_from_an_empty_table():
         harness.reach_over(looking_down(0.68, 0.0, TABLE_TOP + 0.35))
         condition = ObjectVisible("object_visible", harness.context, within=SPOT)
         for _ in range(30):
-            assert asked(harness, condition) == (answer, f"{len(objects)} things seen in spot")
+            assert asked(harness, condition) == (answer, f"{len(objects)} objects seen in spot")
 
 
 def test_object_visible_answers_anew_when_the_object_is_gone():

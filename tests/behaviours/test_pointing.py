@@ -78,7 +78,7 @@ def test_a_scan_counts_what_stands_in_a_region_larger_than_a_picture():
     assert harness.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == "4 objects in table"
     assert count.read() == 4
-    things = sorted(leaf._occupancy.things(1e-4), key=lambda thing: thing.centre[1])
+    things = sorted(leaf._occupancy.segments(1e-4), key=lambda thing: thing.centre[1])
     np.testing.assert_allclose([thing.centre[:2] for thing in things], spots, atol=0.01)
     assert [thing.area for thing in things] == pytest.approx([24e-4] * 4, rel=0.3)
 
