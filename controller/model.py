@@ -54,6 +54,8 @@ class Limits:
     """(7,) joint accelerations [rad/s^2]."""
     base_twist: Array
     """(3,) base speeds along x, y and about z [m/s, m/s, rad/s]."""
+    base_reverse: float
+    """Base speed along -x [m/s]."""
     base_acceleration: Array
     """(3,) base accelerations along x, y and about z [m/s^2, m/s^2, rad/s^2]."""
 
@@ -79,6 +81,7 @@ def _limits(base_twist: tuple[float, float, float]) -> Limits:
         qd=np.array([2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61]),
         qdd=np.array([6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0]),
         base_twist=np.array(base_twist),
+        base_reverse=base_twist[0],
         base_acceleration=np.array([1.5, 1.5, 3.0]),
     )
 
@@ -108,12 +111,17 @@ ROBOTS = {robot.name: robot for robot in (FRANKIE, OMNI)}
 def with_base_speed(
     description: RobotDescription, speed: float, turn_rate: float | None = None
 ) -> RobotDescription:
-    """The same robot with another largest base speed [m/s] and, if given, turn rate [rad/s]."""
+    """The same robot with another largest base speed [m/s] and, if given, turn rate [rad/s].
+
+    The reverse speed keeps its ratio to the forward speed.
+    """
     limits = description.limits
     drives = limits.base_twist[:2] > 0.0
     turn = limits.base_twist[2] if turn_rate is None else turn_rate
     twist = np.array([*np.where(drives, speed, 0.0), turn])
-    return replace(description, limits=replace(limits, base_twist=twist))
+    reverse = speed * (limits.base_reverse / float(limits.base_twist[0]))
+    limits = replace(limits, base_twist=twist, base_reverse=reverse)
+    return replace(description, limits=limits)
 
 
 _BASE_JOINTS = (pin.JointModelPX, pin.JointModelPY, pin.JointModelRZ)
@@ -164,8 +172,12 @@ class RobotModel:
         self.n_base = description.base_axes.shape[1]
         self.n = self.n_base + N_ARM
         axes, limits = description.base_axes, description.limits
-        self.speed_limits = np.concatenate([axes.T @ limits.base_twist, limits.qd])
-        """(n,) largest speed of every degree of freedom, base first."""
+        backwards = -limits.base_twist
+        backwards[0] = -limits.base_reverse
+        self.velocity_limits = np.array(
+            [[*axes.T @ backwards, *-limits.qd], [*axes.T @ limits.base_twist, *limits.qd]]
+        )
+        """(2, n) lower and upper velocities of every degree of freedom, base first."""
         self.acceleration_limits = np.concatenate([axes.T @ limits.base_acceleration, limits.qdd])
         """(n,) largest acceleration of every degree of freedom, base first."""
         free = np.full(self.n_base, np.inf)
