@@ -16,7 +16,7 @@ from py_trees.common import Status
 from rich.table import Table
 
 from app.lab.bench.step import Timing
-from behaviours import Condition, Context, Leaf
+from behaviours import BehaviourSettings, Condition, Context, Leaf
 from hw import SimClock
 from trees.language import build, load, nodes_in_order
 
@@ -61,6 +61,7 @@ class _ContextPart:
     """The part of a context that these leaves use."""
 
     clock = SimClock()
+    settings = BehaviourSettings()
 
 
 def large_task() -> str:
