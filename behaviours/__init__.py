@@ -23,10 +23,11 @@ from behaviours.progress import Progress
 from behaviours.recover import Recover
 from behaviours.region_empty import RegionEmpty
 from behaviours.retreat_check import RetreatCheck
-from behaviours.say import Say, Wait
+from behaviours.say import Say
 from behaviours.scan_for_objects import ScanForObjects
 from behaviours.settings import BehaviourSettings
 from behaviours.vision import Vision, VisionBeside, VisionInStep
+from behaviours.wait import Wait
 
 LEAVES: dict[str, type[Leaf]] = {
     leaf.key: leaf

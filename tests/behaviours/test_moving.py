@@ -14,7 +14,7 @@ from behaviours.navigate import Navigate
 from behaviours.place import Place, slots
 from behaviours.recover import Recover
 from behaviours.retreat_check import RetreatCheck
-from behaviours.say import Wait
+from behaviours.wait import Wait
 from controller import READY, PoseGoal
 
 POSE = ToolPose(name="over_there", wTe=looking_down(1.6, 0.3, 0.8))
