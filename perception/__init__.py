@@ -7,14 +7,13 @@ with a face of its own, because it imports torch; this one does not.
 """
 
 from perception.detector import OCCUPIED_HEIGHT, WALL_MARGIN, GraspDetector
-from perception.frame import Frame, Workspace
+from perception.frame import Workspace
 from perception.geometry import world_points
 from perception.grasp import Detection, GraspEstimate
 from perception.grasp_feasibility import assess
 from perception.height_map import HeightMap, height_map
 from perception.network_io import (
     ANGLE_BINS,
-    GRID_SIZE,
     INPUT_SIZE,
     OUTPUT_STRIDE,
     WeightsError,
@@ -26,7 +25,6 @@ from perception.tracker import GraspTracker, TrackerSettings
 
 __all__ = [
     "ANGLE_BINS",
-    "GRID_SIZE",
     "INPUT_SIZE",
     "METRES_PER_PIXEL",
     "OCCUPIED_HEIGHT",
@@ -34,7 +32,6 @@ __all__ = [
     "WALL_MARGIN",
     "Crop",
     "Detection",
-    "Frame",
     "GraspDetector",
     "GraspEstimate",
     "GraspTracker",

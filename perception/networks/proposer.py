@@ -34,7 +34,7 @@ class Proposals(NamedTuple):
     """(INPUT_SIZE, INPUT_SIZE) quality, for display; 0 where no grasp is allowed."""
     directions: int
     """Closing directions to assess at each candidate. GG-CNN needs all: where several are good, its
-    angle is their average, which may not be."""
+    angle is their average, which may be bad."""
 
 
 Forward: TypeAlias = Callable[[Tensor], Tensor]

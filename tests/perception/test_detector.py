@@ -34,7 +34,7 @@ def box_world(yaw: float = 0.5, x: float = 3.03, y: float = -0.02) -> World:
     """A box of 120 x 40 x 50 mm in a container."""
     part = Geom(Box((0.06, 0.02, 0.025)), SE3.Identity())
     turn = exp3(np.array([0.0, 0.0, yaw]))
-    thing = SimObject(
+    obj = SimObject(
         name="box", parts=(part,), mass=0.2, pose=SE3(turn, np.array([x, y, FLOOR + 0.025]))
     )
     fixtures = [
@@ -44,7 +44,7 @@ def box_world(yaw: float = 0.5, x: float = 3.03, y: float = -0.02) -> World:
         for sign in (1, -1):
             centre = np.array([3.0 + sign * dx, sign * dy, FLOOR + 0.025])
             fixtures.append(Geom(Box((hx, hy, 0.025)), SE3(np.eye(3), centre), "wall"))
-    return World(fixtures, [thing])
+    return World(fixtures, [obj])
 
 
 def frame(world: World, wTc: SE3, seed: int = 0) -> DepthFrame:

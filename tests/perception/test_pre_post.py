@@ -155,7 +155,7 @@ def test_a_tilted_camera_gives_a_level_image() -> None:
 
 
 def _answer(u: float, v: float, bin_: float, width: float) -> np.ndarray:
-    """What the angle-bin network says of one good grasp at a network pixel, and nothing else."""
+    """Output of the angle-bin network with one good grasp at an input pixel."""
     rows, columns = np.mgrid[0:100, 0:100]
     distance = ((columns * 3 + 1 - u) ** 2 + (rows * 3 + 1 - v) ** 2) / 9.0
     turn = (np.arange(ANGLE_BINS) - bin_ + ANGLE_BINS / 2) % ANGLE_BINS - ANGLE_BINS / 2
