@@ -1,8 +1,8 @@
 """The angle-bin network: grasp quality and width of 16 closing directions at every cell.
 
 GG-CNN regresses one direction per pixel, as the cosine and sine of twice its angle. Where several
-directions are good, at the corner of a box or on a ball, it learns their average, which may
-be bad. Here every direction has its own quality and width, on a grid three times as coarse, which also
+directions are good, at the corner of a box or on a ball, it learns their average, which may be bad.
+Here every direction has its own quality and width, on a grid three times as coarse, which also
 makes the network smaller and faster.
 """
 
