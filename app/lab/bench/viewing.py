@@ -31,6 +31,7 @@ from app.live import Address, Control, Recorder, headless_viewer, tree_view
 from controller import robot_model
 from hw import WorldOptions, stopwatch
 from perception import GraspDetector
+from robots import load_robot
 from trees.language import build, load, nodes_in_order
 
 if TYPE_CHECKING:
@@ -99,7 +100,7 @@ def measure_watching(tree: Path, seconds: float, done: Callable[[], None]) -> li
     Raises:
         ViewError: the viewer does not start.
     """
-    detector = GraspDetector()
+    detector = GraspDetector(gripper=load_robot(_ROBOT).gripper)
     results = []
     for watcher in Watcher:
         results.append(_run(tree, seconds, watcher, detector))
