@@ -77,8 +77,6 @@ class RobotModel:
             ]
         )
         """(2, n) lower and upper velocity of every degree of freedom, base first."""
-        self.speed_limits = self.velocity_limits[1]
-        """(n,) largest velocity of every degree of freedom, base first."""
         self.acceleration_limits = np.concatenate([axes.T @ limits.base_acceleration, limits.qdd])
         """(n,) largest acceleration of every degree of freedom, base first."""
         free = np.full(self.n_base, np.inf)
@@ -146,10 +144,10 @@ def robot_model(robot: str | Path) -> RobotModel:
 
 
 def manipulability(screws: Array, hessian: Array) -> tuple[float, Array]:
-    """Yoshikawa's manipulability m = sqrt(det(J Jᵀ)) and its gradient (Haviland 2022, eq. 10).
+    """Yoshikawa's manipulability m = sqrt(det(J Jᵀ)) and its gradient (Haviland 2022, eq. 12).
 
     The gradient is J_m of the paper: m vec(J H_kᵀ)ᵀ vec((J Jᵀ)⁻¹) for every joint k. Both are the
-    same at whatever point of the end effector and in whatever axes J is written.
+    same for every point of the end effector and all axes that J may be expressed in.
 
     Args:
         screws: (6, n) J of a part of the chain.

@@ -1,7 +1,7 @@
-"""What the robot must not touch with its arm: itself, its base and the floor.
+"""Distances of the arm to itself, the base and the floor.
 
-The arm is a string of capsules, the base a box, the floor a half-space, and Coal measures between
-them. All of it hangs on the base, and the floor is flat: only the arm's joints count.
+The arm is made of capsules, the base is a box, the floor a half-space, and Coal measures between
+them. The floor moves with the base, as it is flat: only the joints of the arm matter.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A robot that does exactly what it is told, to run the controller in a loop."""
+"""A robot that follows its commands exactly, to run the controller in a loop."""
 
 from __future__ import annotations
 
@@ -102,11 +102,13 @@ def run_to(
     return run
 
 
-def assert_within_limits(run: Run, robot: str) -> None:
-    """No speed, acceleration or position limit passed in any sample."""
-    model = robot_model(robot)
+def assert_within_limits(run: Run, robot: str | RobotModel) -> None:
+    """No velocity, acceleration or position limit passed in any sample."""
+    model = robot_model(robot) if isinstance(robot, str) else robot
     velocities = np.array([model.velocities(command) for command in run.commands])
-    assert (np.abs(velocities) <= model.speed_limits + 1e-12).all()
+    lower, upper = model.velocity_limits
+    assert (velocities >= lower - 1e-12).all()
+    assert (velocities <= upper + 1e-12).all()
     accelerations = np.diff(velocities, axis=0) / 0.01
     assert (np.abs(accelerations) <= model.acceleration_limits + 1e-9).all()
     postures = np.array(run.postures)
