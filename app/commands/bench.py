@@ -14,9 +14,7 @@ from app.commands.refuse import find_tree, refuse
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.lab.bench.contenders import Contender
-    from app.lab.bench.poses import PoseRun
-    from app.lab.bench.reach import Conditions, Reach
+    from app.lab.bench import Conditions, Configuration, PoseRun, Reach
 
 bench = typer.Typer(
     no_args_is_help=True,
@@ -140,9 +138,16 @@ def reach(
     import os
     from math import radians
 
-    from app.lab.bench.contenders import Contender
-    from app.lab.bench.goals import generate, load_goals
-    from app.lab.bench.reach import SWEEPS, Conditions, reach_json, reach_notes, reach_table
+    from app.lab.bench import (
+        SWEEPS,
+        Conditions,
+        Configuration,
+        generate_goals,
+        load_goals,
+        reach_json,
+        reach_notes,
+        reach_table,
+    )
     from app.lab.machine import machine
 
     conditions = Conditions(
@@ -158,15 +163,15 @@ def reach(
     for name in _robots(robot):
         for speed in _speeds(preset, base_speed):
             for changes in SWEEPS[sweep.value] if sweep else ((),):
-                contender = Contender(
+                configuration = Configuration(
                     robot=name,
                     preset=preset.value,
                     base_speed=speed,
                     period=period,
                     changes=changes,
                 )
-                targets = given or generate(contender.model(), count, seed)
-                rows.append(_reach(contender, conditions, targets, workers, cluster))
+                targets = given or generate_goals(configuration.model(), count, seed)
+                rows.append(_reach(configuration, conditions, targets, workers, cluster))
     console = _console()
     console.print(reach_table(rows))
     for line in reach_notes(rows):
@@ -176,22 +181,24 @@ def reach(
 
 
 def _reach(
-    contender: Contender,
+    configuration: Configuration,
     conditions: Conditions,
     goals: Sequence[object],
     workers: int,
     cluster: str | None,
 ) -> Reach:
-    from app.lab.bench.reach import aggregate, trials
+    from app.lab.bench import aggregate_trials, run_trials
     from app.lab.progress import progress
 
-    name = f"{contender.robot} {contender.preset} {contender.speed_text} m/s"
+    name = f"{configuration.robot} {configuration.preset} {configuration.speed_text} m/s"
     done = {}
     with progress(name, len(goals)) as advance:
-        for number, trial in trials(contender, conditions, goals, workers=workers, cluster=cluster):
+        for number, trial in run_trials(
+            configuration, conditions, goals, workers=workers, cluster=cluster
+        ):
             done[number] = trial
             advance(trial.failure is not None)
-    return aggregate(contender, conditions, [done[number] for number in sorted(done)])
+    return aggregate_trials(configuration, conditions, [done[number] for number in sorted(done)])
 
 
 @bench.command()
@@ -216,8 +223,17 @@ def poses(
     """Experiment 1: the paper's four poses; times, smoothness and manipulability."""
     from math import radians
 
-    from app.lab.bench.contenders import EXAMPLE, Contender
-    from app.lab.bench.poses import POSES, poses_json, poses_tables, result_of, run_pose
+    from app.lab.bench import (
+        EXAMPLE,
+        POSES,
+        Configuration,
+        make_plots,
+        pose_result,
+        poses_json,
+        poses_tables,
+        prepare_plots,
+        run_pose,
+    )
     from app.lab.machine import machine
     from app.lab.progress import progress
 
@@ -227,27 +243,25 @@ def poses(
         if name not in POSES:
             refuse(f"--pose {name}: the poses are {', '.join(POSES)}")
     if plot is not None:
-        from app.lab.bench.plots import make_plots, require
-
-        require(plot)
+        prepare_plots(plot)
     tolerances = (tolerance_mm / 1e3, radians(tolerance_deg))
     speeds: Sequence[float | None] = base_speed or [1.5 if preset is Preset.FRANKIE else None]
     ours = [
-        Contender(robot=name, preset=preset.value, base_speed=speed, period=period)
+        Configuration(robot=name, preset=preset.value, base_speed=speed, period=period)
         for name in _robots(robot)
         for speed in speeds
     ]
-    examples = [Contender(robot=name, preset=EXAMPLE, period=period) for name in _robots(robot)]
+    examples = [Configuration(robot=name, preset=EXAMPLE, period=period) for name in _robots(robot)]
     runs: list[PoseRun] = []
     rivals: list[PoseRun] = []
     with progress("poses", (len(ours) + len(examples)) * len(wanted)) as advance:
-        for contenders, into in ((ours, runs), (examples, rivals)):
-            for contender in contenders:
+        for configurations, into in ((ours, runs), (examples, rivals)):
+            for configuration in configurations:
                 for name in wanted:
-                    into.append(run_pose(contender, name, tolerances, jumps=jumps))
+                    into.append(run_pose(configuration, name, tolerances, jumps=jumps))
                     advance(into[-1].trial.failure is not None)
-    results = [result_of(run) for run in runs]
-    for table in poses_tables(results, [result_of(run) for run in rivals]):
+    results = [pose_result(run) for run in runs]
+    for table in poses_tables(results, [pose_result(run) for run in rivals]):
         _console().print(table)
     _keep(json, poses_json(results, {"jumps": jumps} | machine()))
     if plot is not None:
@@ -266,15 +280,20 @@ def step(
     json: _Json = None,
 ) -> None:
     """Time of one step on the way to seeded goals: ours, the paper's, the published example's."""
-    from app.lab.bench.contenders import Contender
-    from app.lab.bench.goals import generate
-    from app.lab.bench.step import step_json, step_notes, step_table, time_steps
+    from app.lab.bench import (
+        Configuration,
+        generate_goals,
+        step_json,
+        step_notes,
+        step_table,
+        time_steps,
+    )
     from app.lab.machine import machine
 
     _check_writable(json)
     results = []
     for name in _robots(robot):
-        goals = generate(Contender(robot=name).model(), 100, seed)
+        goals = generate_goals(Configuration(robot=name).model(), 100, seed)
         results.append(
             time_steps(name, goals, steps=steps, against_rtb=versus is Rival.RTB, seed=seed)
         )
@@ -292,7 +311,7 @@ def bench_tree(
     json: _Json = None,
 ) -> None:
     """Time of reading a task file of 200 nodes, and of a tick of a tree of 31 nodes."""
-    from app.lab.bench.tree import time_tree, tree_json, tree_table
+    from app.lab.bench import time_tree, tree_json, tree_table
     from app.lab.machine import machine
 
     _check_writable(json)
@@ -335,20 +354,20 @@ def bench_pick_place(
 ) -> None:
     """Run the main job for several seeds and print a row for each."""
     from app.core.launch import RunOptions
-    from app.lab.bench import pick_place
+    from app.lab.bench import pick_place_json, pick_place_table, run_pick_place
 
     first, dash, last = seeds.partition("-")
     if not (first.isdigit() and (last.isdigit() or not dash)):
         refuse(f"--seeds {seeds}: give the first and the last seed, for example 0-4")
     _check_writable(json_file)
     options = RunOptions(tree=find_tree(tree), robot=robot.value, scene=scene, record=record)
-    summaries = pick_place.bench_pick_place(
+    summaries = run_pick_place(
         options,
         range(int(first), int(last or first) + 1),
         lambda summary: summary.show(Console(stderr=True)),
     )
-    _console().print(pick_place.pick_place_table(summaries))
-    _keep(json_file, pick_place.pick_place_json(summaries))
+    _console().print(pick_place_table(summaries))
+    _keep(json_file, pick_place_json(summaries))
 
 
 @bench.command()
@@ -358,12 +377,12 @@ def watch(
     json: _Json = None,
 ) -> None:
     """What watching costs the loop: nobody, a viewer, and a viewer that hangs."""
-    from app.lab.bench import viewing as watching
+    from app.lab.bench import Watcher, measure_watching, watch_json, watch_table
     from app.lab.progress import progress
 
     _check_writable(json)
     path = find_tree(tree)
-    with progress("watch", len(watching.Watcher)) as advance:
-        results = watching.bench_watch(path, seconds, lambda: advance(False))
-    _console().print(watching.watch_table(results))
-    _keep(json, watching.watch_json(results))
+    with progress("watch", len(Watcher)) as advance:
+        results = measure_watching(path, seconds, lambda: advance(False))
+    _console().print(watch_table(results))
+    _keep(json, watch_json(results))

@@ -1,8 +1,8 @@
-"""What watching costs the loop: the main job in real time, watched by nobody, or by a viewer.
+"""What watching costs the control loop: the main task in real time, without and with a viewer.
 
 The cost is that of making a snapshot and handing it to the recorder, on the thread of the loop,
-with everything recorded. The viewer is the real one without a window, which takes its share of the
-processor like any other program, and hangs for half of the last run.
+with everything recorded. The viewer is the real one without a window. It uses the processor like
+any other program, and is suspended for half of the last run.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ if TYPE_CHECKING:
 
 _ROBOT = "frankie"
 _SUSPENDED_FROM, _SUSPENDED_TO = 0.25, 0.75
-"""When the viewer hangs, as shares of the run."""
+"""When the viewer is suspended, as shares of the run."""
 
 
 class Watcher(Enum):
-    """Who watches a measured run."""
+    """What watches a measured run."""
 
     NOBODY = "nobody"
     VIEWER = "viewer"
@@ -51,7 +51,7 @@ class Watcher(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class WatchCost:
-    """What watching cost one run."""
+    """The cost of watching in one run."""
 
     watcher: str
     ticks: int
@@ -60,10 +60,10 @@ class WatchCost:
     worst_us: float
     """Of one tick [µs]; a tick has a period of 10 000."""
     late_ticks: int
-    """Ticks that ended more than a period behind schedule, whatever the reason."""
+    """Ticks that ended more than a period behind schedule, for any reason."""
     dropped: int
     memory_mb: float
-    """What the process grew by at most, over the run [MB]."""
+    """Largest growth of the process during the run [MB]."""
     recording_mb: float
 
 
@@ -88,12 +88,12 @@ class _Meter:
             self.memory = max(self.memory, _resident_mb())
 
 
-def bench_watch(tree: Path, seconds: float, done: Callable[[], None]) -> list[WatchCost]:
+def measure_watching(tree: Path, seconds: float, done: Callable[[], None]) -> list[WatchCost]:
     """Run a task once for every watcher.
 
     Args:
         tree: the task.
-        seconds: how long each run is watched, if the task takes that long.
+        seconds: how long each run is watched at most.
         done: called after each run.
 
     Raises:
@@ -175,7 +175,7 @@ def _watch(setup: Setup, tree: Path, seconds: float, watcher: Watcher) -> WatchC
 
 @contextmanager
 def _watched(server: Address | None) -> Iterator[subprocess.Popen[bytes] | None]:
-    """The viewer's process, if there is something to watch."""
+    """The process of a viewer of this server; None without one."""
     if server is None:
         yield None
         return
@@ -193,7 +193,7 @@ def _resident_mb() -> float:
 
 
 def watch_table(results: list[WatchCost]) -> Table:
-    """One row a watcher."""
+    """One row for every watcher."""
     table = Table(title=f"what watching costs a tick, on {machine()['machine']}")
     for column in (
         "watched by",
@@ -219,5 +219,5 @@ def watch_table(results: list[WatchCost]) -> Table:
 
 
 def watch_json(results: list[WatchCost]) -> str:
-    """The figures and the machine that they come from, as one JSON object."""
+    """The figures and the machine they were measured on, as one JSON object."""
     return json.dumps({"about": machine(), "runs": [asdict(r) for r in results]}, indent=2)

@@ -12,13 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from pinocchio import SE3
 
-from app.lab.grasps.scenes import FIRST_SEED, HELD_OUT, kind_of, nearest_object, noise
+from app.lab.grasps.scenes import FIRST_SEED, HELD_OUT, ROBOT, kind_of, nearest_object, noise
 from behaviours.named import Region
 from hw import DepthFrame
-from hw.sim import D435Noise, DepthRenderer, World, hand_shapes
-from hw.sim.layout import build_world
-from hw.sim.robot import CAMERA, TOOL_TO_CAMERA
-from hw.sim.scene import Objects, read_scene
+from hw.sim import D435Noise, DepthRenderer, Hand, Objects, World, build_world, read_scene
 from perception import Detection, GraspDetector, GraspEstimate, GraspTracker, Workspace
 
 ATTEMPTS = 3
@@ -59,7 +56,7 @@ class Pick:
 def unseen_container(seed: int) -> World:
     """A container of objects of kinds that nothing was learnt from."""
     scene = read_scene("household").model_copy(
-        update={"objects": Objects(count=OBJECTS, kinds=HELD_OUT, width_mm=(5.0, 70.0))}
+        update={"objects": Objects(count=OBJECTS, classes=HELD_OUT, width_mm=(5.0, 70.0))}
     )
     return build_world(scene, np.random.default_rng((FIRST_SEED, seed)))
 
@@ -103,7 +100,7 @@ def come_near(
     grasp = None
     for _ in range(_FRAMES):
         detection = look(world, wTe, detector, CONTAINER, camera, rng)
-        grasp = tracker.update(detection, wTe * TOOL_TO_CAMERA)
+        grasp = tracker.update(detection, wTe * ROBOT.camera.eTc)
         if tracker.locked:
             break
         if grasp is not None:
@@ -121,10 +118,11 @@ def look(
     rng: np.random.Generator,
 ) -> Detection:
     """What is found in one noisy frame from the wrist."""
-    wTc = wTe * TOOL_TO_CAMERA
-    depth = DepthRenderer(CAMERA).render([*world.shapes(), *hand_shapes(wTe, 0.08)], wTc)
-    depth = camera.apply(depth, CAMERA, rng)
-    frame = DepthFrame(depth=depth, intrinsics=CAMERA, wTc=wTc, stamp=0.0)
+    wTc = wTe * ROBOT.camera.eTc
+    hand = Hand(ROBOT.gripper, wTe).shapes(ROBOT.gripper.opening)
+    depth = DepthRenderer(ROBOT.camera.intrinsics).render([*world.shapes(), *hand], wTc)
+    depth = camera.apply(depth, ROBOT.camera, rng)
+    frame = DepthFrame(depth=depth, intrinsics=ROBOT.camera.intrinsics, wTc=wTc, stamp=0.0)
     return detector.detect(frame, workspace)
 
 
@@ -132,6 +130,6 @@ def execute(world: World, grasp: GraspEstimate) -> str:
     """Go down, close, and say how it ended: `HELD`, or what went wrong."""
     for height in np.linspace(_STANDOFF, 0.0, 25):
         wTe = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -height]))
-        if hit := world.collision(wTe, grasp.opening):
+        if hit := world.collision(Hand(ROBOT.gripper, wTe), grasp.opening):
             return f"touched {'a wall' if 'wall' in hit else 'an object'} on the way down"
-    return world.close_fingers(grasp.wTg, grasp.opening, 20.0).reason.value
+    return world.close_fingers(Hand(ROBOT.gripper, grasp.wTg), grasp.opening, 20.0).reason.value

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -23,9 +23,16 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from app.lab.grasps.scenes import FLOOR, LEARNT, View, random_count, random_view, random_world
+from app.lab.grasps.scenes import (
+    FLOOR,
+    LEARNT,
+    ROBOT,
+    View,
+    random_count,
+    random_view,
+    random_world,
+)
 from hw.sim import DepthRenderer, World
-from hw.sim.robot import CAMERA
 from perception.geometry import world_points
 from perception.grasp_feasibility import assess
 from perception.height_map import HeightMap, height_map
@@ -166,17 +173,18 @@ def see(world: World, truth: Truth, view: View, rng: np.random.Generator) -> Sam
         rng: of the noise.
     """
     along_axis = float((FLOOR - view.wTc.translation[2]) / view.wTc.rotation[2, 2])
-    square = central_square((CAMERA.height, CAMERA.width), CAMERA, along_axis)
+    camera = ROBOT.camera.intrinsics
+    square = central_square((camera.height, camera.width), camera, along_axis)
     part = Intrinsics(
         width=square.size,
         height=square.size,
-        fx=CAMERA.fx,
-        fy=CAMERA.fy,
-        cx=CAMERA.cx - square.u0,
-        cy=CAMERA.cy - square.v0,
+        fx=camera.fx,
+        fy=camera.fy,
+        cx=camera.cx - square.u0,
+        cy=camera.cy - square.v0,
     )
     exact, ids = DepthRenderer(part).render(world.shapes(), view.wTc, with_ids=True)
-    measured = view.noise.apply(exact, part, rng)
+    measured = view.noise.apply(exact, replace(ROBOT.camera, intrinsics=part), rng)
     whole = central_square(measured.shape, part, along_axis)
     prepared = prepare(measured, whole, part, view.wTc)
 

@@ -16,6 +16,7 @@ from app.lab.grasps.closed_loop import execute
 from app.lab.grasps.scenes import (
     FIRST_SEED,
     HELD_OUT,
+    ROBOT,
     View,
     kind_of,
     nearest_object,
@@ -25,7 +26,6 @@ from app.lab.grasps.scenes import (
 from behaviours.named import Region
 from hw import DepthFrame
 from hw.sim import DepthRenderer, World
-from hw.sim.robot import CAMERA
 from perception import GraspDetector
 
 CATEGORIES = ("single", "clutter")
@@ -106,7 +106,7 @@ def scenery_of(seed: int, category: str) -> Scenery:
         rng, HELD_OUT, 1 if category == "single" else int(rng.integers(2, 11))
     )
     view = random_view(world, rng)
-    depth = DepthRenderer(CAMERA).render(world.shapes(), view.wTc)
-    depth = view.noise.apply(depth, CAMERA, rng)
-    frame = DepthFrame(depth=depth, intrinsics=CAMERA, wTc=view.wTc, stamp=0.0)
+    depth = DepthRenderer(ROBOT.camera.intrinsics).render(world.shapes(), view.wTc)
+    depth = view.noise.apply(depth, ROBOT.camera, rng)
+    frame = DepthFrame(depth=depth, intrinsics=ROBOT.camera.intrinsics, wTc=view.wTc, stamp=0.0)
     return Scenery(world=world, region=region, view=view, frame=frame)

@@ -14,18 +14,32 @@ import numpy.typing as npt
 from pinocchio import SE3, exp3
 
 from behaviours.named import Region
-from hw.sim import D435Noise, SceneError, SimObject, World
-from hw.sim.layout import build_world
-from hw.sim.objects import HOUSEHOLD, UNSEEN, WORKSHOP
-from hw.sim.scene import Container, Fixture, Objects, Scene, Table
+from hw.sim import (
+    HELDOUT,
+    HOUSEHOLD,
+    TRAIN,
+    Container,
+    D435Noise,
+    Fixture,
+    Objects,
+    Scene,
+    SceneError,
+    SimObject,
+    Table,
+    World,
+    build_world,
+)
+from robots import load_robot
 
 Array = npt.NDArray[np.float64]
 
 FLOOR = 0.456
 """Height of what the objects stand on [m]."""
-LEARNT: tuple[str, ...] = (*HOUSEHOLD, *WORKSHOP)
+ROBOT = load_robot("frankie")
+"""The robot that looks at the scenes and grasps in them."""
+LEARNT: tuple[str, ...] = (*HOUSEHOLD, *TRAIN)
 """The kinds of object that are learnt from."""
-HELD_OUT: tuple[str, ...] = tuple(UNSEEN)
+HELD_OUT: tuple[str, ...] = tuple(HELDOUT)
 """The kinds of object that are judged on."""
 
 FIRST_SEED = 1_000_000
@@ -63,7 +77,7 @@ def random_world(
 
     Args:
         rng: where the randomness comes from.
-        kinds: names of `hw.sim.objects.KINDS`.
+        kinds: names of `hw.sim.OBJECT_CLASSES`.
         count: how many objects.
 
     Returns:
@@ -81,7 +95,7 @@ def random_world(
             ),
             table=Table(centre=(0.0, 3.0)),
             fixtures=(_AROUND,) if on_table else (),
-            objects=Objects(count=count, kinds=tuple(kinds), width_mm=(5.0, 70.0)),
+            objects=Objects(count=count, classes=tuple(kinds), width_mm=(5.0, 70.0)),
         )
         try:
             world = build_world(scene, rng)

@@ -19,10 +19,10 @@ from rich.table import Table
 
 import perception.detector
 from app.lab.grasps.closed_loop import CONTAINER
+from app.lab.grasps.scenes import ROBOT
 from app.lab.parts import Functions, PartTimer
 from hw import DepthFrame
-from hw.sim import D435Noise, DepthRenderer, hand_shapes, load_scene
-from hw.sim.robot import CAMERA, TOOL_TO_CAMERA
+from hw.sim import D435Noise, DepthRenderer, Hand, load_scene
 from perception import GraspDetector
 from perception.propose import Proposer
 from perception.weights import SHIPPED, shipped_network
@@ -69,14 +69,16 @@ def approach(frames: int) -> list[DepthFrame]:
     """What the wrist camera sees on its way down into a full container, with noise."""
     world = load_scene("household", 0)
     rng, noise = np.random.default_rng(0), D435Noise()
-    renderer = DepthRenderer(CAMERA)
+    renderer = DepthRenderer(ROBOT.camera.intrinsics)
     seen = []
     for height in np.linspace(0.85, 0.68, frames):
         wTe = SE3(np.diag([1.0, -1.0, -1.0]), np.array([2.94, 0.02, height]))
-        wTc = wTe * TOOL_TO_CAMERA
-        depth = renderer.render([*world.shapes(), *hand_shapes(wTe, 0.08)], wTc)
-        depth = noise.apply(depth, CAMERA, rng)
-        seen.append(DepthFrame(depth=depth, intrinsics=CAMERA, wTc=wTc, stamp=0.0))
+        wTc = wTe * ROBOT.camera.eTc
+        hand = Hand(ROBOT.gripper, wTe).shapes(ROBOT.gripper.opening)
+        depth = renderer.render([*world.shapes(), *hand], wTc)
+        depth = noise.apply(depth, ROBOT.camera, rng)
+        intrinsics = ROBOT.camera.intrinsics
+        seen.append(DepthFrame(depth=depth, intrinsics=intrinsics, wTc=wTc, stamp=0.0))
     return seen
 
 

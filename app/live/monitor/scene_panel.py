@@ -11,7 +11,7 @@ from pinocchio import SE3
 from app.live.monitor.columns import WORLD, Array, send_poses, timelines
 from app.live.monitor.glyphs import Colour
 from app.live.monitor.robot_looks import robot_looks
-from app.live.monitor.robot_shapes import LINKS, finger_poses
+from app.live.monitor.robot_shapes import finger_poses
 from app.live.monitor.solids import solids
 from app.live.snapshot import SceneView, Snapshot
 from app.live.throttle import Throttle
@@ -29,7 +29,7 @@ _FINGER_LENGTH = 0.05
 _GOAL_LENGTH, _TOOL_LENGTH = 0.12, 0.06
 
 _BASE, _HAND = "world/robot/base", "world/robot/hand"
-_LINKS = tuple(f"world/robot/link{i}" for i in range(len(LINKS)))
+_LINKS = tuple(f"world/robot/link{i}" for i in range(8))
 _FINGERS = ("world/robot/left_finger", "world/robot/right_finger")
 _GOAL, _TOOL = "world/goal", "world/tool"
 
@@ -96,7 +96,8 @@ class ScenePanel:
         """Poses of the frames that moved: most are at rest most of the time."""
         state = snapshot.state
         *links, hand = self._model.link_poses(state.wTb, state.q)
-        fingers = [hand * finger for finger in finger_poses(state.gripper_width)]
+        gripper = self._model.description.gripper
+        fingers = [hand * finger for finger in finger_poses(gripper, state.gripper_width)]
         poses = {
             _BASE: state.wTb,
             _HAND: hand,

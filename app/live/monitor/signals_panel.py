@@ -9,7 +9,8 @@ import rerun as rr
 
 from app.live.monitor.columns import timelines
 from app.live.snapshot import Snapshot
-from controller import N_ARM, Limits
+from controller import N_ARM
+from robots import Limits
 
 _SERIES = {
     "joint_velocity": [f"joint {i + 1}" for i in range(N_ARM)],

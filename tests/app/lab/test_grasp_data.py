@@ -8,10 +8,11 @@ from pinocchio import SE3, exp3
 
 from app.lab.grasps.generate import judge, samples_of, see, shard_path, shards_of, write_shards
 from app.lab.grasps.scenes import FLOOR, HELD_OUT, LEARNT, View, random_view, random_world
-from hw.sim import Box, D435Noise, Geom, SimObject, World
+from hw.sim import D435Noise, SimObject, World
 from perception.maps import BINS, CELLS
 from perception.preprocess import METRES_PER_PIXEL
 from perception.samples import Sample, Shard
+from robots import Box, Geom
 
 PERFECT = D435Noise(disparity_noise=0.0, edge_loss=0.0, speckle=0.0, disparity_step=1e-4)
 

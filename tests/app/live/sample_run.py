@@ -11,12 +11,13 @@ from py_trees.common import Status
 
 from app.live import ObjectView, SceneView, Signals, Snapshot
 from app.live.nodes import NodeInfo, NodeStatus
-from controller import READY, Command, robot_model
+from controller import Command, robot_model
 from hw import DepthFrame, RobotState
 from hw.sim.render import DepthRenderer
 from perception.grasp import Detection, GraspEstimate
-from robots import Intrinsics
-from robots.shapes import Box, Capsule, Cylinder, Geom, Plane, Sphere
+from robots import Box, Capsule, Cylinder, Geom, Intrinsics, Plane, Sphere, load_robot
+
+READY = load_robot("frankie").arm.ready
 
 PERIOD = 0.02
 RUNNING, SUCCESS, FAILURE, IDLE = Status.RUNNING, Status.SUCCESS, Status.FAILURE, Status.INVALID

@@ -1,4 +1,7 @@
-"""What a motion was worth: arrived or why not, limits passed, contacts, smoothness."""
+"""How good a motion is: whether it arrived or why not, limits, contacts, smoothness.
+
+Everything is computed from the samples of the motion, nothing from the reports of the controller.
+"""
 
 from __future__ import annotations
 
@@ -8,17 +11,16 @@ from enum import StrEnum
 import numpy as np
 import pinocchio as pin
 
-from app.lab.bench.contacts import ContactJudge
+from app.lab.bench.contacts import ContactChecker
 from app.lab.bench.motion import Motion
-from controller import RobotModel
-from controller.command import Array
+from controller import Array, RobotModel
 
 _ROUNDING = 1e-9
-"""Share of a limit that is not held against a motion."""
-_AT_LAST = 5.0
-"""The end of a motion that tells how it failed [s]."""
+"""Share by which a limit may be passed."""
+_FINAL_SECONDS = 5.0
+"""The end of a motion, which shows how it failed [s]."""
 _STILL = 5e-3
-"""An error that varies by less than this stands still [m]."""
+"""An error that varies by less than this does not change [m]."""
 _PROGRESS = 1e-3
 """Nearer by less than this is no progress [m]."""
 
@@ -31,12 +33,12 @@ class Failure(StrEnum):
     STUCK_STILL = "stuck still"
     STUCK_MOVING = "stuck moving"
     INFEASIBLE = "infeasible"
-    """The controller found no answer at least once."""
+    """The QP had no solution at least once."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Violations:
-    """In how many samples a limit was passed."""
+    """Samples in which a limit was passed."""
 
     position: int
     """Of a joint."""
@@ -51,11 +53,11 @@ class Violations:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Touches:
-    """In how many samples the arm touched something."""
+class ContactCounts:
+    """Samples in which the arm was in contact."""
 
     arm: int
-    """Itself."""
+    """With itself."""
     base: int
     floor: int
     samples: int
@@ -64,12 +66,12 @@ class Touches:
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
-    """What one motion came to."""
+    """The result of one motion."""
 
     failure: Failure | None
     """None if the goal was reached."""
     time: float
-    """When it was reached or given up [s]."""
+    """When the goal was reached or given up [s]."""
     position_error: float
     """At the end [m]."""
     orientation_error: float
@@ -79,13 +81,13 @@ class Trial:
     manipulability: float
     """Of the arm at the end."""
     violations: Violations
-    touches: Touches
+    contacts: ContactCounts
     jerk: float
     """Cumulative jerk of the tool [m/s^2], from rest."""
 
 
-class Judge:
-    """Judges the motions of one robot.
+class Evaluator:
+    """Evaluates the motions of one robot.
 
     Args:
         model: the robot, with the limits that count.
@@ -93,12 +95,12 @@ class Judge:
 
     def __init__(self, model: RobotModel) -> None:
         self.model = model
-        self._contacts = ContactJudge(model)
+        self._checker = ContactChecker(model)
         self._data = model.chain.createData()
         self._tool = model.chain.getFrameId("tool")
 
     def __call__(self, motion: Motion) -> Trial:
-        """What a motion came to."""
+        """The result of a motion."""
         x, y = self.model.bTe(motion.q[-1]).translation[:2]
         return Trial(
             failure=failure_of(motion),
@@ -107,8 +109,8 @@ class Judge:
             orientation_error=float(motion.orientation_error[-1]),
             heading_error=float(np.arctan2(y, x)),
             manipulability=self.manipulability(motion.q[-1]),
-            violations=violations_of(self.model, motion),
-            touches=self.touches(motion.q),
+            violations=count_violations(self.model, motion),
+            contacts=self.contacts(motion.q),
             jerk=cumulative_jerk(motion.tool, motion.period),
         )
 
@@ -120,11 +122,11 @@ class Judge:
         arm = J[:, self.model.n_base :]
         return float(np.sqrt(max(np.linalg.det(arm @ arm.T), 0.0)))
 
-    def touches(self, postures: Array) -> Touches:
-        """What the arm touches in postures (k, 7) [rad]."""
-        seen = np.array([(*(c := self._contacts(q)), c.any) for q in postures], bool)
+    def contacts(self, postures: Array) -> ContactCounts:
+        """Contacts of the arm in postures (k, 7) [rad]."""
+        seen = np.array([(*(c := self._checker(q)), c.any) for q in postures], bool)
         arm, base, floor, samples = (int(count) for count in seen.sum(axis=0))
-        return Touches(arm=arm, base=base, floor=floor, samples=samples)
+        return ContactCounts(arm=arm, base=base, floor=floor, samples=samples)
 
 
 def failure_of(motion: Motion) -> Failure | None:
@@ -133,7 +135,7 @@ def failure_of(motion: Motion) -> Failure | None:
         return None
     if not motion.solved:
         return Failure.INFEASIBLE
-    samples = round(_AT_LAST / motion.period)
+    samples = round(_FINAL_SECONDS / motion.period)
     before, last = motion.position_error[:-samples], motion.position_error[-samples:]
     if np.ptp(last) < _STILL:
         return Failure.STUCK_STILL
@@ -142,20 +144,21 @@ def failure_of(motion: Motion) -> Failure | None:
     return Failure.TIME_OVER
 
 
-def shares(model: RobotModel, motion: Motion) -> tuple[Array, Array]:
-    """How much of the limits of velocity and of acceleration every sample uses, both (k, n)."""
+def limit_usage(model: RobotModel, motion: Motion) -> tuple[Array, Array]:
+    """Velocities and accelerations of every sample as shares of their limits, both (k, n)."""
     accelerations = np.diff(motion.velocities, axis=0, prepend=np.zeros((1, model.n)))
+    lower, upper = model.velocity_limits
     return (
-        np.abs(motion.velocities) / model.speed_limits,
+        motion.velocities / np.where(motion.velocities < 0.0, lower, upper),
         np.abs(accelerations) / (model.acceleration_limits * motion.period),
     )
 
 
-def violations_of(model: RobotModel, motion: Motion) -> Violations:
-    """In how many samples a limit was passed, by kind."""
+def count_violations(model: RobotModel, motion: Motion) -> Violations:
+    """Samples in which a limit was passed, by kind."""
     limits, n_base = model.limits, model.n_base
     outside = (motion.q < limits.q_min - _ROUNDING) | (motion.q > limits.q_max + _ROUNDING)
-    velocity, acceleration = (share > 1.0 + _ROUNDING for share in shares(model, motion))
+    velocity, acceleration = (usage > 1.0 + _ROUNDING for usage in limit_usage(model, motion))
     kinds = {
         "position": outside[1:].any(axis=1),
         "velocity": velocity[:, n_base:].any(axis=1),
@@ -177,7 +180,8 @@ def cumulative_jerk(positions: Array, period: float) -> float:
 def jerk_noise(positions: Array, period: float) -> float:
     """What rounding alone contributes to the cumulative jerk of positions (k, 3) [m/s^2].
 
-    It is measured on an even motion between the same ends, which has no jerk after its start.
+    It is measured on a motion at constant speed between the same ends, which has no jerk after its
+    start.
     """
-    even = np.linspace(positions[0], positions[-1], len(positions))
-    return float(np.linalg.norm(np.diff(even, n=3, axis=0), axis=1).sum() / period**2)
+    constant = np.linspace(positions[0], positions[-1], len(positions))
+    return float(np.linalg.norm(np.diff(constant, n=3, axis=0), axis=1).sum() / period**2)

@@ -1,4 +1,4 @@
-"""Who is measured: a robot, a preset of the controller, and how fast the base may go."""
+"""What is measured: a robot, a preset of the controller, and how fast the base may drive."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from app.lab.bench.motion import Stepper
+from app.lab.bench.motion import Controller
 from controller import (
-    ROBOTS,
+    PAPER,
+    PRESETS,
     Command,
     ControllerSettings,
     HolisticController,
@@ -19,37 +20,36 @@ from controller import (
     RobotModel,
     StepReport,
 )
-from controller.model import with_base_speed
-from controller.settings import PAPER, PRESETS
+from robots import load_robot, with_base_speed
 
 EXAMPLE = "example"
-"""The paper's controller with what its published example does to the answer afterwards."""
+"""The preset of the paper's controller whose velocities are scaled as in its published example."""
 
 SETTINGS: dict[str, ControllerSettings] = {**PRESETS, EXAMPLE: PAPER}
-"""Settings by the name of their preset."""
+"""The settings of every preset."""
 
 _PUBLISHED_BASE_SPEED = 4.0
-"""Of the published robot descriptions [m/s and rad/s]."""
+"""Limit of the base in the published robot descriptions [m/s and rad/s]."""
 _FAR, _FAR_GAIN, _NEAR_GAIN = 0.5, 0.7, 1.4
-"""The published example multiplies its answer by 0.7 / e where e > 0.5 m, else by 1.4."""
+"""The published example multiplies its velocities by 0.7 / e where e > 0.5 m, else by 1.4."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Contender:
-    """One robot with one controller; small enough to be sent to another process."""
+class Configuration:
+    """One robot with one controller; can be sent to another process."""
 
     robot: str
     preset: str = "frankie"
     base_speed: float | None = None
-    """Largest speed of the base [m/s]; None is what the preset was made for."""
+    """Largest speed of the base [m/s]; None is the default of the preset."""
     period: float = 0.01
-    """Of control [s]."""
+    """Control period [s]."""
     changes: tuple[tuple[str, Any], ...] = ()
     """Settings that differ from the preset, by name."""
 
     def model(self) -> RobotModel:
         """The robot."""
-        description = ROBOTS[self.robot]
+        description = load_robot(self.robot)
         if self.preset != "frankie":
             speed = self.base_speed or _PUBLISHED_BASE_SPEED
             return RobotModel(with_base_speed(description, speed, _PUBLISHED_BASE_SPEED))
@@ -57,20 +57,20 @@ class Contender:
             description = with_base_speed(description, self.base_speed)
         return RobotModel(description)
 
-    def stepper(self, model: RobotModel) -> Stepper:
-        """A new controller that has seen nothing yet."""
+    def controller(self, model: RobotModel) -> Controller:
+        """A new controller."""
         settings = replace(SETTINGS[self.preset], period=self.period, **dict(self.changes))
         controller = HolisticController(model, settings)
-        return Example(controller) if self.preset == EXAMPLE else controller
+        return PublishedExample(controller) if self.preset == EXAMPLE else controller
 
     @property
     def speed_text(self) -> str:
-        """Largest base speed for people."""
+        """Largest base speed, as text."""
         return f"{self.model().limits.base_twist[0]:.1f}"
 
 
-class Example:
-    """The published example: the same qp, and its answer scaled, limits or not.
+class PublishedExample:
+    """The published example: the same QP, its velocities scaled afterwards whatever the limits.
 
     Args:
         controller: with the preset of the paper.
