@@ -26,7 +26,7 @@ from app.core.measurements import Measurements
 from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view, tree_view
-from app.lab.machine import machine
+from app.lab import machine
 from app.live.monitor import Recorder
 from app.live.monitor.headless import headless_viewer
 from app.live.monitor.viewer import LOOPBACK, Address, free_port
