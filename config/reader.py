@@ -47,7 +47,13 @@ def read_config(path: Path, model: type[Model], context: Any = None) -> Model:
     except yaml.YAMLError as error:
         raise ConfigError(f"{path}: not YAML: {str(error).splitlines()[0]}") from error
     except ValidationError as error:
-        raise ConfigError(f"{path}:{_explain(node, error.errors()[0], model)}") from error
+        raise ConfigError(f"{path}:{_explain(node, _worst(error), model)}") from error
+
+
+def _worst(error: ValidationError) -> Any:
+    """The objection to report: a misspelled key rather than the one that is missing for it."""
+    errors = error.errors()
+    return next((one for one in errors if one["type"] == "extra_forbidden"), errors[0])
 
 
 def _explain(root: yaml.Node | None, error: Any, model: type[BaseModel]) -> str:
@@ -60,7 +66,8 @@ def _explain(root: yaml.Node | None, error: Any, model: type[BaseModel]) -> str:
     if kind == "missing":
         return f"{where}: is missing: add it under {holder}"
     message = error["msg"].removeprefix("Value error, ")
-    given = "" if isinstance(error["input"], dict) else f", not {error['input']!r}"
+    named = isinstance(error["input"], dict) or f"`{error['input']}`" in message
+    given = "" if named else f", not {error['input']!r}"
     return f"{where}: {message[:1].lower()}{message[1:]}{given}"
 
 

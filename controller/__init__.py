@@ -16,33 +16,16 @@ from controller.command import (
     PostureGoal,
 )
 from controller.controller import HolisticController, StepReport
-from controller.model import (
-    FRANKIE,
-    HAND_TO_TOOL,
-    OMNI,
-    READY,
-    ROBOTS,
-    Limits,
-    RobotDescription,
-    RobotModel,
-    manipulability,
-    robot_model,
-    with_base_speed,
-)
+from controller.model import RobotModel, manipulability, robot_model
 from controller.parts import STEP_PARTS
 from controller.self_collision import SelfCollision
 from controller.settings import PAPER, PRESETS, ControllerSettings
 from controller.validation import GoalError
 
 __all__ = [
-    "FRANKIE",
-    "HAND_TO_TOOL",
     "N_ARM",
-    "OMNI",
     "PAPER",
     "PRESETS",
-    "READY",
-    "ROBOTS",
     "STEP_PARTS",
     "Array",
     "BaseGoal",
@@ -51,15 +34,12 @@ __all__ = [
     "GoalError",
     "HolisticController",
     "KinematicState",
-    "Limits",
     "MotionGoal",
     "PoseGoal",
     "PostureGoal",
-    "RobotDescription",
     "RobotModel",
     "SelfCollision",
     "StepReport",
     "manipulability",
     "robot_model",
-    "with_base_speed",
 ]

@@ -34,7 +34,7 @@ class VelocityBounds:
         self._limit_acceleration = settings.limit_acceleration
         acceleration = model.acceleration_limits
         self._max_change = acceleration * settings.period
-        self._delay = acceleration * dampers.lag
+        self._delay = acceleration * model.description.arm.lag
         self._delay_squared = self._delay**2
         self._twice_acceleration = 2.0 * acceleration
 

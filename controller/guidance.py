@@ -71,7 +71,7 @@ class Guide:
         assert settings.guidance is not None
         self._guidance = settings.guidance
         self._collision = collision
-        self._bank = bank(model.name)
+        self._bank = bank(model.description)
         self._min_turn_cosine = cos(self._guidance.goal_turn)
         self.reset()
 
@@ -191,7 +191,7 @@ class Guide:
         if goal.twist.any():
             c, s = cos(wTb.heading), sin(wTb.heading)
             vx, vy = goal.twist[0], goal.twist[1]
-            axes = model.description.base_axes[:2]
+            axes = model.description.base.axes[:2]
             base_velocity += axes.T @ [c * vx + s * vy, c * vy - s * vx]
         duration = max(
             1.0 / g.posture_rate,

@@ -42,8 +42,6 @@ class JointLimitSettings:
     """ρ_i: distance to a limit at which slowing down begins [rad]."""
     return_speed: float = 0.2
     """A joint outside its limits comes back no faster than this [rad/s]."""
-    lag: float = 0.03
-    """How far the joints may be behind their commands while they brake for a limit [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ from pinocchio import SE3
 from controller.base_drive import Pose2D
 from controller.command import Array
 from controller.model import RobotModel
-from controller.postures import Bank, Hands, hands
+from controller.postures import Bank, ToolPoses, forward_kinematics
 from controller.self_collision import SelfCollision
 from controller.settings import StanceSettings
 
@@ -101,7 +101,7 @@ def choose_stance(
         failed: stances that stalled before this goal; another one is preferred.
     """
     candidates = _candidates(bank, wTe)
-    tools = Hands(*(values[candidates] for values in bank.hands))
+    tools = ToolPoses(*(values[candidates] for values in bank.tools))
     costs = _costs(model, settings, wTe, wTb, q, bank.q[candidates], tools)[0]
     ranked = candidates[np.argsort(costs)]
     best: tuple[float, Stance] | None = None
@@ -110,7 +110,7 @@ def choose_stance(
         if len(batch) == 0:
             break
         postures, error = _refine(model, settings, wTe, bank.q[batch])
-        tools = hands(model.description.bTa, postures)
+        tools = forward_kinematics(model.description, postures)
         costs, reverse = _costs(model, settings, wTe, wTb, q, postures, tools)
         unreached = settings.unreached_cost
         costs = costs + np.where(error > _TOLERANCE, unreached + unreached * error, 0.0)
@@ -134,7 +134,7 @@ def choose_stance(
 
 def _candidates(bank: Bank, wTe: SE3) -> Indices:
     """Indices of the postures whose end effector is about as high and as tilted as the goal."""
-    heights, verticals = bank.hands.positions[:, 2], bank.hands.rotations[:, 2]
+    heights, verticals = bank.tools.positions[:, 2], bank.tools.rotations[:, 2]
     height, vertical = wTe.translation[2], wTe.rotation[2]
     for window, min_cosine in _WINDOWS:
         first, last = np.searchsorted(heights, [height - window, height + window])
@@ -146,7 +146,7 @@ def _candidates(bank: Bank, wTe: SE3) -> Indices:
     return nearest
 
 
-def _base_poses(wTe: SE3, tools: Hands) -> Array:
+def _base_poses(wTe: SE3, tools: ToolPoses) -> Array:
     """x, y, heading (N, 3) of the bases that bring their end effectors to `wTe`."""
     R, p = wTe.rotation, wTe.translation
     positions, rotations = tools.positions, tools.rotations
@@ -165,7 +165,7 @@ def _costs(
     wTb: Pose2D,
     q: Array,
     postures: Array,
-    tools: Hands,
+    tools: ToolPoses,
 ) -> tuple[Array, Array]:
     """Costs (N,) of postures [s], and whether the base drives there backwards (N,)."""
     limits, s = model.limits, settings
@@ -224,7 +224,7 @@ def _refine(model: RobotModel, settings: StanceSettings, wTe: SE3, q: Array) -> 
     high = model.limits.q_max - settings.limit_margin
     height, vertical = wTe.translation[2], wTe.rotation[2]
     for _ in range(_ITERATIONS):
-        tools = hands(model.description.bTa, q)
+        tools = forward_kinematics(model.description, q)
         seen = tools.rotations @ vertical  # the goal's vertical; (0, 0, 1) where the tilt is right
         sine = np.hypot(seen[:, 0], seen[:, 1])
         scale = np.arctan2(sine, seen[:, 2]) / np.maximum(sine, _MIN_SINE)

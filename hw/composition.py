@@ -9,7 +9,7 @@ from typing import Self
 
 from pinocchio import SE3
 
-from controller import Command, robot_model
+from controller import Command, RobotModel
 from hw.background import one_thread
 from hw.clock import Clock
 from hw.frame import DepthFrame, DepthImage
@@ -58,7 +58,7 @@ class ComposedRobot:
         self._parts = (arm, base, gripper, camera)
         self._arms = History(interpolate_arm)
         self._bases = History(interpolate_base)
-        self._model = robot_model(description.name)
+        self._model = RobotModel(description)
         self._grips, self._recoveries = background(), background()
         self._operations: dict[str, Future[None]] = {}
         self.camera = WristCamera(description, camera, clock, self._wTe_at)

@@ -16,6 +16,7 @@ from robots.description import (
 )
 from robots.load import load_robot, robot_names
 from robots.shapes import (
+    Array,
     Box,
     Capsule,
     Colour,
@@ -33,6 +34,7 @@ from robots.shapes import (
 
 __all__ = [
     "ArmDescription",
+    "Array",
     "BaseDescription",
     "Box",
     "CameraDescription",

@@ -13,12 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3
 
-from robots.shapes import Geom
-
-Array = npt.NDArray[np.float64]
+from robots.shapes import Array, Geom
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,6 +93,8 @@ class GripperDescription:
     """The left pad, a box in e, when the pads touch; its inner face lies in y = 0."""
     tip: float
     """Distance from the grasp centre to the end of the pads, along the approach [m]."""
+    ball: Geom
+    """A ball around palm and fingers at any opening, in e."""
     collision: tuple[Geom, ...]
     """Capsules around the hand and its fingers at any opening, in h."""
     looks: str | None
@@ -150,9 +149,13 @@ class RobotDescription:
 def with_base_speed(
     description: RobotDescription, speed: float, turn_rate: float | None = None
 ) -> RobotDescription:
-    """The same robot with another base speed [m/s], in reverse too, and turn rate [rad/s]."""
+    """The same robot with another base speed [m/s] and, where it is not None, turn rate [rad/s].
+
+    The reverse speed keeps its ratio to the forward speed.
+    """
     limits = description.limits
     drives = limits.base_twist[:2] > 0.0
     turn = limits.base_twist[2] if turn_rate is None else turn_rate
     twist = np.array([*np.where(drives, speed, 0.0), turn])
-    return replace(description, limits=replace(limits, base_twist=twist, base_reverse=speed))
+    reverse = speed * float(limits.base_reverse / limits.base_twist[0])
+    return replace(description, limits=replace(limits, base_twist=twist, base_reverse=reverse))

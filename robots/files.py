@@ -16,7 +16,7 @@ from pinocchio import SE3
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from config import StrictModel, suggest
-from robots.shapes import Box, Capsule, Colour, Geom
+from robots.shapes import Box, Capsule, Colour, Geom, Sphere
 
 Finite: TypeAlias = Annotated[float, Field(allow_inf_nan=False)]
 Positive: TypeAlias = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -88,6 +88,18 @@ class BoxFile(StrictModel):
         x, y, z = self.size
         half = (x / 2.0, y / 2.0, z / 2.0)
         return Geom(Box(half), SE3(np.eye(3), np.array(self.xyz)), name, colour)
+
+
+class BallFile(StrictModel):
+    """A ball."""
+
+    xyz: Vector
+    """Centre [m]."""
+    radius: Positive
+
+    def geom(self, name: str) -> Geom:
+        """The shape in its frame."""
+        return Geom(Sphere(self.radius), SE3(np.eye(3), np.array(self.xyz)), name)
 
 
 class CapsuleFile(StrictModel):
@@ -164,7 +176,7 @@ class ArmFile(StrictModel):
     @field_validator("ready")
     @classmethod
     def _is_within_limits(cls, ready: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
-        joints = info.data.get("joints", ())
+        joints: tuple[JointFile, ...] = info.data.get("joints", ())  # missing if they are wrong
         for number, (joint, q) in enumerate(zip(joints, ready, strict=False), start=1):
             low, high = joint.position
             if not low <= q <= high:
@@ -184,6 +196,8 @@ class GripperFile(StrictModel):
     palm: BoxFile
     finger: BoxFile
     pad: BoxFile
+    ball: BallFile
+    """Around palm and fingers at any opening."""
     collision: tuple[CapsuleFile, ...]
     """On the flange."""
     looks: str | None = None
@@ -194,6 +208,19 @@ class GripperFile(StrictModel):
         if not isclose(pad.xyz[1], pad.size[1] / 2.0, abs_tol=1e-9):
             raise ValueError("the inner face of the pad lies in y = 0 when the pads touch")
         return pad
+
+    @field_validator("ball")
+    @classmethod
+    def _is_around_the_hand(cls, ball: BallFile, info: ValidationInfo) -> BallFile:
+        boxes = [info.data.get(key) for key in ("palm", "finger", "pad")]
+        for box, wider in zip(boxes, (0.0, 0.5, 0.5), strict=True):
+            if box is None or "opening" not in info.data:  # wrong themselves
+                continue
+            offset = np.abs(np.subtract(box.xyz, ball.xyz)) + np.divide(box.size, 2.0)
+            offset[1] += wider * info.data["opening"]
+            if np.linalg.norm(offset) > ball.radius:
+                raise ValueError("palm and fingers, fully open, reach out of the ball")
+        return ball
 
 
 class IntrinsicsFile(StrictModel):

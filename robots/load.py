@@ -59,7 +59,7 @@ def load_robot(robot: str | Path) -> RobotDescription:
         names = robot_names()
         raise ConfigError(
             f"no robot is called `{robot}`; {suggest(str(robot), names)} "
-            f"Shipped are {quoted(names)}; the path of a robot file works too"
+            f"The shipped robots are {quoted(names)}; the path of a robot file works too"
         )
     return _load(path.resolve())
 
@@ -109,6 +109,7 @@ def _gripper(file: GripperFile) -> GripperDescription:
         finger=file.finger.geom("finger", _METAL),
         pad=file.pad.geom("pad", _RUBBER),
         tip=file.pad.xyz[2] + file.pad.size[2] / 2.0,
+        ball=file.ball.geom("hand"),
         collision=tuple(part.geom("hand") for part in file.collision),
         looks=file.looks,
     )

@@ -13,10 +13,10 @@ from py_trees.common import Status
 from behaviours import Context, Leaf, Region, VisionInStep
 from controller import HolisticController, PoseGoal, robot_model
 from hw import Camera, Fault, FaultInjection, FaultKind, Gate, RobotState, SimClock, TaskClock
-from hw.sim import Box, Geom, Plane, SimObject, World, kinematic_robot
+from hw.sim import SimObject, World, kinematic_robot
 from hw.sim.body import Dynamics
 from perception import GraspDetector
-from robots import load_robot
+from robots import Box, Geom, Plane, load_robot
 
 TABLE_TOP = 0.5
 ON_TABLE = Region(

@@ -122,8 +122,7 @@ def run(
         raise typer.Exit(_run_dry(find_tree(tree), parameters, outcome or [], ticks, as_json))
     from app.core.launch import RunOptions, run_task
     from app.core.setup import VisionForm
-    from app.live.monitor import View, ViewOptions
-    from app.live.operator.console import ControlOptions
+    from app.live import ControlOptions, View, ViewOptions
 
     options = RunOptions(
         tree=find_tree(tree),

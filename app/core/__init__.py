@@ -12,7 +12,7 @@ from app.core.on_save import run_on_save
 from app.core.outcome import End, Outcome
 from app.core.session import Session, Tick, failed_node
 from app.core.setup import Setup, VisionForm, open_setup
-from app.core.snapshots import Snapshots, scene_view, tree_view
+from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary
 
 __all__ = [
@@ -40,5 +40,4 @@ __all__ = [
     "run_on_save",
     "run_task",
     "scene_view",
-    "tree_view",
 ]

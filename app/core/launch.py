@@ -18,13 +18,20 @@ from app.core.measurements import Measurements
 from app.core.outcome import Outcome
 from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
-from app.core.snapshots import Snapshots, scene_view, tree_view
+from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary, summarise
-from app.live.monitor import Recorder, RecorderError, Viewer, ViewOptions
-from app.live.operator import Control
-from app.live.operator.console import ControlOptions, OperatorConsole
-from app.live.operator.page import WebViewer
-from app.live.status_line import StatusLine
+from app.live import (
+    Control,
+    ControlOptions,
+    OperatorConsole,
+    Recorder,
+    RecorderError,
+    StatusLine,
+    Viewer,
+    ViewOptions,
+    WebViewer,
+    tree_view,
+)
 from controller import robot_model
 from hw import Truth, WorldOptions, stopwatch
 from perception import GraspDetector
@@ -99,7 +106,9 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
             options.control,
             task=task.name,
             nodes=nodes,
-            setup=setup,
+            inject=setup.robot.inject,
+            clear=setup.robot.clear,
+            release=setup.gate.release,
             viewer=_web_viewer(viewer),
             say=_tell,
         )

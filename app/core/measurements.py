@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from controller import Command, Limits
+from controller import Command
 from hw import RobotState
+from robots import Limits
 
 _ROUNDING = 1e-9
 

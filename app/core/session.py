@@ -17,7 +17,7 @@ from py_trees.common import Status
 
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
-from app.live.operator import Control
+from app.live import Control
 from behaviours import Context, LeafCrashedError
 from controller import Command, GoalError, HolisticController, StepReport
 from hw import Gate, HardwareError, RobotState, TaskClock, stopwatch

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from behaviours import Context, Vision, VisionBeside, VisionInStep
-from controller import HolisticController, RobotModel, robot_model
+from controller import HolisticController, RobotModel
 from hw import Camera, FaultInjection, Gate, TaskClock, Truth, WorldOptions, open_backend
 from perception import GraspDetector
 
@@ -69,7 +69,7 @@ def open_setup(
     injected = FaultInjection(backend.robot)
     with injected, closing(_VISION[form](injected.camera, detector)) as vision:
         clock = TaskClock(backend.clock)
-        controller = HolisticController(robot_model(injected.description.name))
+        controller = HolisticController(RobotModel(injected.description))
         yield Setup(
             robot=injected,
             clock=clock,

@@ -5,21 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from app.live.monitor import NodeInfo, NodeStatus, ObjectView, SceneView, Signals, Snapshot
+from app.live import NodeStatus, ObjectView, SceneView, Signals, Snapshot
 from controller import PoseGoal
 from hw import DepthFrame, Truth
 from trees.language import TreeNode
 
 if TYPE_CHECKING:
     from app.core.session import Tick
-
-
-def tree_view(nodes: Sequence[TreeNode]) -> list[NodeInfo]:
-    """What a viewer needs to know of the nodes of a tree, in preorder."""
-    return [
-        NodeInfo(name=n.node.name, kind=str(getattr(n.node, "key", "")), depth=n.depth)
-        for n in nodes
-    ]
 
 
 def scene_view(truth: Truth | None) -> SceneView:

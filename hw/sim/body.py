@@ -9,9 +9,9 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from controller import Command, robot_model
+from controller import Command, RobotModel
 from hw.clock import Clock
-from hw.sim.hand import hand_shapes
+from hw.sim.hand import Hand
 from hw.sim.world import World
 from robots import Geom, RobotDescription
 
@@ -44,7 +44,7 @@ class SimBody:
         self.description = description
         self.world = world
         self.dynamics = dynamics
-        self._model = robot_model(description.name)
+        self._model = RobotModel(description)
         self._clock = clock
         self.now = clock.now()
         self.wTb = SE3.Identity()
@@ -68,9 +68,14 @@ class SimBody:
         """End effector in the world."""
         return self._model.wTe(self.wTb, self.q)
 
+    @property
+    def hand(self) -> Hand:
+        """The hand in the world."""
+        return Hand(self.description.gripper, self.wTe)
+
     def shapes(self) -> list[Geom]:
         """All that its camera can see, the hand included, in the world."""
-        return [*self.world.shapes(), *hand_shapes(self.wTe, self.width)]
+        return [*self.world.shapes(), *self.hand.shapes(self.width)]
 
     def advance(self) -> None:
         """Integrate up to the clock's time, a period at a time."""
@@ -114,11 +119,11 @@ class SimBody:
             self._width_goal = min(width, self.description.gripper.opening)
             self._pressing_from = None
         else:
-            wTe = self.wTe
-            outcome = self.world.close_fingers(wTe, self.width, force, width)
+            hand = self.hand
+            outcome = self.world.close_fingers(hand, self.width, force, width)
             self._width_goal = outcome.width
             if outcome.holding is None:
-                self._pressing_from, self._wanted_width = wTe, width
+                self._pressing_from, self._wanted_width = hand.wTe, width
         self._slipping = False
         self.fingers_move = self.width != self._width_goal
 
@@ -141,21 +146,21 @@ class SimBody:
     def _move_fingers(self, step: float) -> None:
         """A step towards the width that is wanted; slipping fingers slide along the object."""
         width = self.width + float(np.clip(self._width_goal - self.width, -step, step))
-        if self._slipping and self.world.collision(self.wTe, width):
+        if self._slipping and self.world.collision(self.hand, width):
             width = self.width
         self.fingers_move = width != self.width
         self.width = width
 
     def _touch(self) -> None:
         """Carry what is held, slip off what is not, trip the reflex if the hand hits something."""
-        wTe = self.wTe
-        self.world.carry(wTe)
+        hand = self.hand
+        self.world.carry(hand.wTe)
         if self._pressing_from is not None:
-            moved = np.linalg.norm(wTe.translation - self._pressing_from.translation)
+            moved = np.linalg.norm(hand.wTe.translation - self._pressing_from.translation)
             if moved > self.dynamics.slip_distance:
                 self._slipping, self._pressing_from = True, None
                 self._width_goal = self._wanted_width
-        hit = self.world.collision(wTe, self.width)
+        hit = self.world.collision(hand, self.width)
         if hit is None:
             self._forgiven = None
         elif hit != self._forgiven:

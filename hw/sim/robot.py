@@ -17,10 +17,7 @@ from hw.sim.noise import D435Noise
 from hw.sim.render import DepthRenderer
 from hw.sim.world import World
 from hw.state import ArmState, Array, BaseState, Fault, FaultKind, GripperState
-from robots import Geom, RobotDescription, load_robot
-
-CAMERA = load_robot("frankie").camera.intrinsics
-TOOL_TO_CAMERA = load_robot("frankie").camera.eTc
+from robots import Geom, RobotDescription
 
 
 class _SimPart:
@@ -147,7 +144,7 @@ class SimCamera(_SimPart):
         # One generator a frame: it looks the same whether or not those before were asked for.
         rng = np.random.default_rng((self._seed, number))
         depth = self._renderer.render(shapes, wTc)
-        noisy = self._noise.apply(depth, self._camera.intrinsics, rng)
+        noisy = self._noise.apply(depth, self._camera, rng)
         return DepthImage(depth=noisy, stamp=stamp)
 
 

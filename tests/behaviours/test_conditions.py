@@ -11,8 +11,10 @@ from py_trees.common import Status
 
 from behaviours import BasePose, Condition, Posture, Region, ToolPose
 from behaviours.conditions import ArmAt, ArmHealthy, BatteryAbove, Near, ObjectVisible
-from controller import READY
 from hw.sim.body import Dynamics
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 
 def asked(harness: Harness, condition: Condition) -> tuple[bool, str]:

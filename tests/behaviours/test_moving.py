@@ -15,7 +15,10 @@ from behaviours.place import Place, slots
 from behaviours.recover import Recover
 from behaviours.retreat_check import RetreatCheck
 from behaviours.wait import Wait
-from controller import READY, PoseGoal
+from controller import PoseGoal
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 POSE = ToolPose(name="over_there", wTe=looking_down(1.6, 0.3, 0.8))
 FOLDED = Posture(name="folded", q=READY + np.array([0.4, -0.3, 0.0, -0.3, 0.0, 0.2, 0.0]))

@@ -9,7 +9,6 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller import (
-    READY,
     Command,
     HolisticController,
     MotionGoal,
@@ -18,6 +17,9 @@ from controller import (
     StepReport,
     robot_model,
 )
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 
 def tool_pose(x: float, y: float, z: float, yaw: float = 0.0, tilt: float = 0.0) -> SE3:

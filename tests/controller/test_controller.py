@@ -11,7 +11,6 @@ from motion import State, assert_within_limits, move, run_to, tool_pose
 from pinocchio import SE3
 
 from controller import (
-    READY,
     BaseGoal,
     Command,
     GoalError,
@@ -23,6 +22,9 @@ from controller import (
 from controller.bounds import VelocityBounds
 from controller.qp import Solver
 from controller.settings import ControllerSettings
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 ROBOTS = ["frankie", "omni"]
 

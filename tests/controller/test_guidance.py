@@ -17,8 +17,6 @@ from motion import (
 from pinocchio import SE3
 
 from controller import (
-    READY,
-    ROBOTS,
     Command,
     ControllerSettings,
     HolisticController,
@@ -28,10 +26,13 @@ from controller import (
 )
 from controller.base_drive import Pose2D
 from controller.guidance import Guide
-from controller.postures import BANK, SEED, bank, draw, hands
+from controller.postures import BANK, SEED, bank, draw, forward_kinematics
 from controller.servo import pose_error
 from controller.settings import StanceSettings
 from controller.stance import choose_stance
+from robots import load_robot, robot_names
+
+READY = load_robot("frankie").arm.ready
 
 BARE = replace(ControllerSettings(), guidance=None)
 HARD = [  # position [m], roll, pitch, yaw [rad]: where the QP alone gets stuck
@@ -73,8 +74,9 @@ def test_random_goals_are_reached_within_all_limits_and_without_contact(robot):
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_the_chosen_stance_reaches_the_goal_clear_of_contact(robot):
     model, body = robot_model(robot), SelfCollision(robot_model(robot))
+    postures = bank(model.description)
     for wTe in reachable_poses(robot, 20, seed=5):
-        stance = choose_stance(model, StanceSettings(), bank(robot), body, wTe, ORIGIN, READY)
+        stance = choose_stance(model, StanceSettings(), postures, body, wTe, ORIGIN, READY)
         x, y, heading = stance.base_for(wTe)
         wTb = SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
         error = pose_error(model.wTe(wTb, stance.q), wTe)
@@ -88,9 +90,9 @@ def test_the_chosen_stance_reaches_the_goal_clear_of_contact(robot):
 def test_a_stance_that_failed_is_not_chosen_again():
     model, settings = robot_model("frankie"), StanceSettings()
     body, wTe = SelfCollision(model), tool_pose(2.0, 0.5, 0.7)
-    first = choose_stance(model, settings, bank("frankie"), body, wTe, ORIGIN, READY)
+    first = choose_stance(model, settings, bank(model.description), body, wTe, ORIGIN, READY)
     second = choose_stance(
-        model, settings, bank("frankie"), body, wTe, ORIGIN, READY, failed=(first,)
+        model, settings, bank(model.description), body, wTe, ORIGIN, READY, failed=(first,)
     )
     assert np.abs(first.q - second.q).max() > 0.5
 
@@ -184,12 +186,13 @@ def test_the_stored_bank_is_what_its_seed_draws():
     np.testing.assert_array_equal(stored[:500], again)
 
 
-@pytest.mark.parametrize("robot", sorted(ROBOTS))
+@pytest.mark.parametrize("robot", robot_names())
 def test_forward_kinematics_of_many_postures_is_that_of_each(robot):
-    model, q = robot_model(robot), bank(robot).q[::5000]
-    where = hands(ROBOTS[robot].bTa, q)
+    model = robot_model(robot)
+    q = bank(model.description).q[::5000]
+    tools = forward_kinematics(model.description, q)
     for number, posture in enumerate(q):
         kinematics = model.kinematics(posture)
-        np.testing.assert_allclose(where.positions[number], kinematics.bTe.translation, atol=1e-12)
-        np.testing.assert_allclose(where.rotations[number], kinematics.bTe.rotation, atol=1e-12)
-        np.testing.assert_allclose(where.J[number], kinematics.J[:, model.n_base :], atol=1e-12)
+        np.testing.assert_allclose(tools.positions[number], kinematics.bTe.translation, atol=1e-12)
+        np.testing.assert_allclose(tools.rotations[number], kinematics.bTe.rotation, atol=1e-12)
+        np.testing.assert_allclose(tools.J[number], kinematics.J[:, model.n_base :], atol=1e-12)

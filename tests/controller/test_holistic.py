@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear, minimize
 
-from controller import READY, ControllerSettings, robot_model
+from controller import ControllerSettings, robot_model
 from controller.bounds import VelocityBounds
 from controller.holistic import build_qp, linearise
 from controller.qp import Solver
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 
 def random_qps(robot: str, count: int):

@@ -10,8 +10,6 @@ from pinocchio import SE3
 from scipy.optimize import lsq_linear
 
 from controller import (
-    FRANKIE,
-    OMNI,
     PAPER,
     PRESETS,
     Command,
@@ -19,11 +17,11 @@ from controller import (
     HolisticController,
     PoseGoal,
     RobotModel,
-    with_base_speed,
 )
 from controller.controller import StepReport
+from robots import load_robot, robot_names, with_base_speed
 
-DESCRIPTIONS = {"frankie": FRANKIE, "omni": OMNI}
+DESCRIPTIONS = {name: load_robot(name) for name in robot_names()}
 
 
 @pytest.fixture(params=sorted(DESCRIPTIONS))

@@ -8,19 +8,12 @@ import pytest
 from motion import Run, assert_within_limits, run_to, tool_pose
 from pinocchio import SE3
 
-from controller import (
-    FRANKIE,
-    OMNI,
-    PAPER,
-    BaseGoal,
-    HolisticController,
-    PoseGoal,
-    RobotModel,
-    with_base_speed,
-)
+from controller import PAPER, BaseGoal, HolisticController, PoseGoal, RobotModel
 from controller.base_drive import Pose2D, drive_to, time_to_drive
 from controller.settings import ControllerSettings, DriveSettings
+from robots import load_robot, with_base_speed
 
+FRANKIE, OMNI = load_robot("frankie"), load_robot("omni")
 SLOW = 0.25
 
 

@@ -9,14 +9,14 @@ from pinocchio import SE3, exp3
 
 from behaviours.named import Region
 from hw import DepthFrame
-from hw.sim import Box, D435Noise, DepthRenderer, Geom, SimObject, World
+from hw.sim import D435Noise, DepthRenderer, Hand, SimObject, World
 from perception import Detection, GraspDetector, WeightsError
 from perception.geometry import closing_direction, grasp_pose
 from perception.grasp_feasibility import DEPTHS
-from robots import Intrinsics, load_robot
+from robots import Box, Geom, load_robot
 
-GRIPPER = load_robot("frankie").gripper
-CAMERA = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
+ROBOT = load_robot("frankie")
+GRIPPER, CAMERA = ROBOT.gripper, ROBOT.camera.intrinsics
 FLOOR = 0.456
 WORKSPACE = Region(
     name="container",
@@ -49,7 +49,7 @@ def box_world(yaw: float = 0.5, x: float = 3.03, y: float = -0.02) -> World:
 
 def frame(world: World, wTc: SE3, seed: int = 0) -> DepthFrame:
     depth = DepthRenderer(CAMERA).render(world.shapes(), wTc)
-    noisy = D435Noise().apply(depth, CAMERA, np.random.default_rng(seed))
+    noisy = D435Noise().apply(depth, ROBOT.camera, np.random.default_rng(seed))
     return DepthFrame(depth=noisy, intrinsics=CAMERA, wTc=wTc, stamp=4.5)
 
 
@@ -100,7 +100,7 @@ def test_the_shipped_weights_grasp_a_box_across(
     assert best.width == pytest.approx(0.04, abs=0.006)
     assert best.stamp == 4.5
     assert world.collision(best.wTg, best.opening) is None
-    assert world.close_fingers(best.wTg, best.opening, 20.0).holding == "box"
+    assert world.close_fingers(Hand(GRIPPER, best.wTg), best.opening, 20.0).holding == "box"
     assert [g.quality for g in found.grasps] == sorted(g.quality for g in found.grasps)[::-1]
 
 

@@ -14,7 +14,7 @@ from pinocchio import SE3
 
 from behaviours.named import BasePose, Posture, Region, ToolPose
 from config import quoted
-from controller import READY
+from robots import load_robot
 from trees.language.diagnostics import Diagnostics, Location
 from trees.language.source import Entry, Items, Scalar, Value
 from trees.language.tables import fields, named_entries
@@ -23,7 +23,7 @@ from trees.language.values import describe
 
 Vector: TypeAlias = npt.NDArray[np.float64]
 
-BUILT_IN: Mapping[str, Named] = {"ready": Posture(name="ready", q=READY)}
+BUILT_IN: Mapping[str, Named] = {"ready": Posture(name="ready", q=load_robot("frankie").arm.ready)}
 """What every task file knows without defining it."""
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from app.lab.bench.motion import Controller
 from controller import (
-    ROBOTS,
+    PAPER,
+    PRESETS,
     Command,
     ControllerSettings,
     HolisticController,
@@ -19,8 +20,7 @@ from controller import (
     RobotModel,
     StepReport,
 )
-from controller.model import with_base_speed
-from controller.settings import PAPER, PRESETS
+from robots import load_robot, with_base_speed
 
 EXAMPLE = "example"
 """The preset of the paper's controller whose velocities are scaled as in its published example."""
@@ -49,7 +49,7 @@ class Configuration:
 
     def model(self) -> RobotModel:
         """The robot."""
-        description = ROBOTS[self.robot]
+        description = load_robot(self.robot)
         if self.preset != "frankie":
             speed = self.base_speed or _PUBLISHED_BASE_SPEED
             return RobotModel(with_base_speed(description, speed, _PUBLISHED_BASE_SPEED))

@@ -101,7 +101,7 @@ class ContactChecker:
             frame = links[moves_with] if moves_with else SE3.Identity()
             add(f"capsule{number}", joint, frame.actInv(links[capsule.link] * placement), shape)
         height = float(links[0].translation[2])
-        box = coal.Box(*model.description.base_size, height)
+        box = coal.Box(*model.description.base.size[:2], height)
         base = add("base", 0, SE3(np.eye(3), np.array([0.0, 0.0, height / 2.0])), box)
         floor = add("floor", 0, SE3.Identity(), coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import cos, sin
 from typing import Protocol, TypeAlias
 
@@ -12,7 +12,6 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller import (
-    READY,
     Array,
     Command,
     KinematicState,
@@ -42,10 +41,10 @@ class Controller(Protocol):
 
 @dataclass(kw_only=True, eq=False)
 class State:
-    """Where base and arm are; by default at the start."""
+    """Where base and arm are."""
 
-    wTb: SE3 = field(default_factory=SE3.Identity)
-    q: Array = field(default_factory=READY.copy)
+    wTb: SE3
+    q: Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -108,7 +107,7 @@ def run_motion(
         patience: give up after this long without progress [s].
         stop_on_arrival: stop when the goal is reached, or go on to the limit.
     """
-    state, heading = State(), 0.0
+    state, heading = State(wTb=SE3.Identity(), q=model.description.arm.ready.copy()), 0.0
     last = Command.stop()
     bases, postures, tools, errors = [np.zeros(3)], [state.q], [], []
     velocities: list[Array] = []

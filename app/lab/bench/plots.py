@@ -107,7 +107,7 @@ def _robot(panel: Any, run: PoseRun, sample: int, strength: float) -> None:
     model = run.configuration.model()
     x, y, heading = run.motion.base[sample]
     wTb = SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
-    length, width = model.description.base_size
+    length, width = model.description.base.size[:2]
     corners = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1], [1, 1]]) * [length / 2, width / 2]
     outline = corners @ wTb.rotation[:2, :2].T + wTb.translation[:2]
     panel.plot(*outline.T, color=_BASE, alpha=strength, linewidth=1.2)

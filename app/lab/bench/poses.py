@@ -24,7 +24,7 @@ from rich.table import Table
 from app.lab.bench.configuration import Configuration
 from app.lab.bench.evaluation import Evaluator, Trial, cumulative_jerk, jerk_noise, limit_usage
 from app.lab.bench.motion import GoalAt, Motion, run_motion
-from controller import READY, Array, PoseGoal, RobotModel
+from controller import Array, PoseGoal, RobotModel
 
 POSES = ("a", "b", "c", "d")
 PAPER_TIMES = {"a": 5.42, "b": 6.17, "c": 6.17, "d": 13.12}
@@ -79,7 +79,7 @@ def goal_of(
         twist_known: whether the controller is told the velocity of the goal.
         acceleration: of a moving goal; if infinite, its velocity jumps [m/s^2].
     """
-    start = model.bTe(READY).translation
+    start = model.bTe(model.description.arm.ready).translation
     x, y, heading = _PLACES["a" if pose == "d" else pose]
     R = pin.rpy.rpyToMatrix(np.pi, 0.0, np.deg2rad(heading))
     speed = float(model.limits.base_twist[0])

@@ -25,12 +25,9 @@ from app.core.folder import RECORDING
 from app.core.measurements import Measurements
 from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
-from app.core.snapshots import Snapshots, scene_view, tree_view
+from app.core.snapshots import Snapshots, scene_view
 from app.lab import machine
-from app.live.monitor import Recorder
-from app.live.monitor.headless import headless_viewer
-from app.live.monitor.viewer import LOOPBACK, Address, free_port
-from app.live.operator import Control
+from app.live import Address, Control, Recorder, headless_viewer, tree_view
 from controller import robot_model
 from hw import WorldOptions, stopwatch
 from perception import GraspDetector
@@ -126,7 +123,7 @@ def _watch(setup: Setup, tree: Path, seconds: float, watcher: Watcher) -> WatchC
     control, meter = Control(), _Meter(period=period)
     server = None
     if watcher is not Watcher.NOBODY:
-        server = Address(host=LOOPBACK, port=free_port(LOOPBACK))
+        server = Address()
     with TemporaryDirectory() as folder:
         recording = Path(folder) / RECORDING
         recorder = Recorder(

@@ -23,9 +23,7 @@ from app.lab.grasps.scenes import (
 )
 from behaviours import Region
 from hw import DepthFrame
-from hw.sim import D435Noise, DepthRenderer, World, hand_shapes
-from hw.sim.layout import build_world
-from hw.sim.scene import Objects, read_scene
+from hw.sim import D435Noise, DepthRenderer, Hand, Objects, World, build_world, read_scene
 from perception import GraspDetector, GraspEstimate, GraspTracker
 
 ATTEMPTS = 3
@@ -68,7 +66,7 @@ class Pick:
 def heldout_container(seed: int) -> World:
     """A container with objects of held-out classes."""
     scene = read_scene("household").model_copy(
-        update={"objects": Objects(count=OBJECTS, kinds=HELDOUT_CLASSES, width_mm=OBJECT_WIDTHS)}
+        update={"objects": Objects(count=OBJECTS, classes=HELDOUT_CLASSES, width_mm=OBJECT_WIDTHS)}
     )
     return build_world(scene, np.random.default_rng((EVALUATION_SEED, seed)))
 
@@ -127,11 +125,11 @@ def approach_grasp(
 
 def wrist_frame(world: World, wTe: SE3, noise: D435Noise, rng: np.random.Generator) -> DepthFrame:
     """A noisy frame of the wrist camera, with the open hand in it."""
-    camera, wTc = ROBOT.camera.intrinsics, wTe * ROBOT.camera.eTc
-    hand = hand_shapes(wTe, ROBOT.gripper.opening)
-    depth = DepthRenderer(camera).render([*world.shapes(), *hand], wTc)
+    camera, wTc = ROBOT.camera, wTe * ROBOT.camera.eTc
+    hand = Hand(ROBOT.gripper, wTe).shapes(ROBOT.gripper.opening)
+    depth = DepthRenderer(camera.intrinsics).render([*world.shapes(), *hand], wTc)
     depth = noise.apply(depth, camera, rng)
-    return DepthFrame(depth=depth, intrinsics=camera, wTc=wTc, stamp=0.0)
+    return DepthFrame(depth=depth, intrinsics=camera.intrinsics, wTc=wTc, stamp=0.0)
 
 
 def execute_grasp(world: World, grasp: GraspEstimate) -> str:
@@ -142,6 +140,6 @@ def execute_grasp(world: World, grasp: GraspEstimate) -> str:
     """
     for height in np.linspace(_STANDOFF, 0.0, _DESCENT_STEPS):
         wTe = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -height]))
-        if hit := world.collision(wTe, grasp.opening):
+        if hit := world.collision(Hand(ROBOT.gripper, wTe), grasp.opening):
             return f"touched {'a wall' if 'wall' in hit else 'an object'} on the way down"
-    return world.close_fingers(grasp.wTg, grasp.opening, _FORCE).reason.value
+    return world.close_fingers(Hand(ROBOT.gripper, grasp.wTg), grasp.opening, _FORCE).reason.value

@@ -106,8 +106,8 @@ def evaluation_image(seed: int, category: str) -> EvaluationImage:
     count = 1 if category == "single" else clutter_count(rng)
     world, region = random_world(rng, HELDOUT_CLASSES, count)
     view = random_view(world, rng)
-    camera = ROBOT.camera.intrinsics
-    depth = DepthRenderer(camera).render(world.shapes(), view.wTc)
+    camera = ROBOT.camera
+    depth = DepthRenderer(camera.intrinsics).render(world.shapes(), view.wTc)
     depth = view.noise.apply(depth, camera, rng)
-    frame = DepthFrame(depth=depth, intrinsics=camera, wTc=view.wTc, stamp=0.0)
+    frame = DepthFrame(depth=depth, intrinsics=camera.intrinsics, wTc=view.wTc, stamp=0.0)
     return EvaluationImage(world=world, region=region, view=view, frame=frame)

@@ -14,10 +14,21 @@ import numpy.typing as npt
 from pinocchio import SE3, exp3
 
 from behaviours import Region
-from hw.sim import D435Noise, SceneError, SimObject, World
-from hw.sim.layout import build_world
-from hw.sim.objects import HOUSEHOLD, UNSEEN, WORKSHOP
-from hw.sim.scene import Container, Fixture, Objects, Scene, Table
+from hw.sim import (
+    HELDOUT,
+    HOUSEHOLD,
+    TRAIN,
+    Container,
+    D435Noise,
+    Fixture,
+    Objects,
+    Scene,
+    SceneError,
+    SimObject,
+    Table,
+    World,
+    build_world,
+)
 from robots import load_robot
 
 Array = npt.NDArray[np.float64]
@@ -28,9 +39,9 @@ FLOOR = 0.456
 """Height of the support surface [m]."""
 OBJECT_WIDTHS = (5.0, 70.0)
 """Range of the smallest width by which the objects can be grasped [mm]."""
-TRAINING_CLASSES: tuple[str, ...] = (*HOUSEHOLD, *WORKSHOP)
+TRAINING_CLASSES: tuple[str, ...] = (*HOUSEHOLD, *TRAIN)
 """Classes of the objects in training scenes."""
-HELDOUT_CLASSES: tuple[str, ...] = tuple(UNSEEN)
+HELDOUT_CLASSES: tuple[str, ...] = tuple(HELDOUT)
 """Classes of the objects in evaluation scenes; none is in training scenes."""
 EVALUATION_SEED = 1_000_000
 """First number of the seeds of evaluation scenes; training scenes have smaller ones."""
@@ -88,7 +99,7 @@ def random_world(
             ),
             table=Table(centre=(0.0, 3.0)),
             fixtures=(_AROUND,) if on_table else (),
-            objects=Objects(count=count, kinds=tuple(classes), width_mm=OBJECT_WIDTHS),
+            objects=Objects(count=count, classes=tuple(classes), width_mm=OBJECT_WIDTHS),
         )
         try:
             world = build_world(scene, rng)

@@ -70,12 +70,9 @@ def show_grasps(
 
 def _recorded(path: Path, at: float | None) -> tuple[npt.NDArray[np.float32], float | None]:
     """Depth [m] from a recording, and the camera's focal length [px] if it was recorded."""
-    from app.live.monitor.recorded_depth import NoDepthError, recorded_depth
+    from app.review import recorded_depth
 
-    try:
-        return recorded_depth(path, at)
-    except NoDepthError as error:
-        raise ConfigError(f"{path}: {error}; give a recording with depth images") from error
+    return recorded_depth(path, at)
 
 
 def read_depth(path: Path) -> npt.NDArray[np.float32]:

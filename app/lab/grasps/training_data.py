@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -201,7 +201,7 @@ def render_sample(
         cy=camera.cy - crop.v0,
     )
     exact, ids = DepthRenderer(part).render(world.shapes(), view.wTc, with_ids=True)
-    measured = view.noise.apply(exact, part, rng)
+    measured = view.noise.apply(exact, replace(ROBOT.camera, intrinsics=part), rng)
     whole = central_crop(measured.shape, part, along_axis)
     prepared = prepare(measured, whole, part, view.wTc)
 

@@ -9,7 +9,7 @@ from py_trees.common import Status
 from app.core.measurements import Measurements
 from app.core.outcome import End
 from app.core.session import Session
-from app.live.operator import Control
+from app.live import Control
 from behaviours import Context, Leaf
 from controller import PoseGoal
 from hw import HardwareError

@@ -14,7 +14,10 @@ from app.lab.bench.evaluation import (
     jerk_noise,
 )
 from app.lab.bench.motion import Motion, integrate_base
-from controller import READY, Command, robot_model
+from controller import Command, robot_model
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 ROBOTS = ("frankie", "omni")
 PERIOD = 0.01

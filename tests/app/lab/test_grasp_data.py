@@ -22,10 +22,11 @@ from app.lab.grasps.training_data import (
     shard_path,
     write_shards,
 )
-from hw.sim import Box, D435Noise, Geom, SimObject, World
+from hw.sim import D435Noise, SimObject, World
 from perception.network_io import ANGLE_BINS, GRID_SIZE
 from perception.preprocess import METRES_PER_PIXEL
 from perception.samples import Sample, Shard
+from robots import Box, Geom
 
 PERFECT = D435Noise(disparity_noise=0.0, edge_loss=0.0, speckle=0.0, disparity_step=1e-4)
 

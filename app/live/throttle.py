@@ -1,4 +1,4 @@
-"""Thins out what comes oftener than anybody looks."""
+"""Limits how often something happens, by stamps."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ _ROUNDING = 1e-6
 """Stamps are sums of periods; one that is this early is on time [s]."""
 
 
-class Every:
-    """Says when it is time again.
+class Throttle:
+    """Lets one of many stamps through per period.
 
     Args:
-        period: from one time to the next at least [s].
-        start: the first time; at once unless said otherwise [s].
+        period: shortest time between two that pass [s].
+        start: earliest stamp that passes [s]; the default lets the first one through.
     """
 
     def __init__(self, period: float, start: float = float("-inf")) -> None:
@@ -19,7 +19,7 @@ class Every:
         self._next = start
 
     def due(self, stamp: float) -> bool:
-        """Whether it is time at `stamp` [s]; if so, the next time is a period later."""
+        """Whether `stamp` [s] passes; if it does, the next period begins."""
         if stamp < self._next - _ROUNDING:
             return False
         self._next = stamp + self._period

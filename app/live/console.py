@@ -1,4 +1,4 @@
-"""Everything that a person can have in hand during a run: keys, page, breakpoints, Groot2."""
+"""Every way to control a run that the user asked for: keys, page, breakpoints, Groot2."""
 
 from __future__ import annotations
 
@@ -8,34 +8,41 @@ from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
 
-from app.core.events import values
-from app.core.setup import Setup
-from app.core.snapshots import tree_view
 from app.live.groot import USUAL_PORT, GrootError, GrootServer
-from app.live.monitor import Snapshot
-from app.live.operator import Act, Control, Hook, Side, insert_hooks, keys, matching
-from app.live.operator.keyboard import HELP, in_terminal
-from app.live.operator.page import ControlPage, PageError, WebViewer
+from app.live.nodes import tree_view
+from app.live.operator import (
+    HELP,
+    Control,
+    ControlPage,
+    Hook,
+    HookAction,
+    PageError,
+    Side,
+    WebViewer,
+    in_terminal,
+    insert_hooks,
+    keys,
+    matching,
+)
+from app.live.snapshot import Snapshot, key_figures
 from config import UserError
 from trees.language import TreeNode
 
-__all__ = ["ControlOptions", "GrootError", "NoControlError", "OperatorConsole", "PageError"]
-
 
 class NoControlError(UserError):
-    """The run would pause and nobody could let it go on."""
+    """The run would pause and nobody could resume it."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ControlOptions:
-    """What a person may choose about control."""
+    """The user's choices about control."""
 
     page: bool = False
     """Serve the page."""
     page_port: int | None = None
     """None takes the usual one, or any free one if that is taken."""
     paused: bool = False
-    """Wait for a person before the first tick."""
+    """Pause before the first tick."""
     breaks: tuple[str, ...] = ()
     """Nodes before which the run pauses, by name, key or path."""
     groot: bool = False
@@ -44,20 +51,22 @@ class ControlOptions:
 
 
 class OperatorConsole:
-    """What people hold of one run; use it in a `with` statement.
+    """The controls of one run; use it in a `with` statement.
 
-    Everything that can be wrong with the options is found out here, before anything moves.
+    Bad options are refused here, before anything moves.
 
     Args:
-        options: what a person chose.
+        options: the user's choices.
         task: name of the task.
         nodes: the nodes of the tree, in preorder.
-        setup: what the session works with.
-        viewer: the web viewer to show on the page, if there is one.
-        say: told what a person needs to know, a line at a time.
+        inject: injects a fault into the robot, by name.
+        clear: clears the injected faults.
+        release: releases the gate that a fault had latched; called on the loop.
+        viewer: the web viewer to embed in the page, if there is one.
+        say: receives messages for the user, a line at a time.
 
     Raises:
-        UnknownNodeError: a breakpoint is before no node of the tree.
+        UnknownNodeError: no node matches a breakpoint.
         NoControlError: the run would pause, and there are neither keys nor page nor Groot2.
         PageError: the page cannot be served.
         GrootError: Groot2 cannot be served.
@@ -69,23 +78,25 @@ class OperatorConsole:
         *,
         task: str,
         nodes: Sequence[TreeNode],
-        setup: Setup,
+        inject: Callable[[str], None],
+        clear: Callable[[], None],
+        release: Callable[[], None],
         viewer: WebViewer | None,
         say: Callable[[str], None],
     ) -> None:
         self.control = Control(paused=options.paused)
-        self._rig = setup
+        self._clear, self._release = clear, release
         self._say = say
         self._groot: GrootServer | None = None
         self._page: ControlPage | None = None
-        self._mended = False
+        self._cleared = False
         self._stack = ExitStack()
         if (options.paused or options.breaks) and not (
             options.page or options.groot or in_terminal(0)
         ):
             raise NoControlError(
-                "--paused and --break wait for a person, and there is no terminal to press keys "
-                "in; add --control or --groot2"
+                "--paused and --break wait for a person, but there is no terminal for keys; "
+                "add --control or --groot2"
             )
         tree = tree_view(nodes)
         self.root, hooks = self._insert(options, nodes)
@@ -99,7 +110,7 @@ class OperatorConsole:
                     ControlPage(
                         self.control,
                         tree,
-                        inject=setup.robot.inject,
+                        inject=inject,
                         clear=self.clear,
                         viewer=viewer,
                         port=options.page_port,
@@ -117,7 +128,7 @@ class OperatorConsole:
 
     @contextmanager
     def open(self) -> Iterator[None]:
-        """Tell people what they hold, and listen to keys; when the viewer is up that they see."""
+        """Listen to keys, and print how to control the run; to be entered once the viewer is up."""
         with keys(self.control) as listening:
             if listening:
                 self._say(HELP)
@@ -125,43 +136,43 @@ class OperatorConsole:
                 self._say(f"control at {self._page.url}")
             yield
 
-    def show(self, seen: Snapshot, *, changed: bool) -> None:
-        """Tell everybody what a tick looked like.
+    def show(self, snapshot: Snapshot, *, changed: bool) -> None:
+        """Pass a tick to the page and to Groot2.
 
         Args:
-            seen: the tick.
-            changed: whether some node changed its status.
+            snapshot: the tick.
+            changed: whether a node changed its status.
         """
         if changed:
             self.control.node_changed()
         if self._page is not None:
-            self._page.show(seen)
+            self._page.show(snapshot)
         if self._groot is not None:
-            self._groot.show(seen, {**seen.blackboard, **values(seen)})
-        if self._mended and not seen.state.faults:
-            self._mended = False
-            self._rig.gate.release()
+            self._groot.show(snapshot, {**snapshot.blackboard, **key_figures(snapshot)})
+        if self._cleared and not snapshot.state.faults:
+            self._cleared = False
+            self._release()
+
+    def clear(self) -> None:
+        """Clear injected faults; `show` releases the gate with the next healthy reading."""
+        self._clear()
+        self._cleared = True
 
     def _insert(
         self, options: ControlOptions, nodes: Sequence[TreeNode]
     ) -> tuple[Behaviour, list[Hook]]:
-        """Hooks before the nodes of the breakpoints, and for Groot2 before all."""
+        """Hooks for the breakpoints, and for all nodes with Groot2."""
         stops = {node for wanted in options.breaks for node in matching(nodes, wanted)}
-        everywhere = [place.node for place in nodes]
-        hooked = everywhere if options.groot else [node for node in everywhere if node in stops]
+        every = [node.node for node in nodes]
+        hooked = every if options.groot else [node for node in every if node in stops]
         root, hooks = insert_hooks(nodes[0].node, hooked, self._reached)
         for hook in hooks:
             if hook.node in stops:
-                hook.acts = {Side.BEFORE: Act()}
+                hook.actions = {Side.BEFORE: HookAction()}
         return root, hooks
 
-    def _reached(self, hook: Hook, side: Side, act: Act) -> None:
-        if act.instead is None:
+    def _reached(self, hook: Hook, side: Side, action: HookAction) -> None:
+        if action.replace_with is None:
             self.control.pause(f"{side.name.lower()} {hook.name}")
         if self._groot is not None:
             self._groot.reached(hook, side)
-
-    def clear(self) -> None:
-        """Take injected faults away; the gate opens again on the loop, with the next reading."""
-        self._rig.robot.clear()
-        self._mended = True

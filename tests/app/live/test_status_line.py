@@ -1,7 +1,7 @@
 import io
 from dataclasses import replace
 
-import monitor_samples as samples
+import sample_run as samples
 from rich.console import Console
 
 from app.live.status_line import StatusLine

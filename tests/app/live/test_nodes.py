@@ -1,7 +1,7 @@
-from monitor_samples import FAILURE, IDLE, RUNNING, SUCCESS, TREE
+from sample_run import FAILURE, IDLE, RUNNING, SUCCESS, TREE
 
-from app.live.monitor.glyphs import safe
-from app.live.monitor.snapshot import NodeInfo, NodeStatus, branch, parents, tip
+from app.live.monitor.glyphs import printable
+from app.live.nodes import NodeInfo, NodeStatus, parents, path_from_root, tip
 
 
 def nodes(*statuses: object) -> list[NodeStatus]:
@@ -9,15 +9,15 @@ def nodes(*statuses: object) -> list[NodeStatus]:
 
 
 def test_safe_text_is_one_line_that_the_font_has() -> None:
-    assert safe("Grüße → 90 %, ω ≤ 2 rad/s ✔") == "Grüße → 90 %, ω ≤ 2 rad/s ✔"
-    assert safe("two\nlines\t and\x07 a 🤖 ⏱ ✖") == "two lines and□ a □ □ □"
-    assert safe("") == ""
+    assert printable("Grüße → 90 %, ω ≤ 2 rad/s ✔") == "Grüße → 90 %, ω ≤ 2 rad/s ✔"
+    assert printable("two\nlines\t and\x07 a 🤖 ⏱ ✖") == "two lines and□ a □ □ □"
+    assert printable("") == ""
 
 
 def test_parents_and_branch_follow_depth() -> None:
     assert parents(TREE) == (None, 0, 1, 1, 3, 3, 5, 6, 6, 6, 3, 3)
-    assert branch(TREE, 9) == (0, 1, 3, 5, 6, 9)
-    assert branch(TREE, 0) == (0,)
+    assert path_from_root(TREE, 9) == (0, 1, 3, 5, 6, 9)
+    assert path_from_root(TREE, 0) == (0,)
     assert parents([NodeInfo(name="a", kind="wait", depth=0)]) == (None,)
 
 

@@ -8,14 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import monitor_samples as samples
 import pytest
-from monitor_files import recorder
+import sample_run as samples
+from recordings import recorder
 
 from app.live.monitor.glyphs import LETTERS, SYMBOLS
 from app.live.monitor.headless import HeadlessViewer, has_vulkan, headless_viewer
-from app.live.monitor.screenshots import cursor
-from app.live.monitor.viewer import LOOPBACK, Address, free_port
+from app.live.monitor.ports import Address
 
 pytestmark = pytest.mark.skipif(
     not has_vulkan(), reason="the viewer needs Vulkan: apt-get install mesa-vulkan-drivers"
@@ -77,7 +76,7 @@ class LiveRun:
     """A run in real time, from a thread of its own."""
 
     def __init__(self, path: Path) -> None:
-        self.server = Address(host=LOOPBACK, port=free_port(LOOPBACK))
+        self.server = Address()
         self.stamp = 0.0
         self._recorder = recorder(path, server=self.server, lossless=False)
         self._over = threading.Event()
@@ -108,10 +107,10 @@ def live(tmp_path: Path) -> Iterator[LiveRun]:
 
 def test_a_live_run_is_shown_as_it_happens(live: LiveRun, tmp_path: Path) -> None:
     with headless_viewer(watch=live.server.url) as viewer:
-        wait_for(lambda: cursor(viewer) > 0.0)
+        wait_for(lambda: viewer.cursor > 0.0)
         for moment in (4.0, 8.0, 12.0):
             wait_for(lambda moment=moment: live.stamp > moment)
-            wait_for(lambda: live.stamp - cursor(viewer) < CLOSE_BEHIND)
+            wait_for(lambda: live.stamp - viewer.cursor < CLOSE_BEHIND)
         picture = tmp_path / "live.png"
         picture.write_bytes(viewer.client.take_screenshot())
         assert picture.stat().st_size > 50_000
@@ -122,7 +121,7 @@ def test_a_live_run_is_shown_as_it_happens(live: LiveRun, tmp_path: Path) -> Non
 def test_whoever_comes_late_gets_the_whole_run(live: LiveRun) -> None:
     wait_for(lambda: live.stamp > 5.0)
     with headless_viewer(watch=live.server.url) as viewer:
-        wait_for(lambda: live.stamp - cursor(viewer) < CLOSE_BEHIND)
+        wait_for(lambda: live.stamp - viewer.cursor < CLOSE_BEHIND)
         (recording,) = viewer.client.get_state().recordings
         (begin,) = (line.start for line in recording.timelines if line.name == "t")
         assert begin == 0
@@ -131,17 +130,17 @@ def test_whoever_comes_late_gets_the_whole_run(live: LiveRun) -> None:
 @pytest.mark.slow
 def test_a_viewer_that_hangs_holds_up_nothing_and_catches_up(live: LiveRun) -> None:
     with headless_viewer(watch=live.server.url) as viewer:
-        wait_for(lambda: cursor(viewer) > 0.0)
+        wait_for(lambda: viewer.cursor > 0.0)
         viewer.process.send_signal(signal.SIGSTOP)
         hung = live.stamp
         wait_for(lambda: live.stamp > hung + 10.0)
         viewer.process.send_signal(signal.SIGCONT)
-        wait_for(lambda: live.stamp - cursor(viewer) < CLOSE_BEHIND)
+        wait_for(lambda: live.stamp - viewer.cursor < CLOSE_BEHIND)
 
 
 @pytest.mark.slow
 def test_the_end_of_a_run_reaches_the_viewer(live: LiveRun) -> None:
     with headless_viewer(watch=live.server.url) as viewer:
-        wait_for(lambda: cursor(viewer) > 1.0)
+        wait_for(lambda: viewer.cursor > 1.0)
         live.end()
-        wait_for(lambda: cursor(viewer) == pytest.approx(live.stamp, abs=0.05))
+        wait_for(lambda: viewer.cursor == pytest.approx(live.stamp, abs=0.05))

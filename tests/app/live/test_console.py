@@ -1,4 +1,4 @@
-"""The options of `run` that give people control, as a person meets their mistakes."""
+"""The options of `run` for control, and what happens when they are wrong."""
 
 import json
 import socket
@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import pytest
 from harness import looking_down
-from monitor_samples import snapshot
+from sample_run import snapshot
 from typer.testing import CliRunner
 
 from app.cli import app
 from app.core.setup import VisionForm, open_setup
-from app.live.operator.console import ControlOptions, OperatorConsole
+from app.live.console import ControlOptions, OperatorConsole
 from controller import PoseGoal
 from hw import FaultKind, WorldOptions
 from perception import GraspDetector
@@ -46,23 +46,23 @@ def run(tmp_path, task, *options: object) -> tuple[int, str]:
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (["--break", "secund", "--control"], "did you mean `second`"),
         (["--break", "second"], "--control"),
         (["--paused"], "--control"),
     ],
 )
-def test_what_cannot_be_is_one_line_before_anything_is_made(tmp_path, task, options, said):
+def test_bad_options_are_one_line_before_anything_is_made(tmp_path, task, options, message):
     code, err = run(tmp_path, task, *options)
     assert code == 2
-    assert said in err
+    assert message in err
     assert err.count("\n") == 1
     assert not (tmp_path / "runs").exists()
 
 
 @pytest.mark.parametrize("option", ["--control", "--groot2"])
-def test_a_port_that_is_taken_is_said_before_anything_is_made(tmp_path, task, option):
+def test_a_port_that_is_taken_is_reported_before_anything_is_made(tmp_path, task, option):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         code, err = run(tmp_path, task, option, f"{option}-port", port)
@@ -92,7 +92,7 @@ def test_a_run_with_the_page_ends_by_itself_and_closes_its_ports(tmp_path, task)
     assert options["control"]["page_port"] == port
 
 
-def test_an_emergency_stop_that_is_mended_lets_the_robot_move_again(task):
+def test_an_emergency_stop_that_is_cleared_lets_the_robot_move_again(task):
     """The gate latches it; it opens on the loop, once no reading has the fault."""
     world = WorldOptions(scene="single")
     detector = GraspDetector(gripper=load_robot("frankie").gripper)
@@ -102,8 +102,15 @@ def test_an_emergency_stop_that_is_mended_lets_the_robot_move_again(task):
 
 def _press_and_release(setup, task):
     nodes = nodes_in_order(build(load(task), setup.context))
-    room = OperatorConsole(
-        ControlOptions(), task="toy", nodes=nodes, setup=setup, viewer=None, say=lambda text: None
+    console = OperatorConsole(
+        ControlOptions(),
+        task="toy",
+        nodes=nodes,
+        inject=setup.robot.inject,
+        clear=setup.robot.clear,
+        release=setup.gate.release,
+        viewer=None,
+        say=lambda text: None,
     )
     goal, number, moved = PoseGoal(wTe=looking_down(3.0, 0.5, 0.8)), 0, []
 
@@ -113,7 +120,7 @@ def _press_and_release(setup, task):
             state = setup.robot.read()
             command, _ = setup.controller.step(state, goal, setup.gate.applied)
             setup.gate.send(command, state, setup.clock.session.now())
-            room.show(replace(snapshot(0), state=state), changed=False)
+            console.show(replace(snapshot(0), state=state), changed=False)
             number += 1
             setup.clock.session.sleep_until(0.01 * number)
         moved.append(abs(state.base_twist).max())
@@ -121,7 +128,7 @@ def _press_and_release(setup, task):
     ticks(60)
     setup.robot.inject(FaultKind.EMERGENCY_STOP.value)
     ticks(100)
-    room.clear()
+    console.clear()
     ticks(60)
     assert moved[0] > 0.1
     assert moved[1] < 1e-2

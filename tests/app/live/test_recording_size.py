@@ -3,11 +3,11 @@
 from dataclasses import replace
 from pathlib import Path
 
-import monitor_samples as samples
 import numpy as np
 import pytest
+import sample_run as samples
 
-from app.live.monitor import Snapshot
+from app.live import Snapshot
 from app.live.monitor.writer import Writer
 from controller import robot_model
 from robots import Intrinsics

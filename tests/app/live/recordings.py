@@ -1,12 +1,12 @@
-"""Recordings for tests: making one of a made-up run, and reading back what it says."""
+"""Recordings for tests: writing one of the sample run, and reading it back."""
 
 from pathlib import Path
 from typing import Any
 
-import monitor_samples as samples
+import sample_run as samples
 from rerun.chunk import RrdReader
 
-from app.live.monitor import Recorder, Snapshot
+from app.live import Recorder, Snapshot
 from controller import robot_model
 
 Table = list[dict[str, Any]]
@@ -18,7 +18,7 @@ def recorder(path: Path, **changes: Any) -> Recorder:
 
 
 def rows(path: Path, entity: str) -> Table:
-    """What the file says about an entity over time, by tick; times in seconds."""
+    """The rows of an entity, by tick; times in seconds."""
     table: Table = []
     for chunk in RrdReader(path).stream().filter(content=entity).to_chunks():
         batch = chunk.to_record_batch()
@@ -37,17 +37,17 @@ def rows(path: Path, entity: str) -> Table:
 
 
 def with_component(path: Path, entity: str, component: str) -> Table:
-    """The rows that say something about one component."""
+    """The rows that have a component."""
     return [row for row in rows(path, entity) if component in row]
 
 
 def poses(path: Path, frame: str) -> Table:
-    """Where the file says that a frame was."""
+    """The recorded poses of a frame."""
     return [row for row in rows(path, "/world/poses") if row["child_frame"] == [frame]]
 
 
-def still(path: Path, entity: str, component: str) -> list[Any]:
-    """What the file says about an entity for all times."""
+def static(path: Path, entity: str, component: str) -> list[Any]:
+    """A static component of an entity."""
     for chunk in RrdReader(path).stream().filter(content=entity).to_chunks():
         batch = chunk.to_record_batch()
         if "tick" not in batch.schema.names and component in batch.schema.names:

@@ -1,4 +1,4 @@
-"""Depth images out of a recording, of ours or of anybody who logs depth to Rerun."""
+"""Depth images from a recording, of this project or of any other that logs depth to Rerun."""
 
 from __future__ import annotations
 
@@ -6,31 +6,32 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
 import numpy.typing as npt
-from rerun.chunk import RrdReader
+
+from config import UserError
 
 _ENCODED, _RAW = "EncodedDepthImage:", "DepthImage:"
 _TYPES: dict[int, str] = {6: "u1", 7: "u2", 8: "u4", 33: "f2", 34: "f4", 35: "f8"}
 """Raw pixels by the number of Rerun's channel type."""
+_HINT = "; use a recording with depth images"
 
 
-class NoDepthError(Exception):
-    """The recording has no depth image that can be read; the text says why."""
+class NoDepthError(UserError):
+    """The recording has no readable depth image; the text says why."""
 
 
 class RecordedDepth(NamedTuple):
-    """A depth image as it was recorded."""
+    """A recorded depth image."""
 
     depth: npt.NDArray[np.float32]
     """(H, W) [m]; 0 where missing."""
     focal: float | None
-    """Focal length [px], if the recording tells."""
+    """Focal length [px], if it was recorded."""
 
 
 def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:
-    """The depth image of a recording that is nearest to a time.
+    """The depth image nearest to a time in a recording.
 
     Args:
         recording: an .rrd file.
@@ -38,7 +39,7 @@ def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:
             last image.
 
     Raises:
-        NoDepthError: it is no recording, or holds no depth image.
+        NoDepthError: it is not a recording, or has no depth image.
     """
     focal: float | None = None
     best: tuple[float, dict[str, Any]] | None = None
@@ -52,14 +53,21 @@ def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:
                     if best is None or distance <= best[0]:
                         best = distance, row
     except (OSError, RuntimeError, ValueError) as error:
-        raise NoDepthError(f"not a recording that can be read ({error})") from error
+        raise NoDepthError(
+            f"{recording}: cannot be read as a recording ({error}){_HINT}"
+        ) from error
     if best is None:
-        raise NoDepthError("no depth image was recorded in it")
-    return RecordedDepth(_decoded(best[1]), focal)
+        raise NoDepthError(f"{recording}: the recording has no depth images{_HINT}")
+    depth = _decoded(best[1])
+    if depth is None:
+        raise NoDepthError(f"{recording}: the encoding of its depth images is not supported{_HINT}")
+    return RecordedDepth(depth, focal)
 
 
 def _batches(recording: Path) -> Iterator[Iterator[dict[str, Any]]]:
     """Rows of every chunk, by component; times in seconds."""
+    from rerun.chunk import RrdReader
+
     for chunk in RrdReader(recording).stream().to_chunks():
         batch = chunk.to_record_batch()
         if any("DepthImage:" in n or "Pinhole:" in n for n in batch.schema.names):
@@ -77,12 +85,15 @@ def _rows(batch: Any) -> Iterator[dict[str, Any]]:
         yield row | {"time": 1e-9 * times[index].as_py() if times is not None else 0.0}
 
 
-def _decoded(row: dict[str, Any]) -> npt.NDArray[np.float32]:
+def _decoded(row: dict[str, Any]) -> npt.NDArray[np.float32] | None:
+    """(H, W) depth [m]; None if the encoding is not supported."""
+    import cv2
+
     if f"{_ENCODED}blob" in row:
         blob = np.frombuffer(bytes(row[f"{_ENCODED}blob"][0]), dtype=np.uint8)
         image = cv2.imdecode(blob, cv2.IMREAD_UNCHANGED)
         if image is None or image.ndim != 2:
-            raise NoDepthError("its depth images are encoded in a way that cannot be read")
+            return None
         per_metre = row[f"{_ENCODED}meter"][0]
     else:
         kind = row[f"{_RAW}format"][0]

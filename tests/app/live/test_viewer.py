@@ -1,4 +1,4 @@
-"""Who may watch, where, and what is said when that cannot be."""
+"""Who can watch, where, and the messages when that is not possible."""
 
 import os
 import signal
@@ -14,16 +14,16 @@ import pytest
 from typer.testing import CliRunner
 
 from app.cli import app
-from app.live.monitor import View, Viewer, ViewError, ViewOptions
-from app.live.monitor.viewer import LOOPBACK
+from app.live import View, Viewer, ViewError, ViewOptions
+from app.live.monitor.ports import LOOPBACK
 
 ROOT = Path(__file__).parents[3]
 NO_SCREEN: dict[str, str] = {}
 SCREEN = {"DISPLAY": ":0"}
 
 
-def viewer(*, said: list[str] | None = None, screen: bool = False, **chosen) -> Viewer:
-    say = print if said is None else said.append
+def viewer(*, messages: list[str] | None = None, screen: bool = False, **chosen) -> Viewer:
+    say = print if messages is None else messages.append
     return Viewer(ViewOptions(**chosen), say=say, environment=SCREEN if screen else NO_SCREEN)
 
 
@@ -79,12 +79,12 @@ def test_another_port_is_found_if_the_usual_one_is_taken(
 @pytest.mark.parametrize(
     ("host", "why"),
     [
-        ("nowhere", "give an IPv4 address of this machine, for example 127.0.0.1"),
-        ("::1", "give an IPv4 address"),
+        ("nowhere", "use an IPv4 address of this machine, for example 127.0.0.1"),
+        ("::1", "use an IPv4 address"),
         ("203.0.113.7", "this machine does not have that address"),
     ],
 )
-def test_an_address_that_is_none_of_this_machine_is_refused(host: str, why: str) -> None:
+def test_an_address_that_is_not_this_machines_is_refused(host: str, why: str) -> None:
     with pytest.raises(ViewError, match=f"--view-host {host}: {why}"):
         viewer(view=View.WEB, host=host)
 
@@ -100,24 +100,24 @@ def test_a_bad_port_ends_with_exit_code_2_before_anything_is_written(
 
 
 def test_whoever_serves_others_is_warned_that_there_is_no_password(tmp_path: Path) -> None:
-    said: list[str] = []
-    with viewer(said=said, view=View.WEB, host="0.0.0.0").showing(tmp_path / "viewer.log"):
+    messages: list[str] = []
+    with viewer(messages=messages, view=View.WEB, host="0.0.0.0").showing(tmp_path / "viewer.log"):
         pass
-    assert "without a password" in said[0]
-    assert said[1].startswith("watch at http://127.0.0.1:")
+    assert "without a password" in messages[0]
+    assert messages[1].startswith("watch at http://127.0.0.1:")
 
 
 def test_a_viewer_that_does_not_start_is_no_reason_not_to_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    said: list[str] = []
+    messages: list[str] = []
     monkeypatch.setattr("app.live.monitor.viewer.viewer_program", lambda: "/bin/false")
     log = tmp_path / "viewer.log"
     ran = False
-    with viewer(said=said, view=View.WEB).showing(log):
+    with viewer(messages=messages, view=View.WEB).showing(log):
         ran = True
     assert ran
-    assert said == [f"the viewer did not start (see {log}); the run is recorded all the same"]
+    assert messages == [f"the viewer did not start (see {log}); the run is still recorded"]
 
 
 def listening(process: int) -> set[tuple[str, int]]:

@@ -1,4 +1,4 @@
-"""A tree as the XML document that Groot2 draws: nodes numbered in preorder, and their models."""
+"""A tree as the XML that Groot2 draws: nodes numbered in preorder, and their models."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from app.live.monitor import NodeInfo
+from app.live.nodes import NodeInfo
 
 
 class _Model(NamedTuple):
@@ -25,26 +25,28 @@ _MODELS = {
     "timeout": _Model("Decorator", "Timeout"),
     "invert": _Model("Decorator", "Inverter"),
 }
-"""What BehaviorTree.CPP calls the branches that it has too."""
+"""BehaviorTree.CPP's names of the composites and modifiers that it has too."""
 
 
-def document(task: str, tree: Sequence[NodeInfo]) -> str:
-    """The XML.
+def tree_xml(task: str, tree: Sequence[NodeInfo]) -> str:
+    """The XML of a tree.
 
     Args:
         task: name of the task, and so of the tree.
         tree: its nodes in preorder.
     """
     root = ElementTree.Element("root", BTCPP_format="4", main_tree_to_execute=task)
-    above = [ElementTree.SubElement(root, "BehaviorTree", ID=task, _fullpath="")]
+    ancestors = [ElementTree.SubElement(root, "BehaviorTree", ID=task, _fullpath="")]
     models = set()
     for index, node in enumerate(tree):
-        del above[node.depth + 1 :]
+        del ancestors[node.depth + 1 :]
         children = len(_children(tree, index))
-        model = _MODELS.get(node.kind) or _own(node.kind, children)
+        model = _MODELS.get(node.kind) or _own_model(node.kind, children)
         models.add(model)
-        element = ElementTree.SubElement(above[-1], model.name, name=node.name, _uid=str(index + 1))
-        above.append(element)
+        element = ElementTree.SubElement(
+            ancestors[-1], model.name, name=node.name, _uid=str(index + 1)
+        )
+        ancestors.append(element)
     listed = ElementTree.SubElement(root, "TreeNodesModel")
     for model in sorted(models):
         ElementTree.SubElement(listed, model.category, ID=model.name)
@@ -52,13 +54,13 @@ def document(task: str, tree: Sequence[NodeInfo]) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _own(kind: str, children: int) -> _Model:
+def _own_model(kind: str, children: int) -> _Model:
     """The model of a node that only this project has."""
     return _Model(("Action", "Decorator", "Control")[min(children, 2)], kind or "node")
 
 
 def _children(tree: Sequence[NodeInfo], index: int) -> Sequence[NodeInfo]:
-    """The nodes right below a node."""
+    """The children of a node."""
     below = []
     for node in tree[index + 1 :]:
         if node.depth <= tree[index].depth:

@@ -1,7 +1,7 @@
-"""Why a run ended as it did, in words: from the log of its events and its summary.
+"""Explains in words how a run ended, from its event log and summary.
 
-Works for every end that a run can have, a killed process included: the log is written as things
-happen, and what it does not have is not needed.
+Works for every kind of end, including a killed process: the log is written during the run, and
+whatever it lacks is left out.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from app.review.finished import UNFINISHED, RunRecord, read_run
 from config import UserError
 
 _MOST_LINES = 40
-"""A longer story is shortened in its middle."""
+"""A longer history is shortened in the middle."""
 
 
 class NoEventsError(UserError):
-    """A run has no log of events."""
+    """A run has no event log."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,76 +33,75 @@ class Node:
 
     @property
     def title(self) -> str:
-        """Its name and, if that does not tell, its kind."""
+        """Its name, and its kind if that differs."""
         return self.name if self.kind in ("", self.name) else f"{self.name} ({self.kind})"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Explanation:
-    """What is to be told about a run."""
+    """How and why a run ended."""
 
     record: RunRecord
     outcome: str
     time: float
-    """Of the end, or of the last thing heard [s]."""
+    """Of the end, or of the last event [s]."""
     node: Node | None
-    """Where it ended; None if it was nowhere."""
+    """The node in which it ended; None if there is none."""
     since: float
-    """When that node ended, or else when it was entered last [s]."""
+    """When that node failed, or else was last entered [s]."""
     reason: str
     verdict: str
-    """What the root of the tree said last."""
+    """The last message of the root of the tree."""
     values: Mapping[str, float]
-    """Numbers at that moment."""
+    """Key figures at that moment."""
     faults: Sequence[str]
     """Of the robot at the end."""
     code: str
-    """The line of code that a leaf crashed in; empty if none did."""
-    story: Sequence[str]
-    """What happened, a line each."""
+    """The line of code in which a leaf crashed; empty if none did."""
+    history: Sequence[str]
+    """What happened, one event per line."""
 
     def __str__(self) -> str:
-        """As a text for people."""
+        """The explanation as text."""
         return "\n".join(_text(self))
 
 
 def explain(folder: Path) -> Explanation:
-    """Find out why a run ended as it did.
+    """Explain how and why a run ended.
 
     Args:
         folder: of the run.
 
     Raises:
-        NoEventsError: it was recorded without a log of events, or that is empty.
+        NoEventsError: its event log is missing or empty.
     """
     path = folder / EVENTS
     events = read_events(path) if path.is_file() else []
     if not events or events[0].event != "begin":
-        raise NoEventsError(f"{folder}: there is no {EVENTS} to explain the run from")
+        raise NoEventsError(f"{folder}: no {EVENTS} with the events of a run")
     nodes = [Node(**described) for described in events[0].fields["nodes"]]
     last = events[-1]
     end = last if last.event == "end" else None
     outcome = str(end.fields["outcome"]) if end else UNFINISHED
-    index = end.fields["node"] if end else _at_work(events, nodes)
+    index = end.fields["node"] if end else _running_leaf(events, nodes)
     decisive = _decisive(events, index, outcome)
     faults = [event.fields["faults"] for event in events if event.event == "fault"]
-    said = _said(events, index)
     return Explanation(
         record=read_run(folder),
         outcome=outcome,
         time=last.time,
         node=None if index is None else nodes[index],
         since=decisive.time,
-        reason=str(end.fields["reason"]) if end else said,
-        verdict=_said(events, 0),
+        reason=str(end.fields["reason"]) if end else _last_message(events, index),
+        verdict=_last_message(events, 0),
         values=decisive.fields.get("values") or (end.fields["values"] if end else {}),
         faults=faults[-1] if faults else (),
         code=_innermost(str(end.fields["trace"])) if end else "",
-        story=list(_story(events, nodes)),
+        history=list(_history(events, nodes)),
     )
 
 
-def _at_work(events: Sequence[Event], nodes: Sequence[Node]) -> int | None:
+def _running_leaf(events: Sequence[Event], nodes: Sequence[Node]) -> int | None:
     """Index of the leaf that was running when the log was cut off."""
     statuses = ["INVALID"] * len(nodes)
     for event in events:
@@ -113,7 +112,7 @@ def _at_work(events: Sequence[Event], nodes: Sequence[Node]) -> int | None:
 
 
 def _decisive(events: Sequence[Event], index: int | None, outcome: str) -> Event:
-    """The event that tells most about the end."""
+    """The event in which the node that decided the end got its last status."""
     wanted = "FAILURE" if outcome == End.FAILURE.value else "RUNNING"
     for event in reversed(events):
         if (
@@ -125,8 +124,8 @@ def _decisive(events: Sequence[Event], index: int | None, outcome: str) -> Event
     return events[-1]
 
 
-def _said(events: Sequence[Event], index: int | None) -> str:
-    """What a node said last."""
+def _last_message(events: Sequence[Event], index: int | None) -> str:
+    """The last message of a node."""
     for event in reversed(events):
         if event.event in ("node", "now") and event.fields["node"] == index:
             return str(event.fields["message"])
@@ -134,13 +133,13 @@ def _said(events: Sequence[Event], index: int | None) -> str:
 
 
 def _innermost(trace: str) -> str:
-    """The place of an exception in the code."""
+    """The line of code that raised an exception."""
     frames = [line.strip() for line in trace.splitlines() if line.strip().startswith("File ")]
     return frames[-1] if frames else ""
 
 
-def _story(events: Sequence[Event], nodes: Sequence[Node]) -> Iterator[str]:
-    """What leaves did and what else happened, with times."""
+def _history(events: Sequence[Event], nodes: Sequence[Node]) -> Iterator[str]:
+    """What the leaves did, and faults and pauses, with times."""
     inner = {node.path.rpartition("/")[0] for node in nodes}
     for event in sorted(events, key=_order):
         fields, at = event.fields, f"{event.time:8.2f} s  "
@@ -154,7 +153,7 @@ def _story(events: Sequence[Event], nodes: Sequence[Node]) -> Iterator[str]:
                     yield f"{at}✗ {node.name}: {fields['message']}"
             case "fault":
                 faults = "; ".join(fields["faults"])
-                yield f"{at}! {faults}" if faults else f"{at}! no fault any more"
+                yield f"{at}! {faults}" if faults else f"{at}! faults cleared"
             case "pause":
                 yield f"{at}‖ paused {fields['why']}"
             case "resume":
@@ -162,64 +161,64 @@ def _story(events: Sequence[Event], nodes: Sequence[Node]) -> Iterator[str]:
 
 
 def _order(event: Event) -> tuple[float, int]:
-    """Of what happened in one tick, faults come first, and leaves before what they decide."""
+    """Sort key: within a tick, faults come first, and children before their parents."""
     return event.time, -event.fields["node"] if event.event in ("node", "now") else -(10**9)
 
 
-def _text(told: Explanation) -> Iterator[str]:
-    about = {key: told.record.summary.get(key) for key in ("robot", "scene", "seed")}
+def _text(run: Explanation) -> Iterator[str]:
+    about = {key: run.record.summary.get(key) for key in ("robot", "scene", "seed")}
     known = ", ".join(f"{key} {value}" for key, value in about.items() if value is not None)
-    yield f"{told.record.task}: {told.outcome} after {told.time:.2f} s" + (
+    yield f"{run.record.task}: {run.outcome} after {run.time:.2f} s" + (
         f" ({known})" if known else ""
     )
     yield ""
-    yield from _why(told)
-    if told.values and told.outcome != End.SUCCESS.value:
+    yield from _why(run)
+    if run.values and run.outcome != End.SUCCESS.value:
         yield ""
         yield "At that moment"
-        width = max(len(name) for name in told.values)
-        for name, value in told.values.items():
+        width = max(len(name) for name in run.values)
+        for name, value in run.values.items():
             yield f"  {name:{width}}  {value:g}"
     yield ""
     yield "What happened"
-    story = told.story
-    if len(story) > _MOST_LINES:
+    history = run.history
+    if len(history) > _MOST_LINES:
         half = _MOST_LINES // 2
-        left_out = f"            ... {len(story) - 2 * half} more ..."
-        story = [*story[:half], left_out, *story[-half:]]
-    yield from (f"  {line}" for line in story or ["nothing ended"])
-    if placed := told.record.summary.get("objects"):
+        omitted = f"            ... {len(history) - 2 * half} more ..."
+        history = [*history[:half], omitted, *history[-half:]]
+    yield from (f"  {line}" for line in history or ["no node ended"])
+    if placed := run.record.summary.get("objects"):
         yield ""
         yield (
-            f"{told.record.summary['placed']} of {placed} objects placed, "
-            f"{told.record.summary['attempts']} grasps tried"
+            f"{run.record.summary['placed']} of {placed} objects placed, "
+            f"{run.record.summary['attempts']} grasps attempted"
         )
 
 
-def _why(told: Explanation) -> Iterator[str]:
-    where = told.node.title if told.node else "the tree"
-    match told.outcome:
+def _why(run: Explanation) -> Iterator[str]:
+    where = run.node.title if run.node else "the tree"
+    match run.outcome:
         case End.SUCCESS.value:
-            yield f"It succeeded: {told.reason}"
+            yield f"It succeeded: {run.reason}"
         case End.FAILURE.value:
-            yield f"{where} failed at {told.since:.2f} s: {told.reason}"
-            name = told.node.name if told.node else ""
-            if told.verdict not in (told.reason, f"{name}: {told.reason}"):
-                yield f"  so the tree failed: {told.verdict}"
+            yield f"{where} failed at {run.since:.2f} s: {run.reason}"
+            name = run.node.name if run.node else ""
+            if run.verdict not in (run.reason, f"{name}: {run.reason}"):
+                yield f"  so the tree failed: {run.verdict}"
         case End.CRASH.value:
-            yield f"{where} crashed at {told.time:.2f} s, a mistake in its code: {told.reason}"
-            if told.code:
-                yield f"  {told.code}"
+            yield f"{where} crashed at {run.time:.2f} s, an error in its code: {run.reason}"
+            if run.code:
+                yield f"  {run.code}"
         case End.HARDWARE.value:
-            yield f"The robot failed at {told.time:.2f} s, during {where}: {told.reason}"
+            yield f"The robot failed at {run.time:.2f} s, during {where}: {run.reason}"
         case End.INTERRUPTED.value:
-            yield f"It was {told.reason} at {told.time:.2f} s, during {where}"
+            yield f"It was {run.reason} at {run.time:.2f} s, during {where}"
         case _:
             yield (
-                "It left no end: its process still runs, was killed, or the machine stopped. "
-                f"Last heard at {told.time:.2f} s, during {where}: {told.reason}"
+                "The end was not recorded: the run is still going on, or its process was killed. "
+                f"Last event at {run.time:.2f} s, during {where}: {run.reason}"
             )
-    if told.node is not None:
-        yield f"  in {' > '.join(told.node.path.split('/'))}"
-    if told.faults:
-        yield f"  the robot had a fault: {'; '.join(told.faults)}"
+    if run.node is not None:
+        yield f"  in {' > '.join(run.node.path.split('/'))}"
+    if run.faults:
+        yield f"  the robot had a fault: {'; '.join(run.faults)}"

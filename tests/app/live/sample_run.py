@@ -1,4 +1,4 @@
-"""A made-up run: a robot that drives to a container and looks into it, told as snapshots."""
+"""A synthetic run as snapshots: a robot drives to a container and looks into it."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from app.live.monitor import NodeInfo, NodeStatus, ObjectView, SceneView, Signals, Snapshot
-from controller import READY, Command, robot_model
+from app.live import ObjectView, SceneView, Signals, Snapshot
+from app.live.nodes import NodeInfo, NodeStatus
+from controller import Command, robot_model
 from hw import DepthFrame, RobotState
 from hw.sim.render import DepthRenderer
 from perception.grasp import Detection, GraspEstimate
-from robots import Intrinsics
-from robots.shapes import Box, Capsule, Cylinder, Geom, Plane, Sphere
+from robots import Box, Capsule, Cylinder, Geom, Intrinsics, Plane, Sphere, load_robot
+
+READY = load_robot("frankie").arm.ready
 
 PERIOD = 0.02
 RUNNING, SUCCESS, FAILURE, IDLE = Status.RUNNING, Status.SUCCESS, Status.FAILURE, Status.INVALID
@@ -90,12 +92,12 @@ _MODEL = robot_model("frankie")
 
 
 def statuses(tick: int) -> tuple[Status, ...]:
-    """How the nodes stand in a tick."""
+    """Status of the nodes in a tick."""
     return [row for start, row in STATUSES if start <= tick][-1]
 
 
 def frame(stamp: float, wTc: SE3, lens: Intrinsics = LENS) -> DepthFrame:
-    """What a camera sees of the scene, with a hole in a corner."""
+    """A depth image of the scene, with a hole in a corner."""
     moved = [
         part.moved(pose)
         for view, pose in zip(SCENE.objects, OBJECTS, strict=True)

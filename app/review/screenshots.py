@@ -1,7 +1,7 @@
-"""Makes the pictures of docs/watching.md: `python -m app.live.monitor.screenshots docs/images`.
+"""Makes the pictures of docs/watching.md: `python -m app.review.screenshots docs/images`.
 
-The first is of a run that is going on, as it is watched; the others are of the recording that it
-leaves. Simulated runs repeat exactly, so the moments are fixed.
+The first shows a live run, the others the recording that it leaves. Simulated runs are
+reproducible, so the moments are fixed.
 """
 
 from __future__ import annotations
@@ -16,26 +16,25 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from app.core.folder import RECORDING
-from app.live.monitor.headless import HeadlessViewer, headless_viewer
-from app.live.monitor.viewer import LOOPBACK, Address, free_port
+from app.live import Address, HeadlessViewer, headless_viewer
 from hw import stopwatch
 
 GRASPING = 20.3
-"""When the hand goes down to the second object [s]."""
+"""The hand descends to the second object [s]."""
 CARRYING = 23.0
-"""When it is on its way to the table [s]."""
+"""The robot is on its way to the table [s]."""
 
 _PATIENCE = 600.0
 _ATTEMPTS = 5
 _NOTICES = 8.0
-"""How long the viewer's own notices cover a corner of its window [s]."""
+"""How long the viewer's own notifications cover a corner of its window [s]."""
 
 
 def make(folder: Path) -> list[Path]:
     """Make all pictures.
 
     Args:
-        folder: where to; made if need be.
+        folder: for the pictures; created if missing.
 
     Returns:
         The files.
@@ -57,28 +56,20 @@ def make(folder: Path) -> list[Path]:
 
 
 def _live(path: Path, record: Path) -> Path:
-    """The whole viewer while a task runs; the run is stopped then."""
-    port = free_port(LOOPBACK)
+    """The whole viewer while a task runs; then stop the run."""
+    server = Address()
     command = [sys.executable, "-m", "app.cli", "run", "pick_place", "--record", str(record)]
-    command += ["--view", "web", "--view-port", str(port), "--speed", "real"]
+    command += ["--view", "web", "--view-port", str(server.port), "--speed", "real"]
     with subprocess.Popen(command) as run:
         try:
             _until(lambda: any(record.glob(f"*/{RECORDING}")))
-            with headless_viewer(watch=Address(host=LOOPBACK, port=port).url) as viewer:
-                _until(lambda: cursor(viewer) >= GRASPING)
+            with headless_viewer(watch=server.url) as viewer:
+                _until(lambda: viewer.cursor >= GRASPING)
                 path.write_bytes(_picture(viewer))
-                _until(lambda: cursor(viewer) >= CARRYING)
+                _until(lambda: viewer.cursor >= CARRYING)
         finally:
             run.send_signal(signal.SIGINT)
     return path
-
-
-def cursor(viewer: HeadlessViewer) -> float:
-    """The time that a viewer shows, of the recording that it got last [s]; before any, -1."""
-    recordings = viewer.client.get_state().recordings
-    if not recordings or recordings[-1].current_time is None:
-        return -1.0
-    return float(recordings[-1].current_time) / 1e9
 
 
 def _maximised(viewer: HeadlessViewer, path: Path, view: str, moment: float) -> Path:
@@ -95,7 +86,7 @@ def _maximised(viewer: HeadlessViewer, path: Path, view: str, moment: float) -> 
 
 
 def _picture(viewer: HeadlessViewer, view_id: str | None = None) -> bytes:
-    """What the viewer, or one view, looks like; a busy machine may need more than one attempt."""
+    """A picture of the viewer or of one view; a busy machine may need several attempts."""
     for _ in range(_ATTEMPTS - 1):
         try:
             return bytes(viewer.client.take_screenshot(view_id))
@@ -108,7 +99,7 @@ def _until(happened: Callable[[], Any]) -> None:
     begun = stopwatch()
     while not happened():
         if stopwatch() - begun > _PATIENCE:
-            raise TimeoutError(f"nothing to take a picture of in {_PATIENCE:.0f} s")
+            raise TimeoutError(f"nothing to show within {_PATIENCE:.0f} s")
         threading.Event().wait(0.05)
 
 

@@ -3,15 +3,14 @@
 from dataclasses import replace
 from pathlib import Path
 
-import monitor_samples as samples
 import numpy as np
 import pytest
-from monitor_files import record, rows, with_component
-from monitor_samples import FAILURE, IDLE, RUNNING, SUCCESS
+import sample_run as samples
+from recordings import record, rows, with_component
+from sample_run import FAILURE, IDLE, RUNNING, SUCCESS
 
-from app.live.monitor import NodeInfo, NodeStatus
-from app.live.monitor.snapshot import parents
-from app.live.monitor.tree_layout import MOST_SHOWN, ROW, charted, listed, shown
+from app.live.monitor.tree_layout import MOST_SHOWN, ROW, chart_layout, list_layout, visible
+from app.live.nodes import NodeInfo, NodeStatus, parents
 
 LARGE = (
     NodeInfo(name="root", kind="sequence", depth=0),
@@ -36,31 +35,31 @@ def part(own, *leaves, rest=IDLE):
 
 def test_a_small_tree_is_drawn_whole() -> None:
     nodes = [NodeStatus(IDLE, "") for _ in samples.TREE]
-    assert shown(samples.TREE, nodes) == tuple(range(len(samples.TREE)))
+    assert visible(samples.TREE, nodes) == tuple(range(len(samples.TREE)))
 
 
 def test_of_a_large_tree_what_runs_is_open_and_what_is_at_rest_closed() -> None:
     nodes = statuses(
         RUNNING, part(SUCCESS, rest=SUCCESS), part(RUNNING, SUCCESS, RUNNING), part(IDLE)
     )
-    assert shown(LARGE, nodes) == (0, 1, *range(21, 41), 41)
+    assert visible(LARGE, nodes) == (0, 1, *range(21, 41), 41)
 
 
 def test_where_a_large_tree_failed_stays_open() -> None:
     nodes = statuses(
         FAILURE, part(SUCCESS, rest=SUCCESS), part(FAILURE, SUCCESS, FAILURE), part(IDLE)
     )
-    assert shown(LARGE, nodes) == (0, 1, *range(21, 41), 41)
+    assert visible(LARGE, nodes) == (0, 1, *range(21, 41), 41)
 
 
 def test_a_large_tree_before_its_first_tick_is_its_root_and_what_hangs_on_it() -> None:
     nodes = statuses(IDLE, part(IDLE), part(IDLE), part(IDLE))
-    assert shown(LARGE, nodes) == (0, 1, 21, 41)
+    assert visible(LARGE, nodes) == (0, 1, 21, 41)
 
 
 @pytest.mark.parametrize("tree", [samples.TREE, LARGE, LARGE[:1], LARGE[:2]])
 def test_no_two_pills_of_a_drawing_overlap(tree: tuple[NodeInfo, ...]) -> None:
-    for place in (listed, charted):
+    for place in (list_layout, chart_layout):
         layout = place(tree)
         assert len(layout.edges) == len(tree) - 1
         assert layout.left.min() == 0.0
@@ -72,7 +71,7 @@ def test_no_two_pills_of_a_drawing_overlap(tree: tuple[NodeInfo, ...]) -> None:
 
 
 def test_the_chart_puts_parents_over_the_middle_of_their_children_in_order() -> None:
-    layout = charted(samples.TREE)
+    layout = chart_layout(samples.TREE)
     above = parents(samples.TREE)
     for node in range(len(samples.TREE)):
         children = [child for child, parent in enumerate(above) if parent == node]
@@ -83,7 +82,7 @@ def test_the_chart_puts_parents_over_the_middle_of_their_children_in_order() -> 
 
 
 def test_edges_lead_from_parent_to_child() -> None:
-    for place in (listed, charted):
+    for place in (list_layout, chart_layout):
         layout = place(samples.TREE)
         children = [c for c, p in enumerate(parents(samples.TREE)) if p is not None]
         for child, edge in zip(children, layout.edges, strict=True):

@@ -1,20 +1,21 @@
-import signal
-import subprocess
-import sys
+"""A recording, read back: what every part of the picture is drawn from."""
+
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
-import monitor_samples as samples
 import numpy as np
 import pytest
-from monitor_files import poses, record, recorder, rows, still, with_component
+import sample_run as samples
+from recordings import poses, record, rows, static, with_component
 from rerun.chunk import RrdReader
 
-from app.live.monitor import NodeInfo, NodeStatus, RecorderError, SceneView, Snapshot
-from app.live.monitor.camera_panel import rectangle
-from controller import READY, robot_model
+from app.live import SceneView, Snapshot
+from app.live.nodes import NodeInfo, NodeStatus
+from controller import robot_model
 from hw import Fault, FaultKind
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 TICKS = 300
 
@@ -84,7 +85,7 @@ def test_dropped_snapshots_show_as_a_curve(tmp_path: Path) -> None:
     run = [snapshot for snapshot in samples.run(30) if not 10 <= snapshot.tick < 20]
     loop = rows(record(tmp_path / "x.rrd", run), "/signals/loop")
     assert loop[-1]["scalars"][1] == 10.0
-    names = still(tmp_path / "x.rrd", "/signals/loop", "SeriesLines:names")
+    names = static(tmp_path / "x.rrd", "/signals/loop", "SeriesLines:names")
     assert names == ["tick [ms]", "dropped snapshots"]
 
 
@@ -94,8 +95,8 @@ def test_statuses_are_kept_when_they_change(recording: Path) -> None:
     for row, (_, given) in zip(kept, samples.STATUSES, strict=True):
         names = [state.split("|")[1] if state else "INVALID" for state in row["state"]]
         assert names == [status.value for status in given]
-    values = still(recording, "/status", "StateConfiguration:values")
-    labels = still(recording, "/status", "StateConfiguration:labels")
+    values = static(recording, "/status", "StateConfiguration:values")
+    labels = static(recording, "/status", "StateConfiguration:labels")
     named = dict(zip(values, labels, strict=True))
     assert named["8|RUNNING"] == "navigate to above_container"
     assert set().union(*(row["state"] for row in kept)) - {""} <= set(named)
@@ -145,53 +146,6 @@ def test_the_node_under_way_is_named_with_its_message(recording: Path) -> None:
     assert gaps.max() < 0.3
 
 
-def test_depth_is_kept_to_the_millimetre_with_what_was_found(
-    recording: Path, snapshots: list[Snapshot]
-) -> None:
-    images = rows(recording, "/world/camera/depth")
-    assert [row["tick"] for row in images] == list(range(170, 300, 20))
-    for row in images:
-        frame = snapshots[row["tick"]].frame
-        assert frame is not None
-        kept = cv2.imdecode(np.array(row["blob"][0], np.uint8), cv2.IMREAD_UNCHANGED)
-        assert (kept == np.rint(np.nan_to_num(frame.depth) * 1000)).all()
-        assert kept[0, 0] == 0
-        assert kept.max() > 500
-    heat, outlines = (
-        rows(recording, "/world/camera/quality"),
-        rows(recording, "/world/camera/grasps"),
-    )
-    assert [row["tick"] for row in heat] == [row["tick"] for row in outlines]
-    assert [row["tick"] for row in heat] == [row["tick"] for row in images]
-    for row, outline in zip(heat, outlines, strict=True):
-        found = snapshots[row["tick"]].detection
-        steps = np.array(row["buffer"][0], np.uint8).reshape(120, 160)
-        if found is None:
-            assert not steps.any()
-            assert outline["strips"] == []
-        else:
-            v, u = np.unravel_index(steps.argmax(), steps.shape)
-            assert (u, v) == pytest.approx(found.grasps[0].pixel, abs=1.5)
-            assert np.mean(outline["strips"][0][:4], axis=0) == pytest.approx(
-                found.grasps[0].pixel, abs=1e-3
-            )
-
-
-def test_the_rectangle_is_as_wide_as_the_opening(snapshots: list[Snapshot]) -> None:
-    snapshot = snapshots[171]
-    assert snapshot.frame is not None
-    assert snapshot.detection is not None
-    grasp = snapshot.detection.grasps[0]
-    closing = grasp.wTg.rotation[:, 1] * grasp.width / 2
-    ends = [grasp.wTg.translation + sign * closing for sign in (1, -1)]
-    seen = [snapshot.frame.wTc.actInv(point) for point in ends]
-    lens = samples.LENS
-    pixels = [lens.fx * point[:2] / point[2] + [lens.cx, lens.cy] for point in seen]
-    corners = rectangle(grasp, snapshot.frame)
-    sides = [corners[:2].mean(axis=0), corners[2:4].mean(axis=0)]
-    np.testing.assert_allclose(sorted(map(tuple, sides)), sorted(map(tuple, pixels)), atol=1.0)
-
-
 def test_the_robot_stands_where_it_was(recording: Path, snapshots: list[Snapshot]) -> None:
     model = robot_model("frankie")
     for entity, pose_of in {
@@ -210,7 +164,7 @@ def test_the_robot_stands_where_it_was(recording: Path, snapshots: list[Snapshot
     left = poses(recording, "world/robot/left_finger")
     right = poses(recording, "world/robot/right_finger")
     for a, b in zip(left[::20], right[::20], strict=True):
-        gap = np.linalg.norm(np.subtract(a["translation"], b["translation"])) - 2 * 0.007
+        gap = np.linalg.norm(np.subtract(a["translation"], b["translation"]))
         assert gap == pytest.approx(snapshots[a["tick"]].state.gripper_width, abs=1e-6)
 
 
@@ -227,12 +181,12 @@ def test_goal_and_grasp_are_drawn_only_while_there_is_one(
 
 
 def test_objects_are_kept_when_they_move(tmp_path: Path) -> None:
-    still_objects = list(samples.OBJECTS)
+    objects_at_rest = list(samples.OBJECTS)
     run = list(samples.run(60))
     for tick in range(30, 60):
-        moved = still_objects[0].copy()
+        moved = objects_at_rest[0].copy()
         moved.translation += [0.0, 0.0, 0.01 * min(tick - 29, 10)]
-        run[tick] = replace(run[tick], objects=(moved, *still_objects[1:]))
+        run[tick] = replace(run[tick], objects=(moved, *objects_at_rest[1:]))
     path = record(tmp_path / "x.rrd", run)
     lifted = poses(path, "world/objects/0_box_1")
     assert lifted[0]["tick"] == 0
@@ -254,98 +208,4 @@ def test_a_bare_robot_with_a_one_node_tree_is_recorded(tmp_path: Path) -> None:
 
 def test_a_run_without_a_tick_leaves_a_readable_file(tmp_path: Path) -> None:
     path = record(tmp_path / "x.rrd", [])
-    assert still(path, "/world/fixtures", "Boxes3D:half_sizes")
-
-
-@pytest.mark.parametrize("place", ["missing/x.rrd", ""])
-def test_a_file_that_cannot_be_written_is_said_at_once(tmp_path: Path, place: str) -> None:
-    with pytest.raises(RecorderError, match=r"cannot write the recording .*give a folder"):
-        recorder(tmp_path / place)
-
-
-def test_close_twice(tmp_path: Path) -> None:
-    made = recorder(tmp_path / "x.rrd")
-    made.record(samples.snapshot(0))
-    made.close()
-    made.close()
-    made.record(samples.snapshot(1))
-    assert len(rows(tmp_path / "x.rrd", "/signals/loop")) == 1
-
-
-def test_an_error_in_the_writer_is_said_once_and_spares_the_run(tmp_path: Path) -> None:
-    made = recorder(tmp_path / "x.rrd")
-    snapshot = samples.snapshot(0)
-    broken = replace(snapshot, state=replace(snapshot.state, q=READY[:3]))
-    for tick in range(1200):
-        made.record(replace(broken if tick == 150 else snapshot, tick=tick, stamp=tick * 0.02))
-    with pytest.raises(RecorderError, match=r"x\.rrd: the recording ends early"):
-        made.close()
-    made.close()
-    assert len(rows(tmp_path / "x.rrd", "/signals/loop")) < 200
-
-
-LIMITED = """
-import resource, sys
-from pathlib import Path
-sys.path[:0] = sys.argv[2:]
-import monitor_samples as samples
-from app.live.monitor import Recorder, RecorderError
-from controller import robot_model
-resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
-recorder = Recorder(
-    Path(sys.argv[1]), tree=samples.TREE, model=robot_model("frankie"), scene=samples.SCENE,
-    lossless=True,
-)
-for snapshot in samples.run(300):
-    recorder.record(snapshot)
-try:
-    recorder.close()
-except RecorderError as error:
-    print(error)
-"""
-
-IN_REAL_TIME = LIMITED.split("resource.set", maxsplit=1)[0] + (
-    """
-import threading
-recorder = Recorder(
-    Path(sys.argv[1]), tree=samples.TREE, model=robot_model("frankie"), scene=samples.SCENE,
-    lossless=False,
-)
-for snapshot in samples.run(1000):
-    recorder.record(snapshot)
-    print(snapshot.stamp, flush=True)
-    threading.Event().wait(samples.PERIOD)
-"""
-)
-
-
-def command(program: str, path: Path) -> list[str | Path]:
-    here = Path(__file__).parent
-    return [sys.executable, "-c", program, path, here, here.parents[2]]
-
-
-def test_a_disk_that_fills_up_is_said_at_the_end(tmp_path: Path) -> None:
-    path = tmp_path / "x.rrd"
-    done = subprocess.run(
-        command(LIMITED, path), capture_output=True, text=True, timeout=120, check=False
-    )
-    assert done.returncode == 0
-    said = done.stdout
-    assert "the recording ends early" in said
-    assert "is the disk full?" in said
-    assert path.stat().st_size <= 200_000
-
-
-@pytest.mark.filterwarnings("ignore:RRD file has no footer")
-def test_a_run_that_is_killed_is_kept_up_to_a_second_before(tmp_path: Path) -> None:
-    path = tmp_path / "x.rrd"
-    with subprocess.Popen(
-        command(IN_REAL_TIME, path), stdout=subprocess.PIPE, text=True
-    ) as process:
-        assert process.stdout is not None
-        stamps = [float(process.stdout.readline()) for _ in range(200)]
-        process.kill()
-        stamps += [float(line) for line in process.stdout if line.endswith("\n")]
-    assert process.returncode == -signal.SIGKILL
-    for entity in ("/signals/loop", "/world/poses", "/world/camera/depth"):
-        assert rows(path, entity)[-1]["t"] >= stamps[-1] - 1.0, entity
+    assert static(path, "/world/fixtures", "Boxes3D:half_sizes")

@@ -1,4 +1,4 @@
-"""What is told in words: what is under way and why, the blackboard, and the log of transitions."""
+"""The texts: the active node and its message, the blackboard, and the log of transitions."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ import rerun as rr
 from py_trees.common import Status
 
 from app.live.monitor.columns import timelines
-from app.live.monitor.every import Every
-from app.live.monitor.glyphs import STATUS_GLYPH, safe
-from app.live.monitor.snapshot import NodeInfo, NodeStatus, Snapshot, branch, tip
+from app.live.monitor.glyphs import STATUS_GLYPH, printable
+from app.live.nodes import NodeInfo, NodeStatus, path_from_root, tip
+from app.live.snapshot import Snapshot
+from app.live.throttle import Throttle
 
 _MESSAGE_PERIOD = 0.2
-"""A changed message of the same node, or a changed blackboard, is kept no oftener than this [s]."""
+"""Shortest time between two messages of the same node, or two blackboards, that are kept [s]."""
 _LONGEST_VALUE = 80
-_NOTHING = "*nothing is written on it*"
+_EMPTY = "*empty*"
 
 
-class WordsPanel:
+class TextPanel:
     """Writes the texts.
 
     Args:
@@ -34,29 +35,29 @@ class WordsPanel:
             for index, node in enumerate(tree)
         ]
         self._statuses = (Status.INVALID,) * len(tree)
-        self._told: tuple[int, Status, str] | None = None
-        self._told_at = -float("inf")
+        self._active: tuple[int, Status, str] | None = None
+        self._active_since = -float("inf")
         self._board = ""
-        self._board_turn = Every(_MESSAGE_PERIOD)
+        self._board_throttle = Throttle(_MESSAGE_PERIOD)
         self._locked = False
         self._faults: frozenset[str] = frozenset()
 
     def write(self, batch: Sequence[Snapshot]) -> None:
-        """Add what a batch has to tell."""
-        told: list[tuple[Snapshot, str]] = []
+        """Add the texts of a batch."""
+        messages: list[tuple[Snapshot, str]] = []
         boards: list[tuple[Snapshot, str]] = []
         events: list[tuple[Snapshot, str, str]] = []
         for snapshot in batch:
             events += [(snapshot, *event) for event in self._events(snapshot)]
-            text = self._news(snapshot)
+            text = self._changed_message(snapshot)
             if text is not None:
-                told.append((snapshot, text))
-            if self._board_turn.due(snapshot.stamp):
+                messages.append((snapshot, text))
+            if self._board_throttle.due(snapshot.stamp):
                 board = _table(snapshot.blackboard)
                 if board != self._board:
                     self._board = board
                     boards.append((snapshot, board))
-        self._send_documents("now", told)
+        self._send_documents("now", messages)
         self._send_documents("blackboard", boards)
         if events:
             self._stream.send_columns(
@@ -68,33 +69,34 @@ class WordsPanel:
                 ),
             )
 
-    def _send_documents(self, path: str, told: Sequence[tuple[Snapshot, str]]) -> None:
-        if told:
+    def _send_documents(self, path: str, texts: Sequence[tuple[Snapshot, str]]) -> None:
+        if texts:
             self._stream.send_columns(
                 path,
-                indexes=timelines([snapshot for snapshot, _ in told]),
+                indexes=timelines([snapshot for snapshot, _ in texts]),
                 columns=rr.TextDocument.columns(
-                    text=[text for _, text in told], media_type=["text/markdown"] * len(told)
+                    text=[text for _, text in texts], media_type=["text/markdown"] * len(texts)
                 ),
             )
 
-    def _news(self, snapshot: Snapshot) -> str | None:
-        """What is under way, if that is news."""
+    def _changed_message(self, snapshot: Snapshot) -> str | None:
+        """The active node with its message, if that has changed."""
         index = tip(snapshot.nodes)
         node = snapshot.nodes[index]
-        news = (index, node.status, node.message)
-        same_node = self._told is not None and news[:2] == self._told[:2]
-        if news == self._told or (same_node and snapshot.stamp < self._told_at + _MESSAGE_PERIOD):
+        active = (index, node.status, node.message)
+        same_node = self._active is not None and active[:2] == self._active[:2]
+        too_soon = snapshot.stamp < self._active_since + _MESSAGE_PERIOD
+        if active == self._active or (same_node and too_soon):
             return None
-        self._told, self._told_at = news, snapshot.stamp
-        names = [_escape(self._tree[i].name) for i in branch(self._tree, index)]
+        self._active, self._active_since = active, snapshot.stamp
+        names = [_escape(self._tree[i].name) for i in path_from_root(self._tree, index)]
         return (
             f"### {STATUS_GLYPH[node.status]} {names[-1]}\n\n"
             f"{_escape(node.message)}\n\n*{' / '.join(names[:-1])}*"
         )
 
     def _events(self, snapshot: Snapshot) -> list[tuple[str, str]]:
-        """Level and text of what is worth a line in the log."""
+        """Level and text of the log lines for one tick."""
         statuses = tuple(node.status for node in snapshot.nodes)
         events = []
         if statuses != self._statuses:
@@ -110,21 +112,21 @@ class WordsPanel:
             events.append(("INFO", "grasp locked"))
         self._locked = snapshot.locked
         faults = frozenset(fault.text for fault in snapshot.state.faults)
-        events += [("ERROR", f"fault: {safe(text)}") for text in sorted(faults - self._faults)]
+        events += [("ERROR", f"fault: {printable(text)}") for text in sorted(faults - self._faults)]
         self._faults = faults
         return events
 
 
 def _line(node: NodeInfo, now: NodeStatus) -> tuple[str, str]:
     level = "WARN" if now.status == Status.FAILURE else "INFO"
-    reason = f": {safe(now.message)}" if now.message else ""
-    return level, f"{STATUS_GLYPH[now.status]} {safe(node.name)}{reason}"
+    reason = f": {printable(now.message)}" if now.message else ""
+    return level, f"{STATUS_GLYPH[now.status]} {printable(node.name)}{reason}"
 
 
 def _table(blackboard: Mapping[str, object]) -> str:
-    """A line for every key."""
+    """A Markdown table with a row for every key."""
     if not blackboard:
-        return _NOTHING
+        return _EMPTY
     rows = (f"| {_escape(key)} | {_value(value)} |" for key, value in sorted(blackboard.items()))
     return "\n".join(["| key | value |", "|---|---|", *rows])
 
@@ -135,5 +137,5 @@ def _value(value: object) -> str:
 
 
 def _escape(text: str) -> str:
-    """The text as Markdown shows it, in characters that the viewer can draw."""
-    return "".join(f"\\{c}" if c in r"\`*_{}[]<>()#+-.!|~" else c for c in safe(text))
+    """The text escaped for Markdown, in characters that the viewer can draw."""
+    return "".join(f"\\{c}" if c in r"\`*_{}[]<>()#+-.!|~" else c for c in printable(text))
