@@ -16,6 +16,7 @@ ROOMS = (
     "robots",
     "controller",
     "perception",
+    "perception.networks",
     "hw",
     "hw.sim",
     "behaviours",
@@ -29,6 +30,8 @@ ROOMS = (
     "app.export",
     "app.authoring",
     "app.lab",
+    "app.lab.bench",
+    "app.lab.grasps",
     "app.commands",
     "app",
     "frankie_task",
@@ -43,6 +46,7 @@ SIDE_BY_SIDE = {
         ("controller", "perception"),
         ("trees.draw", "trees.btcpp"),
         ("app.authoring", "app.lab"),
+        ("app.lab.bench", "app.lab.grasps"),
     )
 }
 """Rooms of one floor, which do not know each other."""
