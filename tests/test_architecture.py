@@ -17,6 +17,7 @@ ROOMS = (
     "robots",
     "controller",
     "perception",
+    "perception.networks",
     "hw",
     "hw.sim",
     "behaviours",
