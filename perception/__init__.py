@@ -11,7 +11,7 @@ from perception.frame import Workspace
 from perception.geometry import world_points
 from perception.grasp import Detection, GraspEstimate
 from perception.grasp_feasibility import assess
-from perception.height_map import HeightMap, height_map
+from perception.height_map import HeightMap, build_height_map
 from perception.network_io import (
     ANGLE_BINS,
     INPUT_SIZE,
@@ -44,9 +44,9 @@ __all__ = [
     "WeightsError",
     "Workspace",
     "assess",
+    "build_height_map",
     "camera_above_table",
     "central_crop",
-    "height_map",
     "prepare",
     "world_points",
 ]

@@ -13,7 +13,7 @@ from perception.arrays import Array, Image, Mask
 from perception.frame import Frame, Workspace
 from perception.geometry import Camera, closing_direction, grasp_pose, world_points
 from perception.grasp import Detection, GraspEstimate
-from perception.height_map import HeightMap, height_map
+from perception.height_map import HeightMap, build_height_map
 from perception.network_io import INPUT_SIZE, OUTPUT_STRIDE
 from perception.preprocess import NoDepthError, Prepared, central_crop, prepare, valid_depth
 from perception.refine import ALL_DIRECTIONS, refine
@@ -94,7 +94,7 @@ class GraspDetector:
 
         u = np.arange(crop.size, dtype=float)[None, :] + crop.u0
         v = np.arange(crop.size, dtype=float)[:, None] + crop.v0
-        scene = height_map(prepared.native, frame.intrinsics, frame.wTc, u, v)
+        scene = build_height_map(prepared.native, frame.intrinsics, frame.wTc, u, v)
         floor = _level(scene) if workspace is None else workspace.floor
         allowed = _allowed(prepared, frame, workspace, floor)
         occupied = _occupied_area(scene, workspace, floor)

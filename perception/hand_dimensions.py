@@ -1,4 +1,4 @@
-"""The dimensions of a gripper that decide whether a grasp is feasible, margins included."""
+"""The dimensions of a gripper in the feasibility check, and the margins added to them."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from perception.arrays import Array, Image
 from robots import GripperDescription, half_extents
 
 TIP_MARGIN = 0.0004
-"""Clearance below the finger tips [m]."""
-PALM_MARGIN = 0.0001
-"""Clearance below the palm, before `PALM_CLEARANCE` of the check [m]."""
+"""Added to the reach of the finger tips [m]."""
 FINGER_MARGIN = 0.00005
-"""Clearance outside of the fingers, before `FINGER_CLEARANCE` of the check [m]."""
+"""Added to the thickness of the fingers [m]."""
 FINGER_END_MARGIN = 0.002
-"""Clearance below the lower end of the fingers, where only the narrower pads reach deeper [m]."""
+"""Added to the fingers at their lower end, below which only the pads reach [m]."""
+PALM_ALLOWANCE = 0.0001
+"""Subtracted from the reach of the palm, which the check keeps clear by more than this [m]."""
 LINE_SPACING = 0.0035
 """Between the lines along which the scene is sampled, across the fingers [m]."""
 PALM_SPACING = 0.016
@@ -64,7 +64,7 @@ def hand_dimensions(gripper: GripperDescription) -> HandDimensions:
     return HandDimensions(
         opening=gripper.opening,
         tip=_rounded(gripper.tip + TIP_MARGIN),
-        palm=_rounded(-gripper.palm.pose.translation[2] - palm[2] + PALM_MARGIN),
+        palm=_rounded(-gripper.palm.pose.translation[2] - palm[2] + PALM_ALLOWANCE),
         finger=_rounded(-gripper.finger.pose.translation[2] - finger[2] - FINGER_END_MARGIN),
         pad_thickness=_rounded(gripper.pad.pose.translation[1] + pad[1]),
         finger_thickness=_rounded(gripper.finger.pose.translation[1] + finger[1] + FINGER_MARGIN),

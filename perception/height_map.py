@@ -48,7 +48,9 @@ def look_up(values: Image, origin: Array, cell: float, x: Array | Image, y: Arra
     return found
 
 
-def height_map(depth: Image, intrinsics: Intrinsics, wTc: SE3, u: Array, v: Array) -> HeightMap:
+def build_height_map(
+    depth: Image, intrinsics: Intrinsics, wTc: SE3, u: Array, v: Array
+) -> HeightMap:
     """The upper surface of a depth image.
 
     A cell without a point is hidden behind something higher, so it takes the lower of its two

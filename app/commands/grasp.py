@@ -27,11 +27,11 @@ def train(
     device: Annotated[str, typer.Option(help="auto, cpu or cuda.")] = "auto",
 ) -> None:
     """Render scenes, label every grasp in them, and train a network from scratch."""
-    from app.lab.grasps import read_recipe, train_weights
+    from app.lab import grasps
 
     console = Console(stderr=True)
-    out = train_weights(
-        read_recipe(recipe),
+    out = grasps.train_weights(
+        grasps.read_recipe(recipe),
         folder,
         workers=workers or os.cpu_count() or 1,
         device=device,
@@ -68,32 +68,27 @@ def evaluate(
     """Measure success rates on objects of held-out classes, with confidence intervals."""
     import json as json_format
 
-    from app.lab.grasps import (
-        NetworkChoice,
-        draw_failures,
-        evaluate_grasps,
-        evaluation_table,
-    )
+    from app.lab import grasps
 
     if weights is not None and network is not None:
         refuse("--network: the file of --weights determines the network; give one of the two")
     for file in (json, plot):
         if file is not None and not file.parent.is_dir():
             refuse(f"{file}: there is no folder {file.parent}; create it first")
-    choice = NetworkChoice(weights=weights, network=network)
-    evaluation = evaluate_grasps(
+    choice = grasps.NetworkChoice(weights=weights, network=network)
+    evaluation = grasps.evaluate_grasps(
         choice,
         images=images,
         objects=objects,
         cornell=cornell,
         workers=workers or os.cpu_count() or 1,
     )
-    Console().print(evaluation_table(evaluation))
+    Console().print(grasps.evaluation_table(evaluation))
     typer.echo(f"perception step: {evaluation.step_median_ms:.1f} ms of one core (median)")
     if json is not None:
         json.write_text(json_format.dumps(evaluation.to_json(), indent=1), encoding="utf-8")
     if plot is not None:
-        typer.echo(f"{draw_failures(choice, evaluation, plot)} failures drawn in {plot}")
+        typer.echo(f"{grasps.draw_failures(choice, evaluation, plot)} failures drawn in {plot}")
 
 
 @app.command()
@@ -117,14 +112,14 @@ def show(
     network: Annotated[str | None, typer.Option(help="Which shipped network.")] = None,
 ) -> None:
     """Find grasps in a depth image of your camera and draw them over it."""
-    from app.lab.grasps import ROBOT, show_grasps
+    from app.lab import grasps
     from perception import GraspDetector
 
-    summary = show_grasps(
+    summary = grasps.show_grasps(
         image,
         out or image.with_name(f"{image.stem}_grasps.png"),
         focal=focal,
         at=at,
-        detector=GraspDetector(weights, network, gripper=ROBOT.gripper),
+        detector=GraspDetector(weights, network, gripper=grasps.ROBOT.gripper),
     )
     typer.echo(summary)

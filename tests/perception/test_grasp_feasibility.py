@@ -9,7 +9,7 @@ from pinocchio import SE3
 
 from perception.grasp_feasibility import DEPTHS, FLOOR_CLEARANCE, assess
 from perception.hand_dimensions import hand_dimensions
-from perception.height_map import CELL, HeightMap, height_map
+from perception.height_map import CELL, HeightMap, build_height_map
 from perception.refine import refine
 from robots import Box, Geom, GripperDescription, Intrinsics, load_robot
 
@@ -203,6 +203,6 @@ def test_height_maps_of_a_tilted_camera_are_level() -> None:
     u, v = np.meshgrid(np.arange(200.0), np.arange(200.0))
     rays = np.stack([(u - 99.5) / 200, (v - 99.5) / 200, np.ones_like(u)], -1) @ rotation.T
     depth = ((FLOOR - 0.9) / rays[..., 2]).astype(np.float32)
-    found = height_map(depth, camera, wTc, u, v)
+    found = build_height_map(depth, camera, wTc, u, v)
     assert found.heights == pytest.approx(FLOOR, abs=1e-5)
     assert np.asarray(found.at(np.array([1.0]), np.array([2.0])))[0] == pytest.approx(FLOOR)

@@ -23,7 +23,7 @@ from app.commands.refuse import refuse
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.lab.bench import Conditions, Configuration, PoseRun, Reach
+    from app.lab import bench
 
 
 class Preset(StrEnum):
@@ -87,19 +87,9 @@ def reach(
     import os
     from math import radians
 
-    from app.lab import machine
-    from app.lab.bench import (
-        SWEEPS,
-        Conditions,
-        Configuration,
-        generate_goals,
-        load_goals,
-        reach_json,
-        reach_notes,
-        reach_table,
-    )
+    from app.lab import bench, machine
 
-    conditions = Conditions(
+    conditions = bench.Conditions(
         limit=limit,
         position_tolerance=tolerance_mm / 1e3,
         orientation_tolerance=radians(tolerance_deg),
@@ -108,25 +98,25 @@ def reach(
     workers = workers or os.cpu_count() or 1
     check_writable(json)
     rows = []
-    loaded = load_goals(goals) if goals else None
+    loaded = bench.load_goals(goals) if goals else None
     for name in chosen_robots(robot):
         for speed in _speeds(preset, base_speed):
-            for changes in SWEEPS[sweep.value] if sweep else ((),):
-                configuration = Configuration(
+            for changes in bench.SWEEPS[sweep.value] if sweep else ((),):
+                configuration = bench.Configuration(
                     robot=name,
                     preset=preset.value,
                     base_speed=speed,
                     period=period,
                     changes=changes,
                 )
-                targets = loaded or generate_goals(configuration.model(), count, seed)
+                targets = loaded or bench.generate_goals(configuration.model(), count, seed)
                 rows.append(_reach(configuration, conditions, targets, workers, cluster))
     out = console()
-    out.print(reach_table(rows))
-    for line in reach_notes(rows):
+    out.print(bench.reach_table(rows))
+    for line in bench.reach_notes(rows):
         out.print(line, highlight=False)
     about = {"seed": None if goals else seed, "goal_file": str(goals) if goals else None}
-    write_json(json, reach_json(rows, about | machine()))
+    write_json(json, bench.reach_json(rows, about | machine()))
 
 
 def _speeds(preset: Preset, speeds: list[float] | None) -> Sequence[float | None]:
@@ -136,24 +126,25 @@ def _speeds(preset: Preset, speeds: list[float] | None) -> Sequence[float | None
 
 
 def _reach(
-    configuration: Configuration,
-    conditions: Conditions,
+    configuration: bench.Configuration,
+    conditions: bench.Conditions,
     goals: Sequence[object],
     workers: int,
     cluster: str | None,
-) -> Reach:
-    from app.lab import progress
-    from app.lab.bench import aggregate_trials, run_trials
+) -> bench.Reach:
+    from app.lab import bench, progress
 
     name = f"{configuration.robot} {configuration.preset} {configuration.speed_text} m/s"
     done = {}
     with progress(name, len(goals)) as advance:
-        for number, trial in run_trials(
+        for number, trial in bench.run_trials(
             configuration, conditions, goals, workers=workers, cluster=cluster
         ):
             done[number] = trial
             advance(trial.failure is not None)
-    return aggregate_trials(configuration, conditions, [done[number] for number in sorted(done)])
+    return bench.aggregate_trials(
+        configuration, conditions, [done[number] for number in sorted(done)]
+    )
 
 
 def poses(
@@ -181,47 +172,38 @@ def poses(
     """Experiment 1: the paper's four poses; times, smoothness and manipulability."""
     from math import radians
 
-    from app.lab import machine, progress
-    from app.lab.bench import (
-        EXAMPLE,
-        POSES,
-        Configuration,
-        make_plots,
-        pose_result,
-        poses_json,
-        poses_tables,
-        prepare_plots,
-        run_pose,
-    )
+    from app.lab import bench, machine, progress
 
     check_writable(json)
-    chosen = tuple(pose or POSES)
+    chosen = tuple(pose or bench.POSES)
     for name in chosen:
-        if name not in POSES:
-            refuse(f"--pose {name}: the poses are {', '.join(POSES)}")
+        if name not in bench.POSES:
+            refuse(f"--pose {name}: the poses are {', '.join(bench.POSES)}")
     if plot is not None:
-        prepare_plots(plot)
+        bench.prepare_plots(plot)
     tolerances = (tolerance_mm / 1e3, radians(tolerance_deg))
     robots = chosen_robots(robot)
     speeds: Sequence[float | None] = base_speed or [1.5 if preset is Preset.FRANKIE else None]
     ours = [
-        Configuration(robot=name, preset=preset.value, base_speed=speed, period=period)
+        bench.Configuration(robot=name, preset=preset.value, base_speed=speed, period=period)
         for name in robots
         for speed in speeds
     ]
-    examples = [Configuration(robot=name, preset=EXAMPLE, period=period) for name in robots]
-    runs: list[PoseRun] = []
-    rivals: list[PoseRun] = []
+    examples = [
+        bench.Configuration(robot=name, preset=bench.EXAMPLE, period=period) for name in robots
+    ]
+    runs: list[bench.PoseRun] = []
+    rivals: list[bench.PoseRun] = []
     with progress("poses", (len(ours) + len(examples)) * len(chosen)) as advance:
         for configurations, into in ((ours, runs), (examples, rivals)):
             for configuration in configurations:
                 for name in chosen:
-                    into.append(run_pose(configuration, name, tolerances, jumps=jumps))
+                    into.append(bench.run_pose(configuration, name, tolerances, jumps=jumps))
                     advance(into[-1].trial.failure is not None)
-    results = [pose_result(run) for run in runs]
-    for table in poses_tables(results, [pose_result(run) for run in rivals]):
+    results = [bench.pose_result(run) for run in runs]
+    for table in bench.poses_tables(results, [bench.pose_result(run) for run in rivals]):
         console().print(table)
-    write_json(json, poses_json(results, {"jumps": jumps} | machine()))
+    write_json(json, bench.poses_json(results, {"jumps": jumps} | machine()))
     if plot is not None:
-        for path in make_plots(runs, plot):
+        for path in bench.make_plots(runs, plot):
             console().print(f"wrote {path}", highlight=False)

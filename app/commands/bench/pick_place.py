@@ -22,17 +22,17 @@ def pick_place(
 ) -> None:
     """Run the main task for several seeds and print a row for each."""
     from app.core.launch import RunOptions
-    from app.lab.bench import pick_place_json, pick_place_table, run_pick_place
+    from app.lab import bench
 
     first, dash, last = seeds.partition("-")
     if not (first.isdigit() and (last.isdigit() or not dash)):
         refuse(f"--seeds {seeds}: give the first and the last seed, for example 0-4")
     check_writable(json)
     options = RunOptions(tree=find_tree(tree), robot=robot, scene=scene, record=record)
-    summaries = run_pick_place(
+    summaries = bench.run_pick_place(
         options,
         range(int(first), int(last or first) + 1),
         lambda summary: summary.show(Console(stderr=True)),
     )
-    console().print(pick_place_table(summaries))
-    write_json(json, pick_place_json(summaries))
+    console().print(bench.pick_place_table(summaries))
+    write_json(json, bench.pick_place_json(summaries))

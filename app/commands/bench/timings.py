@@ -35,29 +35,21 @@ def step(
     json: Json = None,
 ) -> None:
     """Time of one step on the way to seeded goals: ours, the paper's, the published example's."""
-    from app.lab import machine
-    from app.lab.bench import (
-        Configuration,
-        generate_goals,
-        step_json,
-        step_notes,
-        step_table,
-        time_steps,
-    )
+    from app.lab import bench, machine
 
     check_writable(json)
     results = []
     for name in chosen_robots(robot):
-        goals = generate_goals(Configuration(robot=name).model(), 100, seed)
+        goals = bench.generate_goals(bench.Configuration(robot=name).model(), 100, seed)
         results.append(
-            time_steps(name, goals, steps=steps, against_rtb=versus is Rival.RTB, seed=seed)
+            bench.time_steps(name, goals, steps=steps, against_rtb=versus is Rival.RTB, seed=seed)
         )
     out = console()
-    out.print(step_table(results))
+    out.print(bench.step_table(results))
     for result in results:
-        for line in step_notes(result):
+        for line in bench.step_notes(result):
             out.print(line, highlight=False)
-    write_json(json, step_json(results, {"seed": seed} | machine()))
+    write_json(json, bench.step_json(results, {"seed": seed} | machine()))
 
 
 def tree(
@@ -65,13 +57,12 @@ def tree(
     json: Json = None,
 ) -> None:
     """Time to read a task file of 200 nodes, and of a tick of a tree of 31 nodes."""
-    from app.lab import machine
-    from app.lab.bench import time_tree, tree_json, tree_table
+    from app.lab import bench, machine
 
     check_writable(json)
-    timings = time_tree(rounds)
-    console().print(tree_table(timings))
-    write_json(json, tree_json(timings, machine()))
+    timings = bench.time_tree(rounds)
+    console().print(bench.tree_table(timings))
+    write_json(json, bench.tree_json(timings, machine()))
 
 
 def perception(
@@ -79,21 +70,15 @@ def perception(
     json: Json = None,
 ) -> None:
     """CPU time of a perception step: in the inference form, and in plain PyTorch."""
-    from app.lab import machine
-    from app.lab.grasps import (
-        measure_perception,
-        perception_json,
-        perception_notes,
-        perception_table,
-    )
+    from app.lab import grasps, machine
 
     check_writable(json)
-    result = measure_perception(frames)
+    result = grasps.measure_perception(frames)
     out = console()
-    out.print(perception_table(result))
-    for line in perception_notes(result):
+    out.print(grasps.perception_table(result))
+    for line in grasps.perception_notes(result):
         out.print(line, highlight=False)
-    write_json(json, perception_json(result, machine()))
+    write_json(json, grasps.perception_json(result, machine()))
 
 
 def watch(
@@ -102,12 +87,11 @@ def watch(
     json: Json = None,
 ) -> None:
     """Cost of watching for the loop: nobody watches, a viewer, and a viewer that hangs."""
-    from app.lab import progress
-    from app.lab.bench import Watcher, measure_watching, watch_json, watch_table
+    from app.lab import bench, progress
 
     check_writable(json)
     path = find_tree(tree)
-    with progress("watch", len(Watcher)) as advance:
-        results = measure_watching(path, seconds, lambda: advance(False))
-    console().print(watch_table(results))
-    write_json(json, watch_json(results))
+    with progress("watch", len(bench.Watcher)) as advance:
+        results = bench.measure_watching(path, seconds, lambda: advance(False))
+    console().print(bench.watch_table(results))
+    write_json(json, bench.watch_json(results))

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from app.core.launch import RunOptions, run_task
 from app.core.summary import Summary
-from app.lab.machine import machine
+from app.lab import machine
 
 
 def run_pick_place(

@@ -26,7 +26,7 @@ from app.core.measurements import Measurements
 from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
-from app.lab.machine import machine
+from app.lab import machine
 from app.live import Address, Control, Recorder, headless_viewer, tree_view
 from controller import robot_model
 from hw import WorldOptions, stopwatch

@@ -41,8 +41,8 @@ from perception import (
     Sample,
     Shard,
     assess,
+    build_height_map,
     central_crop,
-    height_map,
     prepare,
     world_points,
 )
@@ -143,7 +143,7 @@ def exact_view(world: World) -> tuple[HeightMap, Array, npt.NDArray[np.bool_]]:
     pixels = np.arange(_EXACT_SIZE, dtype=float)
     grid = (pixels[None, :], pixels[:, None])
     points = world_points(depth, camera, wTc, *grid)
-    return height_map(depth, camera, wTc, *grid), points, ids >= len(world.fixtures)
+    return build_height_map(depth, camera, wTc, *grid), points, ids >= len(world.fixtures)
 
 
 def label_world(world: World) -> WorldLabels:
