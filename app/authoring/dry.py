@@ -20,11 +20,18 @@ from app.core.session import failed_node
 from behaviours.named import Key
 from config import UserError, quoted, suggest
 from hw.clock import SimClock
-from trees.language import Task, build, load, nodes_in_order
-from trees.language.registry import SET
-from trees.language.syntax import LeafNode, SubtreeNode, nodes_below
-from trees.language.value_types import ValueType
-from trees.language.vocabulary import COMPOSITES
+from trees.language import (
+    COMPOSITES,
+    SET,
+    LeafNode,
+    SubtreeNode,
+    Task,
+    ValueType,
+    build,
+    load,
+    nodes_below,
+    nodes_in_order,
+)
 
 PERIOD = 0.1
 """Simulated time from tick to tick [s]."""
@@ -176,7 +183,7 @@ class _DryLeaf(Behaviour):
         self.key = node.type.key
         self._script = script
         self._outputs = {
-            key: _nothing(node.type.outputs[name].type)
+            key: _smallest(node.type.outputs[name].type)
             for name, key in arguments.items()
             if isinstance(key, Key)
         }
@@ -190,12 +197,12 @@ class _DryLeaf(Behaviour):
         return status
 
 
-def _nothing(kind: ValueType) -> object:
+def _smallest(expected: ValueType) -> object:
     """The smallest value of a type."""
-    if kind.choices:
-        return kind.choices[0]
-    empty = kind.kinds[0]()
-    return empty if kind.least is None or not isinstance(empty, int | float) else kind.least
+    if expected.choices:
+        return expected.choices[0]
+    empty = expected.types[0]()
+    return empty if expected.least is None or not isinstance(empty, int | float) else expected.least
 
 
 def dry_run(
@@ -219,7 +226,7 @@ def dry_run(
     clock = SimClock()
     context = cast(Any, _DryContext(clock=clock))
     root = build(task, context, lambda node, _, arguments: _DryLeaf(node, script, arguments))
-    paths = {place.node: place.path for place in nodes_in_order(root)}
+    paths = {entry.node: entry.path for entry in nodes_in_order(root)}
     steps: list[Step] = []
     were_running: set[Behaviour] = set()
     for tick in range(1, most_ticks + 1):

@@ -8,16 +8,19 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from config import UserError, suggest
-from trees.language.registry import (
+from config import UserError, suggest, written
+from trees.language import (
+    COMPOSITES,
+    MODIFIERS,
+    NAME,
     SET,
+    SUBTREE,
     LeafType,
     Parameter,
+    ValueType,
     describe_leaves,
     known_leaves,
 )
-from trees.language.value_types import ValueType, written
-from trees.language.vocabulary import COMPOSITES, MODIFIERS, NAME, SUBTREE
 
 _LANGUAGE = {
     NAME: "The node's name in pictures, messages and summaries; stands beside any node.",

@@ -57,7 +57,7 @@ def draw(
 @authoring.command()
 def schema(output: Output = None) -> None:
     """The JSON Schema of task files, for an editor: completion, help, diagnostics underlined."""
-    from trees.language.registry import describe_leaves, known_leaves
+    from trees.language import describe_leaves, known_leaves
     from trees.schema import schema_text
 
     text = schema_text(describe_leaves(known_leaves()))
@@ -117,27 +117,6 @@ def _export_runs(names: list[str], folder: Path, runs: Path, fps: int) -> None:
 
     frames = export_lerobot([find(name, runs) for name in names], folder, fps)
     typer.echo(f"{folder}: {len(names)} episodes, {frames} frames")
-
-
-@authoring.command("import")
-def import_tree(
-    file: Annotated[Path, typer.Argument(help="XML of BehaviorTree.CPP 4.")],
-    folder: Annotated[
-        Path | None, typer.Option("--folder", help="Where to put the files, instead of the screen.")
-    ] = None,
-) -> None:
-    """Task files from XML of BehaviorTree.CPP 4: one a tree; what has no counterpart is refused."""
-    from trees.btcpp import import_xml
-
-    texts = import_xml(file)
-    if folder is None and len(texts) > 1:
-        refuse(f"{file}: has {len(texts)} trees, each a file; say where they go: --folder DIR")
-    paths = [folder / name if folder else None for name in texts]
-    for path in paths:
-        if path is not None and path.exists():
-            refuse(f"{path}: is there already; choose another folder, or remove it first")
-    for path, text in zip(paths, texts.values(), strict=True):
-        _deliver(text, path)
 
 
 def _deliver(text: str, output: Path | None) -> None:

@@ -22,7 +22,7 @@ from behaviours import Context, LeafCrashedError
 from controller import Command, GoalError, HolisticController, StepReport
 from hw import HardwareError, RobotState, stopwatch
 from hw.gate import Gate
-from trees.language.branch import Branch
+from trees.language import Branch
 
 _LONGEST_STOP = 3.0
 """Coming to rest is given up after this [s]."""

@@ -7,7 +7,7 @@ import shutil
 import pytest
 from language_server import VERSION, LanguageServer, find_server
 
-from trees.language.vocabulary import COMPOSITES, MODIFIERS
+from trees.language import COMPOSITES, MODIFIERS
 from trees.schema import SCHEMA_FILE
 
 SERVER = find_server()

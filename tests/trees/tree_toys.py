@@ -117,7 +117,7 @@ class Grasp(Toy):
         self.side, self.tries, self.careful = side, tries, careful
 
 
-class Location(Toy):
+class Place(Toy):
     def __init__(self, name: str, context: ToyContext, *, on: Region) -> None:
         super().__init__(name, context)
 
@@ -207,7 +207,7 @@ TOYS = {
     "recover": Recover,
     "navigate": Navigate,
     "grasp": Grasp,
-    "place": Location,
+    "place": Place,
     "region_empty": RegionEmpty,
     "open_gripper": Toy,
     "retreat_check": Toy,

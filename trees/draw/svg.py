@@ -80,7 +80,7 @@ def _place(box: Box, depth: int, top: float) -> _Placed:
     for child in box.children:
         children.append(_place(child, depth + 1, bottom))
         bottom = max(node.top + node.height for node in children[-1].all()) + _DOWN
-    kind = () if box.kind_name == box.title else (box.kind_name,)
+    kind = () if box.key == box.title else (box.key,)
     lines = tuple(
         _shortened(line)
         for line in (f"{box.symbol} {box.title}", *kind, *box.arguments, *box.modifiers)
@@ -129,7 +129,7 @@ def _edge(parent: _Placed, child: _Placed, lefts: list[float]) -> str:
 
 
 def _drawn(node: _Placed, left: float) -> Iterator[str]:
-    colour = COLOURS[node.box.kind]
+    colour = COLOURS[node.box.category]
     yield (
         f'<rect x="{left:.1f}" y="{node.top:.1f}" width="{node.width:.1f}" '
         f'height="{node.height:.1f}" rx="5" fill="{colour.fill}" stroke="{colour.line}"/>'

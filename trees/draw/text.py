@@ -20,7 +20,7 @@ def _lines(box: Box, first: str, later: str) -> Iterator[str]:
         first: what stands before its own line.
         later: what stands before the lines of its children.
     """
-    kind = "" if box.kind_name == box.title else f" ({box.kind_name})"
+    kind = "" if box.key == box.title else f" ({box.key})"
     details = "".join(f"  {detail}" for detail in box.arguments)
     modifiers = "".join(f"  [{modifier}]" for modifier in box.modifiers)
     yield f"{first}{box.symbol} {box.title}{kind}{details}{modifiers}"

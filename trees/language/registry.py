@@ -1,4 +1,4 @@
-"""The leaves that a task file may use, and what may be said about each.
+"""The leaves that a task file may use, and what it may give to each.
 
 A leaf class needs no registration beyond its constructor: keyword-only parameters give names,
 types and defaults, the docstring of the class their descriptions. Those annotated `Key[T]` are its
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 from behaviours.leaf import Condition
 from behaviours.named import Key
-from config import UserError
+from trees.language.errors import LeafError
 from trees.language.keys import Set
 from trees.language.value_types import ValueType, read_annotation
 from trees.language.vocabulary import RESERVED
@@ -33,10 +33,6 @@ ENTRY_POINTS = "frankie_task.behaviours"
 """Entry-point group in which other packages offer their leaves."""
 
 
-class LeafError(UserError):
-    """A leaf class cannot be used in task files; the text says which and what to change."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
     """One parameter of a leaf."""
@@ -45,7 +41,7 @@ class Parameter:
     type: ValueType
     required: bool
     default: object = None
-    """What it is if the file does not say; no meaning if `required`."""
+    """Its value if the file gives none; no meaning if `required`."""
     description: str = ""
     unit: str = ""
     """`m/s`, `s`, ...; empty if it has none."""
@@ -75,7 +71,10 @@ class LeafType:
     """The paragraphs after that."""
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     outputs: Mapping[str, Output] = field(default_factory=dict)
-    is_condition: bool = False
+    is_condition: bool
+    takes_time: bool
+    """Whether it may run for more than a tick."""
+    can_fail: bool
 
     @property
     def described(self) -> tuple[Parameter | Output, ...]:
@@ -87,6 +86,9 @@ SET = LeafType(
     key="set",
     behaviour=Set,
     description="Writes values to keys: `set: {tries: 0}`; ends at once and cannot fail.",
+    is_condition=False,
+    takes_time=False,
+    can_fail=False,
 )
 """The one leaf that is a word of the language: its arguments have the names of the keys."""
 
@@ -105,8 +107,8 @@ def known_leaves() -> dict[str, type[Leaf]]:
             leaf: type[Leaf] = entry.load()
             key = leaf.key
         except Exception as error:
-            what = f"behaviour `{entry.name}` of `{entry.value}` cannot be loaded: {error}"
-            raise LeafError(f"{what}; fix or uninstall its package") from error
+            message = f"behaviour `{entry.name}` of `{entry.value}` cannot be loaded: {error}"
+            raise LeafError(f"{message}; fix or uninstall its package") from error
         if key in leaves:
             raise LeafError(f"`{entry.value}` takes the key `{key}`, which is taken; rename it")
         leaves[key] = leaf
@@ -114,7 +116,7 @@ def known_leaves() -> dict[str, type[Leaf]]:
 
 
 def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
-    """What task files may say about each leaf, by key; `set` is always among them.
+    """What task files may give to each leaf, by key; `set` is always among them.
 
     Raises:
         LeafError: a class does not keep to the contract of a leaf.
@@ -137,6 +139,8 @@ def _describe(key: str, leaf: type[Leaf]) -> LeafType:
         parameters={one.name: one for one in described if isinstance(one, Parameter)},
         outputs={one.name: one for one in described if isinstance(one, Output)},
         is_condition=issubclass(leaf, Condition),
+        takes_time=not issubclass(leaf, Condition),
+        can_fail=True,
     )
 
 
@@ -164,9 +168,9 @@ def _parameters(
 def _parameter(declared: inspect.Parameter, hint: object, text: str) -> Parameter | Output:
     name, required = declared.name, declared.default is inspect.Parameter.empty
     unit = _unit(name, text)
-    written = _written_type(hint)
-    if written is not None:
-        return Output(name=name, type=written, required=required, description=text, unit=unit)
+    output_type = _output_type(hint)
+    if output_type is not None:
+        return Output(name=name, type=output_type, required=required, description=text, unit=unit)
     return Parameter(
         name=name,
         type=read_annotation(hint),
@@ -177,7 +181,7 @@ def _parameter(declared: inspect.Parameter, hint: object, text: str) -> Paramete
     )
 
 
-def _written_type(hint: object) -> ValueType | None:
+def _output_type(hint: object) -> ValueType | None:
     """T of `Key[T]` or `Key[T] | None`; None for other annotations."""
     is_union = typing.get_origin(hint) in (typing.Union, types.UnionType)
     parts = [part for part in typing.get_args(hint) if part is not types.NoneType]

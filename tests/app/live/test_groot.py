@@ -14,7 +14,7 @@ from py_trees.common import Status
 from app.live.groot import GrootError, GrootServer
 from app.live.groot.protocol import Kind, code, read_header
 from app.live.operator import Act, Control, Hook, Side
-from trees.language.branch import Branch
+from trees.language import Branch
 
 msgpack = pytest.importorskip("msgpack", reason='needs pip install "frankie-task[groot]"')
 zmq = pytest.importorskip("zmq", reason='needs pip install "frankie-task[groot]"')
