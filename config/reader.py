@@ -35,6 +35,11 @@ _EXPECTED = {
     "dict_type": "a mapping",
     "model_type": "a mapping",
     "model_attributes_type": "a mapping",
+    "greater_than": "a number greater than {gt:g}",
+    "greater_than_equal": "a number of at least {ge:g}",
+    "less_than": "a number less than {lt:g}",
+    "less_than_equal": "a number of at most {le:g}",
+    "literal_error": "{expected}",
 }
 """What pydantic expects, by its type of error, in words of YAML."""
 
@@ -148,8 +153,8 @@ class _Position:
             text = str(context["error"])
             message, _, hint = text.partition("; " if "; " in text else ": ")
             return self._location, f"{path}: {message}", hint or "correct it"
-        if type_ in _EXPECTED or type_ == "literal_error":
-            expected = _EXPECTED.get(type_) or context["expected"].replace("'", "`")
+        if type_ in _EXPECTED:
+            expected = _EXPECTED[type_].format(**context).replace("'", "`")
             return self._location, f"{path}: expected {expected}, got {got}", f"write {expected}"
         message = error["msg"][:1].lower() + error["msg"][1:]
         return self._location, f"{path}: {message}, got {got}", "correct it"

@@ -101,7 +101,7 @@ def _node(leaves: Mapping[str, LeafType]) -> Schema:
 
 
 def _condition(leaves: Mapping[str, LeafType]) -> Schema:
-    """What may guard a node."""
+    """What may stand after `while` or `unless`."""
     conditions = {key: leaf for key, leaf in leaves.items() if leaf.is_condition}
     return {
         **_bare(conditions),

@@ -1,7 +1,7 @@
 """`run --dry`: the tree in a world where every leaf ends at once, as a script says.
 
 Nothing of the robot, the simulator or the network is loaded. What is tried out is the task: which
-node runs after which outcome, what is attempted again, what the task comes to.
+node runs after which outcome, what is attempted again, how the task ends.
 """
 
 from __future__ import annotations
@@ -41,21 +41,21 @@ OUTCOMES: Mapping[str, Status] = {
     "failure": Status.FAILURE,
     "running": Status.RUNNING,
 }
-"""What a leaf may be told to answer."""
+"""What a leaf may be told to return."""
 
 _GLYPHS: Mapping[str, str] = {"success": "✔", "failure": "✗", "running": "▶", "invalid": "·"}
 
 _MOST_SHOWN = 200
-"""So many lines a person reads."""
+"""More lines are not read by a person."""
 
 
 class ScriptError(UserError):
-    """An outcome cannot be scripted; the text says why and what would do."""
+    """An outcome cannot be scripted; the text says why and what to write."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """What a node came to in a tick, or that a leaf began to run."""
+    """How a node ended in a tick, or that a leaf began to run."""
 
     tick: int
     stamp: float
@@ -70,43 +70,45 @@ class Step:
 
     @property
     def is_news(self) -> bool:
-        """Whether it says more than the line before: a composite without a name does not."""
+        """Whether it adds to the line before: a composite without a name does not."""
         return self.key not in COMPOSITES or self.name != self.key
 
     @property
-    def called(self) -> str:
-        """Its name, and what it is if the name is its own."""
+    def label(self) -> str:
+        """Its name, and its key if that differs."""
         return self.name if self.name == self.key else f"{self.name} ({self.key})"
 
 
 @dataclass(frozen=True, kw_only=True)
 class DryRun:
-    """What a dry run came to."""
+    """The result of a dry run."""
 
     task: str
     ended: bool
-    """Whether the tree came to an end within the ticks allowed."""
+    """Whether the tree ended within the ticks allowed."""
     outcome: Outcome
     ticks: int
     steps: tuple[Step, ...]
 
     def to_json(self) -> str:
         """One JSON object."""
-        said = asdict(self) | {"outcome": self.outcome.end.value}
-        return json.dumps(
-            said | {"reason": self.outcome.reason, "node": self.outcome.node}, indent=2
-        )
+        outcome = {
+            "outcome": self.outcome.end.value,
+            "reason": self.outcome.reason,
+            "node": self.outcome.node,
+        }
+        return json.dumps(asdict(self) | outcome, indent=2)
 
     def to_text(self) -> str:
-        """A line a step, the last line what it came to."""
-        said = [step for step in self.steps if step.is_news]
-        hidden = len(said) - _MOST_SHOWN
+        """A line a step; the last line is the result."""
+        news = [step for step in self.steps if step.is_news]
+        hidden = len(news) - _MOST_SHOWN
         lines = [
-            f"{step.stamp:8.1f} s  {_GLYPHS[step.status]} {step.called}: {step.reason}"
-            for step in said[:_MOST_SHOWN]
+            f"{step.stamp:8.1f} s  {_GLYPHS[step.status]} {step.label}: {step.reason}"
+            for step in news[:_MOST_SHOWN]
         ]
         if hidden > 0:
-            lines.append(f"{'...':>8}    {hidden} lines more; all of them with --json")
+            lines.append(f"{'...':>8}    {hidden} more lines; all of them with --json")
         where = f" (in {self.outcome.node})" if self.outcome.node else ""
         end = self.outcome.end.value if self.ended else "no end"
         lines.append(f"{self.task}, dry: {end}: {self.outcome.reason}{where}")
@@ -117,8 +119,8 @@ class Script:
     """Which outcome is next for a leaf.
 
     Args:
-        outcomes: by leaf key or node name, in turn; the last repeats. All nodes that go by it take
-            from the same list. A name counts before a key; the rest succeed.
+        outcomes: by leaf key or node name, in turn; the last repeats. All nodes of this key or name
+            take from the same list. A name counts before a key; the other leaves succeed.
     """
 
     def __init__(self, outcomes: Mapping[str, Sequence[Status]]) -> None:
@@ -126,7 +128,7 @@ class Script:
         self._taken = dict.fromkeys(outcomes, 0)
 
     def next(self, name: str, key: str) -> tuple[Status, str]:
-        """The outcome of the next tick of a leaf, and where it comes from."""
+        """The outcome of the next tick of a leaf, and its reason."""
         word = name if name in self._outcomes else key
         if word not in self._outcomes:
             return Status.SUCCESS, "not scripted"
@@ -137,15 +139,15 @@ class Script:
         return statuses[number - 1], f"scripted, {number} of {len(statuses)}{again}"
 
 
-def read_script(given: Sequence[str], task: Task) -> Script:
-    """The script that a person gives as `grasp=failure,failure,success`.
+def read_script(texts: Sequence[str], task: Task) -> Script:
+    """The script in texts such as `grasp=failure,failure,success`.
 
     Raises:
-        ScriptError: it is written wrongly, or is about a node that the tree does not have.
+        ScriptError: it is written wrongly, or the tree has no such leaf.
     """
     words = sorted({word for leaf in _leaves(task) for word in (leaf.name, leaf.type.key)})
     outcomes = {}
-    for text in given:
+    for text in texts:
         word, equals, listed = text.rpartition("=")
         if not equals or not word:
             example = "for example --outcome grasp=failure,success"
@@ -160,12 +162,12 @@ def read_script(given: Sequence[str], task: Task) -> Script:
 def _outcome(word: str, text: str) -> Status:
     if word not in OUTCOMES:
         known = ", ".join(f"`{known}`" for known in OUTCOMES)
-        raise ScriptError(f"--outcome {text}: `{word}` is no outcome; write {known}")
+        raise ScriptError(f"--outcome {text}: `{word}` is not an outcome; write {known}")
     return OUTCOMES[word]
 
 
 def _leaves(task: Task) -> Iterator[LeafNode]:
-    """The scripted leaves of a task: guards and those of other files too, `set` not."""
+    """The leaves of a task that can be scripted, with guards and other files, without `set`."""
     for node in nodes_below(task.root):
         guards = (value for value in node.modifiers.values() if isinstance(value, LeafNode))
         yield from guards
@@ -176,7 +178,7 @@ def _leaves(task: Task) -> Iterator[LeafNode]:
 
 
 class _DryLeaf(Behaviour):
-    """Answers what the script says; when it succeeds, its outputs hold zeros and empty texts."""
+    """Returns what the script says; when it succeeds, its outputs hold zeros and empty texts."""
 
     def __init__(self, node: LeafNode, script: Script, arguments: Mapping[str, object]) -> None:
         super().__init__(node.name)
@@ -212,14 +214,14 @@ def dry_run(
 
     Args:
         path: the task file.
-        outcomes: what leaves answer, each `NODE=OUTCOME,OUTCOME,...`.
+        outcomes: what leaves return, each `NODE=OUTCOME,OUTCOME,...`.
         overrides: values of task parameters, as texts.
-        most_ticks: a tree that has not ended by then is given up.
+        most_ticks: a tree that has not ended by then is stopped.
 
     Raises:
         TaskFileError: the file has diagnostics.
         LeafError: a leaf class, not the file, is at fault.
-        ScriptError: an outcome is written wrongly or is about no node of the tree.
+        ScriptError: an outcome is written wrongly, or the tree has no such node.
     """
     task = load(path, overrides=overrides)
     script = read_script(outcomes, task)
@@ -254,7 +256,7 @@ def dry_run(
     return DryRun(
         task=task.name,
         ended=root.status is not Status.RUNNING,
-        outcome=_came_to(root, most_ticks),
+        outcome=_outcome_of(root, most_ticks),
         ticks=tick,
         steps=tuple(steps),
     )
@@ -268,7 +270,7 @@ class _DryContext:
     keys: dict[str, Key[object]] = field(default_factory=dict)
 
 
-def _came_to(root: Behaviour, most_ticks: int) -> Outcome:
+def _outcome_of(root: Behaviour, most_ticks: int) -> Outcome:
     if root.status is Status.SUCCESS:
         return Outcome(end=End.SUCCESS, reason=root.feedback_message)
     if root.status is Status.RUNNING:

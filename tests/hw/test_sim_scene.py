@@ -209,7 +209,7 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
         (GOOD.replace("count", "cuont"), "6:3: objects.cuont: unknown key; did you mean `count`?"),
         (
             GOOD.replace("count: 2", "count: -1"),
-            "6:10: objects.count: input should be greater than or equal to 0, got",
+            "6:10: objects.count: expected a number of at least 0, got the number `-1`",
         ),
         (GOOD.replace("count: 2", "kinds: [bal]"), "no kind of object 'bal'; did you mean `ball`?"),
         (

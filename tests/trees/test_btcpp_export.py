@@ -143,7 +143,7 @@ def test_bt_cpp_runs_a_task_to_the_same_end(failures, outcome, grasps):
     ],
 )
 def test_a_word_means_in_bt_cpp_what_it_means_here(tmp_path, tree, failing, outcome):
-    from app.authoring.dry import dry_run
+    from app.authoring import dry_run
 
     path = write(tmp_path, tree)
     assert Cpp(exported(path), **failing).run() == outcome

@@ -13,8 +13,8 @@ from jsonschema import Draft7Validator
 import trees
 from behaviours import LEAVES
 from config import Diagnostics, content, parse_yaml
+from trees import SCHEMA_FILE, schema_text
 from trees.language import COMPOSITES, MODIFIERS, NAME, SUBTREE, check, describe_leaves
-from trees.schema import SCHEMA_FILE, schema_text
 
 FOLDER = Path(trees.__file__).parent
 SHIPPED = sorted(FOLDER.rglob("*.yaml"))

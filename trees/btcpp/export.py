@@ -195,21 +195,21 @@ class _Writer:
     def _composite(self, node: CompositeNode, above: Element) -> None:
         counterpart = COMPOSITES[node.key].counterpart
         options = COMPOSITES[node.key].options
-        given = {key: node.options.get(key, option.default) for key, option in options.items()}
+        values = {key: node.options.get(key, option.default) for key, option in options.items()}
         if counterpart is None:
             self._export.add_word(
                 "Control", node.key, {key: option.type for key, option in options.items()}
             )
             attributes = {
                 key: self._text(value, options[key].type, node.location, key)
-                for key, value in given.items()
+                for key, value in values.items()
             }
-        elif counterpart.tag == PARALLEL and isinstance(given["policy"], KeyRead):
+        elif counterpart.tag == PARALLEL and isinstance(values["policy"], KeyRead):
             message = "`policy` becomes two counts in the XML, and a parameter is only one"
             self._diagnostics.error(node.location, message, "write the policy out")
             attributes = {}
         elif counterpart.tag == PARALLEL:
-            attributes = parallel_counts(given["policy"], len(node.children))
+            attributes = parallel_counts(values["policy"], len(node.children))
         else:
             attributes = dict(counterpart.fixed)
         element = SubElement(above, counterpart.tag if counterpart else node.key)

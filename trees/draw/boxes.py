@@ -1,4 +1,4 @@
-"""What is drawn of a task: a box a node, with its name, its arguments and its modifiers."""
+"""The picture of a task: one box per node, with its name, its arguments and its modifiers."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ _LONGEST = 46
 
 @dataclass(frozen=True, kw_only=True)
 class _Placed:
-    """A box and where it stands [px]."""
+    """A box and its position [px]."""
 
     box: Box
     lines: tuple[str, ...]
@@ -148,5 +148,5 @@ def _shortened(text: str) -> str:
 
 
 def _text(text: str) -> str:
-    """The text as XML; what XML cannot say is left out."""
+    """The text as XML; what XML does not allow is left out."""
     return escape("".join(c for c in text if c.isprintable()))

@@ -16,9 +16,9 @@ def _lines(box: Box, first: str, later: str) -> Iterator[str]:
     """The lines of a box and of all below it.
 
     Args:
-        box: what is drawn.
-        first: what stands before its own line.
-        later: what stands before the lines of its children.
+        box: the box.
+        first: the text before its own line.
+        later: the text before the lines of its children.
     """
     kind = "" if box.key == box.title else f" ({box.key})"
     details = "".join(f"  {detail}" for detail in box.arguments)

@@ -90,12 +90,14 @@ class _Builder:
         return Subtree(
             node.name,
             inner.build(node.task.root),
-            given={
+            inputs={
                 inner._key(name): self._supply(value)
                 for name, value in node.arguments.items()
                 if isinstance(value, KeyRead)
             },
-            taken={self._key(outer.name): inner._key(name) for name, outer in node.outputs.items()},
+            outputs={
+                self._key(outer.name): inner._key(name) for name, outer in node.outputs.items()
+            },
         )
 
     def _leaf(self, node: LeafNode) -> Behaviour:

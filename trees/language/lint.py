@@ -1,4 +1,4 @@
-"""Warnings: what a task file may say, but hardly means."""
+"""Warnings: what is allowed in a task file, but probably a mistake."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading mappings: which keys are known there, and what the others are told."""
+"""Reading mappings: known keys, and errors about unknown and missing ones."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from config import (
 )
 
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-"""What a parameter, key, pose, region or task may be called."""
+"""What a parameter, key, pose, region or task may be named."""
 
 ABSENT: Any = None
 """The default of a field that may be left out, but not be null."""

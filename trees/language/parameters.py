@@ -1,4 +1,4 @@
-"""The section `params`: what a task may be told from outside."""
+"""The section `params`: values of a task that are chosen from outside."""
 
 from __future__ import annotations
 

@@ -208,9 +208,9 @@ _UNITS: Mapping[str, str] = {
 
 def _unit(name: str, text: str) -> str:
     """The unit that the end of the description gives in brackets, or that of the name."""
-    told = re.search(r"\[([^\]]+)\]$", text)
-    if told:
-        return told[1].replace("^2", "²").replace("deg", "°")
+    unit = re.search(r"\[([^\]]+)\]$", text)
+    if unit:
+        return unit[1].replace("^2", "²").replace("deg", "°")
     return next((unit for ending, unit in _UNITS.items() if name.endswith(ending)), "")
 
 

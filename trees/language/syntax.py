@@ -45,7 +45,7 @@ class CompositeNode:
     key: str
     children: tuple[Node, ...]
     options: Mapping[str, Plain | KeyRead] = field(default_factory=dict)
-    """What the file gives besides, as the policy of `parallel`."""
+    """Besides its children, as the policy of `parallel`."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -145,7 +145,7 @@ def test_new_writes_over_nothing(tmp_path):
     (tmp_path / "frankie-task.schema.json").write_text("mine too")
     code, _, err = call("new", "mine", "--folder", tmp_path)
     assert code == 2
-    assert "is there already" in err
+    assert "already exists" in err
     assert (tmp_path / "mine.yaml").read_text() == "precious"
     assert call("new", "other", "--folder", tmp_path)[0] == 0
     assert (tmp_path / "frankie-task.schema.json").read_text() == "mine too"

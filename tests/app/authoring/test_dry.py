@@ -149,7 +149,7 @@ def test_json_has_every_step(dry):
     [
         (["--outcome", "grap=failure"], "no leaf `grap`; did you mean `grasp`?"),
         (["--outcome", "get it=failure"], "no leaf `get it`"),
-        (["--outcome", "grasp=fails"], "`fails` is no outcome; write `success`, `failure`"),
+        (["--outcome", "grasp=fails"], "`fails` is not an outcome; write `success`, `failure`"),
         (["--outcome", "grasp"], "write a node and its outcomes"),
         (["-p", "trys=3"], "no parameter `trys`"),
         (["--watch"], "--watch"),
