@@ -13,7 +13,7 @@ from app.commands.grasp import app as grasp
 from app.commands.refuse import RefusingGroup, find_tree
 from app.commands.review import explain, runs, view
 from app.commands.run import run
-from app.core.outcome import EXIT_BAD_INPUT
+from config import UserError
 
 app = typer.Typer(
     cls=RefusingGroup,
@@ -51,7 +51,7 @@ def check(
         if not bad:
             console.print(f"{path}: good", soft_wrap=True, highlight=False, markup=False)
     if errors:
-        raise typer.Exit(EXIT_BAD_INPUT)
+        raise typer.Exit(UserError.exit_code)
 
 
 def main() -> None:

@@ -19,12 +19,15 @@ from behaviours.move_arm import MoveArm
 from behaviours.named import BasePose, Key, Posture, Region, ToolPose
 from behaviours.navigate import Navigate
 from behaviours.place import Place
+from behaviours.progress import Progress
 from behaviours.recover import Recover
 from behaviours.region_empty import RegionEmpty
 from behaviours.retreat_check import RetreatCheck
-from behaviours.say import Say, Wait
+from behaviours.say import Say
 from behaviours.scan_for_objects import ScanForObjects
-from behaviours.vision import Vision
+from behaviours.settings import BehaviourSettings
+from behaviours.vision import Vision, VisionBeside, VisionInStep
+from behaviours.wait import Wait
 
 LEAVES: dict[str, type[Leaf]] = {
     leaf.key: leaf
@@ -59,6 +62,7 @@ __all__ = [
     "LEAVES",
     "Approach",
     "BasePose",
+    "BehaviourSettings",
     "Carried",
     "Condition",
     "Context",
@@ -66,8 +70,11 @@ __all__ = [
     "Leaf",
     "LeafCrashedError",
     "Posture",
+    "Progress",
     "Region",
     "TaskLog",
     "ToolPose",
     "Vision",
+    "VisionBeside",
+    "VisionInStep",
 ]

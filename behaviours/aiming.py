@@ -1,4 +1,4 @@
-"""Pointing the wrist camera: where it sits on the hand, and where the hand must be for a view."""
+"""Pointing the wrist camera: where it is, and where the hand must be for a view."""
 
 from __future__ import annotations
 
@@ -9,56 +9,20 @@ import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 from pinocchio import SE3
-from py_trees.common import Status
 
-from behaviours.leaf import Leaf
-from hw import RobotState
+from behaviours.context import Context
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-_AT_REST = 0.05
-"""Slower than this the hand stands still [m/s and rad/s]."""
-PATIENCE = 2.0
-"""A camera that gives no frame at rest for longer than this is blind [s]."""
+
+def camera_pose(context: Context) -> SE3:
+    """Camera in the world, as read this tick."""
+    return context.wTe * context.robot.description.camera.eTc
 
 
-class AimingLeaf(Leaf):
-    """A leaf that points the camera.
-
-    Where the camera sits on the hand is told by a frame that was captured while nothing moved, so
-    the robot comes to rest first.
-    """
-
-    wTc: SE3
-    """Where the camera was in the world when it was found."""
-
-    def initialise(self) -> None:
-        """Start at rest."""
-        self._eTc: SE3 | None = None
-        self._begun = self._still_since = self.context.clock.now()
-
-    def find_camera(self) -> Status | None:
-        """RUNNING until it is known where the camera sits, FAILURE without frames, then None."""
-        context, now = self.context, self.context.clock.now()
-        if self._eTc is not None:
-            return None
-        if fault := self.fault():
-            return self.failure(fault)
-        context.vision.new_frame()
-        frame = context.vision.frame
-        if moves(context.state):
-            self._still_since = now
-        elif frame is not None and frame.stamp >= self._still_since:
-            self._eTc, self.wTc = context.wTe.actInv(frame.wTc), frame.wTc
-            return None
-        if now - self._begun > PATIENCE:
-            return self.failure("no camera frame")
-        return self.running("standing still to look")
-
-    def hand_for(self, wTc: SE3) -> SE3:
-        """Where the end effector is when the camera is at `wTc`; both in the world."""
-        assert self._eTc is not None
-        return wTc * self._eTc.inverse()
+def hand_for(context: Context, wTc: SE3) -> SE3:
+    """Where the end effector is when the camera is at `wTc`; both in the world."""
+    return wTc * context.robot.description.camera.eTc.inverse()
 
 
 def straight_down(point: Array, height: float, like: SE3) -> SE3:
@@ -92,6 +56,8 @@ def turned_towards(wTc: SE3, point: Array, distance: float | None) -> SE3:
     return SE3(turn @ wTc.rotation, eye)
 
 
-def moves(state: RobotState) -> bool:
-    """Whether the robot is in motion."""
-    return bool(max(np.abs(state.qd).max(), np.abs(state.base_twist).max()) > _AT_REST)
+def is_at_rest(context: Context) -> bool:
+    """Whether the robot stands still, as read this tick."""
+    state = context.state
+    fastest = max(np.abs(state.qd).max(), np.abs(state.base_twist).max())
+    return bool(fastest <= context.settings.view.at_rest)

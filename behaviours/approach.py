@@ -6,11 +6,9 @@ from math import degrees
 
 from py_trees.common import Status
 
-from behaviours.leaf import Leaf, Progress, remaining
+from behaviours.leaf import Leaf
+from behaviours.progress import Progress
 from controller import MotionGoal, PostureGoal, StepReport
-
-_PATIENCE = 5.0
-"""A base that turns round first brings the hand no nearer for a while [s]."""
 
 
 class Approach:
@@ -29,7 +27,7 @@ class Approach:
         self._target = target
         self._timeout = timeout
         self._begun = leaf.context.clock.now()
-        self._progress = Progress(patience=_PATIENCE)
+        self._progress = Progress(leaf.settings.progress, leaf.settings.progress.travel_patience)
         self._set_out = False
 
     def tick(self) -> Status:
@@ -46,7 +44,7 @@ class Approach:
         left = self._left(report)
         if now - self._begun > self._timeout:
             return leaf.failure(f"not at {self._target} after {self._timeout:g} s: {left}")
-        if self._progress.stalled(remaining(report), now):
+        if self._progress.is_stuck(report, now):
             return leaf.failure(f"stuck on the way to {self._target}: {left}")
         return leaf.running(left)
 

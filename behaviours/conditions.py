@@ -138,15 +138,15 @@ class ObjectVisible(Condition):
         """One tick; a frame is judged once."""
         vision = self.context.vision
         vision.new_frame()
-        if vision.frame is None or vision.blind(self.context.clock.now()):
+        if vision.frame is None or vision.is_blind(self.context.state.stamp):
             return self.failure("no camera frame")
         if vision.frame is not self._judged:
             self._judged = vision.frame
-            with vision.at_work():
-                self._occupancy = Occupancy(self._within, cell=0.008, stride=3)
+            with vision.timed():
+                self._occupancy = Occupancy(self._within, self.settings.glance)
                 self._occupancy.add(vision.frame)
-                self._count = len(self._occupancy.things(self._smallest))
+                self._count = len(self._occupancy.segments(self._smallest))
         if self._occupancy.seen == 0.0:
             return self.failure(f"{self._within.name} is out of view")
-        text = f"{self._count} things seen in {self._within.name}"
+        text = f"{self._count} objects seen in {self._within.name}"
         return self.success(text) if self._count else self.failure(text)

@@ -8,9 +8,10 @@ from pinocchio import SE3
 
 from behaviours.log import TaskLog
 from behaviours.named import Key
+from behaviours.settings import BehaviourSettings
 from behaviours.vision import Vision
 from controller import MotionGoal, RobotModel, StepReport
-from hw import Clock, Robot, RobotState
+from hw import Robot, RobotState, TaskClock
 
 
 @dataclass(kw_only=True, eq=False)
@@ -23,7 +24,8 @@ class Context:
 
     robot: Robot
     model: RobotModel
-    clock: Clock
+    clock: TaskClock
+    """Of the task: it stands still while the task is paused."""
     vision: Vision
     state: RobotState
     """This tick's reading."""
@@ -35,6 +37,7 @@ class Context:
     """What the controller said about the last goal."""
     report_of: tuple[object, str] | None = None
     """The leaf whose goal the report is about, and its phase."""
+    settings: BehaviourSettings = field(default_factory=BehaviourSettings)
     log: TaskLog = field(default_factory=TaskLog)
     keys: dict[str, Key[object]] = field(default_factory=dict)
     """Every key of the tree, by its path: those of a subtree after the name of its node."""

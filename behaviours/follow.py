@@ -12,21 +12,13 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.leaf import Leaf, Progress, remaining
+from behaviours.leaf import Leaf
 from behaviours.named import Region
-from behaviours.occupancy import Occupancy, Thing
+from behaviours.occupancy import Occupancy, Segment
+from behaviours.progress import Progress
 from controller import PoseGoal
 
 Array: TypeAlias = npt.NDArray[np.float64]
-
-_THING = 2e-4
-"""What covers less than this, seen from above, is not followed [m^2]."""
-_SAME = 0.10
-"""A thing that has jumped farther than this since the last picture is another one [m]."""
-_STILL = 0.01
-"""An object that has not left a circle of this radius stands still [m]."""
-_KEPT_UP = 0.05
-"""Nearer than this to where it wants to be, the hand keeps up with the object [m]."""
 
 
 class Follow(Leaf):
@@ -64,9 +56,9 @@ class Follow(Leaf):
         """Start to look; the hand keeps the turn about the vertical that it has."""
         context = self.context
         self._seen = self._still_since = context.clock.now()
-        self._thing: Array | None = None
+        self._object: Array | None = None
         self._anchor = np.full(3, np.inf)
-        self._progress = Progress()
+        self._progress = Progress(self.settings.progress)
         x_axis = context.wTe.rotation[:, 0]
         self._rotation = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
 
@@ -75,44 +67,48 @@ class Follow(Leaf):
         if fault := self.fault():
             return self.failure(fault)
         context, now = self.context, self.context.clock.now()
+        settings = self.settings.follow
         self._look()
         if now - self._seen > self._patience:
-            reason = "no camera frame" if context.vision.blind(now) else "nothing to follow"
+            blind = context.vision.is_blind(context.state.stamp)
+            reason = "no camera frame" if blind else "nothing to follow"
             return self.failure(f"{reason} for {self._patience:g} s")
-        if self._thing is None:
+        if self._object is None:
             return self.running("looking for something to follow")
-        above = SE3(self._rotation, self._thing + np.array([0.0, 0.0, self._height]))
-        report = self.pursue(PoseGoal(wTe=above, speed=0.5, straight=True))
-        if np.linalg.norm(self._thing - self._anchor) > _STILL:
-            self._anchor, self._still_since = self._thing, now
+        above = SE3(self._rotation, self._object + np.array([0.0, 0.0, self._height]))
+        report = self.pursue(PoseGoal(wTe=above, speed=settings.speed, straight=True))
+        if np.linalg.norm(self._object - self._anchor) > settings.still_radius:
+            self._anchor, self._still_since = self._object, now
         if report is None:
             return self.running("seen, setting out")
-        if report.position_error < _KEPT_UP:
-            self._progress = Progress()
-        elif self._progress.stalled(remaining(report), now):
+        keeps_up = report.position_error < settings.keeping_up
+        if keeps_up:
+            self._progress = Progress(self.settings.progress)
+        elif self._progress.is_stuck(report, now):
             return self.failure(f"cannot keep up, {report.position_error:.2f} m behind")
         still = now - self._still_since
-        if self._still is not None and still >= self._still and report.position_error < _KEPT_UP:
+        if self._still is not None and still >= self._still and keeps_up:
             return self.success(f"it has stood still for {still:.1f} s")
         return self.running(f"following, {report.position_error:.3f} m behind")
 
     def _look(self) -> None:
-        """See in a new picture where the thing is now."""
+        """See in a new frame where the object is now."""
         frame = self.context.vision.new_frame()
         if frame is None:
             return
-        with self.context.vision.at_work():
-            occupancy = Occupancy(self._within, cell=0.008, stride=3)
+        settings = self.settings.follow
+        with self.context.vision.timed():
+            occupancy = Occupancy(self._within, self.settings.glance)
             occupancy.add(frame)
-            seen = occupancy.things(_THING)
-        before = self.context.wTe.translation if self._thing is None else self._thing
-        reach = np.inf if self._thing is None else _SAME
-        things = [(_apart(thing, before), thing) for thing in seen]
-        distance, nearest = min(things, key=lambda near: near[0], default=(np.inf, None))
+            seen = occupancy.segments(settings.smallest_area)
+        before = self.context.wTe.translation if self._object is None else self._object
+        reach = np.inf if self._object is None else settings.same_object
+        distances = [(_distance(segment, before), segment) for segment in seen]
+        distance, nearest = min(distances, key=lambda pair: pair[0], default=(np.inf, None))
         if nearest is not None and distance < reach:
-            self._thing, self._seen = nearest.centre, self.context.clock.now()
+            self._object, self._seen = nearest.centre, self.context.clock.now()
 
 
-def _apart(thing: Thing, point: Array) -> float:
-    """Distance of a thing from a (3,) point, seen from above [m]."""
-    return float(np.linalg.norm((thing.centre - point)[:2]))
+def _distance(segment: Segment, point: Array) -> float:
+    """Distance of an object from a (3,) point, seen from above [m]."""
+    return float(np.linalg.norm((segment.centre - point)[:2]))

@@ -9,17 +9,11 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.leaf import Leaf, Progress, remaining
+from behaviours.leaf import Leaf
 from behaviours.named import Region
+from behaviours.progress import Progress
 from controller import PoseGoal, StepReport
 from perception import GraspEstimate
-
-_LAST_STANDOFF = 0.12
-"""Height over the grasp where the hand waits until the goal is locked and it is above it [m]."""
-_ABOVE_POSITION, _ABOVE_ANGLE = 0.006, np.deg2rad(3.0)
-"""How well the hand must stand over the locked grasp before it goes down [m, rad]."""
-_OTHER_TARGET = 0.03
-"""A grasp that jumps this far is another one, and gets the full time to be reached [m]."""
 
 
 class Grasp(Leaf):
@@ -57,10 +51,10 @@ class Grasp(Leaf):
         """Start to look."""
         self._begun = self._seen = self.context.clock.now()
         self._phase = self._follow
-        self._progress = Progress()
+        self._progress = Progress(self.settings.progress)
         self._target = np.full(3, np.inf)
         self.context.vision.tracker.lock_distance = self._lock_distance
-        self.context.vision.lose()
+        self.context.vision.reset()
 
     def update(self) -> Status:
         """One tick of the phase that the grasp is in."""
@@ -71,25 +65,27 @@ class Grasp(Leaf):
 
     def terminate(self, new_status: Status) -> None:
         """Follow nothing any longer."""
-        self.context.vision.lose()
+        self.context.vision.reset()
 
     def _follow(self) -> Status:
         """Keep over the grasp that perception follows, until it is locked and below the hand."""
-        vision, now = self.context.vision, self.context.clock.now()
+        vision, now, settings = self.context.vision, self.context.clock.now(), self.settings.grasp
         read = self.context.state.stamp  # frames have the session's time, which a pause adds to
-        grasp = vision.follow(self._within, read)
+        grasp = vision.track(self._within, read)
         if grasp is None:
             if now - self._seen > self._patience:
                 if vision.detection is not None and vision.detection.grasps:
                     vision.tracker.forget()  # every grasp in sight failed once: try them again
-                reason = "no camera frame" if vision.blind(read) else vision.tracker.reason
+                reason = "no camera frame" if vision.is_blind(read) else vision.tracker.reason
                 return self.failure(f"no grasp for {self._patience:g} s: {reason}")
             return self.running("looking for a grasp")
         self._seen = now
-        if np.linalg.norm(grasp.wTg.translation - self._target) > _OTHER_TARGET:
-            self._target, self._progress = grasp.wTg.translation, Progress()
-        above = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -_LAST_STANDOFF]))
-        report = self.pursue(PoseGoal(wTe=above, speed=0.5, straight=True), "follow")
+        if np.linalg.norm(grasp.wTg.translation - self._target) > settings.other_target:
+            self._target, self._progress = grasp.wTg.translation, Progress(self.settings.progress)
+        above = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -settings.standoff]))
+        report = self.pursue(
+            PoseGoal(wTe=above, speed=settings.follow_speed, straight=True), "follow"
+        )
         if report is None:
             return self.running(f"following a grasp of quality {grasp.quality:.2f}")
         if self._stalled(report):
@@ -97,17 +93,24 @@ class Grasp(Leaf):
             return self.failure(f"cannot get above the grasp, {report.position_error:.3f} m short")
         if not vision.tracker.locked:
             return self.running(f"following, {report.position_error:.3f} m to go")
-        if report.position_error > _ABOVE_POSITION or report.orientation_error > _ABOVE_ANGLE:
+        is_above = report.position_error <= settings.above_position
+        if not is_above or report.orientation_error > settings.above_angle:
             return self.running(f"locked, {report.position_error:.3f} m to go")
         self.context.robot.grip(grasp.opening, self._force)
         self._locked = grasp
-        self._progress = Progress()
+        self._progress = Progress(self.settings.progress)
         self._phase = self._descend
         return self._descend()
 
     def _descend(self) -> Status:
         """Straight down on the locked grasp."""
-        goal = PoseGoal(wTe=self._locked.wTg, speed=0.25, position_tolerance=0.004, straight=True)
+        settings = self.settings.grasp
+        goal = PoseGoal(
+            wTe=self._locked.wTg,
+            speed=settings.descend_speed,
+            position_tolerance=settings.descend_tolerance,
+            straight=True,
+        )
         report = self.pursue(goal, "descend")
         if report is None or not report.arrived:
             if report is not None and self._stalled(report):
@@ -127,7 +130,7 @@ class Grasp(Leaf):
         return self.success(f"closed at {1000 * self.context.state.gripper_width:.0f} mm")
 
     def _stalled(self, report: StepReport) -> bool:
-        return self._progress.stalled(remaining(report), self.context.clock.now())
+        return self._progress.is_stuck(report, self.context.clock.now())
 
     def _note(self, grasp: GraspEstimate) -> None:
         log = self.context.log

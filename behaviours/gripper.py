@@ -7,10 +7,6 @@ from typing import ClassVar
 from py_trees.common import Status
 
 from behaviours.leaf import Condition, Leaf
-from behaviours.retreat_check import CLOSED
-from hw import HAND_OPENING
-
-_OPEN = 0.95 * HAND_OPENING
 
 
 class OpenGripper(Leaf):
@@ -23,15 +19,15 @@ class OpenGripper(Leaf):
 
     def initialise(self) -> None:
         """Start to open, unless the fingers are open already."""
-        if self.context.state.gripper_width < _OPEN:
-            self.grip(HAND_OPENING, 20.0)
+        if not self.gripper_is_open:
+            self.open_gripper()
 
     def update(self) -> Status:
         """One tick."""
         if fault := self.fault():
             return self.failure(fault)
         state = self.context.state
-        if state.gripper_width >= _OPEN:
+        if self.gripper_is_open:
             return self.success("open")
         if (waiting := self.fingers("opening")) is not None:
             return waiting
@@ -47,6 +43,6 @@ class HoldingObject(Condition):
         """One tick."""
         state = self.context.state
         width = f"{1000 * state.gripper_width:.0f} mm between the fingers"
-        if CLOSED <= state.gripper_width < _OPEN and not state.gripper_moving:
+        if not (self.gripper_is_closed or self.gripper_is_open or state.gripper_moving):
             return self.success(width)
         return self.failure(f"nothing held, {width}")

@@ -12,9 +12,6 @@ from behaviours.context import Context
 from controller import MotionGoal, StepReport
 from hw import HardwareError
 
-FINGER_PATIENCE = 3.0
-"""Fingers that still move after this do not do what they were told [s]."""
-
 
 class LeafCrashedError(Exception):
     """A leaf raised an exception: a mistake in its code, not in the task.
@@ -48,6 +45,7 @@ class Leaf(py_trees.behaviour.Behaviour):
     def __init__(self, name: str, context: Context) -> None:
         super().__init__(name)
         self.context = context
+        self.settings = context.settings
 
     def tick(self) -> Iterator[py_trees.behaviour.Behaviour]:
         """Tick once.
@@ -82,6 +80,22 @@ class Leaf(py_trees.behaviour.Behaviour):
         """What keeps the robot from moving, in words; None if nothing does."""
         return "; ".join(fault.text for fault in self.context.state.faults) or None
 
+    @property
+    def gripper_is_open(self) -> bool:
+        """Whether the fingers count as open."""
+        opening = self.context.robot.description.gripper.opening
+        return self.context.state.gripper_width >= self.settings.fingers.open_share * opening
+
+    @property
+    def gripper_is_closed(self) -> bool:
+        """Whether the fingers are so near to each other that they hold nothing."""
+        return self.context.state.gripper_width < self.settings.fingers.closed
+
+    def open_gripper(self) -> None:
+        """Set the fingers moving to fully open; `fingers` tells when they rest."""
+        opening = self.context.robot.description.gripper.opening
+        self.grip(opening, self.settings.fingers.opening_force)
+
     def grip(self, width: float, force: float) -> None:
         """Set the fingers moving to a width [m] by a force [N]; `fingers` tells when they rest."""
         self.context.robot.grip(width, force)
@@ -97,8 +111,9 @@ class Leaf(py_trees.behaviour.Behaviour):
             RUNNING while they move, FAILURE when they move for too long, None once they rest.
         """
         state, waited = self.context.state, self.context.clock.now() - self._gripping_since
-        if state.gripper_moving and waited > FINGER_PATIENCE:
-            return self.failure(f"the fingers still move after {FINGER_PATIENCE:g} s")
+        patience = self.settings.fingers.patience
+        if state.gripper_moving and waited > patience:
+            return self.failure(f"the fingers still move after {patience:g} s")
         if state.gripper_moving or waited <= 0.0:
             return self.running(f"{what}, {1000 * state.gripper_width:.0f} mm")
         return None
@@ -135,29 +150,3 @@ class Condition(Leaf):
         yield from super().tick()
         if self.status is Status.RUNNING:
             raise LeafCrashedError(self.name, TypeError("a condition answers within one tick"))
-
-
-def remaining(report: StepReport) -> float:
-    """What is left of the way to a pose, in one number: a radian counts like 0.3 m [m]."""
-    return report.position_error + 0.3 * report.orientation_error
-
-
-class Progress:
-    """Notices when a motion no longer comes nearer to its goal.
-
-    Args:
-        patience: how long an error may stay without getting smaller [s].
-        step: smallest improvement that counts [m or rad].
-    """
-
-    def __init__(self, patience: float = 2.5, step: float = 0.005) -> None:
-        self._patience = patience
-        self._step = step
-        self._best = float("inf")
-        self._since = 0.0
-
-    def stalled(self, error: float, now: float) -> bool:
-        """Whether the best error so far is older than the patience allows."""
-        if error < self._best - self._step:
-            self._best, self._since = error, now
-        return now - self._since > self._patience

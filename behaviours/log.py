@@ -6,19 +6,21 @@ from dataclasses import dataclass, field
 
 from pinocchio import SE3
 
+from hw import TaskTime
+
 
 @dataclass(kw_only=True, eq=False)
 class Carried:
     """One object on its way from where it was grasped to where it is placed."""
 
-    begun: float
-    """When the first attempt to grasp it began [s]."""
+    begun: TaskTime
+    """When the first attempt to grasp it began."""
     attempts: int = 0
     """How often the fingers closed for it."""
     grasp_time: float = 0.0
     """How long the attempt that succeeded took, from the first look to closed fingers [s]."""
-    placed: float | None = None
-    """When it was let go at its place [s]."""
+    placed: TaskTime | None = None
+    """When it was let go at its place."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -36,26 +38,26 @@ class TaskLog:
     places_used: dict[str, int] = field(default_factory=dict)
     """How many places of every region are taken."""
 
-    said: list[tuple[float, str]] = field(default_factory=list)
-    """What was said to people, and when [s]."""
+    messages: list[tuple[TaskTime, str]] = field(default_factory=list)
+    """What was told to people, and when."""
 
     @property
     def placed(self) -> int:
         """How many objects were let go at their place."""
         return sum(thing.placed is not None for thing in self.carried)
 
-    def attempt(self, begun: float, now: float) -> None:
-        """The fingers closed; `begun` is when this attempt began to look [s]."""
+    def attempt(self, begun: TaskTime, now: TaskTime) -> None:
+        """The fingers closed; `begun` is when this attempt began to look."""
         self.attempts += 1
         if not self.carried or self.carried[-1].placed is not None:
             self.carried.append(Carried(begun=begun))
         self.carried[-1].attempts += 1
         self.carried[-1].grasp_time = now - begun
 
-    def say(self, now: float, text: str) -> None:
+    def say(self, now: TaskTime, text: str) -> None:
         """Tell people something."""
-        self.said.append((now, text))
+        self.messages.append((now, text))
 
-    def place(self, now: float) -> None:
+    def place(self, now: TaskTime) -> None:
         """The held object was let go at its place."""
         self.carried[-1].placed = now

@@ -6,18 +6,19 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from behaviours.aiming import AimingLeaf, moves, turned_towards
+from behaviours.aiming import camera_pose, hand_for, is_at_rest, turned_towards
 from behaviours.approach import Approach
 from behaviours.context import Context
+from behaviours.leaf import Leaf
 from behaviours.named import Region, ToolPose
 from controller import PoseGoal
 
 
-class LookAt(AimingLeaf):
+class LookAt(Leaf):
     """Turn the hand until the camera looks at a place, base and arm moving as one.
 
-    Fails when there is no camera frame, the robot has a fault, no longer comes nearer, or the time
-    is over.
+    Sets out once the camera has delivered a frame. Fails when there is none, the robot has a fault,
+    no longer comes nearer, or the time is over.
 
     Args:
         at: a tool pose or a region of the task file; its centre is looked at.
@@ -44,22 +45,32 @@ class LookAt(AimingLeaf):
         self._point = (at.wTe if isinstance(at, ToolPose) else at.wTr).translation
 
     def initialise(self) -> None:
-        """Start anew."""
-        super().initialise()
-        self._approach: Approach | None = None
+        """Start anew, from where the camera is now."""
+        wTc = turned_towards(camera_pose(self.context), self._point, self._distance)
+        goal = PoseGoal(wTe=hand_for(self.context, wTc), speed=self.settings.view.speed)
+        target = f"a view of {self._at.name}"
+        self._approach = Approach(self, goal, target, self._timeout)
+        self._begun = self.context.clock.now()
+        self._sees = False
 
     def update(self) -> Status:
         """One tick."""
-        if (waiting := self.find_camera()) is not None:
-            return waiting
-        if self._approach is None:
-            wTc = turned_towards(self.wTc, self._point, self._distance)
-            goal = PoseGoal(wTe=self.hand_for(wTc), speed=0.5)
-            target = f"a view of {self._at.name}"
-            self._approach = Approach(self, goal, target, self._timeout)
+        if not self._sees:
+            return self._wait_for_frame()
         status = self._approach.tick()
         if status is not Status.SUCCESS:
             return status
-        if moves(self.context.state):  # the goal stays, or the camera would coast on
+        if not is_at_rest(self.context):  # the goal stays, or the camera would coast on
             return self.running("steadying the camera")
         return self.success(f"looking at {self._at.name}")
+
+    def _wait_for_frame(self) -> Status:
+        """RUNNING until there is a frame; the robot comes to rest meanwhile."""
+        context = self.context
+        if fault := self.fault():
+            return self.failure(fault)
+        context.vision.new_frame()
+        self._sees = not context.vision.is_blind(context.state.stamp)
+        if not self._sees and context.clock.now() - self._begun > self.settings.view.patience:
+            return self.failure("no camera frame")
+        return self.running("waiting for a frame")

@@ -9,15 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from behaviours.named import Region
+from behaviours.settings import OccupancySettings
 from hw import DepthFrame
 from perception import OCCUPIED_HEIGHT, WALL_MARGIN, world_points
 
-_BELOW = 0.03
-"""Noise may put the floor this far below where it is [m]."""
 
-
-class Thing(NamedTuple):
-    """Something that stands in the region."""
+class Segment(NamedTuple):
+    """What stands by itself in the region, seen from above."""
 
     centre: npt.NDArray[np.float64]
     """(3,) on the floor of the region, in the world [m]."""
@@ -26,19 +24,18 @@ class Thing(NamedTuple):
 
 
 class Occupancy:
-    """What stands in a region, by the word of most of the frames that show it.
+    """What stands in a region, as most of the frames show that see a cell of it.
 
     Args:
-        region: its floor is what things stand on; along its sides it is left out, as there may be
+        region: its floor is what objects stand on; along its sides it is left out, as there may be
             walls.
-        cell: side of what counts as one spot [m].
-        stride: take only every so many pixels, along rows and columns.
+        settings: how finely it is looked at.
     """
 
-    def __init__(self, region: Region, cell: float = 0.003, stride: int = 2) -> None:
+    def __init__(self, region: Region, settings: OccupancySettings) -> None:
         self._region = region
-        self._cell = cell
-        self._stride = stride
+        self._settings = settings
+        self._cell = settings.cell
         self._half = region.size[:2] / 2.0 - WALL_MARGIN
         shape = np.maximum(np.ceil(2.0 * self._half / self._cell).astype(int), 1)
         self._seen = np.zeros(shape, dtype=np.int32)
@@ -47,7 +44,7 @@ class Occupancy:
     def add(self, frame: DepthFrame) -> None:
         """Take in a frame."""
         rows, columns = frame.depth.shape
-        every = self._stride
+        every = self._settings.stride
         depth = frame.depth[::every, ::every]
         points = world_points(
             depth,
@@ -60,7 +57,7 @@ class Occupancy:
         local = (points[np.isfinite(depth)] - region.wTr.translation) @ region.wTr.rotation
         height = local[:, 2] + region.size[2] / 2.0
         inside = (np.abs(local[:, :2]) < self._half).all(axis=1)
-        inside &= (height > -_BELOW) & (height < region.size[2])
+        inside &= (height > -self._settings.below) & (height < region.size[2])
         cells = ((local[inside, :2] + self._half) / self._cell).astype(int)
         seen, occupied = np.zeros_like(self._seen), np.zeros_like(self._seen)
         seen[cells[:, 0], cells[:, 1]] = 1
@@ -74,13 +71,13 @@ class Occupancy:
         """Share of the region that was seen, 0 to 1."""
         return float((self._seen > 0).mean())
 
-    def things(self, smallest: float) -> list[Thing]:
+    def segments(self, smallest: float) -> list[Segment]:
         """Everything that stands by itself and covers at least an area [m^2]."""
         occupied = (2 * self._occupied > self._seen).astype(np.uint8)
         opened = cv2.morphologyEx(occupied, cv2.MORPH_OPEN, np.ones((2, 2), np.uint8))
         count, _, stats, centres = cv2.connectedComponentsWithStats(opened, connectivity=4)
         return [
-            Thing(centre=self._world(centres[i]), area=area)
+            Segment(centre=self._world(centres[i]), area=area)
             for i in range(1, count)
             if (area := float(stats[i, cv2.CC_STAT_AREA]) * self._cell**2) >= smallest
         ]

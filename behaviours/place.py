@@ -12,19 +12,13 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.leaf import Leaf, Progress, remaining
+from behaviours.leaf import Leaf
 from behaviours.named import Region
-from behaviours.retreat_check import CLOSED
+from behaviours.progress import Progress
 from controller import PoseGoal
-from hw import HAND_OPENING
-
-_CLEARANCE = 0.008
-"""Height over the surface at which the object is let go [m]."""
-_ABOVE = 0.12
-"""Height over the place that the hand comes from and goes back to [m]."""
 
 
-def places(region: Region, pitch: float) -> list[np.ndarray]:
+def slots(region: Region, pitch: float) -> list[np.ndarray]:
     """Centres (3,) of the places on the floor of a region, in rows, in the world [m]."""
     columns, rows = (max(1, int((edge + 1e-9) // pitch)) for edge in region.size[:2])
     return [
@@ -59,7 +53,7 @@ class Place(Leaf):
     def __init__(self, name: str, context: Context, *, on: Region, pitch_m: float = 0.2) -> None:
         super().__init__(name, context)
         self._on = on
-        self._places = places(on, pitch_m)
+        self._slots = slots(on, pitch_m)
 
     def initialise(self) -> None:
         """Choose the place; the hand keeps the turn about the vertical that it has."""
@@ -67,31 +61,35 @@ class Place(Leaf):
         used = context.log.places_used.get(self._on.name, 0)
         self._number = used + 1
         self._phase = self._approach
-        self._progress = Progress()
-        if used >= len(self._places):
+        self._progress = Progress(self.settings.progress)
+        if used >= len(self._slots):
             return
         x_axis = context.wTe.rotation[:, 0]
         rotation = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
-        height = context.log.grip_height + _CLEARANCE
-        self._down = SE3(rotation, self._places[used] + np.array([0.0, 0.0, height]))
-        self._above = SE3(rotation, self._down.translation + np.array([0.0, 0.0, _ABOVE]))
+        height = context.log.grip_height + self.settings.place.clearance
+        self._down = SE3(rotation, self._slots[used] + np.array([0.0, 0.0, height]))
+        up = np.array([0.0, 0.0, self.settings.place.above])
+        self._above = SE3(rotation, self._down.translation + up)
 
     def update(self) -> Status:
         """One tick of the phase that the placing is in."""
         if fault := self.fault():
             return self.failure(fault)
-        if self._number > len(self._places):
-            return self.failure(f"all {len(self._places)} places on {self._on.name} are taken")
+        if self._number > len(self._slots):
+            return self.failure(f"all {len(self._slots)} places on {self._on.name} are taken")
         return self._phase()
 
     def _approach(self) -> Status:
-        return self._move("over the place", self._above, 0.6, 0.015, self._lower)
+        s = self.settings.place
+        speed, tolerance = s.approach_speed, s.approach_tolerance
+        return self._move("over the place", self._above, speed, tolerance, self._lower)
 
     def _lower(self) -> Status:
-        return self._move("lowering", self._down, 0.2, 0.004, self._release)
+        s = self.settings.place
+        return self._move("lowering", self._down, s.lower_speed, s.lower_tolerance, self._release)
 
     def _release(self) -> Status:
-        self.grip(HAND_OPENING, 20.0)
+        self.open_gripper()
         self._phase = self._open
         return self.running("letting go")
 
@@ -105,7 +103,8 @@ class Place(Leaf):
         return self.running("rising")
 
     def _rise(self) -> Status:
-        return self._move("rising", self._above, 0.5, 0.03, self._done)
+        s = self.settings.place
+        return self._move("rising", self._above, s.rise_speed, s.rise_tolerance, self._done)
 
     def _done(self) -> Status:
         return self.success(f"placed on {self._on.name}, place {self._number}")
@@ -114,7 +113,7 @@ class Place(Leaf):
         self, what: str, wTe: SE3, speed: float, tolerance: float, then: Callable[[], Status]
     ) -> Status:
         """One tick of a straight motion of the hand, then the next phase."""
-        if then is not self._done and self.context.state.gripper_width < CLOSED:
+        if then is not self._done and self.gripper_is_closed:
             return self.failure("nothing left between the fingers")
         report = self.pursue(
             PoseGoal(wTe=wTe, speed=speed, position_tolerance=tolerance, straight=True), what
@@ -122,8 +121,8 @@ class Place(Leaf):
         if report is None:
             return self.running(what)
         if report.arrived:
-            self._phase, self._progress = then, Progress()
+            self._phase, self._progress = then, Progress(self.settings.progress)
             return then()
-        if self._progress.stalled(remaining(report), self.context.clock.now()):
+        if self._progress.is_stuck(report, self.context.clock.now()):
             return self.failure(f"{what}: stuck {report.position_error:.2f} m away")
         return self.running(f"{what}, {report.position_error:.2f} m to go")

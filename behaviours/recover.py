@@ -10,12 +10,10 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.leaf import Leaf, Progress
+from behaviours.leaf import Leaf
 from behaviours.named import Posture
+from behaviours.progress import Progress
 from controller import PoseGoal, PostureGoal
-
-_FOLDED = 0.05
-"""Nearer than this to the posture there is nothing to rise out of [rad]."""
 
 
 class Recover(Leaf):
@@ -32,7 +30,6 @@ class Recover(Leaf):
     """
 
     key: ClassVar[str] = "recover"
-    _MOST_FAULTS = 3
 
     def __init__(
         self, name: str, context: Context, *, arm: Posture | None = None, rise_m: float = 0.15
@@ -43,10 +40,10 @@ class Recover(Leaf):
 
     def initialise(self) -> None:
         """Start anew, from wherever the hand is now."""
-        self.context.vision.lose()
+        self.context.vision.reset()
         self._faults = 0
         self._rising = self._arm is not None and not self._folded(self._arm)
-        self._progress = Progress(patience=1.0)
+        self._progress = Progress(self.settings.progress, self.settings.retreat.recovery_patience)
         here = self.context.wTe
         above = here.translation + np.array([0.0, 0.0, self._rise])
         self._above = SE3(here.rotation, above)
@@ -57,11 +54,14 @@ class Recover(Leaf):
         for fault in context.state.faults:
             if not fault.clearable:
                 return self.failure(f"{fault.text}: clear it by hand, then run the task again")
+        if context.state.recovering:
+            return self.running("recovering")
         if fault_text := self.fault():
             self._faults += 1
             self._rising = True
-            if self._faults > self._MOST_FAULTS:
-                return self.failure(f"cleared {self._MOST_FAULTS} times, and again: {fault_text}")
+            most = self.settings.recover.most_faults
+            if self._faults > most:
+                return self.failure(f"cleared {most} times, and again: {fault_text}")
             context.robot.recover()
             return self.running(f"clearing: {fault_text}")
         if self._rising:
@@ -71,13 +71,19 @@ class Recover(Leaf):
         return self._fold(self._arm)
 
     def _lift(self) -> Status:
-        goal = PoseGoal(wTe=self._above, speed=0.3, position_tolerance=0.03, straight=True)
+        retreat = self.settings.retreat
+        goal = PoseGoal(
+            wTe=self._above,
+            speed=retreat.recovery_speed,
+            position_tolerance=retreat.tolerance,
+            straight=True,
+        )
         report = self.pursue(goal, "rise")
         if report is not None:
             stuck = self._progress.stalled(report.position_error, self.context.clock.now())
             self._rising = not (report.position_error <= goal.position_tolerance or stuck)
         if not self._rising:
-            self._progress = Progress(patience=2.0)
+            self._progress = Progress(self.settings.progress, self.settings.recover.fold_patience)
         return self.running("rising")
 
     def _fold(self, arm: Posture) -> Status:
@@ -92,4 +98,4 @@ class Recover(Leaf):
         return self.running(f"folding to {arm.name}, {left:.0f}° to go")
 
     def _folded(self, arm: Posture) -> bool:
-        return bool(np.abs(self.context.state.q - arm.q).max() < _FOLDED)
+        return bool(np.abs(self.context.state.q - arm.q).max() < self.settings.recover.folded)

@@ -18,7 +18,7 @@ class RegionEmpty(Leaf):
     Fails when something is left, and when the camera gives no usable picture.
 
     Args:
-        region: of the task file; its floor is what things stand on.
+        region: of the task file; its floor is what objects stand on.
         smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
         frames: how many pictures must agree.
         patience_s: give up without a picture after this [s].
@@ -49,13 +49,13 @@ class RegionEmpty(Leaf):
 
     def update(self) -> Status:
         """One tick; standing still, as no goal is left."""
-        seen = self.context.vision.look(self._region)
+        seen = self.context.vision.detect(self._region)
         if seen is None or isnan(seen.occupied_area):
             if self.context.clock.now() - self._begun > self._patience:
                 return self.failure(seen.reason if seen else "no camera frame")
             return self.running("looking")
         if seen.occupied_area > self._smallest:
-            return self.failure(f"{1e4 * seen.occupied_area:.0f} cm² of things left")
+            return self.failure(f"{1e4 * seen.occupied_area:.0f} cm² occupied")
         self._empty += 1
         if self._empty < self._frames:
             return self.running(f"seen empty {self._empty} times")

@@ -9,11 +9,9 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.leaf import Leaf, Progress
+from behaviours.leaf import Leaf
+from behaviours.progress import Progress
 from controller import PoseGoal
-
-CLOSED = 0.0015
-"""Fingers nearer to each other than this hold nothing [m]."""
 
 
 class RetreatCheck(Leaf):
@@ -38,8 +36,11 @@ class RetreatCheck(Leaf):
         here = self.context.wTe
         above = here.translation + np.array([0.0, 0.0, self._rise])
         wTe = SE3(here.rotation, above)
-        self._goal = PoseGoal(wTe=wTe, speed=0.5, position_tolerance=0.03, straight=True)
-        self._progress = Progress()
+        retreat = self.settings.retreat
+        self._goal = PoseGoal(
+            wTe=wTe, speed=retreat.speed, position_tolerance=retreat.tolerance, straight=True
+        )
+        self._progress = Progress(self.settings.progress)
 
     def update(self) -> Status:
         """One tick."""
@@ -47,7 +48,7 @@ class RetreatCheck(Leaf):
         if fault := self.fault():
             return self._missed(fault)
         width = context.state.gripper_width
-        if width < CLOSED:
+        if self.gripper_is_closed:
             return self._missed("the fingers closed on nothing")
         report = self.pursue(self._goal)
         if context.state.gripper_moving:

@@ -1,4 +1,4 @@
-"""Small leaves that every task needs."""
+"""Tell people something."""
 
 from __future__ import annotations
 
@@ -10,29 +10,6 @@ from behaviours.context import Context
 from behaviours.leaf import Leaf
 
 _BLANK = "{value}"
-
-
-class Wait(Leaf):
-    """Stand still for a while.
-
-    Args:
-        duration_s: how long [s].
-    """
-
-    key: ClassVar[str] = "wait"
-
-    def __init__(self, name: str, context: Context, *, duration_s: float) -> None:
-        super().__init__(name, context)
-        self._duration = duration_s
-
-    def initialise(self) -> None:
-        """Start the time."""
-        self._begun = self.context.clock.now()
-
-    def update(self) -> Status:
-        """One tick."""
-        left = self._duration - (self.context.clock.now() - self._begun)
-        return self.success("waited") if left <= 0.0 else self.running(f"{left:.1f} s left")
 
 
 class Say(Leaf):

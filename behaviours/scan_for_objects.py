@@ -8,20 +8,16 @@ from typing import ClassVar
 import numpy as np
 from py_trees.common import Status
 
-from behaviours.aiming import PATIENCE, AimingLeaf, straight_down
+from behaviours.aiming import camera_pose, hand_for, straight_down
 from behaviours.approach import Approach
 from behaviours.context import Context
+from behaviours.leaf import Leaf
 from behaviours.named import Key, Region
 from behaviours.occupancy import Occupancy
 from controller import PoseGoal
 
-_VIEW = 0.8
-"""Side of the square that one picture shows well, per height of the camera."""
-_SEEN = 0.9
-"""Less of the region than this is not enough to count by."""
 
-
-class ScanForObjects(AimingLeaf):
+class ScanForObjects(Leaf):
     """Look straight down at a region, from several views if it is large, and count the objects.
 
     Objects that touch each other count as one. Succeeds with any count, none included. Fails when
@@ -29,7 +25,7 @@ class ScanForObjects(AimingLeaf):
     has a fault.
 
     Args:
-        region: of the task file; its floor is what things stand on.
+        region: of the task file; its floor is what objects stand on.
         count: key for the number of objects.
         height_m: of the camera over the floor [m].
         frames: pictures to take from each view.
@@ -58,12 +54,12 @@ class ScanForObjects(AimingLeaf):
         self._frames = frames
         self._smallest = 1e-4 * smallest_cm2
         self._timeout = timeout_s
-        self._views = views(region, _VIEW * height_m)
+        self._views = views(region, self.settings.view.width_per_height * height_m)
 
     def initialise(self) -> None:
         """Start anew with the first view."""
-        super().initialise()
-        self._occupancy = Occupancy(self._region)
+        self._wTc = camera_pose(self.context)
+        self._occupancy = Occupancy(self._region, self.settings.counting)
         self._view = 0
         self._taken = 0
         self._approach: Approach | None = None
@@ -71,8 +67,6 @@ class ScanForObjects(AimingLeaf):
 
     def update(self) -> Status:
         """One tick."""
-        if (waiting := self.find_camera()) is not None:
-            return waiting
         if not self._there:
             status = self._go()
             if status is not Status.SUCCESS:
@@ -83,8 +77,8 @@ class ScanForObjects(AimingLeaf):
     def _go(self) -> Status:
         """One tick of the way to the view whose turn it is."""
         if self._approach is None:
-            wTc = straight_down(self._views[self._view], self._height, like=self.wTc)
-            goal = PoseGoal(wTe=self.hand_for(wTc))
+            wTc = straight_down(self._views[self._view], self._height, like=self._wTc)
+            goal = PoseGoal(wTe=hand_for(self.context, wTc))
             target = f"view {self._view + 1} of {len(self._views)} of {self._region.name}"
             self._approach = Approach(self, goal, target, self._timeout)
         return self._approach.tick()
@@ -96,10 +90,10 @@ class ScanForObjects(AimingLeaf):
         vision, now = self.context.vision, self.context.clock.now()
         frame = vision.new_frame()
         if frame is not None:
-            with vision.at_work():
+            with vision.timed():
                 self._occupancy.add(frame)
             self._taken, self._waiting_since = self._taken + 1, now
-        elif now - self._waiting_since > PATIENCE:
+        elif now - self._waiting_since > self.settings.view.patience:
             return self.failure("no camera frame")
         seen = f"view {self._view + 1} of {len(self._views)}"
         if self._taken < self._frames:
@@ -111,10 +105,10 @@ class ScanForObjects(AimingLeaf):
         return self._conclude()
 
     def _conclude(self) -> Status:
-        if self._occupancy.seen < _SEEN:
+        if self._occupancy.seen < self.settings.view.least_seen:
             share = 100.0 * self._occupancy.seen
             return self.failure(f"only {share:.0f} % of {self._region.name} could be seen")
-        count = len(self._occupancy.things(self._smallest))
+        count = len(self._occupancy.segments(self._smallest))
         self._count.write(count)
         return self.success(f"{count} objects in {self._region.name}")
 

@@ -1,97 +1,188 @@
-"""The wrist camera and what perception makes of it, looked at only when a behaviour asks."""
+"""The wrist camera and what perception makes of it, looked at only when a behaviour asks.
+
+Finding grasps takes longer than a control period. `VisionInStep` lets the tick wait for it, so that
+a simulated run is the same every time. `VisionBeside` has it done by a thread, and a tick takes the
+newest result that is ready, as on a real robot.
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from concurrent.futures import Executor, Future
 from contextlib import contextmanager
+from math import inf
+from typing import NamedTuple
 
-from hw import DepthFrame, Robot, stopwatch
+from hw import Camera, DepthFrame, one_thread, stopwatch
 from perception import Detection, GraspDetector, GraspEstimate, GraspTracker, Workspace
 
 OLDEST_FRAME = 0.15
 """A frame older than this says nothing about where a grasp is now [s]."""
 
 
-class Vision:
+class Vision(ABC):
     """Newest frame, detection and tracked grasp of one robot.
 
-    All leaves of a tick see the same frame, whichever asks first.
+    All leaves of a tick see the same frame, whichever asks first. A frame is new when it is another
+    object than the one before.
 
     Args:
-        robot: whose camera.
+        camera: of the robot.
         detector: the network with its pre- and post-processing.
     """
 
-    def __init__(self, robot: Robot, detector: GraspDetector) -> None:
-        self._robot = robot
+    def __init__(self, camera: Camera, detector: GraspDetector) -> None:
+        self._camera = camera
         self._detector = detector
-        self._fresh = False
+        self._newest: DepthFrame | None = None
+        self._is_new = False
         self.tracker = GraspTracker()
         self.frame: DepthFrame | None = None
-        """The newest frame that was looked at."""
+        """The newest frame that a behaviour has used."""
         self.detection: Detection | None = None
-        """What grasps were found in it; None if nobody looked for any."""
+        """What grasps were found in it; None if it was not searched for any."""
         self.grasp: GraspEstimate | None = None
         """The grasp that is followed, if any."""
         self.seconds = 0.0
-        """Real time spent on looking so far [s]."""
+        """Real time that ticks have spent on images so far [s]."""
+
+    @abstractmethod
+    def detect(self, workspace: Workspace) -> Detection | None:
+        """Grasps in a workspace; None if there is no result that the last tick did not have."""
 
     def begin_tick(self) -> None:
         """From now on a newer frame counts as new."""
-        self._fresh = False
+        self._is_new = False
+
+    @abstractmethod
+    def close(self) -> None:
+        """Stop what runs beside the loop."""
 
     @contextmanager
-    def at_work(self) -> Iterator[None]:
-        """What is computed inside counts as looking."""
+    def timed(self) -> Iterator[None]:
+        """What is computed inside counts as time spent on images."""
         begun = stopwatch()
         yield
         self.seconds += stopwatch() - begun
 
     def new_frame(self) -> DepthFrame | None:
         """The frame that has come since the last tick; None if there is none."""
-        if not self._fresh:
-            with self.at_work():
-                frame = self._robot.depth()
-            if frame is not None:
-                self._fresh, self.frame, self.detection = True, frame, None
-        return self.frame if self._fresh else None
+        frame = self._take()
+        if frame is not None and frame is not self.frame:
+            self.frame, self.detection = frame, None
+        return frame
 
-    def look(self, workspace: Workspace) -> Detection | None:
-        """Detect grasps in the newest frame; None if there is no new one."""
-        frame = self.new_frame()
-        if frame is not None:
-            with self.at_work():
-                self.detection = self._detector.detect(frame, workspace)
-        return None if frame is None else self.detection
-
-    def follow(self, workspace: Workspace, now: float) -> GraspEstimate | None:
+    def track(self, workspace: Workspace, now: float) -> GraspEstimate | None:
         """Follow one grasp from frame to frame.
 
         Args:
             workspace: where it has to be.
-            now: the session's time [s].
+            now: session time [s].
 
         Returns:
             The grasp; None if it is not, or no longer, seen, or if the newest frame is too old to
             be believed. A locked grasp stays.
         """
-        detection = self.look(workspace)
+        detection = self.detect(workspace)
         if detection is not None and self.frame is not None:
             self.grasp = self.tracker.update(detection, self.frame.wTc)
-        elif self.blind(now) and not self.tracker.locked:
-            self.lose()
+        elif self.is_blind(now) and not self.tracker.locked:
+            self.reset()
         return self.grasp
 
-    def blind(self, now: float) -> bool:
-        """Whether there is no frame, or only one that is too old to be believed."""
-        return self.frame is None or now - self.frame.stamp > OLDEST_FRAME
+    def is_blind(self, now: float) -> bool:
+        """Whether there is no frame, or only one too old to be believed at session time `now`."""
+        return self._newest is None or now - self._newest.stamp > OLDEST_FRAME
 
     def reject(self) -> None:
         """Remember the followed grasp as one that failed."""
         if self.grasp is not None:
             self.tracker.reject(self.grasp.wTg)
 
-    def lose(self) -> None:
+    def reset(self) -> None:
         """Follow no grasp any longer."""
         self.tracker.reset()
         self.grasp = None
+
+    def _take(self) -> DepthFrame | None:
+        """The camera's newest frame if it is new in this tick."""
+        if not self._is_new:
+            with self.timed():
+                frame = self._camera.latest(inf)
+            self._is_new = frame is not self._newest
+            self._newest = frame
+        return self._newest if self._is_new else None
+
+
+class VisionInStep(Vision):
+    """Searches every new frame while the tick waits."""
+
+    def close(self) -> None:
+        """Nothing runs beside the loop."""
+
+    def detect(self, workspace: Workspace) -> Detection | None:
+        """Grasps in the frame that is new in this tick; None if there is none."""
+        frame = self.new_frame()
+        if frame is None:
+            return None
+        with self.timed():
+            self.detection = self._detector.detect(frame, workspace)
+        return self.detection
+
+
+class _Search(NamedTuple):
+    frame: DepthFrame
+    workspace: Workspace
+    result: Future[Detection]
+
+
+class VisionBeside(Vision):
+    """Has frames searched by a thread, one at a time; no tick waits for it.
+
+    Args:
+        camera: of the robot.
+        detector: used by the thread alone.
+        executor: the thread.
+    """
+
+    def __init__(
+        self, camera: Camera, detector: GraspDetector, executor: Executor | None = None
+    ) -> None:
+        super().__init__(camera, detector)
+        self._executor = executor or one_thread()
+        self._search: _Search | None = None
+        self._is_used = False
+        self._found: tuple[Workspace, Detection] | None = None
+
+    def begin_tick(self) -> None:
+        """From now on a newer frame, or another result, counts as new."""
+        super().begin_tick()
+        self._found = None
+
+    def close(self) -> None:
+        """End the thread."""
+        self._executor.shutdown(wait=False, cancel_futures=True)
+
+    def detect(self, workspace: Workspace) -> Detection | None:
+        """The result that has become ready since the last tick; None if there is none."""
+        if self._found is not None and self._found[0] is workspace:
+            return self._found[1]
+        self._take()
+        newest, search = self._newest, self._search
+        if newest is None:
+            return None
+        found = None
+        if search is not None and search.result.done() and not self._is_used:
+            self._is_used = True
+            # A search of long ago, or of another region, tells nothing about now.
+            is_recent = newest.stamp - search.frame.stamp <= OLDEST_FRAME
+            if search.workspace is workspace and is_recent:
+                self.frame, self.detection = search.frame, search.result.result()
+                found = self.detection
+                self._found = workspace, found
+        is_idle = search is None or search.result.done()
+        if is_idle and (search is None or search[:2] != (newest, workspace)):
+            result = self._executor.submit(self._detector.detect, newest, workspace)
+            self._search, self._is_used = _Search(newest, workspace, result), False
+        return found

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import ClassVar
 
 
 class UserError(Exception):
     """Input that cannot be used: a file, a name, an option, a missing extra.
 
     The text is what the person reads, without a traceback: what is wrong, where, and a hint. The
-    command line prints it and exits with code 2; nothing has moved by then.
+    command line prints it and exits with `exit_code`; nothing has moved by then.
     """
+
+    exit_code: ClassVar[int] = 2
 
 
 def quoted(words: Iterable[object]) -> str:

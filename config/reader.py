@@ -54,19 +54,20 @@ class StrictModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-def read_config(path: Path, model: type[Model]) -> Model:
+def read_config(path: Path, model: type[Model], context: Any = None) -> Model:
     """The content of a YAML file, checked.
 
     Args:
         path: the file.
         model: what it has to be.
+        context: for the validators of the model, as `ValidationInfo.context`.
 
     Raises:
         ConfigError: with every error in the file, a line each.
     """
     diagnostics = Diagnostics(path)
     read = read_yaml(diagnostics)
-    result = None if read is None else validate(read[1], model, diagnostics)
+    result = None if read is None else validate(read[1], model, diagnostics, context=context)
     if result is None or diagnostics.fatal:
         raise ConfigError("\n".join(map(str, diagnostics.in_order())))
     return result
@@ -79,6 +80,7 @@ def validate(
     *,
     name: str = "",
     location: Location | None = None,
+    context: Any = None,
 ) -> Model | None:
     """A located value as a model, without conversions: text is no number.
 
@@ -88,13 +90,15 @@ def validate(
         diagnostics: receives every error.
         name: of the value, for messages; empty for the whole file.
         location: of its name, if it has one.
+        context: for the validators of the model, as `ValidationInfo.context`.
 
     Returns:
         None if there is an error.
     """
     try:
         # Of its strict modes, that for JSON is the one in which a list may become a tuple.
-        return model.model_validate_json(json.dumps(content(value)), strict=True)
+        text = json.dumps(content(value))
+        return model.model_validate_json(text, strict=True, context=context)
     except ValidationError as invalid:
         seen = set()
         for error in invalid.errors(include_url=False):

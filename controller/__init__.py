@@ -1,4 +1,4 @@
-"""The holistic reactive controller: one small QP a tick over base and arm.
+"""The holistic reactive controller: one small QP over base and arm in every period.
 
 After Haviland, Sünderhauf and Corke, "A Holistic Approach to Reactive Mobile Manipulation", RA-L
 2022, with a way out of its local minima. Pure mathematics: no clock, no input or output, no
@@ -7,6 +7,7 @@ randomness; the bank of postures that it looks up was drawn beforehand.
 
 from controller.command import (
     N_ARM,
+    Array,
     BaseGoal,
     Command,
     KinematicState,
@@ -15,47 +16,30 @@ from controller.command import (
     PostureGoal,
 )
 from controller.controller import HolisticController, StepReport
-from controller.model import (
-    FRANKIE,
-    HAND_TO_TOOL,
-    OMNI,
-    READY,
-    ROBOTS,
-    Limits,
-    RobotDescription,
-    RobotModel,
-    manipulability,
-    robot_model,
-    with_base_speed,
-)
+from controller.model import RobotModel, manipulability, robot_model
+from controller.parts import STEP_PARTS
 from controller.self_collision import SelfCollision
 from controller.settings import PAPER, PRESETS, ControllerSettings
 from controller.validation import GoalError
 
 __all__ = [
-    "FRANKIE",
-    "HAND_TO_TOOL",
     "N_ARM",
-    "OMNI",
     "PAPER",
     "PRESETS",
-    "READY",
-    "ROBOTS",
+    "STEP_PARTS",
+    "Array",
     "BaseGoal",
     "Command",
     "ControllerSettings",
     "GoalError",
     "HolisticController",
     "KinematicState",
-    "Limits",
     "MotionGoal",
     "PoseGoal",
     "PostureGoal",
-    "RobotDescription",
     "RobotModel",
     "SelfCollision",
     "StepReport",
     "manipulability",
     "robot_model",
-    "with_base_speed",
 ]

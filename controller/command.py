@@ -1,4 +1,4 @@
-"""What the controller asks of the robot for one control period, and what it is asked to do."""
+"""Commands to the robot, goals for the controller, and the state that it needs."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class PoseGoal:
     orientation_tolerance: float = np.deg2rad(2.0)
     """... and turned less than this away [rad]."""
     straight: bool = False
-    """Whether only the straight way will do, as near obstacles: no detour, even if it is stuck."""
+    """Whether the end effector must go straight, as near obstacles: no detour even if it stalls."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

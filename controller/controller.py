@@ -1,4 +1,4 @@
-"""One step of control: where the robot is and where it should be, in; velocities, out."""
+"""One step of control: from the state of the robot and its goal to velocities."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from pinocchio import SE3
 
-from controller.base_drive import drive_to, planar
-from controller.bounds import velocity_bounds
+from controller.base_drive import Pose2D, drive_to
+from controller.bounds import VelocityBounds
 from controller.command import (
     Array,
     BaseGoal,
@@ -21,18 +21,18 @@ from controller.command import (
     PostureGoal,
 )
 from controller.guidance import Guide
-from controller.holistic import Linearisation, assemble, linearise
+from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
-from controller.qp import QP, ROUGH, Solver
+from controller.qp import QP, SOFT_PRECISION, Solver
 from controller.self_collision import SelfCollision
-from controller.servo import approach_speed, desired_twist, norm_of, pose_error
-from controller.settings import ControllerSettings
-from controller.validation import require_sound
+from controller.servo import approach_speed, desired_twist, error_norm, pose_error
+from controller.settings import ContactSettings, ControllerSettings
+from controller.validation import check_inputs
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StepReport:
-    """What one control step saw and did."""
+    """What one control step measured and achieved."""
 
     arrived: bool
     """Whether the goal is reached within its tolerances; False without a goal."""
@@ -45,17 +45,18 @@ class StepReport:
     heading_error: float
     """θ_ε: bearing of the end effector seen from the base [rad]."""
     slack: float
-    """|δ|: norm of the end-effector twist that was wanted and not given [m/s and rad/s]."""
+    """|δ|: norm of the end-effector twist that was desired and not achieved [m/s and rad/s]."""
     solved: bool
-    """Whether the quadratic qp was solved; if not, the command brakes."""
+    """Whether the QP was solved; if not, the command brakes."""
     bTe: SE3
     """End effector in the base."""
 
 
-class _Answer(NamedTuple):
+class _Motion(NamedTuple):
     """What one kind of goal asks for."""
 
     velocities: Array | None
+    """(n,); None if the QP has no solution."""
     position_error: float = np.nan
     orientation_error: float = np.nan
     arrived: bool = False
@@ -65,21 +66,23 @@ class _Answer(NamedTuple):
 class HolisticController:
     """Turns a goal into velocities of base and arm, one period at a time.
 
-    Every returned command keeps the speed, acceleration and joint position limits by construction:
-    they are the bounds of the qp, and nothing is scaled after it.
+    Every returned command keeps the velocity, acceleration and joint position limits by
+    construction: they are the bounds of the QP, and nothing is scaled after it.
 
     Args:
         model: the robot.
-        settings: the gains.
+        settings: gains, weights and distances.
     """
 
     def __init__(self, model: RobotModel, settings: ControllerSettings | None = None) -> None:
         self.model = model
         self.settings = settings or ControllerSettings()
+        self._bounds = VelocityBounds(model, self.settings)
         self._solver = Solver()
-        self._soft_solver = Solver(ROUGH)
-        self._body = SelfCollision(model)
-        self._guide = Guide(model, self.settings, self._body) if self.settings.guidance else None
+        self._soft_solver = Solver(SOFT_PRECISION)
+        self._collision = SelfCollision(model)
+        guided = self.settings.guidance is not None
+        self._guide = Guide(model, self.settings, self._collision) if guided else None
 
     def step(
         self, state: KinematicState, goal: MotionGoal | None, last: Command
@@ -92,62 +95,62 @@ class HolisticController:
             last: what the robot applied in the previous period.
 
         Raises:
-            GoalError: a number in the state, the goal or the last command is not finite, or a pose
-                is none.
+            GoalError: a number in the state, the goal or the last command is not finite, or a
+                pose has no rotation matrix.
         """
-        require_sound(state, goal, last)
+        check_inputs(state, goal, last)
         model, settings = self.model, self.settings
         velocities = model.velocities(last)
-        bounds = velocity_bounds(model, settings, state.q, velocities)
+        bounds = self._bounds(state.q, velocities)
         linearisation = linearise(model, settings, state.q)
         if self._guide is not None and not isinstance(goal, PoseGoal):
-            self._guide.forget()
+            self._guide.reset()
         match goal:
             case PoseGoal():
-                answer = self._reach(state, goal, linearisation, bounds, velocities)
+                motion = self._to_pose(state, goal, linearisation, bounds, velocities)
             case PostureGoal():
-                answer = self._fold(state, goal, bounds)
+                motion = self._to_posture(state, goal, bounds)
             case BaseGoal():
-                answer = self._drive(state, goal)
+                motion = self._to_base_pose(state, goal)
             case None:
-                answer = _Answer(np.zeros(model.n))
-        # A base that drives and a robot that stops have no other bounds to keep; the programmes'
-        # answers are inside already.
-        wanted = np.zeros(model.n) if answer.velocities is None else answer.velocities
-        within = np.minimum(np.maximum(wanted, bounds[0]), bounds[1])
-        return model.command(within), StepReport(
-            arrived=answer.arrived,
-            position_error=answer.position_error,
-            orientation_error=answer.orientation_error,
+                motion = _Motion(np.zeros(model.n))
+        # Velocities of the base alone and of a robot that stops are not bounded yet; those from a
+        # QP are.
+        desired = np.zeros(model.n) if motion.velocities is None else motion.velocities
+        bounded = np.minimum(np.maximum(desired, bounds[0]), bounds[1])
+        return model.command(bounded), StepReport(
+            arrived=motion.arrived,
+            position_error=motion.position_error,
+            orientation_error=motion.orientation_error,
             manipulability=linearisation.manipulability,
             heading_error=linearisation.heading_error,
-            slack=answer.slack,
-            solved=answer.velocities is not None,
+            slack=motion.slack,
+            solved=motion.velocities is not None,
             bTe=linearisation.bTe,
         )
 
-    def _reach(
+    def _to_pose(
         self,
         state: KinematicState,
         goal: PoseGoal,
         linearisation: Linearisation,
         bounds: tuple[Array, Array],
         last: Array,
-    ) -> _Answer:
-        """Base and arm as one towards an end-effector pose."""
-        model, settings = self.model, self.settings
+    ) -> _Motion:
+        """Base and arm together to an end-effector pose."""
+        model, settings, bTe = self.model, self.settings, linearisation.bTe
         bTw = state.wTb.inverse()
-        error = pose_error(linearisation.bTe, bTw * goal.wTe)
-        twist = desired_twist(settings, goal, bTw, linearisation.bTe, error)
+        error = pose_error(bTe, bTw * goal.wTe)
+        twist = desired_twist(settings.servo, goal, bTw, bTe, error)
         bias = None
         if self._guide is not None:
-            bias = self._guide.bias(goal, error, planar(state.wTb), state.q)
-        distance = norm_of(settings, linearisation.bTe, error)
-        qp = assemble(model, settings, linearisation, twist, distance, bounds, last, bias)
+            bias = self._guide.bias(goal, error, Pose2D.of(state.wTb), state.q)
+        norm = error_norm(settings, bTe, error)
+        qp = build_qp(model, settings, linearisation, twist, norm, bounds, last, bias)
         velocities = self._solve(qp, state.q)
-        given = np.zeros(6) if velocities is None else linearisation.J @ velocities
-        slack = twist - given
-        return _Answer(
+        achieved = np.zeros(6) if velocities is None else linearisation.J @ velocities
+        slack = twist - achieved
+        return _Motion(
             velocities,
             error.position,
             error.orientation,
@@ -156,51 +159,52 @@ class HolisticController:
             slack=sqrt(float(slack @ slack)),
         )
 
-    def _solve(self, qp: QP, q: Array) -> Array | None:
-        """Solve it, parts of the robot that are near each other kept apart."""
-        s = self.settings
-        near = self._body.near(q, s.contact_influence) if s.avoid_contact else []
-        if not near:
-            return self._solver.solve(qp)
-        rows = np.zeros((len(near), self.model.n))
-        rows[:, self.model.n_base :] = [pair.row for pair in near]
-        allowed = [self._allowed_approach(pair.distance - s.contact_stop) for pair in near]
-        return self._soft_solver.solve_soft(qp, rows, -np.array(allowed))
-
-    def _allowed_approach(self, room: float) -> float:
-        """How fast parts may approach that have so much room left [m/s]; negative is apart."""
-        s = self.settings
-        if room < 0.0:
-            return s.contact_gain * room
-        return approach_speed(room, s.contact_gain, s.contact_deceleration, inf)
-
-    def _fold(
+    def _to_posture(
         self, state: KinematicState, goal: PostureGoal, bounds: tuple[Array, Array]
-    ) -> _Answer:
+    ) -> _Motion:
         """The arm to joint positions, all joints arriving together; the base comes to rest."""
-        s, model = self.settings, self.model
+        model, servo, limits = self.model, self.settings.servo, self.model.limits
         error = goal.q - state.q
-        farthest = float(np.abs(error).max())
-        slowest = model.limits.qdd.min()
+        max_error = float(np.abs(error).max())
+        deceleration = limits.qdd.min() * servo.joint_deceleration
         speeds = [
-            approach_speed(abs(e), s.servo_gain, slowest / 2.0, qd)
-            for e, qd in zip(error, model.limits.qd, strict=True)
+            approach_speed(abs(e), servo.gain, deceleration, qd)
+            for e, qd in zip(error, limits.qd, strict=True)
         ]
         duration = max(abs(e) / v if v > 0.0 else 0.0 for e, v in zip(error, speeds, strict=True))
         qd = error / duration if duration > 0.0 else np.zeros_like(error)
-        wanted = np.concatenate([np.zeros(model.n_base), qd])
-        velocities = self._solve(QP(np.eye(model.n), -wanted, *bounds), state.q)
-        return _Answer(velocities, 0.0, farthest, arrived=farthest <= goal.tolerance)
+        desired = np.concatenate([np.zeros(model.n_base), qd])
+        velocities = self._solve(QP(np.eye(model.n), -desired, *bounds), state.q)
+        return _Motion(velocities, 0.0, max_error, arrived=max_error <= goal.tolerance)
 
-    def _drive(self, state: KinematicState, goal: BaseGoal) -> _Answer:
+    def _to_base_pose(self, state: KinematicState, goal: BaseGoal) -> _Motion:
         """The base to a pose; the arm comes to rest."""
         bTg = state.wTb.inverse() * goal.wTb
         error = pose_error(SE3.Identity(), bTg)
-        base = drive_to(self.model, self.settings, planar(bTg), reverse=goal.reverse)
-        return _Answer(
+        base = drive_to(self.model, self.settings, Pose2D.of(bTg), reverse=goal.reverse)
+        return _Motion(
             np.concatenate([base, np.zeros(len(state.q))]),
             error.position,
             error.orientation,
             arrived=error.position <= goal.position_tolerance
             and error.orientation <= goal.heading_tolerance,
         )
+
+    def _solve(self, qp: QP, q: Array) -> Array | None:
+        """The minimiser that keeps parts of the robot apart that are near each other."""
+        contact = self.settings.contact
+        pairs = self._collision.near(q, contact.influence_distance) if contact is not None else []
+        if contact is None or not pairs:
+            return self._solver.solve(qp)
+        rows = np.zeros((len(pairs), self.model.n))
+        rows[:, self.model.n_base :] = [pair.row for pair in pairs]
+        limits = np.array([_approach_limit(contact, pair.distance) for pair in pairs])
+        return self._soft_solver.solve_soft(qp, rows, -limits, contact.weight)
+
+
+def _approach_limit(contact: ContactSettings, distance: float) -> float:
+    """How fast parts at a distance may approach [m/s]; negative: how fast they must part."""
+    room = distance - contact.stop_distance
+    if room < 0.0:
+        return contact.gain * room
+    return approach_speed(room, contact.gain, contact.deceleration, inf)

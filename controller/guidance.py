@@ -1,7 +1,7 @@
 """The way out of local minima: towards a stance that is known to reach the goal.
 
 Far from the goal the base is led to where it will stand and the arm to the posture it will have;
-near the goal the end effector takes over. The two are blended in one qp by their weights.
+near the goal the end effector takes over. The two are blended in one QP by their weights.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from pinocchio import SE3
 
-from controller.base_drive import Planar, drive_to, time_to_drive
+from controller.base_drive import Pose2D, drive_to, time_to_drive
 from controller.command import Array, PoseGoal
 from controller.model import RobotModel
 from controller.postures import bank
@@ -21,179 +21,188 @@ from controller.servo import PoseError
 from controller.settings import ControllerSettings
 from controller.stance import Stance, choose_stance
 
-_ROTATION_SHARE = 0.3
-"""An error of one radian counts like this many metres."""
-_NEAR, _BLEND = 0.10, 0.5
-"""Guidance begins this far from the goal and is whole after another so much [m]."""
-_WORTH_IT = 0.35
-"""A new goal nearer than this is approached without guidance, until it stalls [m]."""
-_CLOSE = 0.06
-"""Nearer than this nothing counts as a stall and a detour is over [m]."""
-_JUMP, _TURN = 0.1, cos(0.3)
-"""A goal that moves or turns this far in one period is another goal [m, a cosine]."""
-_RISE, _TILT = 0.05, 0.97
-"""A goal that rises [m] or tilts (a cosine) away from its stance needs another one."""
-_AT_BASE, _AT_HEADING, _AT_JOINT = 0.4, 0.6, 0.8
-"""Nearer than this to the stance the guidance fades [m, rad, rad]."""
-_FASTEST_FOLD = 3.0
-"""Largest rate at which the arm folds into its posture [1/s]."""
-_SLOW_FOLD = 0.4
-"""Share of the base's time to go that the arm's folding takes."""
-_JOINT_SHARE = 0.7
-"""Share of the joint speeds that folding may use."""
-_BETTER = 1e-3
-"""What counts as progress [m, s or rad]."""
-_DETOURS = 4
-"""After so many stalls before the same goal the end effector goes on alone."""
-
 
 class StanceBias(NamedTuple):
-    """What the guidance asks of one qp."""
+    """What the guidance adds to one QP."""
 
-    share: float
+    blend: float
     """s in [0, 1]: 0 leaves all to the end effector, 1 nearly all to base and arm."""
-    base: Array
-    """(n_base,) wanted velocities of the base's degrees of freedom."""
-    arm: Array
-    """(7,) wanted joint velocities [rad/s]."""
-    detour: bool
-    """Whether the end effector has no say until the stance is near."""
+    min_tracking: float
+    """Weight of the end effector's twist that is left at s = 1; 0 on a detour."""
+    base_weight: float
+    base_velocity: Array
+    """(n_base,) of the base's degrees of freedom towards its place."""
+    posture_weight: float
+    joint_velocity: Array
+    """(7,) towards the posture [rad/s]."""
 
 
-class _Way(NamedTuple):
+class _Remaining(NamedTuple):
     """What is left to do."""
 
-    far: float
-    """Of the end effector's way; rotation counts by `_ROTATION_SHARE` [m]."""
-    there: Planar
-    """Where the base is to stand, seen from it."""
-    to_go: float
+    distance: float
+    """Of the end effector to the goal, rotation included [m]."""
+    base_target: Pose2D
+    """The base's place in the base frame."""
+    base_time: float
     """Least time for the base to get there [s]."""
-    fold: Array
-    """(7,) what is left for the arm's joints [rad]."""
-    farthest: float
-    """The largest of that [rad]."""
-    least: float
-    """Time that it takes at the joints' full speed [s]."""
+    joint_error: Array
+    """(7,) from the joint positions to the posture [rad]."""
+    max_joint_error: float
+    """The largest of these [rad]."""
+    joint_time: float
+    """Time that the joints take at full speed [s]."""
 
 
 class Guide:
-    """Keeps the stance of one goal from tick to tick.
+    """Keeps the stance of one goal from period to period.
 
     Args:
         model: the robot.
-        settings: the weights and costs.
-        body: the robot's shapes.
+        settings: of the controller; `guidance` is not None.
+        collision: the robot's shapes.
     """
 
     def __init__(
-        self, model: RobotModel, settings: ControllerSettings, body: SelfCollision
+        self, model: RobotModel, settings: ControllerSettings, collision: SelfCollision
     ) -> None:
         self._model = model
         self._settings = settings
-        self._body = body
-        self._bank = bank(model.name)
-        self.forget()
+        assert settings.guidance is not None
+        self._guidance = settings.guidance
+        self._collision = collision
+        self._bank = bank(model.description)
+        self._min_turn_cosine = cos(self._guidance.goal_turn)
+        self.reset()
 
-    def forget(self) -> None:
-        """The next goal is a new one."""
+    def reset(self) -> None:
+        """Forget the goal: the next one is new."""
         self._goal: SE3 | None = None
-        self._begun_with: SE3 | None = None
-        self._failed: tuple[Stance, ...] = ()
-        self._detours_left = _DETOURS
-        self._take(None)
+        self._first_goal: SE3 | None = None
+        self._start_goal(None)
+        self._set_stance(None)
 
-    def bias(self, goal: PoseGoal, error: PoseError, base: Planar, q: Array) -> StanceBias | None:
-        """Where the goal's stance pulls base and arm; None if the end effector goes alone.
+    def _start_goal(self, wTe: SE3 | None) -> None:
+        self._first_goal = wTe
+        self._failed: tuple[Stance, ...] = ()
+        self._detours_left = self._guidance.detours
+
+    def _set_stance(self, stance: Stance | None, detour: bool = False) -> None:
+        self._stance = stance
+        self._detour = detour
+        self._best = (inf, inf, inf)
+        self._waited = 0
+
+    def bias(self, goal: PoseGoal, error: PoseError, wTb: Pose2D, q: Array) -> StanceBias | None:
+        """Velocities towards the goal's stance; None if the end effector goes alone.
 
         Args:
             goal: where the end effector is to be.
-            error: how far it is from there.
-            base: where the base is.
-            q: (7,) where the arm is [rad].
+            error: of the end effector.
+            wTb: base pose.
+            q: (7,) joint positions [rad].
         """
-        far = error.position + _ROTATION_SHARE * error.orientation
+        g = self._guidance
+        distance = error.position + g.metres_per_radian * error.orientation
         if goal.wTe != self._goal:
-            if self._is_another(goal.wTe):
-                self._begun_with = goal.wTe.copy()
-                self._failed, self._detours_left = (), _DETOURS
-                worth_it = far > _WORTH_IT and not goal.straight
-                self._take(self._choose(goal, base, q) if worth_it else None)
+            if self._is_new(goal.wTe):
+                self._start_goal(goal.wTe.copy())
+                guided = distance > g.min_distance and not goal.straight
+                self._set_stance(self._choose(goal, wTb, q) if guided else None)
             self._goal = goal.wTe.copy()
-        way = self._way(goal, far, base, q)
-        if self._stalled(way) and not goal.straight and self._detours_left:
+        remaining = self._remaining(goal, distance, wTb, q)
+        if self._has_stalled(remaining) and not goal.straight and self._detours_left:
             self._detours_left -= 1
             if self._stance is not None:
                 self._failed = (*self._failed, self._stance)
-            self._take(self._choose(goal, base, q) if self._detours_left else None, detour=True)
-            way = self._way(goal, far, base, q)
-        return None if self._stance is None else self._towards(self._stance, way, goal, base)
+            self._set_stance(self._choose(goal, wTb, q) if self._detours_left else None, True)
+            remaining = self._remaining(goal, distance, wTb, q)
+        return None if self._stance is None else self._towards(self._stance, remaining, goal, wTb)
 
-    def _take(self, stance: Stance | None, detour: bool = False) -> None:
-        self._stance = stance
-        self._detour = detour
-        self._least = (inf, inf, inf)
-        self._waited = 0
-
-    def _choose(self, goal: PoseGoal, base: Planar, q: Array) -> Stance:
-        model, settings = self._model, self._settings
+    def _choose(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> Stance:
+        model, settings = self._model, self._guidance.stance
         return choose_stance(
-            model, settings, self._bank, self._body, goal.wTe, base, q, failed=self._failed
+            model, settings, self._bank, self._collision, goal.wTe, wTb, q, failed=self._failed
         )
 
-    def _is_another(self, wTe: SE3) -> bool:
+    def _is_new(self, wTe: SE3) -> bool:
         """Whether a goal has jumped, or crept to where its stance does not reach it."""
-        if self._goal is None or self._begun_with is None:
+        if self._goal is None or self._first_goal is None:
             return True
+        g = self._guidance
         moved = wTe.translation - self._goal.translation
         cosine = (float(np.vdot(wTe.rotation, self._goal.rotation)) - 1.0) / 2.0
-        rise = float(wTe.translation[2] - self._begun_with.translation[2])
-        tilt = float(wTe.rotation[2] @ self._begun_with.rotation[2])
-        jumped = float(moved @ moved) > _JUMP * _JUMP or cosine < _TURN
-        return jumped or abs(rise) > _RISE or tilt < _TILT
+        rise = float(wTe.translation[2] - self._first_goal.translation[2])
+        tilt = float(wTe.rotation[2] @ self._first_goal.rotation[2])
+        jumped = float(moved @ moved) > g.goal_jump * g.goal_jump or cosine < self._min_turn_cosine
+        return jumped or abs(rise) > g.goal_rise or tilt < g.goal_tilt
 
-    def _way(self, goal: PoseGoal, far: float, base: Planar, q: Array) -> _Way:
+    def _remaining(self, goal: PoseGoal, distance: float, wTb: Pose2D, q: Array) -> _Remaining:
         stance = self._stance
         if stance is None:
-            return _Way(far, Planar(0.0, 0.0, 0.0), 0.0, np.zeros(len(q)), 0.0, 0.0)
-        there = stance.base_for(goal.wTe).seen_from(base)
-        to_go = time_to_drive(self._model, there, stance.reverse)
-        fold = stance.q - q
-        left = np.abs(fold)
-        least = float((left / self._model.limits.qd).max())
-        return _Way(far, there, to_go, fold, float(left.max()), least)
+            return _Remaining(distance, Pose2D(0.0, 0.0, 0.0), 0.0, np.zeros(len(q)), 0.0, 0.0)
+        target = stance.base_for(goal.wTe).relative_to(wTb)
+        base_time = time_to_drive(self._model, self._settings.drive, target, stance.reverse)
+        joint_error = stance.q - q
+        size = np.abs(joint_error)
+        joint_time = float((size / self._model.limits.qd).max())
+        return _Remaining(distance, target, base_time, joint_error, float(size.max()), joint_time)
 
-    def _stalled(self, way: _Way) -> bool:
-        """Whether nothing has come nearer for a while: not the goal, the base's place, the arm."""
-        if way.far < _CLOSE:
-            self._take(self._stance)
+    def _has_stalled(self, remaining: _Remaining) -> bool:
+        """Whether nothing has come nearer for a while: neither end effector, base nor arm."""
+        g = self._guidance
+        if remaining.distance < g.close:
+            self._set_stance(self._stance)
             return False
-        a, b, c = self._least
-        near, soon, folded = a - way.far, b - way.to_go, c - way.farthest
-        if max(near, soon, folded) > _BETTER:
-            self._least = (min(a, way.far), min(b, way.to_go), min(c, way.farthest))
+        distance, base_time, joint_error = self._best
+        progress = max(
+            distance - remaining.distance,
+            base_time - remaining.base_time,
+            joint_error - remaining.max_joint_error,
+        )
+        if progress > g.progress:
+            self._best = (
+                min(distance, remaining.distance),
+                min(base_time, remaining.base_time),
+                min(joint_error, remaining.max_joint_error),
+            )
             self._waited = 0
         else:
             self._waited += 1
-        return self._waited * self._settings.period >= self._settings.patience
+        return self._waited * self._settings.period >= g.patience
 
-    def _towards(self, stance: Stance, way: _Way, goal: PoseGoal, base: Planar) -> StanceBias:
-        there = way.there
-        share = min(
+    def _towards(
+        self, stance: Stance, remaining: _Remaining, goal: PoseGoal, wTb: Pose2D
+    ) -> StanceBias:
+        g, model, target = self._guidance, self._model, remaining.base_target
+        blend = min(
             1.0,
             max(
-                hypot(there.x, there.y) / _AT_BASE,
-                abs(there.heading) / _AT_HEADING,
-                way.farthest / _AT_JOINT,
+                hypot(target.x, target.y) / g.fade_base,
+                abs(target.heading) / g.fade_heading,
+                remaining.max_joint_error / g.fade_joint,
             ),
         )
         if not self._detour:
-            share = min(share, max(0.0, (way.far - _NEAR) / _BLEND))
-        model = self._model
-        drive = drive_to(model, self._settings, there, reverse=stance.reverse, fastest=goal.speed)
+            blend = min(blend, max(0.0, (remaining.distance - g.fade_distance) / g.fade_length))
+        base_velocity = drive_to(
+            model, self._settings, target, reverse=stance.reverse, max_speed=goal.speed
+        )
         if goal.twist.any():
-            c, s = cos(base.heading), sin(base.heading)
+            c, s = cos(wTb.heading), sin(wTb.heading)
             vx, vy = goal.twist[0], goal.twist[1]
-            drive += model.description.base_axes[:2].T @ [c * vx + s * vy, c * vy - s * vx]
-        folding = max(1.0 / _FASTEST_FOLD, _SLOW_FOLD * way.to_go, way.least / _JOINT_SHARE)
-        return StanceBias(share, drive, way.fold / folding, self._detour)
+            axes = model.description.base.axes[:2]
+            base_velocity += axes.T @ [c * vx + s * vy, c * vy - s * vx]
+        duration = max(
+            1.0 / g.posture_rate,
+            g.posture_time * remaining.base_time,
+            remaining.joint_time / g.joint_speed,
+        )
+        return StanceBias(
+            blend=blend,
+            min_tracking=0.0 if self._detour else g.min_tracking * blend,
+            base_weight=g.base_weight * blend,
+            base_velocity=base_velocity,
+            posture_weight=g.posture_weight * max(blend, g.min_posture),
+            joint_velocity=remaining.joint_error / duration,
+        )

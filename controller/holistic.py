@@ -1,14 +1,16 @@
-"""The holistic quadratic qp (Haviland, Sünderhauf and Corke, RA-L 2022, eq. 6-16).
+"""The holistic QP (Haviland, Sünderhauf and Corke, RA-L 2022, eq. 6-16).
 
-The paper's qp is, with x = (q̇, δ) and the slack δ = ν - J q̇ of the end-effector twist ν,
+The paper's QP is, with x = (q̇, δ) (eq. 9) and the slack δ = ν - J q̇ of the end-effector twist ν,
 
-    min  ½ xᵀ Q x + Cᵀ x    subject to  J q̇ + δ = ν,  velocity dampers,  speed limits.
+    min  ½ xᵀ Q x + Cᵀ x    subject to  J q̇ + δ = ν,  velocity dampers,  X⁻ <= x <= X⁺.   (6)
 
-The slack is free, so it can be put into the cost: with Q = diag(Λ_q, Λ_δ) and C = (c, 0),
+The slack can be put into the cost: with Q = diag(Λ_q, Λ_δ) (eq. 10) and C = (c, 0) (eq. 11),
 
     min  ½ q̇ᵀ (Λ_q + Jᵀ Λ_δ J) q̇ + (c - Jᵀ Λ_δ ν)ᵀ q̇    subject to  lower <= q̇ <= upper,
 
-which has the same minimiser, only n variables, and always a solution.
+which has the same minimiser, only n variables, and always a solution. This leaves out the bounds of
+the slack, ±10 in the published example. The paper does not have the smoothness term, the bias
+towards a stance, the bounds on acceleration, nor a least |e| in the weights that grow as 1/|e|.
 """
 
 from __future__ import annotations
@@ -25,14 +27,9 @@ from controller.model import RobotModel, manipulability
 from controller.qp import QP
 from controller.settings import ControllerSettings
 
-_NEVER_SILENT = 0.1
-"""What is left of the end effector's weight while guidance is whole."""
-_ALWAYS_PULLED = 0.1
-"""What is left of the posture's weight where guidance ends."""
-
 
 class Linearisation(NamedTuple):
-    """The robot as one qp sees it."""
+    """The robot in one posture, as the QP needs it."""
 
     bTe: SE3
     J: Array
@@ -40,13 +37,13 @@ class Linearisation(NamedTuple):
     manipulability: float
     """Of the arm."""
     gradient: Array
-    """(n,) Ĵ_m of what the settings want to be manipulable (eq. 10)."""
+    """(n,) Ĵ_m: gradient of the manipulability that the settings ask for (eq. 12)."""
     heading_error: float
-    """θ_ε: bearing of the end effector seen from the base [rad] (eq. 11)."""
+    """θ_ε: bearing of the end effector seen from the base [rad] (eq. 13)."""
 
 
 def linearise(model: RobotModel, settings: ControllerSettings, q: Array) -> Linearisation:
-    """Everything about the robot that the qp needs, for joint positions q (7,) [rad]."""
+    """Kinematics and gradients that the QP needs, for joint positions q (7,) [rad]."""
     bTe, J, screws, hessian = model.kinematics(q)
     n_base = model.n_base
     gradient = np.zeros(model.n)
@@ -59,7 +56,7 @@ def linearise(model: RobotModel, settings: ControllerSettings, q: Array) -> Line
     return Linearisation(bTe, J, m, gradient, atan2(y, x))
 
 
-def assemble(
+def build_qp(
     model: RobotModel,
     settings: ControllerSettings,
     linearisation: Linearisation,
@@ -69,42 +66,37 @@ def assemble(
     last: Array,
     bias: StanceBias | None = None,
 ) -> QP:
-    """The qp for a desired end-effector twist.
+    """The QP for a desired end-effector twist.
 
     Args:
         model: the robot.
         settings: the weights.
-        linearisation: from `look`.
+        linearisation: from `linearise`.
         twist: (6,) desired end-effector twist ν in base axes [m/s, rad/s].
         error: |e|, distance to the goal [m]; near the goal the twist is followed more strictly
-            and the base moves less (eq. 8).
+            and the base moves less (λ_δ, and λ_q of eq. 14).
         bounds: lower and upper bounds (n,) of the velocities.
         last: (n,) velocities of the previous period.
-        bias: what guidance asks, if anything.
+        bias: from the guidance, if there is any.
     """
     n_base, J = model.n_base, linearisation.J
-    nearness = 1.0 / max(error, settings.smallest_error)
-    tracking = nearness  # Λ_δ (eq. 8)
-    effort = np.empty(model.n)  # Λ_q (eq. 8)
-    effort[:n_base] = settings.base_effort * nearness
+    tracking = 1.0 / max(error, settings.min_error)  # λ_δ
+    effort = np.empty(model.n)  # λ_q (eq. 14)
+    effort[:n_base] = settings.base_effort * tracking
     effort[n_base:] = settings.arm_effort
-    linear = -settings.manipulability_gain * linearisation.gradient  # c (eq. 9)
-    linear[:n_base] -= (
-        settings.heading_gain * linearisation.heading_error * model.base_turn
-    )  # eq. 12
+    linear = -settings.manipulability_gain * linearisation.gradient  # C (eq. 11)
+    turn = settings.heading_gain * linearisation.heading_error
+    linear[:n_base] -= turn * model.base_turn  # ε (eq. 13)
 
     if settings.smoothness > 0.0:
         effort += settings.smoothness
         linear -= settings.smoothness * last
     if bias is not None:
-        share = bias.share
-        tracking = nearness * (1.0 - share) ** 2 + (0.0 if bias.detour else _NEVER_SILENT * share)
-        base = settings.base_guidance * share
-        arm = settings.posture_guidance * max(share, _ALWAYS_PULLED)
-        effort[:n_base] += base
-        effort[n_base:] += arm
-        linear[:n_base] -= base * bias.base
-        linear[n_base:] -= arm * bias.arm
+        tracking = tracking * (1.0 - bias.blend) ** 2 + bias.min_tracking
+        effort[:n_base] += bias.base_weight
+        effort[n_base:] += bias.posture_weight
+        linear[:n_base] -= bias.base_weight * bias.base_velocity
+        linear[n_base:] -= bias.posture_weight * bias.joint_velocity
 
     P = (tracking * J.T) @ J
     P.flat[:: model.n + 1] += effort

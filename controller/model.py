@@ -1,13 +1,13 @@
-"""The kinematics of Frankie and Omni-Frankie: one Pinocchio arm on a base, and what both may do.
+"""Kinematics of a mobile manipulator: one Pinocchio chain over base and arm.
 
-The arm's numbers are those of the Franka Emika Robot's published description. The base is a chain
-of virtual joints before the arm, always at zero: the robot is looked at from its own base.
+The base is a chain of virtual joints before the arm, always at zero: all poses are in the frame of
+the base.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from math import pi, prod, sqrt
+from math import prod, sqrt
+from pathlib import Path
 from typing import NamedTuple
 
 import eigenpy
@@ -16,105 +16,10 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller.command import N_ARM, Array, Command
-
-ARM_JOINTS = (
-    # translation to the next joint [m], turn about x [quarter turns]
-    ((0.0, 0.0, 0.333), 0),
-    ((0.0, 0.0, 0.0), -1),
-    ((0.0, -0.316, 0.0), 1),
-    ((0.0825, 0.0, 0.0), 1),
-    ((-0.0825, 0.384, 0.0), -1),
-    ((0.0, 0.0, 0.0), 1),
-    ((0.088, 0.0, 0.0), 1),
-)
-"""How each joint of the arm stands on the one before: all turn about their own z."""
-LINK7_TO_HAND = SE3(pin.utils.rotate("z", -pi / 4.0), np.array([0.0, 0.0, 0.107]))
-"""Seventh link of the arm to the hand."""
-HAND_TO_TOOL = SE3(np.eye(3), np.array([0.0, 0.0, 0.1034]))
-"""Flange of the hand to the grasp centre between the finger tips."""
+from robots import RobotDescription, load_robot
 
 _SINGULAR = 1e-9
 """Less manipulability than this has no gradient."""
-
-READY = np.array([0.0, -0.3, 0.0, -2.2, 0.0, 2.0, pi / 4.0])
-"""(7,) the arm's ready posture [rad]: hand in front, pointing down."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Limits:
-    """What the robot may do; the defaults are the arm's data sheet and a careful base."""
-
-    q_min: Array
-    """(7,) lower joint positions [rad]."""
-    q_max: Array
-    """(7,) upper joint positions [rad]."""
-    qd: Array
-    """(7,) joint speeds [rad/s]."""
-    qdd: Array
-    """(7,) joint accelerations [rad/s^2]."""
-    base_twist: Array
-    """(3,) base speeds along x, y and about z [m/s, m/s, rad/s]."""
-    base_acceleration: Array
-    """(3,) base accelerations along x, y and about z [m/s^2, m/s^2, rad/s^2]."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RobotDescription:
-    """The numbers that tell one robot from another."""
-
-    name: str
-    base_axes: Array
-    """(3, n_base) how the base's degrees of freedom make up its twist, in their order (eq. 4)."""
-    bTa: SE3
-    """Arm's foot in the base frame, on top of the base."""
-    base_size: tuple[float, float]
-    """Length along x and width along y of the base [m]."""
-    limits: Limits
-
-
-def _limits(base_twist: tuple[float, float, float]) -> Limits:
-    return Limits(
-        q_min=np.array([-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973]),
-        q_max=np.array([2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973]),
-        qd=np.array([2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61]),
-        qdd=np.array([6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0]),
-        base_twist=np.array(base_twist),
-        base_acceleration=np.array([1.5, 1.5, 3.0]),
-    )
-
-
-FRANKIE = RobotDescription(
-    name="frankie",
-    base_axes=np.array([[0.0, 1.0], [0.0, 0.0], [1.0, 0.0]]),
-    bTa=SE3(np.eye(3), np.array([0.15, 0.0, 0.38])),
-    base_size=(0.70, 0.50),
-    limits=_limits((1.0, 0.0, 1.05)),
-)
-"""Differential drive; degrees of freedom (ω, v), as in the paper."""
-
-OMNI = RobotDescription(
-    name="omni",
-    base_axes=np.eye(3),
-    bTa=SE3(np.eye(3), np.array([0.0, 0.0, 0.28])),
-    base_size=(0.70, 0.50),
-    limits=_limits((1.0, 1.0, 1.05)),
-)
-"""Holonomic base; degrees of freedom (vx, vy, ω)."""
-
-ROBOTS = {robot.name: robot for robot in (FRANKIE, OMNI)}
-"""The robots by name."""
-
-
-def with_base_speed(
-    description: RobotDescription, speed: float, turn_rate: float | None = None
-) -> RobotDescription:
-    """The same robot with another largest base speed [m/s] and, if given, turn rate [rad/s]."""
-    limits = description.limits
-    drives = limits.base_twist[:2] > 0.0
-    turn = limits.base_twist[2] if turn_rate is None else turn_rate
-    twist = np.array([*np.where(drives, speed, 0.0), turn])
-    return replace(description, limits=replace(limits, base_twist=twist))
-
 
 _BASE_JOINTS = (pin.JointModelPX, pin.JointModelPY, pin.JointModelRZ)
 
@@ -123,15 +28,15 @@ def _chain(description: RobotDescription) -> pin.Model:
     """The virtual joints of the base, then the arm's, and the tool as a frame."""
     chain = pin.Model()
     joint = 0
-    for number, axis in enumerate(description.base_axes.T):
+    for number, axis in enumerate(description.base.axes.T, start=1):
         kind = _BASE_JOINTS[int(np.argmax(axis))]
-        joint = chain.addJoint(joint, kind(), SE3.Identity(), f"base{number + 1}")
-    for number, (translation, quarter_turns) in enumerate(ARM_JOINTS):
-        placement = SE3(pin.utils.rotate("x", quarter_turns * pi / 2.0), np.array(translation))
-        foot = description.bTa if number == 0 else SE3.Identity()
-        joint = chain.addJoint(joint, pin.JointModelRZ(), foot * placement, f"arm{number + 1}")
-    tool = pin.Frame("tool", joint, 0, LINK7_TO_HAND * HAND_TO_TOOL, pin.FrameType.OP_FRAME)
-    chain.addFrame(tool)
+        joint = chain.addJoint(joint, kind(), SE3.Identity(), f"base{number}")
+    arm, foot = description.arm, description.bTa
+    for number, placement in enumerate(arm.joints, start=1):
+        joint = chain.addJoint(joint, pin.JointModelRZ(), foot * placement, f"arm{number}")
+        foot = SE3.Identity()
+    lTe = arm.lTh * description.gripper.hTe
+    chain.addFrame(pin.Frame("tool", joint, 0, lTe, pin.FrameType.OP_FRAME))
     return chain
 
 
@@ -157,15 +62,21 @@ class RobotModel:
         description: which robot.
     """
 
-    def __init__(self, description: RobotDescription = FRANKIE) -> None:
+    def __init__(self, description: RobotDescription) -> None:
         self.description = description
         self.name = description.name
         self.limits = description.limits
-        self.n_base = description.base_axes.shape[1]
+        self.n_base = description.base.axes.shape[1]
         self.n = self.n_base + N_ARM
-        axes, limits = description.base_axes, description.limits
-        self.speed_limits = np.concatenate([axes.T @ limits.base_twist, limits.qd])
-        """(n,) largest speed of every degree of freedom, base first."""
+        axes, limits = description.base.axes, description.limits
+        back = np.array([limits.base_reverse, *limits.base_twist[1:]])
+        self.velocity_limits = np.array(
+            [
+                np.concatenate([-(axes.T @ back), -limits.qd]),
+                np.concatenate([axes.T @ limits.base_twist, limits.qd]),
+            ]
+        )
+        """(2, n) lower and upper velocity of every degree of freedom, base first."""
         self.acceleration_limits = np.concatenate([axes.T @ limits.base_acceleration, limits.qdd])
         """(n,) largest acceleration of every degree of freedom, base first."""
         free = np.full(self.n_base, np.inf)
@@ -181,12 +92,12 @@ class RobotModel:
 
     def command(self, velocities: Array) -> Command:
         """The command for velocities (n,) of all degrees of freedom, base first."""
-        base = self.description.base_axes @ velocities[: self.n_base]
+        base = self.description.base.axes @ velocities[: self.n_base]
         return Command(base_twist=base, qd=velocities[self.n_base :].copy())
 
     def velocities(self, command: Command) -> Array:
         """(n,) velocities of all degrees of freedom, base first: the inverse of `command`."""
-        return np.concatenate([command.base_twist @ self.description.base_axes, command.qd])
+        return np.concatenate([command.base_twist @ self.description.base.axes, command.qd])
 
     def joints(self, q: Array) -> Array:
         """(n,) positions of all joints of the chain for arm joints q (7,): the base's are zero."""
@@ -207,7 +118,7 @@ class RobotModel:
         pin.forwardKinematics(self.chain, self._data, self.joints(q))
         arm = range(self.n_base + 1, self.n + 1)
         links = [wTb * self._data.oMi[joint] for joint in arm]
-        return (wTb * self.description.bTa, *links, links[-1] * LINK7_TO_HAND)
+        return (wTb * self.description.bTa, *links, links[-1] * self.description.arm.lTh)
 
     def kinematics(self, q: Array) -> Kinematics:
         """Pose, Jacobian and Hessian of the end effector for joint positions q (7,) [rad]."""
@@ -223,20 +134,20 @@ class RobotModel:
         )
 
 
-def robot_model(name: str) -> RobotModel:
-    """The model of the robot called `name`.
+def robot_model(robot: str | Path) -> RobotModel:
+    """The model of a robot, by the name of a shipped one or the path of its file.
 
     Raises:
-        KeyError: there is no such robot; `ROBOTS` has the names.
+        ConfigError: as `load_robot` does.
     """
-    return RobotModel(ROBOTS[name])
+    return RobotModel(load_robot(robot))
 
 
 def manipulability(screws: Array, hessian: Array) -> tuple[float, Array]:
-    """Yoshikawa's manipulability m = sqrt(det(J Jᵀ)) and its gradient (Haviland 2022, eq. 10).
+    """Yoshikawa's manipulability m = sqrt(det(J Jᵀ)) and its gradient (Haviland 2022, eq. 12).
 
     The gradient is J_m of the paper: m vec(J H_kᵀ)ᵀ vec((J Jᵀ)⁻¹) for every joint k. Both are the
-    same at whatever point of the end effector and in whatever axes J is written.
+    same for every point of the end effector and all axes that J may be expressed in.
 
     Args:
         screws: (6, n) J of a part of the chain.

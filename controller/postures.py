@@ -1,14 +1,15 @@
-"""A bank of good arm postures, to look up how to stand for a goal.
+"""A bank of good arm postures, to look up a stance for a goal.
 
-The base chooses x, y and heading freely, so that a posture suits a goal as soon as its hand has the
-goal's height and tilt; the rest is where the base must stand. The bank is drawn once, at random
-with a seed, from postures that are dexterous, inside the joint limits and clear of the robot itself
-and the floor; it comes with the package.
+The base can choose x, y and heading freely, so a posture suits a goal if its end effector has the
+goal's height and tilt; the rest is the pose of the base. The bank was drawn once, at random with a
+seed, from postures that are dexterous, inside the joint limits and clear of the robot itself and
+the floor; it comes with the package.
 """
 
 from __future__ import annotations
 
-from functools import cache
+from dataclasses import replace
+from functools import lru_cache
 from math import pi
 from pathlib import Path
 from typing import NamedTuple
@@ -17,27 +18,34 @@ import numpy as np
 from pinocchio import SE3
 
 from controller.command import N_ARM, Array
-from controller.model import ARM_JOINTS, HAND_TO_TOOL, LINK7_TO_HAND, ROBOTS, RobotModel
+from controller.model import RobotModel
 from controller.self_collision import SelfCollision
+from robots import RobotDescription, load_robot, robot_names
 
 BANK = Path(__file__).with_name("postures.npy")
 """The stored bank: (60 000, 7) joint positions in half precision [rad], from `draw` with `SEED`."""
 SEED = 20220101
 
+# What the stored bank was drawn with: it has to be drawn again when one of these changes.
 _LIMIT_MARGIN = 0.2
-_SMALLEST_MANIPULABILITY = 0.035
-_LARGEST_BEARING = 0.3
-_SMALLEST_REACH = 0.25
+"""Least distance to every joint limit [rad]."""
+_MIN_MANIPULABILITY = 0.035
+_MAX_BEARING = 0.3
+"""Largest |θ_ε|, the bearing of the end effector seen from the arm's foot [rad]."""
+_MIN_REACH = 0.25
+"""Least horizontal distance of the end effector from the arm's foot [m]."""
 _CLEARANCE = 0.03
+"""Least distance from the robot itself and the floor [m]."""
+_DRAWN_AT_ONCE = 4096
 
 
-class Hands(NamedTuple):
-    """Where the hand is in each of N postures, in the base frame."""
+class ToolPoses(NamedTuple):
+    """The end effector in the base frame, in each of N postures."""
 
     positions: Array
-    """(N, 3) of the end effector [m]."""
+    """(N, 3) [m]."""
     rotations: Array
-    """(N, 3, 3) of the end effector."""
+    """(N, 3, 3)."""
     J: Array
     """(N, 6, 7) Jacobians at the end effector, linear first, in base axes."""
 
@@ -49,33 +57,32 @@ class Hands(NamedTuple):
         return np.sqrt(np.maximum(squared, 0.0))
 
 
-def hands(bTa: SE3, q: Array) -> Hands:
+def forward_kinematics(robot: RobotDescription, q: Array) -> ToolPoses:
     """Forward kinematics of many postures at once.
 
     Args:
-        bTa: arm's foot in the base frame.
+        robot: its arm, where it stands on the base, and its gripper.
         q: (N, 7) joint positions [rad].
     """
     count = len(q)
-    positions = np.tile(bTa.translation, (count, 1))
-    rotations = np.tile(bTa.rotation, (count, 1, 1))
+    positions = np.tile(robot.bTa.translation, (count, 1))
+    rotations = np.tile(robot.bTa.rotation, (count, 1, 1))
     origins, axes = np.empty((count, N_ARM, 3)), np.empty((count, N_ARM, 3))
-    for joint, (translation, quarter_turns) in enumerate(ARM_JOINTS):
-        turn = SE3.Identity()
-        turn.rotation = np.round(_about_x(quarter_turns * pi / 2.0))
-        positions = positions + rotations @ np.array(translation)
-        rotations = _turned(rotations @ turn.rotation, q[:, joint])
+    for joint, placement in enumerate(robot.arm.joints):
+        positions = positions + rotations @ placement.translation
+        rotations = _turned(rotations @ _clean(placement.rotation), q[:, joint])
         origins[:, joint], axes[:, joint] = positions, rotations[:, :, 2]
-    tool = LINK7_TO_HAND * HAND_TO_TOOL
-    positions = positions + rotations @ tool.translation
+    lTe = robot.arm.lTh * robot.gripper.hTe
+    positions = positions + rotations @ lTe.translation
     linear = np.cross(axes, positions[:, None] - origins)
     J = np.concatenate([np.swapaxes(linear, 1, 2), np.swapaxes(axes, 1, 2)], axis=1)
-    return Hands(positions, rotations @ tool.rotation, J)
+    return ToolPoses(positions, rotations @ lTe.rotation, J)
 
 
-def _about_x(angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+def _clean(rotation: Array) -> Array:
+    """A rotation without the rounding errors of quarter turns."""
+    whole = np.round(rotation)
+    return np.where(np.abs(rotation - whole) < 1e-12, whole, rotation)
 
 
 def _turned(rotations: Array, angles: Array) -> Array:
@@ -86,43 +93,41 @@ def _turned(rotations: Array, angles: Array) -> Array:
 
 
 class Bank(NamedTuple):
-    """The bank for one robot, sorted by the height of the hand."""
+    """The bank for one robot, sorted by the height of the end effector."""
 
     q: Array
     """(N, 7) joint positions [rad]."""
-    hands: Hands
-    manipulability: Array
-    """(N,)."""
+    tools: ToolPoses
 
 
-@cache
-def bank(name: str) -> Bank:
-    """The stored postures on the robot called `name`."""
+@lru_cache(maxsize=4)
+def bank(robot: RobotDescription) -> Bank:
+    """The stored postures that a robot may take."""
     q = np.load(BANK).astype(float)
-    where = hands(ROBOTS[name].bTa, q)
-    order = np.argsort(where.positions[:, 2])
-    where = Hands(*(values[order] for values in where))
-    return Bank(q[order], where, where.manipulability)
+    q = q[((robot.limits.q_min <= q) & (q <= robot.limits.q_max)).all(axis=1)]
+    tools = forward_kinematics(robot, q)
+    order = np.argsort(tools.positions[:, 2])
+    return Bank(q[order], ToolPoses(*(values[order] for values in tools)))
 
 
 def draw(count: int, rng: np.random.Generator) -> Array:
-    """Draw a bank of (count, 7) postures that are good on every robot [rad]."""
-    robots = [RobotModel(description) for description in ROBOTS.values()]
-    bodies = [SelfCollision(robot) for robot in robots]
-    limits = robots[0].limits
+    """Draw a bank of (count, 7) postures that are good on every shipped robot [rad]."""
+    robots = [load_robot(name) for name in robot_names()]
+    collisions = [SelfCollision(RobotModel(robot)) for robot in robots]
+    on_the_floor, limits = replace(robots[0], bTa=SE3.Identity()), robots[0].limits
     low, high = limits.q_min + _LIMIT_MARGIN, limits.q_max - _LIMIT_MARGIN
     drawn: list[Array] = []
     while len(drawn) < count:
-        q = rng.uniform(low, high, size=(4096, N_ARM))
+        q = rng.uniform(low, high, size=(_DRAWN_AT_ONCE, N_ARM))
         q[:, 0] = 0.0
-        where = hands(SE3.Identity(), q)
-        x, y = where.positions[:, 0], where.positions[:, 1]
-        q[:, 0] = rng.uniform(-_LARGEST_BEARING, _LARGEST_BEARING, len(q)) - np.arctan2(y, x)
+        tools = forward_kinematics(on_the_floor, q)
+        x, y = tools.positions[:, 0], tools.positions[:, 1]
+        q[:, 0] = rng.uniform(-_MAX_BEARING, _MAX_BEARING, len(q)) - np.arctan2(y, x)
         q[:, 0] = (q[:, 0] + pi) % (2.0 * pi) - pi
         good = (
-            (where.manipulability > _SMALLEST_MANIPULABILITY)
-            & (np.hypot(x, y) > _SMALLEST_REACH)
+            (tools.manipulability > _MIN_MANIPULABILITY)
+            & (np.hypot(x, y) > _MIN_REACH)
             & (np.abs(q[:, 0]) < high[0])
         )
-        drawn += [p for p in q[good] if all(body.clearance(p) > _CLEARANCE for body in bodies)]
+        drawn += [p for p in q[good] if all(c.clearance(p) > _CLEARANCE for c in collisions)]
     return np.array(drawn[:count])

@@ -1,52 +1,21 @@
-"""What the robot must not touch with its arm: itself, its base and the floor.
+"""Distances of the arm to itself, the base and the floor.
 
-The arm is a string of capsules, the base a box, the floor a half-space, and Coal measures between
-them. All of it hangs on the base, and the floor is flat: only the arm's joints count.
+The arm is made of capsules, the base is a box, the floor a half-space, and Coal measures between
+them. The floor moves with the base, as it is flat: only the joints of the arm matter.
 """
 
 from __future__ import annotations
 
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import coal
 import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
 from controller.command import Array
-from controller.model import LINK7_TO_HAND, RobotModel
-
-_HAND = 8
-_CAPSULES = (
-    # link (0 is the foot, 8 the hand), centre [m], axis, radius [m], length between centres [m]
-    (0, (-0.04, 0.0, 0.06), "x", 0.06, 0.03),
-    (1, (0.0, 0.0, -0.1915), "z", 0.06, 0.283),
-    (2, (0.0, 0.0, 0.0), "z", 0.06, 0.12),
-    (3, (0.0, 0.0, -0.145), "z", 0.06, 0.15),
-    (4, (0.0, 0.0, 0.0), "z", 0.06, 0.12),
-    (5, (0.0, 0.0, -0.26), "z", 0.06, 0.10),
-    (5, (0.0, 0.08, -0.13), "z", 0.025, 0.14),
-    (6, (0.0, 0.0, -0.03), "z", 0.05, 0.08),
-    (7, (0.0, 0.0, 0.01), "z", 0.04, 0.14),
-    (8, (0.0, 0.0, 0.04), "y", 0.04, 0.10),
-    (8, (0.0, 0.0, 0.10), "y", 0.02, 0.10),
-)
-_TURNS = {
-    "x": pin.utils.rotate("y", np.pi / 2.0),
-    "y": pin.utils.rotate("x", np.pi / 2.0),
-    "z": np.eye(3),
-}
-_BASE, _FLOOR = -1, -2
-_MAY_TOUCH = (
-    *product((0, 1, 2, _BASE), (5, 6, 7, _HAND)),
-    *product((3, 5), (_HAND,)),
-    *product((_FLOOR,), (6, 7, _HAND)),
-)
-"""Parts that can come together within the joints' ranges; the second is moved by more joints."""
-
-_LEVERS = np.array([1.1, 1.1, 0.85, 0.85, 0.55, 0.55, 0.25])
-"""(7,) how far a point of the arm is at most from each joint's axis [m]."""
+from controller.model import RobotModel
+from robots import Box, Geom, Plane, coal_geometry
 
 
 class Proximity(NamedTuple):
@@ -71,33 +40,31 @@ class SelfCollision:
         self._model = model
         self._data = model.chain.createData()
         self._shapes = pin.GeometryModel()
-        parts: dict[int, list[int]] = {}
-        for link, centre, axis, radius, length in _CAPSULES:
-            place = SE3(_TURNS[axis], np.array(centre))
-            if link == 0:
-                place = model.description.bTa * place
-            if link == _HAND:
-                place = LINK7_TO_HAND * place
-            joint = 0 if link == 0 else model.n_base + min(link, 7)
-            shape = coal.Capsule(radius, length)
-            parts.setdefault(link, []).append(self._add(f"link{link}", joint, place, shape))
-        height = model.description.bTa.translation[2]
-        box, middle = coal.Box(*model.description.base_size, height), SE3.Identity()
-        middle.translation = np.array([0.0, 0.0, height / 2.0])
-        parts[_BASE] = [self._add("base", 0, middle, box)]
-        floor = coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)
-        parts[_FLOOR] = [self._add("floor", 0, SE3.Identity(), floor)]
-        for first, second in _MAY_TOUCH:
+        robot = model.description
+        parts: dict[str, list[int]] = {}
+        for link, shapes in enumerate(robot.arm.collision):
+            joint, jTl = (0, robot.bTa) if link == 0 else (model.n_base + link, SE3.Identity())
+            parts[f"link{link}"] = [self._add(joint, shape.moved(jTl)) for shape in shapes]
+        parts["hand"] = [
+            self._add(model.n, shape.moved(robot.arm.lTh)) for shape in robot.gripper.collision
+        ]
+        length, width, height = robot.base.size
+        middle = SE3(np.eye(3), np.array([0.0, 0.0, height / 2.0]))
+        base = Box((length / 2.0, width / 2.0, height / 2.0))
+        parts["base"] = [self._add(0, Geom(base, middle, "base"))]
+        parts["floor"] = [self._add(0, Geom(Plane(), SE3.Identity(), "floor"))]
+        for first, second in robot.arm.may_touch:
             for a, b in product(parts[first], parts[second]):
                 self._shapes.addCollisionPair(pin.CollisionPair(min(a, b), max(a, b)))
         self._results = pin.GeometryData(self._shapes)
         self._checked = np.full(model.n - model.n_base, np.inf)
         self._clearance = 0.0
 
-    def _add(self, name: str, joint: int, place: SE3, shape: Any) -> int:
-        number = self._shapes.ngeoms
-        part = pin.GeometryObject(f"{name}_{number}", joint, 0, place, shape)
-        return int(self._shapes.addGeometryObject(part))
+    def _add(self, joint: int, part: Geom) -> int:
+        name, shape = f"{part.name}_{self._shapes.ngeoms}", coal_geometry(part.shape)
+        return int(
+            self._shapes.addGeometryObject(pin.GeometryObject(name, joint, 0, part.pose, shape))
+        )
 
     def clearance(self, q: Array) -> float:
         """Smallest distance of the arm to itself, the base and the floor, for q (7,) [m]."""
@@ -112,7 +79,8 @@ class SelfCollision:
 
         Coal is asked only when the arm has moved far enough since it was last asked.
         """
-        if self._clearance - float(np.abs(q - self._checked) @ _LEVERS) > within:
+        moved = float(np.abs(q - self._checked) @ self._model.description.arm.reach)
+        if self._clearance - moved > within:
             return []
         self._clearance = self.clearance(q)
         self._checked = q.copy()

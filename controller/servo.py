@@ -10,7 +10,7 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller.command import Array, PoseGoal
-from controller.settings import ControllerSettings
+from controller.settings import ControllerSettings, ServoSettings
 
 
 class PoseError(NamedTuple):
@@ -21,21 +21,28 @@ class PoseError(NamedTuple):
     orientation: float
     """Angle of the rotation between them [rad]."""
     translation_vector: Array
-    """(3,) from here to there, in the axes that both poses are given in [m]."""
+    """(3,) in the axes that both poses are expressed in [m]."""
     rotation_vector: Array
-    """(3,) axis times angle from here to there, in the same axes [rad]."""
+    """(3,) axis times angle, in the same axes [rad]."""
 
 
-def pose_error(here: SE3, there: SE3) -> PoseError:
-    """The translation and rotation that lead from one pose to another, both in the same frame."""
-    translation = there.translation - here.translation
-    R = here.rotation
-    rotation = R @ pin.log3(R.T @ there.rotation)
+def pose_error(current: SE3, target: SE3) -> PoseError:
+    """The translation and rotation from one pose to another, both in the same frame."""
+    translation = target.translation - current.translation
+    R = current.rotation
+    rotation = R @ pin.log3(R.T @ target.rotation)
     return PoseError(_length(translation), _length(rotation), translation, rotation)
 
 
+def error_norm(settings: ControllerSettings, bTe: SE3, error: PoseError) -> float:
+    """|e| of the weights of the QP [m]."""
+    if settings.error_norm == "euclidean":
+        return error.position
+    return float(np.abs(bTe.rotation.T @ error.translation_vector).sum())
+
+
 def desired_twist(
-    settings: ControllerSettings, goal: PoseGoal, bTw: SE3, here: SE3, error: PoseError
+    settings: ServoSettings, goal: PoseGoal, bTw: SE3, bTe: SE3, error: PoseError
 ) -> Array:
     """The twist ν (6,) of the end effector that leads to a goal (Haviland 2022, eq. 17).
 
@@ -46,27 +53,28 @@ def desired_twist(
         settings: gains and decelerations.
         goal: the goal.
         bTw: the world in the base.
-        here: the end effector in the base.
-        error: from `here` to the goal, in base axes.
+        bTe: the end effector in the base.
+        error: from `bTe` to the goal, in base axes.
 
     Returns:
         The twist in base axes, linear first [m/s, rad/s].
     """
-    limited = settings.servo_deceleration < inf
-    turn = error.rotation_vector
+    rotation = error.rotation_vector
     if settings.rotation_error == "roll pitch yaw":
-        turn = here.rotation @ _roll_pitch_yaw(here.rotation.T @ bTw.rotation @ goal.wTe.rotation)
+        R = bTe.rotation
+        rotation = R @ _roll_pitch_yaw(R.T @ bTw.rotation @ goal.wTe.rotation)
     twist = np.empty(6)
-    if limited:
-        s, v = settings, error.position
-        speed = approach_speed(v, s.servo_gain, s.servo_deceleration, goal.speed)
-        twist[:3] = directed(error.translation_vector, v, speed)
-        w = error.orientation
-        rate = approach_speed(w, s.rotation_gain, s.servo_turn_deceleration, goal.turn_rate)
-        twist[3:] = directed(turn, w, rate)
+    if settings.deceleration < inf:
+        distance, angle = error.position, error.orientation
+        speed = approach_speed(distance, settings.gain, settings.deceleration, goal.speed)
+        twist[:3] = velocity_along(error.translation_vector, distance, speed)
+        rate = approach_speed(
+            angle, settings.rotation_gain, settings.turn_deceleration, goal.turn_rate
+        )
+        twist[3:] = velocity_along(rotation, angle, rate)
     else:
-        twist[:3] = settings.servo_gain * error.translation_vector
-        twist[3:] = settings.rotation_gain * turn
+        twist[:3] = settings.gain * error.translation_vector
+        twist[3:] = settings.rotation_gain * rotation
     if goal.twist.any():
         R = bTw.rotation
         twist[:3] += R @ goal.twist[:3]
@@ -74,34 +82,27 @@ def desired_twist(
     return twist
 
 
-def approach_speed(distance: float, gain: float, deceleration: float, fastest: float) -> float:
-    """Speed at a distance from the goal that can still be braked in time.
+def approach_speed(distance: float, gain: float, deceleration: float, max_speed: float) -> float:
+    """Speed at a distance from the goal from which the robot can still brake in time.
 
     Proportional near the goal as Haviland 2022, eq. 17, then the square root of a constant
-    deceleration, joined where their slopes agree, and never above `fastest`.
+    deceleration, joined where their slopes agree, and never above `max_speed`.
 
     Args:
         distance: what is left, not negative [m or rad].
         gain: speed per distance near the goal [1/s].
         deceleration: [m/s^2 or rad/s^2].
-        fastest: [m/s or rad/s].
+        max_speed: [m/s or rad/s].
     """
-    joint = deceleration / (gain * gain)
-    if distance <= joint:
-        return min(gain * distance, fastest)
-    return min(sqrt(2.0 * deceleration * (distance - joint / 2.0)), fastest)
+    transition = deceleration / (gain * gain)
+    if distance <= transition:
+        return min(gain * distance, max_speed)
+    return min(sqrt(2.0 * deceleration * (distance - transition / 2.0)), max_speed)
 
 
-def directed(vector: Array, length: float, speed: float) -> Array:
-    """A velocity of the given speed along a vector of the given length; zero for no length."""
+def velocity_along(vector: Array, length: float, speed: float) -> Array:
+    """A velocity of this speed along a vector of this length; zero if it has no length."""
     return vector * (speed / length) if length > 0.0 else np.zeros_like(vector)
-
-
-def norm_of(settings: ControllerSettings, here: SE3, error: PoseError) -> float:
-    """|e| of the qp's weights [m]."""
-    if settings.distance == "euclidean":
-        return error.position
-    return float(np.abs(here.rotation.T @ error.translation_vector).sum())
 
 
 def _length(vector: Array) -> float:

@@ -1,4 +1,8 @@
-"""The terms of the holistic controller, with the symbols of the paper, and its presets."""
+"""The settings of the holistic controller, with the symbols of the paper, and its presets.
+
+The paper is Haviland, Sünderhauf and Corke, "A Holistic Approach to Reactive Mobile Manipulation",
+RA-L 2022; equation numbers are its own.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +12,181 @@ from typing import Literal
 
 
 @dataclass(frozen=True, kw_only=True)
+class ServoSettings:
+    """How end effector and base approach their goals: position-based servoing (eq. 17)."""
+
+    gain: float = 4.0
+    """β: speed per metre of error near the goal [1/s]."""
+    rotation_gain: float = 4.0
+    """The same per radian, of the end effector [1/s]."""
+    rotation_error: Literal["rotation vector", "roll pitch yaw"] = "rotation vector"
+    """How the difference between two orientations becomes a vector."""
+    deceleration: float = 1.0
+    """Deceleration that the approach is planned with [m/s^2]; inf for eq. 17 alone."""
+    turn_deceleration: float = 3.0
+    """The same for rotations [rad/s^2]."""
+    joint_deceleration: float = 0.5
+    """Deceleration towards a posture, as a share of the smallest acceleration limit of a joint: the
+    other half is left to start with and to correct."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointLimitSettings:
+    """Velocity dampers before the joint limits (eq. 15, 16), and braking for them."""
+
+    damper_gain: float = 1.0
+    """η: joint speed allowed at the influence distance [rad/s]."""
+    stop_distance: float = 0.03
+    """ρ_s: distance to a limit at which no motion towards it is left [rad]."""
+    influence_distance: float = 0.3
+    """ρ_i: distance to a limit at which slowing down begins [rad]."""
+    return_speed: float = 0.2
+    """A joint outside its limits comes back no faster than this [rad/s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactSettings:
+    """Keeping the arm off itself, the base and the floor; soft bounds in the QP."""
+
+    influence_distance: float = 0.12
+    """Distance between parts at which they begin to approach more slowly [m]."""
+    stop_distance: float = 0.01
+    """Distance between parts at which they do not approach any longer [m]."""
+    gain: float = 8.0
+    """Speed of approach per distance left just before the stop [1/s]."""
+    deceleration: float = 1.0
+    """Deceleration that parts farther from each other can count on [m/s^2]."""
+    weight: float = 1e4
+    """Cost of approaching faster; the other weights of the QP are between 1 and 200."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DriveSettings:
+    """How a differential drive steers to a pose (Park and Kuipers, ICRA 2011)."""
+
+    heading_gain: float = 1.0
+    """k1: how strongly the path bends to arrive with the goal's heading."""
+    curvature_gain: float = 3.0
+    """k2: how fast the base turns onto that path."""
+    curvature_slowdown: float = 0.4
+    """β: how much slower it drives where the path is curved [m^2]."""
+    pivot_angle: float = 0.6
+    """Misalignment with the path from which it turns more than it drives [rad]."""
+    pivot_blend: float = 0.8
+    """Misalignment beyond that at which it does not drive at all [rad]."""
+    arrival_distance: float = 0.15
+    """Nearer than this it only turns to its final heading and creeps along its axis [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StanceSettings:
+    """What a stance costs. Costs are in seconds: a stance is preferred for the time it saves."""
+
+    # How long it takes to get there.
+    arm_speed: float = 0.5
+    """Share of their speed limits that the joints are expected to move at."""
+    turn_weight: float = 1.2
+    """Factor of the time that the base turns: its curves take longer than turns on the spot."""
+    reverse_cost: float = 0.4
+    """What driving there backwards costs, times `turn_weight` [s]."""
+    overlap: float = 0.3
+    """Base and arm move together; the share of the shorter of their times that is still added."""
+
+    # How good it is there.
+    min_manipulability: float = 0.10
+    """Manipulability below which a posture costs something."""
+    manipulability_cost: float = 60.0
+    """Cost per manipulability below that [s]."""
+    bearing_cost: float = 4.0
+    """Cost per |θ_ε|, the bearing of the end effector seen from the base [s/rad]."""
+    limit_margin: float = 0.12
+    """No posture is nearer to a joint limit than this [rad]."""
+    preferred_limit_margin: float = 0.35
+    """A posture nearer to a joint limit than this costs something [rad]."""
+    limit_cost: float = 2.0
+    """Cost per distance missing to that [s/rad]."""
+
+    # What rules it out, unless there is no other.
+    clearance: float = 0.02
+    """The straight path to the posture keeps this distance from the robot and the floor [m]."""
+    contact_cost: float = 1000.0
+    """Cost per distance missing to that [s/m]."""
+    unreached_cost: float = 100.0
+    """Cost of a posture that could not be brought to the goal's height and tilt, and the same again
+    per metre and radian that is left [s]."""
+    failed_cost: float = 50.0
+    """Cost of a posture that was tried for the same goal and stalled [s]; a stance that costs less
+    than this is good enough to end the search."""
+    joint_difference: float = 0.7
+    """Postures are the same if no joint differs by more than this [rad]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GuidanceSettings:
+    """When and how strongly base and arm are led to a stance that reaches the goal."""
+
+    stance: StanceSettings = StanceSettings()
+
+    # Weights in the QP.
+    base_weight: float = 1.0
+    """Weight of the base's velocity towards its place, at s = 1."""
+    posture_weight: float = 0.5
+    """Weight of the joint velocities towards the posture, at s = 1."""
+    min_tracking: float = 0.1
+    """Weight of the end effector's twist that is left at s = 1, so that the hand keeps its way to
+    the goal where the stance does not mind."""
+    min_posture: float = 0.1
+    """Share of `posture_weight` that is left at s = 0, so that the elbow stays where the stance has
+    it while the end effector arrives."""
+
+    # How s depends on what is left to do.
+    metres_per_radian: float = 0.3
+    """What one radian of orientation error counts like [m]."""
+    fade_distance: float = 0.10
+    """Nearer to the goal than this s is 0 [m] ..."""
+    fade_length: float = 0.5
+    """... and it is at most 1 after this much more [m]."""
+    fade_base: float = 0.4
+    """s fades nearer to the place of the base than this [m] ..."""
+    fade_heading: float = 0.6
+    """... and than this to its heading [rad] ..."""
+    fade_joint: float = 0.8
+    """... and than this to the posture, in the joint that is farthest [rad]."""
+
+    # How fast the arm folds into the posture.
+    posture_rate: float = 3.0
+    """Largest rate [1/s]."""
+    posture_time: float = 0.4
+    """Share of the base's driving time that it takes: the arm is ready before the base arrives."""
+    joint_speed: float = 0.7
+    """Share of the joint speed limits that it may use."""
+
+    # Which goals get a stance.
+    min_distance: float = 0.35
+    """A new goal nearer than this is left to the end effector until that stalls [m]."""
+    goal_jump: float = 0.1
+    """A goal that moves this far in one period is another goal [m] ..."""
+    goal_turn: float = 0.3
+    """... or turns this far [rad]."""
+    goal_rise: float = 0.05
+    """A goal that has crept up or down this far needs another stance [m] ..."""
+    goal_tilt: float = 0.97
+    """... or has tilted this far [cosine of the angle]."""
+
+    # Stalls and detours.
+    progress: float = 1e-3
+    """What counts as progress of end effector, base or arm [m, s and rad]."""
+    patience: float = 1.0
+    """No progress for this long is a stall [s]."""
+    close: float = 0.06
+    """Nearer to the goal than this nothing is a stall, and a detour is over [m]."""
+    detours: int = 4
+    """After this many stalls before the same goal the end effector goes on alone."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class ControllerSettings:
-    """How the terms of the quadratic qp weigh against each other.
+    """How the terms of the QP weigh against each other, and what surrounds it.
 
     The defaults are the preset `frankie`; `PAPER` is the published controller.
     """
@@ -17,92 +194,59 @@ class ControllerSettings:
     period: float = 0.01
     """Control period [s]."""
 
-    # The qp of the paper.
+    # The QP of the paper.
     arm_effort: float = 0.01
-    """k_a: cost of joint motion (Haviland 2022, eq. 8)."""
+    """k_a: cost of joint motion, λ_q of the arm (eq. 14)."""
     base_effort: float = 0.01
-    """Cost of base motion at one metre from the goal; grows as 1/|e| nearer to it (eq. 8)."""
+    """Cost of base motion one metre from the goal; λ_q of the base grows as 1/|e| (eq. 14). The
+    paper prints 1, its published example has 0.01."""
+    min_error: float = 0.005
+    """The weights that grow as 1/|e|, λ_q of the base and λ_δ, stop growing here [m]."""
+    error_norm: Literal["euclidean", "manhattan"] = "euclidean"
+    """|e| of these weights: the norm of the position error in the end effector's axes."""
     manipulability_of: Literal["none", "whole body", "arm"] = "arm"
-    """Ĵ_m: what is to become more manipulable (eq. 9, 10 and Table III)."""
+    """Ĵ_m: which part of the chain is to become more manipulable (eq. 12 and Table III)."""
     manipulability_gain: float = 1.0
-    """Reward for motion that makes it more manipulable (eq. 9)."""
+    """Reward for motion that makes it more manipulable, a factor of Ĵ_m in C (eq. 11)."""
     heading_gain: float = 0.1
-    """k_ε: how strongly the base turns to keep the hand in front of it (eq. 11, 12)."""
-    damper_gain: float = 1.0
-    """η: joint speed allowed at the influence distance of a joint limit [rad/s] (eq. 13)."""
-    damper_stop: float = 0.03
-    """ρ_s: distance to a joint limit at which no motion towards it is left [rad] (eq. 13)."""
-    damper_influence: float = 0.3
-    """ρ_i: distance to a joint limit at which slowing down begins [rad] (eq. 13)."""
-    servo_gain: float = 4.0
-    """β: end-effector speed per metre of error near the goal [1/s] (eq. 17)."""
-    rotation_gain: float = 4.0
-    """The same per radian [1/s]."""
-    smallest_error: float = 0.005
-    """The weights that grow as 1/|e| stop growing here [m]."""
-    rotation_error: Literal["rotation vector", "roll pitch yaw"] = "rotation vector"
-    """How the difference of two orientations becomes a vector (eq. 17)."""
-    distance: Literal["euclidean", "manhattan"] = "euclidean"
-    """|e| of the weights: the norm of the position error in the end effector's axes."""
+    """k_ε: how strongly the base turns to keep the hand in front of it (eq. 13 and Table II)."""
 
-    # What makes it smooth and keeps the robot whole.
-    servo_deceleration: float = 1.0
-    """Deceleration that the approach to a goal is planned with [m/s^2]; inf for eq. 17 alone."""
-    servo_turn_deceleration: float = 3.0
-    """The same for the end effector's rotation [rad/s^2]."""
+    servo: ServoSettings = ServoSettings()
+    joint_limits: JointLimitSettings = JointLimitSettings()
+
+    # What the paper does not have.
     limit_acceleration: bool = True
     """Whether the bounds keep the acceleration limits and brake for joint limits."""
-    lag: float = 0.03
-    """How far the joints may be behind their commands while they brake for a limit [s]."""
     smoothness: float = 3.0
-    """Cost of changing the velocities from one period to the next while under way."""
-    avoid_contact: bool = True
-    """Whether the arm keeps off itself, the base and the floor."""
-    contact_influence: float = 0.12
-    """Distance between parts at which they begin to approach more slowly [m]."""
-    contact_stop: float = 0.01
-    """Distance between parts at which they do not approach any longer [m]."""
-    contact_gain: float = 8.0
-    """Speed of approach per distance left just before the stop [1/s]."""
-    contact_deceleration: float = 1.0
-    """Deceleration that parts farther from each other can count on [m/s^2]."""
-
-    # What leads out of local minima.
-    guidance: bool = True
-    """Whether far goals are approached towards a posture that is known to reach them."""
-    base_guidance: float = 1.0
-    """Weight of the base's way to where it will stand."""
-    posture_guidance: float = 0.5
-    """Weight of the arm's way to that posture."""
-    bearing_cost: float = 4.0
-    """Time that a posture may cost more for a smaller |θ_ε| [s/rad]."""
-    dexterity_cost: float = 60.0
-    """Time that a posture may cost more for its manipulability below `dexterity` [s]."""
-    dexterity: float = 0.10
-    """Manipulability from which a posture is not preferred any more."""
-    patience: float = 1.0
-    """No progress for this long is a stall [s]."""
+    """Cost of changing the velocities from one period to the next."""
+    contact: ContactSettings | None = ContactSettings()
+    """None lets the arm touch itself, the base and the floor."""
+    drive: DriveSettings = DriveSettings()
+    guidance: GuidanceSettings | None = GuidanceSettings()
+    """None leaves every goal to the end effector alone, local minima included."""
 
 
 PAPER = ControllerSettings(
-    manipulability_gain=1.0,
     heading_gain=0.5,
-    damper_stop=0.1,
-    damper_influence=0.9,
-    servo_gain=1.5,
-    rotation_gain=1.5 * 1.3,
-    smallest_error=1e-6,
-    rotation_error="roll pitch yaw",
-    distance="manhattan",
-    servo_deceleration=inf,
-    servo_turn_deceleration=inf,
+    min_error=1e-6,
+    error_norm="manhattan",
+    servo=ServoSettings(
+        gain=1.5,
+        rotation_gain=1.5 * 1.3,
+        rotation_error="roll pitch yaw",
+        deceleration=inf,
+        turn_deceleration=inf,
+    ),
+    joint_limits=JointLimitSettings(stop_distance=0.1, influence_distance=0.9),
     limit_acceleration=False,
     smoothness=0.0,
-    avoid_contact=False,
-    guidance=False,
+    contact=None,
+    guidance=None,
 )
 """The published controller with the numbers of its published example. The paper itself prints
-another |e| (Euclidean), no extra gain for rotation, and dampers of 2° and 50°."""
+another |e| (Euclidean), no extra gain for rotation, a base effort of 1, and dampers of 2° and 50°.
+The example's bounds of ±10 on the slack (X± in eq. 6) are left out: a slack reaches them only more
+than 6 m from the goal."""
 
 PRESETS = {"frankie": ControllerSettings(), "paper": PAPER}
 """The presets by name; `frankie` is the default."""

@@ -1,4 +1,4 @@
-"""Refusing what no controller can follow: numbers that are not finite, and poses that are none."""
+"""Checks of what goes into a step: numbers must be finite, and rotations must be rotations."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from controller.command import (
     PostureGoal,
 )
 
-_LARGEST = 1e12
-"""Larger numbers are no lengths or speeds, and their squares do not add up [m, rad and per s]."""
-_ROUNDING = 1e-4
-"""A rotation matrix may be this far from one, as poses written with few digits are."""
+_MAX_SIZE = 1e12
+"""No length, angle or speed is larger, and sums of squares stay accurate [m, rad and per s]."""
+_ROTATION_TOLERANCE = 1e-4
+"""Poses that were written with few digits have rotation matrices that are this far from one."""
 
 
 class GoalError(ValueError):
-    """A goal or a state that is not finite, or a pose whose rotation is none."""
+    """A goal or a state has numbers that are not finite, or a matrix that is not a rotation."""
 
 
-def require_sound(state: KinematicState, goal: MotionGoal | None, last: Command) -> None:
+def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) -> None:
     """Check everything that goes into a step.
 
     Raises:
-        GoalError: saying which of it is wrong and how.
+        GoalError: names the input and what is wrong with it.
     """
     poses = {"base pose": state.wTb}
     numbers = {
@@ -45,19 +45,21 @@ def require_sound(state: KinematicState, goal: MotionGoal | None, last: Command)
             numbers["goal posture"] = goal.q
         case BaseGoal():
             poses["goal base pose"] = goal.wTb
-    together = np.concatenate([*numbers.values(), *(pose.translation for pose in poses.values())])
-    if not np.abs(together).max() <= _LARGEST:
+    everything = np.concatenate([*numbers.values(), *(pose.translation for pose in poses.values())])
+    if not np.abs(everything).max() <= _MAX_SIZE:
         _refuse(numbers | {name: pose.homogeneous for name, pose in poses.items()})
     for name, pose in poses.items():
-        _require_rotation(name, pose.rotation)
+        _check_rotation(name, pose.rotation)
 
 
-def _require_rotation(name: str, rotation: Array) -> None:
+def _check_rotation(name: str, rotation: Array) -> None:
     (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
     squares = a * a + b * b + c * c + d * d + e * e + f * f + g * g + h * h + i * i
     determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
     # The product of three singular values is 1 and their squares add up to 3 only if all are 1.
-    if not (abs(squares - 3.0) < _ROUNDING and abs(determinant - 1.0) < _ROUNDING):
+    if not (
+        abs(squares - 3.0) < _ROTATION_TOLERANCE and abs(determinant - 1.0) < _ROTATION_TOLERANCE
+    ):
         raise GoalError(
             f"the {name} must have a rotation matrix, got {np.round(rotation, 4).tolist()}; "
             "its rows must be perpendicular unit vectors"
@@ -66,9 +68,9 @@ def _require_rotation(name: str, rotation: Array) -> None:
 
 def _refuse(numbers: dict[str, Array]) -> NoReturn:
     name, values = next(
-        (name, values) for name, values in numbers.items() if not np.abs(values).max() <= _LARGEST
+        (name, values) for name, values in numbers.items() if not np.abs(values).max() <= _MAX_SIZE
     )
     raise GoalError(
-        f"the {name} must be finite numbers of size {_LARGEST:g} at most, "
+        f"the {name} must be finite numbers between -{_MAX_SIZE:g} and {_MAX_SIZE:g}, "
         f"got {np.array(values).tolist()}"
     )

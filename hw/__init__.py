@@ -1,32 +1,56 @@
 """The robot: one interface, and the robots behind it.
 
-`interfaces` says what a robot is, `clock` where time comes from, `gate` what may reach it. `sim` is
-the kinematic simulator; drivers of real hardware stand beside it. A task never knows which it got.
+`robot` says what a robot and its parts are, `composition` makes one out of parts, `clock` says
+where time comes from, `gate` what may reach the robot, `registry` which robots and worlds there
+are. `sim` is the kinematic simulator; drivers of real hardware stand beside it. A task never knows
+which it got.
 """
 
-from hw.clock import Clock, SimClock, WallClock, stopwatch
-from hw.interfaces import (
-    HAND_OPENING,
-    DepthFrame,
-    Fault,
-    FaultKind,
-    HardwareError,
-    Intrinsics,
-    Robot,
-    RobotState,
-)
+from hw.background import InlineExecutor, one_thread
+from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, stopwatch
+from hw.composition import ComposedRobot
+from hw.fault_injection import INJECTABLE, FaultInjection
+from hw.frame import DepthFrame, DepthImage
+from hw.gate import Gate, Refusal
+from hw.registry import Backend, WorldError, WorldOptions, open_backend, world_names
+from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
+from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
+from hw.truth import TrueObject, Truth
 
 __all__ = [
-    "HAND_OPENING",
+    "INJECTABLE",
+    "Arm",
+    "ArmState",
+    "Backend",
+    "Base",
+    "BaseState",
+    "Camera",
     "Clock",
+    "ComposedRobot",
+    "DepthCamera",
     "DepthFrame",
+    "DepthImage",
     "Fault",
+    "FaultInjection",
     "FaultKind",
+    "Gate",
+    "Gripper",
+    "GripperState",
     "HardwareError",
-    "Intrinsics",
+    "InlineExecutor",
+    "Refusal",
     "Robot",
     "RobotState",
     "SimClock",
+    "TaskClock",
+    "TaskTime",
+    "TrueObject",
+    "Truth",
     "WallClock",
+    "WorldError",
+    "WorldOptions",
+    "one_thread",
+    "open_backend",
     "stopwatch",
+    "world_names",
 ]

@@ -1,13 +1,20 @@
-"""Time, injected: the only place of the project that knows the computer's own clock."""
+"""Time, injected: the only place of the project that knows the computer's own clock.
+
+Two kinds of time, two types. Session time is a `float`: stamps of readings, frames and commands, on
+the clock that runs as long as the session does. Task time is a `TaskTime`: it stands still while a
+person has paused the task, and timeouts of nodes are counted in it. A difference of either is
+seconds; one compared with the other is a type error, when the code is checked and when it runs.
+"""
 
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from typing import Protocol
 
 
 class Clock(Protocol):
-    """Where everything else gets its time from."""
+    """Session time."""
 
     def now(self) -> float:
         """Seconds since the session began [s]."""
@@ -58,6 +65,52 @@ class WallClock:
         ahead = stamp - self.now()
         if ahead > 0.0:
             time.sleep(ahead)
+
+
+@dataclass(frozen=True, order=True, slots=True)
+class TaskTime:
+    """A moment of a task; only differences between two moments are seconds."""
+
+    seconds: float
+    """Since the session began, pauses left out [s]."""
+
+    def __sub__(self, earlier: TaskTime) -> float:
+        return self.seconds - earlier.seconds
+
+    def __add__(self, seconds: float) -> TaskTime:
+        return TaskTime(self.seconds + seconds)
+
+
+class TaskClock:
+    """The clock of the tree and its leaves, so that a pause counts in none of their timeouts.
+
+    Robot, gate and loop stay on the session's clock: they go on during a pause.
+
+    Args:
+        session: the session's clock.
+    """
+
+    def __init__(self, session: Clock) -> None:
+        self.session = session
+        self._left_out = 0.0
+        self._held_at: TaskTime | None = None
+
+    def now(self) -> TaskTime:
+        """The present moment of the task."""
+        if self._held_at is not None:
+            return self._held_at
+        return TaskTime(self.session.now() - self._left_out)
+
+    def hold(self) -> None:
+        """Stand still from now on."""
+        if self._held_at is None:
+            self._held_at = self.now()
+
+    def release(self) -> None:
+        """Go on from where it was held."""
+        if self._held_at is not None:
+            self._left_out = self.session.now() - self._held_at.seconds
+            self._held_at = None
 
 
 def stopwatch() -> float:

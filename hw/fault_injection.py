@@ -6,9 +6,12 @@ import threading
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
+from typing import Self
 
 from controller import Command
-from hw import DepthFrame, Fault, FaultKind, Robot, RobotState
+from hw.robot import Camera, Robot
+from hw.state import Fault, FaultKind, RobotState
+from robots import RobotDescription
 
 INJECTABLE: Mapping[str, Fault] = MappingProxyType(
     {
@@ -25,8 +28,8 @@ INJECTABLE: Mapping[str, Fault] = MappingProxyType(
 """What can be injected, by name."""
 
 
-class FaultyRobot:
-    """A simulated robot that also has the faults that a person gives it.
+class FaultInjection:
+    """A robot that also has the faults that a person gives it.
 
     Args:
         robot: what it is otherwise.
@@ -47,6 +50,16 @@ class FaultyRobot:
         with self._lock:
             self._faults.clear()
 
+    @property
+    def description(self) -> RobotDescription:
+        """That of the robot."""
+        return self._robot.description
+
+    @property
+    def camera(self) -> Camera:
+        """That of the robot."""
+        return self._robot.camera
+
     def connect(self) -> None:
         """As the robot does."""
         self._robot.connect()
@@ -66,20 +79,23 @@ class FaultyRobot:
         """As the robot does."""
         self._robot.grip(width, force)
 
-    def depth(self) -> DepthFrame | None:
-        """As the robot does."""
-        return self._robot.depth()
-
-    def stop(self) -> None:
-        """As the robot does."""
-        self._robot.stop()
-
     def recover(self) -> None:
         """As the robot does; clears the injected faults that a program may clear, too."""
         self._robot.recover()
         with self._lock:
             self._faults = {n: f for n, f in self._faults.items() if not f.clearable}
 
+    def stop(self) -> None:
+        """As the robot does."""
+        self._robot.stop()
+
     def close(self) -> None:
         """As the robot does."""
         self._robot.close()
+
+    def __enter__(self) -> Self:
+        self.connect()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

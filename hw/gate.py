@@ -11,8 +11,10 @@ from enum import Enum
 
 import numpy as np
 
-from controller import Command, Limits
-from hw.interfaces import FaultKind, Robot, RobotState
+from controller import Command
+from hw.robot import Robot
+from hw.state import FaultKind, RobotState
+from robots import Limits
 
 _TOLERANCE = 1e-6
 """Relative slack of every comparison, for rounding only."""

@@ -1,1 +1,60 @@
-"""What is true of a robot, once: its description, and the primitive shapes it is made of."""
+"""What is true of a robot, once: its description in YAML files, and the shapes it is made of.
+
+`load_robot` reads `frankie`, `omni` or the file of another robot into a `RobotDescription`, which
+controller, simulator, perception, viewer and judges share.
+"""
+
+from robots.description import (
+    ArmDescription,
+    BaseDescription,
+    CameraDescription,
+    GripperDescription,
+    Intrinsics,
+    Limits,
+    RobotDescription,
+    with_base_speed,
+)
+from robots.load import load_robot, robot_names
+from robots.shapes import (
+    Array,
+    Box,
+    Capsule,
+    Colour,
+    Cylinder,
+    Geom,
+    Plane,
+    Shape,
+    Sphere,
+    bounding_radius,
+    coal_geometry,
+    half_extents,
+    reach,
+    volume,
+)
+
+__all__ = [
+    "ArmDescription",
+    "Array",
+    "BaseDescription",
+    "Box",
+    "CameraDescription",
+    "Capsule",
+    "Colour",
+    "Cylinder",
+    "Geom",
+    "GripperDescription",
+    "Intrinsics",
+    "Limits",
+    "Plane",
+    "RobotDescription",
+    "Shape",
+    "Sphere",
+    "bounding_radius",
+    "coal_geometry",
+    "half_extents",
+    "load_robot",
+    "reach",
+    "robot_names",
+    "volume",
+    "with_base_speed",
+]

@@ -1,27 +1,26 @@
-"""What is true of a robot: kinematics, limits, lag, hand, camera, shapes; all of it once.
+"""What is true of a robot: kinematics, limits, lag, hand, camera and shapes.
 
-Simulator, controller, perception, viewer and judges read it here. Frames: b is the base on the
-floor below its turning axis, a the arm's foot, h the hand's flange, e the end effector, which is
-the grasp centre between the finger tips (z along the approach, y the closing direction), c the
-camera (z along the optical axis, x right, y down).
+Controller, simulator, perception, viewer and judges read it here and nowhere else.
+
+Frames: b is the base on the floor below its turning axis, a the foot of the arm, l its last link, h
+the flange of the hand, e the end effector, c the camera. The end effector is the grasp centre
+between the finger tips, z along the approach and y the closing direction. The camera looks along z,
+x right and y down.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3
 
-from robots.shapes import Geom
-
-Array = npt.NDArray[np.float64]
+from robots.shapes import Array, Geom
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Limits:
-    """What the robot may do, as every command is held against it."""
+    """What the robot may do. Controller and gate enforce it."""
 
     q_min: Array
     """(7,) lower joint positions [rad]."""
@@ -44,51 +43,62 @@ class ArmDescription:
     """A serial arm of seven joints, each turning about its own z."""
 
     joints: tuple[SE3, ...]
-    """Placement of each joint on the one before, the first on the foot."""
-    flange: SE3
-    """lTh: the hand's flange on the last link."""
+    """Pose of each joint at position zero on the joint before it, of the first on the foot."""
+    lTh: SE3
+    """Flange of the hand on the last link."""
     ready: Array
     """(7,) posture that tasks call `ready` [rad]: the hand in front, pointing down."""
     lag: float
     """Time constant with which the joints follow velocity commands [s]."""
     collision: tuple[tuple[Geom, ...], ...]
-    """Capsules of foot and seven links, each in its own frame: 8 tuples."""
+    """Capsules of the foot and the seven links, each in the frame of its link: 8 tuples."""
+    may_touch: tuple[tuple[str, str], ...]
+    """Pairs of `base`, `floor`, `link0` (the foot) to `link7` and `hand` that can meet within the
+    joint limits; more joints move the second of a pair."""
     reach: Array
-    """(7,) how far a point of the arm or hand is at most from each joint's axis [m]."""
+    """(7,) largest distance of a point of the arm or hand from each joint's axis [m]."""
+    looks: str | None
+    """What the viewer draws instead of the collision shapes, if it has it."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BaseDescription:
-    """A mobile base."""
+    """A mobile base that moves in the plane."""
 
     axes: Array
-    """(3, n_base) how the degrees of freedom make up the base twist (Haviland 2022, eq. 4)."""
+    """(3, n_base) the twist that each degree of freedom contributes (Haviland 2022, eq. 4)."""
     size: tuple[float, float, float]
-    """Footprint along x and y, and height of the deck [m]."""
+    """Footprint along x and y, and height [m]."""
     lag: float
     """Time constant with which it follows velocity commands [s]."""
+    looks: str | None
+    """What the viewer draws instead of a box, if it has it."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GripperDescription:
-    """A parallel gripper, fingers closing along y of e."""
+    """A parallel gripper. `left` is the finger on the side of +y of e."""
 
     hTe: SE3
     """End effector on the flange."""
     opening: float
     """Distance between the pads when fully open [m]."""
     speed: float
-    """Change of the opening when the fingers move [m/s]."""
-    tip: float
-    """How far the pads reach beyond the grasp centre along the approach [m]."""
+    """Rate at which the distance between the pads changes [m/s]."""
     palm: Geom
-    """In e."""
+    """The hand without its fingers, a box in e."""
     finger: Geom
-    """One finger in e, its pose at the left (+y) and closed."""
+    """The left finger, a box in e, when the pads touch."""
     pad: Geom
-    """One pad in e, its pose at the left (+y) and closed."""
+    """The left pad, a box in e, when the pads touch; its inner face lies in y = 0."""
+    tip: float
+    """Distance from the grasp centre to the end of the pads, along the approach [m]."""
+    ball: Geom
+    """A ball around palm and fingers at any opening, in e."""
     collision: tuple[Geom, ...]
-    """Capsules of hand and fingers at any opening, in h."""
+    """Capsules around the hand and its fingers at any opening, in h."""
+    looks: str | None
+    """What the viewer draws instead of the boxes, if it has it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,29 +115,47 @@ class Intrinsics:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CameraDescription:
-    """A depth camera on the wrist."""
+    """A stereo depth camera on the wrist."""
 
     eTc: SE3
     """Camera on the end effector."""
     intrinsics: Intrinsics
     rate: float
-    """Frames a second [Hz]."""
+    """Frames per second [Hz]."""
+    min_range: float
+    """Smallest depth that it measures [m]."""
+    max_range: float
+    """Largest depth that it measures [m]."""
+    baseline: float
+    """Distance between its two imagers [m]."""
     body: Geom
-    """Its housing, in h."""
+    """The housing, a box in c."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RobotDescription:
-    """One mobile manipulator."""
+    """One mobile manipulator: a base, an arm on it, a gripper with a camera at the end."""
 
     name: str
     base: BaseDescription
     bTa: SE3
-    """Arm's foot on the base."""
+    """Foot of the arm on the base."""
     arm: ArmDescription
     gripper: GripperDescription
     camera: CameraDescription
     limits: Limits
-    may_touch: tuple[tuple[str, str], ...]
-    """Pairs of parts (`base`, `floor`, `link0` ... `link7`, `hand`) that can meet within the
-    joints' ranges; the second of a pair is moved by more joints."""
+
+
+def with_base_speed(
+    description: RobotDescription, speed: float, turn_rate: float | None = None
+) -> RobotDescription:
+    """The same robot with another base speed [m/s] and, where it is not None, turn rate [rad/s].
+
+    The reverse speed keeps its ratio to the forward speed.
+    """
+    limits = description.limits
+    drives = limits.base_twist[:2] > 0.0
+    turn = limits.base_twist[2] if turn_rate is None else turn_rate
+    twist = np.array([*np.where(drives, speed, 0.0), turn])
+    reverse = speed * float(limits.base_reverse / limits.base_twist[0])
+    return replace(description, limits=replace(limits, base_twist=twist, base_reverse=reverse))

@@ -10,13 +10,13 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import Context, Leaf, Region, Vision
+from behaviours import Context, Leaf, Region, VisionInStep
 from controller import HolisticController, PoseGoal, robot_model
-from hw import Fault, FaultKind, RobotState, SimClock
-from hw.gate import Gate
-from hw.sim import Box, Geom, Plane, SimObject, World
-from hw.sim.robot import Dynamics, SimRobot
+from hw import Camera, Fault, FaultInjection, FaultKind, Gate, RobotState, SimClock, TaskClock
+from hw.sim import SimObject, World, kinematic_robot
+from hw.sim.body import Dynamics
 from perception import GraspDetector
+from robots import Box, Geom, Plane, load_robot
 
 TABLE_TOP = 0.5
 ON_TABLE = Region(
@@ -29,7 +29,7 @@ ON_TABLE = Region(
 @cache
 def detector() -> GraspDetector:
     """The real one, loaded once."""
-    return GraspDetector()
+    return GraspDetector(gripper=load_robot("frankie").gripper)
 
 
 def block(
@@ -57,7 +57,14 @@ def looking_down(x: float, y: float, z: float, yaw: float = 0.0) -> SE3:
     return SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, yaw), np.array([x, y, z]))
 
 
-class Stubborn(SimRobot):
+class NoCamera:
+    """A camera that delivers nothing."""
+
+    def latest(self, max_age: float) -> None:
+        return None
+
+
+class Stubborn(FaultInjection):
     """The simulated robot with what can go wrong under the test's control."""
 
     faults: tuple[Fault, ...] = ()
@@ -76,13 +83,24 @@ class Stubborn(SimRobot):
         if not self.incurable:
             self.faults = tuple(fault for fault in self.faults if not fault.clearable)
 
-    def depth(self):
-        return None if self.blind else super().depth()
+    @property
+    def camera(self) -> Camera:
+        return NoCamera() if self.blind else super().camera
 
     def send(self, command):
         return super().send(
             command if not self.stuck else replace(command, qd=np.zeros(7), base_twist=np.zeros(3))
         )
+
+
+class Eyelid:
+    """The robot's camera, looked up at every call: a test may blind it at any time."""
+
+    def __init__(self, robot: Stubborn) -> None:
+        self._robot = robot
+
+    def latest(self, max_age: float):
+        return self._robot.camera.latest(max_age)
 
 
 REFLEX = Fault(kind=FaultKind.REFLEX, text="the arm hit something", clearable=True)
@@ -92,20 +110,26 @@ BUTTON = Fault(kind=FaultKind.EMERGENCY_STOP, text="emergency stop pressed", cle
 class Harness:
     """Runs one leaf as the session would."""
 
-    def __init__(self, world: World | None = None, robot: str = "frankie") -> None:
+    def __init__(
+        self, world: World | None = None, robot: str = "frankie", dynamics: Dynamics | None = None
+    ) -> None:
         self.clock = SimClock()
         self.world = world or table_world()
-        slow_camera = Dynamics(frame_rate=10.0)  # rendering takes most of the time of a test
+        described = load_robot(robot)
+        # Rendering takes most of the time of a test.
+        description = replace(described, camera=replace(described.camera, rate=10.0))
         self.robot = Stubborn(
-            robot_model(robot), self.world, self.clock, seed=1, dynamics=slow_camera
+            kinematic_robot(description, self.world, self.clock, seed=1, dynamics=dynamics)
         )
+        self.robot.connect()
         self.controller = HolisticController(robot_model(robot))
         self.gate = Gate(self.robot, self.controller.model.limits, 0.01)
+        self.task_clock = TaskClock(self.clock)
         self.context = Context(
             robot=self.robot,
             model=self.controller.model,
-            clock=self.clock,
-            vision=Vision(self.robot, detector()),
+            clock=self.task_clock,
+            vision=VisionInStep(Eyelid(self.robot), detector()),
             state=self.robot.read(),
         )
         self._ticks = 0

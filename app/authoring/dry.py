@@ -15,11 +15,10 @@ from typing import Any, cast
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from app.core.outcome import End, Outcome
-from app.core.session import failed_node
-from behaviours.named import Key
+from app.core import End, Outcome, failed_node
+from behaviours import Key
 from config import UserError, quoted, suggest
-from hw.clock import SimClock
+from hw import SimClock, TaskClock
 from trees.language import (
     COMPOSITES,
     SET,
@@ -226,7 +225,7 @@ def dry_run(
     task = load(path, overrides=overrides)
     script = read_script(outcomes, task)
     clock = SimClock()
-    context = cast(Any, _DryContext(clock=clock))
+    context = cast(Any, _DryContext(clock=TaskClock(clock)))
     root = build(task, context, lambda node, _, arguments: _DryLeaf(node, script, arguments))
     paths = {entry.node: entry.path for entry in nodes_in_order(root)}
     steps: list[Step] = []
@@ -266,7 +265,7 @@ def dry_run(
 class _DryContext:
     """All that a tree of dry leaves needs of a `Context`."""
 
-    clock: SimClock
+    clock: TaskClock
     keys: dict[str, Key[object]] = field(default_factory=dict)
 
 

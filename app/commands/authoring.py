@@ -112,10 +112,10 @@ def export(
 
 
 def _export_runs(names: list[str], folder: Path, runs: Path, fps: int) -> None:
-    from app.commands.review import find
-    from app.export.lerobot import export_lerobot
+    from app.export import export_lerobot
+    from app.review import find_run
 
-    frames = export_lerobot([find(name, runs) for name in names], folder, fps)
+    frames = export_lerobot([find_run(name, runs) for name in names], folder, fps)
     typer.echo(f"{folder}: {len(names)} episodes, {frames} frames")
 
 

@@ -9,14 +9,13 @@ import typer
 from rich.console import Console
 from typer.core import TyperGroup
 
-from app.core.outcome import EXIT_BAD_INPUT
 from config import UserError
 
 
 def refuse(message: str) -> NoReturn:
     """Say in one line on standard error what is wrong, and end with exit code 2."""
     Console(stderr=True).print(message, soft_wrap=True, highlight=False, markup=False)
-    raise typer.Exit(EXIT_BAD_INPUT)
+    raise typer.Exit(UserError.exit_code)
 
 
 class RefusingGroup(TyperGroup):

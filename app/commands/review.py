@@ -1,4 +1,4 @@
-"""`frankie-task runs`, `view` and `explain`: what to do with runs that are over."""
+"""`frankie-task runs`, `view` and `explain`: commands about finished runs."""
 
 from __future__ import annotations
 
@@ -17,19 +17,12 @@ Run = Annotated[
 Runs = Annotated[Path, typer.Option("--runs", help="Where the runs are.")]
 
 
-def find(run: str, runs: Path) -> Path:
-    """The folder of a run; refuses what is none."""
-    from app.review.finished import find_run
-
-    return find_run(run, runs)
-
-
 def runs(
     folder: Annotated[Path, typer.Argument(help="Where the runs are.")] = Path("runs"),
     as_json: Annotated[bool, typer.Option("--json", help="Print them as JSON.")] = False,
 ) -> None:
-    """List the recorded runs: when, what, how it ended."""
-    from app.review.finished import read_run, run_folders, runs_table
+    """List the recorded runs: start, task and outcome."""
+    from app.review import read_run, run_folders, runs_table
 
     records = [read_run(path) for path in run_folders(folder)]
     if as_json:
@@ -47,16 +40,18 @@ def view(
 ) -> None:
     """Open the recording of a run in the Rerun viewer."""
     from app.core.folder import RECORDING
-    from app.review.open_recording import replay
+    from app.live import open_in_viewer
+    from app.review import find_run
 
     path = Path(run)
-    recording = path if path.suffix == ".rrd" else find(run, runs) / RECORDING
-    replay(recording, web=web, say=lambda text: typer.echo(text, err=True))
+    recording = path if path.suffix == ".rrd" else find_run(run, runs) / RECORDING
+    open_in_viewer(recording, web=web, say=lambda text: typer.echo(text, err=True))
 
 
 def explain(run: Run = "last", runs: Runs = Path("runs")) -> None:
-    """Say in words why a run ended as it did: which node, when, and the values that mattered."""
-    from app.review.explain import explain as explained
+    """Explain how a run ended: the node, the time, the reason and the key figures."""
+    from app.review import explain as explained
+    from app.review import find_run
 
-    text = str(explained(find(run, runs)))
+    text = str(explained(find_run(run, runs)))
     Console().print(text, soft_wrap=True, highlight=False, markup=False)

@@ -10,17 +10,10 @@ import typer
 from rich.console import Console
 
 from app.commands.refuse import find_tree, refuse
-from app.core.outcome import EXIT_BAD_INPUT
+from config import UserError
 
 if TYPE_CHECKING:
     from app.core.launch import Result
-
-
-class RobotChoice(StrEnum):
-    """The robots that can run a task."""
-
-    SIM = "sim"
-    OMNI = "omni"
 
 
 class Speed(StrEnum):
@@ -28,6 +21,13 @@ class Speed(StrEnum):
 
     REAL = "real"
     MAX = "max"
+
+
+class VisionChoice(StrEnum):
+    """How images are searched for grasps."""
+
+    STEP = "step"
+    BESIDE = "beside"
 
 
 class ViewChoice(StrEnum):
@@ -41,7 +41,10 @@ class ViewChoice(StrEnum):
 
 def run(
     tree: Annotated[str, typer.Argument(help="A task file, or the name of a shipped task.")],
-    robot: Annotated[RobotChoice, typer.Option(help="Who does it.")] = RobotChoice.SIM,
+    robot: Annotated[
+        str, typer.Option(help="Who does it: `frankie`, `omni`, or a robot file.")
+    ] = "frankie",
+    world: Annotated[str, typer.Option(help="What moves the robot: `kinematic`.")] = "kinematic",
     scene: Annotated[
         str | None,
         typer.Option(help="A shipped scene or a scene file; default: what the task names."),
@@ -56,6 +59,10 @@ def run(
     network: Annotated[
         str | None, typer.Option(help="Which shipped grasp network: bins (the default) or ggcnn.")
     ] = None,
+    vision: Annotated[
+        VisionChoice,
+        typer.Option(help="Look for grasps in step with the control ticks, or beside them."),
+    ] = VisionChoice.STEP,
     view: Annotated[
         ViewChoice,
         typer.Option(
@@ -114,12 +121,14 @@ def run(
     if dry:
         raise typer.Exit(_run_dry(find_tree(tree), parameters, outcome or [], ticks, as_json))
     from app.core.launch import RunOptions, run_task
-    from app.live.monitor import View, ViewOptions
-    from app.live.operator.console import ControlOptions
+    from app.core.setup import VisionForm
+    from app.live import ControlOptions, View, ViewOptions
 
     options = RunOptions(
         tree=find_tree(tree),
-        robot=robot.value,
+        robot=robot,
+        world=world,
+        vision=VisionForm(vision.value),
         scene=scene,
         seed=seed,
         parameters=parameters,
@@ -144,7 +153,7 @@ def run(
     else:
         result = run_task(options)
         _show(result, as_json)
-    raise typer.Exit(result.outcome.end.exit_code if result else EXIT_BAD_INPUT)
+    raise typer.Exit(result.outcome.end.exit_code if result else UserError.exit_code)
 
 
 def _parameters(values: list[str]) -> dict[str, str]:

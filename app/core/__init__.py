@@ -1,1 +1,43 @@
-"""The core: one task, one robot, one loop, and what a run leaves."""
+"""The core: one task, one robot, one loop, and what a run leaves.
+
+`run_task` puts together task, robot, controller and what watches, `Session` is the loop, `folder`
+and `events` say what a run leaves behind.
+"""
+
+from app.core.events import EVENTS, Event, read_events
+from app.core.folder import COMMANDS, RECORDING, STATES, SUMMARY, FolderError
+from app.core.launch import Result, RunOptions, run_task
+from app.core.measurements import Measurements
+from app.core.on_save import run_on_save
+from app.core.outcome import End, Outcome
+from app.core.session import Session, Tick, failed_node
+from app.core.setup import Setup, VisionForm, open_setup
+from app.core.snapshots import Snapshots, scene_view
+from app.core.summary import Summary
+
+__all__ = [
+    "COMMANDS",
+    "EVENTS",
+    "RECORDING",
+    "STATES",
+    "SUMMARY",
+    "End",
+    "Event",
+    "FolderError",
+    "Measurements",
+    "Outcome",
+    "Result",
+    "RunOptions",
+    "Session",
+    "Setup",
+    "Snapshots",
+    "Summary",
+    "Tick",
+    "VisionForm",
+    "failed_node",
+    "open_setup",
+    "read_events",
+    "run_on_save",
+    "run_task",
+    "scene_view",
+]

@@ -18,20 +18,15 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from math import degrees, isfinite
 from pathlib import Path
 from typing import Any, TextIO
 
-import numpy as np
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from app.core.folder import FolderError
 from app.core.outcome import Outcome
-from app.live.monitor import Snapshot
-from app.live.monitor.every import Every
-from app.live.monitor.snapshot import tip
-from app.live.operator import Hook
+from app.live import Hook, Snapshot, Throttle, key_figures, tip
 from trees.language import TreeNode
 
 EVENTS = "events.jsonl"
@@ -69,7 +64,7 @@ class EventLog:
         self._statuses = [Status.INVALID] * len(nodes)
         self._faults: tuple[str, ...] = ()
         self._paused = False
-        self._alive = Every(_ALIVE_PERIOD)
+        self._alive = Throttle(_ALIVE_PERIOD)
         self._last: Snapshot | None = None
         described = [
             {"path": n.path, "name": n.node.name, "kind": str(getattr(n.node, "key", ""))}
@@ -122,12 +117,12 @@ class EventLog:
                     node=index,
                     status=node.status.value,
                     message=node.message,
-                    values=values(seen) if node.status is Status.FAILURE else {},
+                    values=key_figures(seen) if node.status is Status.FAILURE else {},
                 )
         if self._alive.due(time):
             index = tip(seen.nodes)
             message = seen.nodes[index].message
-            self._write("now", time, node=index, message=message, values=values(seen))
+            self._write("now", time, node=index, message=message, values=key_figures(seen))
         return changed
 
     def end(self, outcome: Outcome, time: float) -> None:
@@ -144,7 +139,7 @@ class EventLog:
             reason=outcome.reason,
             node=self._index(outcome.where),
             trace=outcome.trace,
-            values=values(self._last) if self._last is not None else {},
+            values=key_figures(self._last) if self._last is not None else {},
         )
 
     def _index(self, node: Behaviour | None) -> int | None:
@@ -160,24 +155,6 @@ class EventLog:
             self._file.write(json.dumps(line, ensure_ascii=False) + "\n")
         except OSError as error:  # the robot must go on
             self.error = error
-
-
-def values(seen: Snapshot) -> dict[str, float]:
-    """The numbers that tell most often why something failed; only those that there are."""
-    signals, state = seen.signals, seen.state
-    x, y = state.wTb.translation[:2]
-    numbers = {
-        "goal distance [m]": signals.position_error,
-        "goal angle [deg]": degrees(signals.orientation_error),
-        "fingers apart [mm]": 1000.0 * state.gripper_width,
-        "base x [m]": float(x),
-        "base y [m]": float(y),
-        "base speed [m/s]": float(np.hypot(*state.base_twist[:2])),
-        "fastest joint [rad/s]": float(np.abs(state.qd).max()),
-        "manipulability": signals.manipulability,
-        "grasp quality": seen.grasp.quality if seen.grasp is not None else float("nan"),
-    }
-    return {name: round(value, 4) for name, value in numbers.items() if isfinite(value)}
 
 
 def read_events(path: Path) -> list[Event]:

@@ -17,23 +17,27 @@ from app.core.folder import BT_LOG, RECORDING, SUMMARY, VIEWER_LOG, make_folder,
 from app.core.measurements import Measurements
 from app.core.outcome import Outcome
 from app.core.session import Session, Tick
-from app.core.setup import Setup, simulated_setup
-from app.core.snapshots import scene_view, snapshot, tree_view
+from app.core.setup import Setup, VisionForm, open_setup
+from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary, summarise
-from app.live.monitor import Recorder, RecorderError, Viewer, ViewOptions
-from app.live.operator import Control
-from app.live.operator.console import ControlOptions, OperatorConsole
-from app.live.operator.page import WebViewer
-from app.live.status_line import StatusLine
+from app.live import (
+    Control,
+    ControlOptions,
+    OperatorConsole,
+    Recorder,
+    RecorderError,
+    StatusLine,
+    Viewer,
+    ViewOptions,
+    WebViewer,
+    tree_view,
+)
 from controller import robot_model
-from hw import stopwatch
-from hw.sim import World
+from hw import Truth, WorldOptions, stopwatch
 from perception import GraspDetector
+from robots import load_robot
 from trees.btcpp import BtLog
 from trees.language import Task, TreeNode, build, load, nodes_in_order
-
-ROBOTS = {"sim": "frankie", "omni": "omni"}
-"""What `--robot` accepts, and the model that it stands for."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +45,12 @@ class RunOptions:
     """What a person may choose about a run."""
 
     tree: Path
-    robot: str = "sim"
+    robot: str = "frankie"
+    """The body: a shipped robot or a robot file."""
+    world: str = "kinematic"
+    """What moves it."""
+    vision: VisionForm = VisionForm.STEP
+    """How images are searched for grasps."""
     scene: str | None = None
     """A shipped scene or a scene file; None takes the one that the task names, or `household`."""
     seed: int = 0
@@ -71,36 +80,40 @@ class Result(NamedTuple):
 
 
 def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: False) -> Result:
-    """Run a task in simulation.
+    """Run a task.
 
     Args:
         options: what a person chose.
         interrupted: asked every tick whether to end, as Ctrl-C does.
 
     Raises:
-        TaskFileError, SceneError, WeightsError, UnknownNodeError, NoControlError, ViewError,
-            PageError, GrootError, FolderError, RecorderError: bad input; nothing has moved.
+        UserError: bad input; nothing has moved.
+        HardwareError: the robot cannot be connected.
     """
     viewer = Viewer(options.view, say=_tell)
     task = load(options.tree, overrides=options.parameters)
-    setup = simulated_setup(
-        ROBOTS[options.robot],
+    world = WorldOptions(
         scene=_scene(options, task),
         seed=options.seed,
         paced=options.paced,
-        detector=GraspDetector(options.weights, options.network),
+        beside=options.vision is VisionForm.BESIDE,
     )
-    nodes = nodes_in_order(build(task, setup.context))
-    room = OperatorConsole(
-        options.control,
-        task=task.name,
-        nodes=nodes,
-        setup=setup,
-        viewer=_web_viewer(viewer),
-        say=_tell,
-    )
-    with room:
-        return _run(options, task, setup, nodes, room, viewer, interrupted)
+    gripper = load_robot(options.robot).gripper
+    detector = GraspDetector(options.weights, options.network, gripper=gripper)
+    with open_setup(options.robot, options.world, world, detector, options.vision) as setup:
+        nodes = nodes_in_order(build(task, setup.context))
+        room = OperatorConsole(
+            options.control,
+            task=task.name,
+            nodes=nodes,
+            inject=setup.robot.inject,
+            clear=setup.robot.clear,
+            release=setup.gate.release,
+            viewer=_web_viewer(viewer),
+            say=_tell,
+        )
+        with room:
+            return _run(options, task, setup, nodes, room, viewer, interrupted)
 
 
 def _run(
@@ -114,7 +127,9 @@ def _run(
 ) -> Result:
     """Run what has been put together, and keep all that it leaves."""
     log, tree = setup.context.log, tree_view(nodes)
-    supports = _supports(setup.world)
+    supports = _supports(setup.truth)
+    snapshots = Snapshots(nodes, setup.truth)
+    robot = setup.robot.description.name
     measurements = Measurements(limits=setup.model.limits)
     scene = _scene(options, task)
     folder = make_folder(
@@ -123,8 +138,8 @@ def _run(
     recorder = Recorder(
         folder / RECORDING,
         tree=tree,
-        model=robot_model(ROBOTS[options.robot]),
-        scene=scene_view(setup.world),
+        model=robot_model(robot),
+        scene=scene_view(setup.truth),
         lossless=not options.paced,
         server=viewer.server,
     )
@@ -141,7 +156,7 @@ def _run(
         def watch(tick: Tick) -> None:
             if interrupted():
                 room.control.stop()
-            seen = snapshot(tick, nodes, setup.world)
+            seen = snapshots.of(tick)
             recorder.record(seen)
             bt_log.note(seen.stamp)
             why = room.control.state.why if tick.paused else ""
@@ -162,7 +177,6 @@ def _run(
         real_seconds = stopwatch() - begun
         duration = setup.clock.session.now()
         events.end(outcome, duration)
-        setup.robot.close()
         warning = _closed(recorder)
         if events.error is not None:
             warning = f"{EVENTS} ends early ({events.error.strerror}); {warning}".rstrip("; ")
@@ -170,12 +184,12 @@ def _run(
         write_arrays(folder, commands=measurements.commands, states=measurements.states)
         summary = summarise(
             task=task.name,
-            robot=ROBOTS[options.robot],
+            robot=robot,
             scene=scene,
             seed=options.seed,
             outcome=outcome,
-            objects=len(setup.world.objects),
-            placed=_brought(supports, _supports(setup.world)),
+            objects=len(supports),
+            placed=_brought(supports, _supports(setup.truth)),
             log=log,
             measurements=measurements,
             gate=setup.gate,
@@ -212,12 +226,12 @@ def _texts(task: Task) -> dict[str, str]:
     return inner | {"task.yaml": task.text}
 
 
-def _supports(world: World) -> dict[str, str]:
-    """What carries every object."""
-    return {thing.name: world.resting_on(thing) for thing in world.objects}
+def _supports(truth: Truth | None) -> Mapping[str, str]:
+    """What carries each object, by its name; nothing where nobody knows the world."""
+    return truth.supports() if truth else {}
 
 
-def _brought(before: dict[str, str], after: dict[str, str]) -> int:
+def _brought(before: Mapping[str, str], after: Mapping[str, str]) -> int:
     """How many objects stand on some other furniture than before, and not on the floor."""
     nowhere = ("", "hand", "floor")
     return sum(after[name] not in (*nowhere, before[name]) for name in before)

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from controller import Command, Limits
+from controller import Command
 from hw import RobotState
+from robots import Limits
 
 _ROUNDING = 1e-9
 
@@ -29,7 +30,9 @@ class Measurements:
     smallest_margin: float = np.inf
     """Nearest that a joint came to a position limit [rad]."""
     ticks_s: list[float] = field(default_factory=list)
-    """Real time that each control tick took, without perception [s]."""
+    """Real time of each tick from the reading to the command, perception in step included [s]."""
+    late_ticks: int = 0
+    """Ticks that took longer than the control period, what they tell watchers included."""
     _commands: list[npt.NDArray[np.float64]] = field(default_factory=list)
     _states: list[npt.NDArray[np.float64]] = field(default_factory=list)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from app.core.launch import Result, RunOptions, run_task
 from app.core.outcome import End
-from hw.clock import WallClock
+from hw import WallClock
 from trees.language import TaskFileError, load
 
 _LOOK_PERIOD = 0.2

@@ -9,9 +9,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-EXIT_BAD_INPUT = 2
-"""A file, a name or an option is wrong; nothing has moved."""
-
 
 class End(Enum):
     """The ways a run can end."""

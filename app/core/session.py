@@ -17,11 +17,10 @@ from py_trees.common import Status
 
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
-from app.live.operator import Control, TaskClock
+from app.live import Control
 from behaviours import Context, LeafCrashedError
 from controller import Command, GoalError, HolisticController, StepReport
-from hw import HardwareError, RobotState, stopwatch
-from hw.gate import Gate
+from hw import Gate, HardwareError, RobotState, TaskClock, stopwatch
 from trees.language import Branch
 
 _LONGEST_STOP = 3.0
@@ -40,7 +39,7 @@ class Tick:
     report: StepReport
     context: Context
     seconds: float
-    """Real time it took, without perception [s]."""
+    """Real time from the reading to the command [s]."""
     paused: bool
     """Whether a person keeps the tree from being ticked."""
 
@@ -144,7 +143,7 @@ class Session:
         and report, so that the leaf that goes on finds what the controller said last.
         """
         context, clock = self._context, self._clock.session
-        begun, looked = stopwatch(), context.vision.seconds
+        begun = stopwatch()
         state = context.robot.read()
         self._measurements.reading(state)
         if tick_tree is None:
@@ -157,7 +156,7 @@ class Session:
         applied = self._gate.send(command, state, clock.now())
         if tick_tree is not None:
             context.end_tick(report)
-        seconds = stopwatch() - begun - (context.vision.seconds - looked)
+        seconds = stopwatch() - begun
         self._measurements.command(state.stamp, applied)
         self._measurements.ticks_s.append(seconds)
         self._watch(
@@ -171,6 +170,7 @@ class Session:
                 paused=tick_tree is None,
             )
         )
+        self._measurements.late_ticks += stopwatch() - begun > self._period
         self._number += 1
         if tick_tree is None:
             self._control.wait(self._period - (stopwatch() - begun))

@@ -1,26 +1,42 @@
-"""The robot that a run is for, in its scene, with everything that drives it."""
+"""Everything that drives a robot through a task: what a session works with."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from enum import Enum
 
-from app.live.operator import FaultyRobot, TaskClock
-from behaviours import Context, Vision
-from controller import HolisticController, RobotModel, robot_model
-from hw import SimClock
-from hw.gate import Gate
-from hw.sim import World, load_scene
-from hw.sim.robot import SimRobot
+from behaviours import Context, Vision, VisionBeside, VisionInStep
+from controller import HolisticController, RobotModel
+from hw import Camera, FaultInjection, Gate, TaskClock, Truth, WorldOptions, open_backend
 from perception import GraspDetector
+
+
+class VisionForm(Enum):
+    """How images are searched for grasps."""
+
+    STEP = "step"
+    """In step with the tick, which waits: a simulated run is the same every time."""
+    BESIDE = "beside"
+    """Beside the loop: no tick waits, as on hardware."""
+
+
+_VISION: dict[VisionForm, Callable[[Camera, GraspDetector], Vision]] = {
+    VisionForm.STEP: VisionInStep,
+    VisionForm.BESIDE: VisionBeside,
+}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Setup:
     """What a session works with."""
 
-    world: World
+    robot: FaultInjection
+    """Connected."""
     clock: TaskClock
-    robot: FaultyRobot
+    truth: Truth | None
+    """What is known of the world; None on hardware."""
     controller: HolisticController
     gate: Gate
     vision: Vision
@@ -32,34 +48,40 @@ class Setup:
         return self.controller.model
 
 
-def simulated_setup(
-    model: str, *, scene: str, seed: int, paced: bool, detector: GraspDetector
-) -> Setup:
-    """A simulated robot in a simulated scene.
+@contextmanager
+def open_setup(
+    robot: str, world: str, options: WorldOptions, detector: GraspDetector, form: VisionForm
+) -> Iterator[Setup]:
+    """Connect a robot and put together what a session works with; closes it in the end.
 
     Args:
-        model: which robot, as `robot_model` knows it.
-        scene: a shipped scene or a scene file.
-        seed: of the objects and of the camera's noise.
-        paced: in real time instead of as fast as it goes.
+        robot: name of a shipped robot, or a robot file.
+        world: what moves it.
+        options: of the world.
         detector: finds grasps in what the camera sees.
+        form: how that is done.
 
     Raises:
-        SceneError: there is no such scene, or its file has a mistake.
+        UserError: there is no such robot, world or scene, or its file has a mistake.
+        HardwareError: the robot cannot be connected.
     """
-    world = load_scene(scene, seed)
-    clock = TaskClock(SimClock(pace=1.0 if paced else None))
-    robot = FaultyRobot(SimRobot(robot_model(model), world, clock.session, seed=seed))
-    controller = HolisticController(robot_model(model))
-    vision = Vision(robot, detector)
-    return Setup(
-        world=world,
-        clock=clock,
-        robot=robot,
-        controller=controller,
-        gate=Gate(robot, controller.model.limits, controller.settings.period),
-        vision=vision,
-        context=Context(
-            robot=robot, model=controller.model, clock=clock, vision=vision, state=robot.read()
-        ),
-    )
+    backend = open_backend(robot, world, options)
+    injected = FaultInjection(backend.robot)
+    with injected, closing(_VISION[form](injected.camera, detector)) as vision:
+        clock = TaskClock(backend.clock)
+        controller = HolisticController(RobotModel(injected.description))
+        yield Setup(
+            robot=injected,
+            clock=clock,
+            truth=backend.truth,
+            controller=controller,
+            gate=Gate(injected, controller.model.limits, controller.settings.period),
+            vision=vision,
+            context=Context(
+                robot=injected,
+                model=controller.model,
+                clock=clock,
+                vision=vision,
+                state=injected.read(),
+            ),
+        )

@@ -1,58 +1,66 @@
-"""From a tick of the session to the snapshot that recorder and status line are given."""
+"""From a tick of the session to the snapshot that recorder, page and status line are given."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from app.live.monitor import NodeInfo, NodeStatus, ObjectView, SceneView, Signals, Snapshot
+from app.live import NodeStatus, ObjectView, SceneView, Signals, Snapshot
 from controller import PoseGoal
+from hw import DepthFrame, Truth
 from trees.language import TreeNode
 
 if TYPE_CHECKING:
     from app.core.session import Tick
-    from hw.sim import World
 
 
-def tree_view(nodes: Sequence[TreeNode]) -> list[NodeInfo]:
-    """What a viewer needs to know of the nodes of a tree, in preorder."""
-    return [
-        NodeInfo(name=n.node.name, kind=str(getattr(n.node, "key", "")), depth=n.depth)
-        for n in nodes
-    ]
+def scene_view(truth: Truth | None) -> SceneView:
+    """What a viewer needs to know of a world; empty where nobody knows it."""
+    if truth is None:
+        return SceneView()
+    objects = tuple(ObjectView(name=o.name, parts=o.parts) for o in truth.objects)
+    return SceneView(fixtures=tuple(truth.fixtures), objects=objects)
 
 
-def scene_view(world: World) -> SceneView:
-    """What a viewer needs to know of a simulated world."""
-    objects = tuple(ObjectView(name=o.name, parts=o.parts) for o in world.objects)
-    return SceneView(fixtures=world.fixtures, objects=objects)
+class Snapshots:
+    """Makes the snapshots of one run.
 
+    Args:
+        nodes: of the tree, in preorder.
+        truth: what is known of the world, if anything.
+    """
 
-def snapshot(tick: Tick, nodes: Sequence[TreeNode], world: World) -> Snapshot:
-    """What one tick looked like."""
-    context, report, vision = tick.context, tick.report, tick.context.vision
-    goal = context.goal
-    fresh = vision.frame is not None and vision.frame.stamp == tick.state.stamp
-    return Snapshot(
-        tick=tick.number,
-        stamp=tick.state.stamp,
-        state=tick.state,
-        command=tick.applied,
-        nodes=tuple([NodeStatus(n.node.status, n.node.feedback_message) for n in nodes]),
-        goal=goal.wTe if isinstance(goal, PoseGoal) else None,
-        wTe=tick.state.wTb * report.bTe,
-        signals=Signals(
-            manipulability=report.manipulability,
-            slack=report.slack,
-            position_error=report.position_error,
-            orientation_error=report.orientation_error,
-            heading_error=report.heading_error,
-            tick_ms=1000.0 * tick.seconds,
-        ),
-        objects=tuple([thing.pose for thing in world.objects]),
-        frame=vision.frame if fresh else None,
-        detection=vision.detection if fresh else None,
-        grasp=vision.grasp,
-        locked=vision.tracker.locked,
-        blackboard={path: key.read() for path, key in context.keys.items() if key.written},
-    )
+    def __init__(self, nodes: Sequence[TreeNode], truth: Truth | None) -> None:
+        self._nodes = [place.node for place in nodes]
+        self._truth = truth
+        self._shown: DepthFrame | None = None
+
+    def of(self, tick: Tick) -> Snapshot:
+        """What one tick looked like; a frame is in the snapshot of the tick that first used it."""
+        context, report, vision = tick.context, tick.report, tick.context.vision
+        goal = context.goal
+        is_new = vision.frame is not self._shown
+        self._shown = vision.frame
+        return Snapshot(
+            tick=tick.number,
+            stamp=tick.state.stamp,
+            state=tick.state,
+            command=tick.applied,
+            nodes=tuple([NodeStatus(n.status, n.feedback_message) for n in self._nodes]),
+            goal=goal.wTe if isinstance(goal, PoseGoal) else None,
+            wTe=tick.state.wTb * report.bTe,
+            signals=Signals(
+                manipulability=report.manipulability,
+                slack=report.slack,
+                position_error=report.position_error,
+                orientation_error=report.orientation_error,
+                heading_error=report.heading_error,
+                tick_ms=1000.0 * tick.seconds,
+            ),
+            objects=tuple([one.pose for one in self._truth.objects]) if self._truth else (),
+            frame=vision.frame if is_new else None,
+            detection=vision.detection if is_new else None,
+            grasp=vision.grasp,
+            locked=vision.tracker.locked,
+            blackboard={path: key.read() for path, key in context.keys.items() if key.written},
+        )

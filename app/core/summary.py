@@ -14,7 +14,7 @@ from rich.table import Table
 from app.core.measurements import Measurements
 from app.core.outcome import Outcome
 from behaviours import Carried, TaskLog
-from hw.gate import Gate
+from hw import Gate, TaskTime
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +52,10 @@ class Summary:
     ticks: int
     tick_median_ms: float
     tick_p99_ms: float
+    late_ticks: int
+    """Ticks that took longer than the control period; in simulation they only take their time."""
     perception_s: float
-    """Real time spent on rendering and grasp detection."""
+    """Real time that ticks spent on images and grasp detection."""
     real_time_factor: float
     """Simulated seconds per real second, over the whole run."""
     said: list[str]
@@ -84,7 +86,8 @@ class Summary:
             "limits": f"{self.limit_violations} violations in {self.ticks} ticks; "
             f"at most {self.highest_speed_percent:.0f} % of a speed limit, "
             f"joints at least {self.smallest_joint_margin_deg:.1f}° inside their range",
-            "control tick": f"median {self.tick_median_ms:.2f} ms, p99 {self.tick_p99_ms:.2f} ms",
+            "control tick": f"median {self.tick_median_ms:.2f} ms, p99 {self.tick_p99_ms:.2f} ms; "
+            f"{self.late_ticks} late",
         }
         if self.said:
             rows["said"] = "\n".join(self.said)
@@ -156,17 +159,24 @@ def summarise(
         ticks=len(measurements.ticks_s),
         tick_median_ms=round(float(np.median(ticks_ms)), 3),
         tick_p99_ms=round(float(np.percentile(ticks_ms, 99)), 3),
+        late_ticks=measurements.late_ticks,
         perception_s=round(perception_seconds, 2),
         real_time_factor=round(duration / real_seconds, 3) if real_seconds > 0.0 else 0.0,
-        said=[text for _, text in log.said],
+        said=[text for _, text in log.messages],
         dropped_snapshots=dropped_snapshots,
-        carried=[asdict(thing) for thing in log.carried],
+        carried=[_times(thing) for thing in log.carried],
     )
+
+
+def _times(thing: Carried) -> dict[str, float | int | None]:
+    """One object's times [s] and attempts."""
+    placed = None if thing.placed is None else thing.placed.seconds
+    return asdict(thing) | {"begun": thing.begun.seconds, "placed": placed}
 
 
 def _pick_place_times(carried: list[Carried]) -> list[float]:
     times = []
-    begun: float | None = None
+    begun: TaskTime | None = None
     for thing in carried:
         if thing.placed is not None:
             times.append(thing.placed - (thing.begun if begun is None else begun))

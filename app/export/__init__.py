@@ -1,1 +1,5 @@
-"""Recorded runs in the formats of others."""
+"""Recorded runs in the formats of other projects: LeRobot."""
+
+from app.export.lerobot import export_lerobot
+
+__all__ = ["export_lerobot"]

@@ -1,8 +1,8 @@
-"""Recorded runs as a LeRobotDataset, layout version 3: one episode a run, for learning policies.
+"""Recorded runs as a LeRobotDataset, layout version 3: one episode per run, for learning policies.
 
-The layout is plain Parquet and JSON and is written here directly: the `lerobot` package itself
-pins versions of Rerun and PyTorch that cannot be installed beside this project's. What a dataset
-has of a run is its motion: camera images are not in it.
+The layout is plain Parquet and JSON and is written directly: the `lerobot` package pins versions of
+Rerun and PyTorch that conflict with this project's. A dataset has the motion of a run, without
+camera images.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy.typing as npt
 import yaml
 
 from app.core.folder import COMMANDS, STATES
-from app.review.finished import read_run
+from app.review import read_run
 from config import UserError
 
 if TYPE_CHECKING:
@@ -32,8 +32,8 @@ _VECTORS = {
     "observation.velocity": ["base_vx", "base_vy", "base_w", *_JOINTS],
     "action": ["base_vx", "base_vy", "base_w", *_JOINTS, "fingers"],
 }
-"""Vectors of float32 by feature: metres, radians and seconds. The action has the velocities that
-were applied, and for the fingers the width that they have a frame later."""
+"""Vectors of float32 by feature, in metres, radians and seconds. The action has the applied
+velocities, and the width of the fingers one frame later."""
 _NUMBERS = {
     "timestamp": "float32",
     "frame_index": "int64",
@@ -57,7 +57,7 @@ class _Episode:
     task: str
     robot: str
     columns: dict[str, Array]
-    """(frames,) or (frames, n) by feature, without the indices that depend on other episodes."""
+    """(frames,) or (frames, n) by feature, without the indices, which depend on other episodes."""
 
     @property
     def length(self) -> int:
@@ -68,22 +68,22 @@ def export_lerobot(folders: Sequence[Path], out: Path, fps: int = USUAL_FPS) -> 
     """Write a dataset.
 
     Args:
-        folders: of the runs, an episode each.
-        out: folder of the dataset; made here.
-        fps: frames a second; the control rate is a multiple of it.
+        folders: of the runs, one episode each.
+        out: folder of the dataset; created here.
+        fps: frames per second; must divide the control rate.
 
     Returns:
-        How many frames it has.
+        Number of frames.
 
     Raises:
-        ExportError: a run has no recorded motion or another rate or robot, or `out` is there.
+        ExportError: a run has no recorded motion, or a different rate or robot; or `out` exists.
     """
     if out.exists():
-        raise ExportError(f"{out}: there is something already; choose a folder that is not there")
+        raise ExportError(f"{out}: exists already; choose a new folder")
     episodes = [_read(folder, fps) for folder in folders]
     robots = {episode.robot for episode in episodes}
     if len(robots) > 1:
-        raise ExportError(f"runs of different robots ({', '.join(sorted(robots))}): export each")
+        raise ExportError(f"different robots ({', '.join(sorted(robots))}): export them separately")
     tasks = list(dict.fromkeys(episode.task for episode in episodes))
     tables = _numbered(episodes, tasks)
     everything = {key: np.concatenate([table[key] for table in tables]) for key in tables[0]}
@@ -109,11 +109,11 @@ def _read(folder: Path, fps: int) -> _Episode:
         raise ExportError(f"{folder}: the run has no recorded motion ({error})") from error
     count = min(len(states), len(commands))
     if count < 2:
-        raise ExportError(f"{folder}: the run is too short, {count} ticks")
+        raise ExportError(f"{folder}: the run is too short ({count} ticks)")
     rate = round(1.0 / float(np.median(np.diff(states[:, 0]))))
     if fps < 1 or rate % fps:
         fitting = ", ".join(str(n) for n in range(1, rate + 1) if rate % n == 0)
-        raise ExportError(f"--fps {fps}: {folder} has {rate} ticks a second; choose {fitting}")
+        raise ExportError(f"--fps {fps}: {folder} has {rate} ticks per second; choose {fitting}")
     states, commands = states[: count : rate // fps], commands[: count : rate // fps]
     pose, twist, q, qd, fingers = np.split(states[:, 1:], [3, 6, 13, 20], axis=1)
     later = np.concatenate([fingers[1:], fingers[-1:]])
@@ -131,7 +131,7 @@ def _read(folder: Path, fps: int) -> _Episode:
 
 
 def _description(folder: Path) -> str:
-    """What the task file says that the task is."""
+    """The description in the task file."""
     try:
         task = yaml.safe_load((folder / "task.yaml").read_text(encoding="utf-8"))
         return str(task.get("description") or "")
@@ -140,7 +140,7 @@ def _description(folder: Path) -> str:
 
 
 def _numbered(episodes: Iterable[_Episode], tasks: list[str]) -> list[dict[str, Array]]:
-    """The columns of every episode, with the indices that tie them together."""
+    """The columns of every episode, with all indices."""
     tables, begin = [], 0
     for number, episode in enumerate(episodes):
         frames = np.arange(episode.length)
@@ -158,7 +158,7 @@ def _numbered(episodes: Iterable[_Episode], tasks: list[str]) -> list[dict[str, 
 
 
 def _statistics(columns: dict[str, Array]) -> dict[str, dict[str, list[float]]]:
-    """What a policy is normalised with, for each feature."""
+    """Statistics of each feature, for normalisation."""
     found = {}
     for key, values in columns.items():
         rows = values.reshape(len(values), -1).astype(np.float64)
@@ -210,7 +210,7 @@ def _data_table(columns: dict[str, Array]) -> pa.Table:
 
 
 def _episodes_table(episodes: Sequence[_Episode], tables: Sequence[dict[str, Array]]) -> pa.Table:
-    """Where each episode is, and its statistics."""
+    """Position and statistics of each episode."""
     import pyarrow as pa
 
     rows = []
@@ -232,7 +232,7 @@ def _episodes_table(episodes: Sequence[_Episode], tables: Sequence[dict[str, Arr
 
 
 def _tasks_table(tasks: list[str]) -> pa.Table:
-    """The texts as the index of a pandas table, which is how they are looked up."""
+    """The texts as the index of a pandas table, in which LeRobot looks them up."""
     import pyarrow as pa
 
     index = "__index_level_0__"

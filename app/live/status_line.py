@@ -1,7 +1,7 @@
-"""One line in the terminal that says what the robot is doing, on standard error.
+"""A status display on standard error: the active node, its message and the figures of the run.
 
-In a terminal the line stays in place; anywhere else a plain line comes now and then, so that a log
-file stays readable.
+In a terminal it stays in place; elsewhere a plain line is printed every few seconds, which keeps a
+log file readable.
 """
 
 from __future__ import annotations
@@ -13,12 +13,13 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from app.live.monitor.every import Every
-from app.live.monitor.snapshot import branch, tip
-from hw.clock import stopwatch
+from app.live.nodes import path_from_root, tip
+from app.live.throttle import Throttle
+from hw import stopwatch
 
 if TYPE_CHECKING:
-    from app.live.monitor.snapshot import NodeInfo, Snapshot
+    from app.live.nodes import NodeInfo
+    from app.live.snapshot import Snapshot
 
 _LIVE_PERIOD = 0.2
 _PLAIN_PERIOD = 10.0
@@ -33,7 +34,7 @@ class StatusLine:
     Args:
         tree: the nodes of the tree, in preorder.
         seconds: real time from an arbitrary start [s].
-        console: where to write; standard error unless said otherwise.
+        console: where to write; standard error by default.
     """
 
     def __init__(
@@ -50,9 +51,9 @@ class StatusLine:
         if self._console.is_terminal:
             self._live = Live(console=self._console, auto_refresh=False, transient=True)
         self._began = seconds()
-        self._turn = Every(_LIVE_PERIOD)
+        self._throttle = Throttle(_LIVE_PERIOD)
         if self._live is None:
-            self._turn = Every(_PLAIN_PERIOD, start=self._began + _PLAIN_PERIOD)
+            self._throttle = Throttle(_PLAIN_PERIOD, start=self._began + _PLAIN_PERIOD)
 
     def __enter__(self) -> StatusLine:
         if self._live is not None:
@@ -64,15 +65,15 @@ class StatusLine:
             self._live.stop()
 
     def update(self, snapshot: Snapshot, *, placed: int, attempts: int) -> None:
-        """Show a snapshot, unless another was shown a moment ago.
+        """Show a snapshot, unless the last one was shown only a moment ago.
 
         Args:
             snapshot: the tick to show.
             placed: objects placed so far.
-            attempts: grasps tried so far.
+            attempts: grasps attempted so far.
         """
         now = self._seconds()
-        if not self._turn.due(now):
+        if not self._throttle.due(now):
             return
         line = self._line(snapshot, now - self._began, placed, attempts)
         if self._live is None:
@@ -83,7 +84,7 @@ class StatusLine:
     def _line(self, snapshot: Snapshot, elapsed: float, placed: int, attempts: int) -> Text:
         index = tip(snapshot.nodes)
         node = snapshot.nodes[index]
-        names = [_shortened(self._tree[i].name) for i in branch(self._tree, index)]
+        names = [_shortened(self._tree[i].name) for i in path_from_root(self._tree, index)]
         hidden = "… / " if len(names) > _NAMES_SHOWN else ""
         speed = f"{snapshot.stamp / elapsed:.1f}x" if elapsed > 0.0 else "-"
         figures = (

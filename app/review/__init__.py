@@ -1,1 +1,7 @@
-"""What to do with runs that are over: list, explain, open."""
+"""Finished runs: find and list them, explain how they ended, read images from their recordings."""
+
+from app.review.explanation import explain
+from app.review.finished import find_run, read_run, run_folders, runs_table
+from app.review.recorded_depth import recorded_depth
+
+__all__ = ["explain", "find_run", "read_run", "recorded_depth", "run_folders", "runs_table"]

@@ -1,4 +1,4 @@
-"""The runs that were recorded: find one by what a person calls it, read it, list them."""
+"""The recorded runs: find one by name, read it, list all."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from app.core.folder import RECORDING, SUMMARY
 from config import UserError
 
 RUNS = Path("runs")
-"""Where `frankie-task run` keeps them unless told otherwise."""
+"""Where `frankie-task run` keeps them by default."""
 LAST = "last"
-"""Stands for the newest run."""
+"""Name of the newest run."""
 UNFINISHED = "unfinished"
-"""What a run came to that left no summary: it goes on, or its process was killed."""
+"""Outcome of a run without a summary: it is still going on, or its process was killed."""
 
 _STAMP = len("2026-01-31-235959")
 
 
 class UnknownRunError(UserError):
-    """There is no such run; the text says where was looked."""
+    """There is no such run; the text says where it was looked for."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunRecord:
-    """One run, as its folder tells."""
+    """One run, as read from its folder."""
 
     folder: Path
     summary: Mapping[str, Any]
@@ -37,7 +37,7 @@ class RunRecord:
 
     @property
     def began(self) -> str:
-        """When, as the folder's name says."""
+        """Start of the run, from the folder's name."""
         return self.folder.name[:_STAMP]
 
     @property
@@ -47,11 +47,11 @@ class RunRecord:
 
     @property
     def outcome(self) -> str:
-        """One of the values of `End`, or unfinished."""
+        """One of the values of `End`, or `UNFINISHED`."""
         return str(self.summary.get("outcome", UNFINISHED))
 
     def row(self) -> dict[str, Any]:
-        """What the list tells about it."""
+        """Its entry in the list of runs."""
         s = self.summary
         return {
             "run": self.folder.name,
@@ -73,19 +73,19 @@ def find_run(name: str, runs: Path = RUNS) -> Path:
         runs: where the runs are.
 
     Raises:
-        UnknownRunError: it is none of these.
+        UnknownRunError: there is no such run.
     """
     if name == LAST:
         folders = run_folders(runs)
         if not folders:
-            raise UnknownRunError(f"{runs}: no runs here; say where with --runs")
+            raise UnknownRunError(f"{runs}: no runs here; choose another folder with --runs")
         return folders[-1]
     for path in (Path(name), runs / name):
         folder = path.parent if path.is_file() else path
         if _is_run(folder):
             return folder
     raise UnknownRunError(
-        f"{name}: no run; give its folder, a file in it, a name in {runs}/, or `{LAST}`"
+        f"{name}: no such run; use its folder, a file in it, its name in {runs}/, or `{LAST}`"
     )
 
 
@@ -97,7 +97,7 @@ def run_folders(runs: Path) -> list[Path]:
 
 
 def read_run(folder: Path) -> RunRecord:
-    """What a folder tells; without a sound summary that is little."""
+    """The run in a folder; the summary is empty if it is missing or damaged."""
     try:
         summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -106,7 +106,7 @@ def read_run(folder: Path) -> RunRecord:
 
 
 def runs_table(records: list[RunRecord]) -> Table:
-    """One row a run."""
+    """A table with one row per run."""
     table = Table(box=None, pad_edge=False)
     table.add_column("began")
     table.add_column("task")
@@ -133,5 +133,5 @@ def _is_run(folder: Path) -> bool:
 
 
 def _age(folder: Path) -> tuple[str, float]:
-    """Sorts by the second in the name, and within a second by when the folder was made."""
+    """Sort key: the second in the folder's name, then when its task file was written."""
     return folder.name[:_STAMP], (folder / "task.yaml").stat().st_mtime

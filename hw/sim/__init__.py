@@ -1,34 +1,54 @@
-"""The simulated world: what there is, what a depth camera sees of it, what the fingers can hold.
+"""The kinematic simulator: a world of objects, what a depth camera sees, what a gripper can hold.
 
-`load_scene` makes a `World` from a scene file and a seed; `DepthRenderer` and `D435Noise` look
-at it; `World` decides by contact geometry what closing the fingers does. It knows nothing of time.
+`load_scene` builds a `World` from a scene file and a seed. `World` decides by contact geometry what
+closing the fingers does; it knows nothing of time. `DepthRenderer` and `D435Noise` make depth
+images of it.
 """
 
+from hw.sim.body import Dynamics
 from hw.sim.grasp_contact import Reason
-from hw.sim.hand import hand_shapes
-from hw.sim.layout import load_scene
+from hw.sim.hand import Hand
+from hw.sim.layout import build_world, load_scene
 from hw.sim.noise import D435Noise
+from hw.sim.objects import HELDOUT, HOUSEHOLD, OBJECT_CLASSES, TRAIN
 from hw.sim.render import DepthRenderer
-from hw.sim.scene import SceneError, scene_names
-from hw.sim.sim_object import SimObject
+from hw.sim.robot import kinematic_robot
+from hw.sim.scene import (
+    Container,
+    Fixture,
+    Objects,
+    Scene,
+    SceneError,
+    Table,
+    read_scene,
+    scene_names,
+)
+from hw.sim.sim_object import Motion, SimObject
 from hw.sim.world import GraspOutcome, World
-from robots.shapes import Box, Capsule, Cylinder, Geom, Plane, Sphere
 
 __all__ = [
-    "Box",
-    "Capsule",
-    "Cylinder",
+    "HELDOUT",
+    "HOUSEHOLD",
+    "OBJECT_CLASSES",
+    "TRAIN",
+    "Container",
     "D435Noise",
     "DepthRenderer",
-    "Geom",
+    "Dynamics",
+    "Fixture",
     "GraspOutcome",
-    "Plane",
+    "Hand",
+    "Motion",
+    "Objects",
     "Reason",
+    "Scene",
     "SceneError",
     "SimObject",
-    "Sphere",
+    "Table",
     "World",
-    "hand_shapes",
+    "build_world",
+    "kinematic_robot",
     "load_scene",
+    "read_scene",
     "scene_names",
 ]

@@ -2,7 +2,7 @@
 
 First contacts are found by conservative advancement: two convex shapes a gap d apart, with the
 normal n of the plane between them, cannot meet before one has gone d / (n·a) along a towards the
-other. Repeating this step converges on the first touch, and never passes it.
+other. Repeating this step converges on the first touch and never passes it.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import coal
 import numpy as np
 from pinocchio import SE3
 
-from robots.shapes import Array, Geom, coal_geometry, half_extents
+from robots import Array, Geom, coal_geometry, half_extents
 
 TOUCH = 2e-5
-"""A gap of less than this is a touch [m]."""
+"""Largest gap that counts as a touch [m]."""
 
 _GRAZE = 0.1
-"""Sliding past at a steeper angle than this (cosine of normal and motion) is no touch."""
+"""Smallest cosine between normal and motion at a touch; shapes that slide past do not touch."""
 
 _STEPS = 60
 
@@ -32,7 +32,7 @@ _patch_request = coal.ContactPatchRequest()
 
 
 def separation(a: Geom, b: Geom) -> tuple[float, Array]:
-    """Signed distance of two shapes and the (3,) unit normal from a to b, as in the world.
+    """Signed distance of two shapes and the (3,) unit normal from a to b, in the world.
 
     Returns:
         The gap [m], negative when they overlap, and the normal.
@@ -41,10 +41,10 @@ def separation(a: Geom, b: Geom) -> tuple[float, Array]:
 
 
 def travel(moving: Geom, direction: Array, still: Iterable[Geom], limit: float) -> float | None:
-    """How far a shape can go along a unit direction (3,) until it first touches any other [m].
+    """How far a shape can move along a unit direction (3,) until it first touches another [m].
 
     Returns:
-        The distance, 0 when touching already; None if it goes `limit` [m] without a touch.
+        The distance, 0 if it touches already; None if it moves `limit` [m] without a touch.
     """
     nearest: float | None = None
     for other in still:
@@ -81,7 +81,7 @@ def patch(a: Geom, b: Geom) -> tuple[Array, Array] | None:
 
 
 class Vicinity:
-    """Finds which of many unmoving shapes are near a point, fast.
+    """Finds quickly which of many static shapes are near a point.
 
     Args:
         shapes: in the world.

@@ -1,4 +1,4 @@
-"""What becomes of an object when the fingers close: held, or why not.
+"""Contacts of a closing gripper with an object: held, or why not.
 
 There are no dynamics. The fingers close until a pad touches an object; that object slides along the
 closing axis until both pads press on it; while the pads cannot hold it there they turn it, always
@@ -18,21 +18,21 @@ import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim.contact import patch, separation, travel
-from hw.sim.hand import SIDES, TIP, pad
+from hw.sim.hand import SIDES, Hand
 from hw.sim.sim_object import SimObject
-from robots.shapes import Array, Geom
+from robots import Array, Geom
 
 GRAVITY = 9.81
 """[m/s²]."""
 
 MAX_DRAG = 0.025
-"""A single pad does not drag an object farther than this: it rolls or tips away [m]."""
+"""Farthest that a single pad drags an object before it rolls or tips away [m]."""
 
 _MARGIN = 0.003
-"""Objects are felt for from this far outside of where the pads began [m]."""
+"""Contacts are searched from this far outside of the pads' first positions [m]."""
 
 _PRESS = 5e-4
-"""How far the pads yield when they press [m]."""
+"""Depth by which the pads yield when they press [m]."""
 
 _TURN_STEP = np.deg2rad(3.0)
 _MAX_TURNS = 15
@@ -45,7 +45,7 @@ Contact: TypeAlias = tuple[Array, Array]
 
 
 class Reason(Enum):
-    """How closing the fingers ended, in words."""
+    """How closing the fingers ended; the values are for people."""
 
     HELD = "held"
     NOTHING = "nothing between the fingers"
@@ -59,65 +59,65 @@ class Reason(Enum):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Squeeze:
+class GraspContact:
     """How closing the fingers ended."""
 
     reason: Reason
     width: float
     """Distance between the pads where they came to rest [m]."""
     object: SimObject | None = None
-    """The object that the pads pressed on, if it was one."""
+    """The object that the pads pressed on, if any."""
     wTo: SE3 | None = None
-    """Where that object ended up in the world, if it was moved."""
+    """Its new pose in the world, if it was moved."""
 
 
-def squeeze(
-    wTe: SE3,
+def grasp_contact(
+    hand: Hand,
     opening: float,
     force: float,
     objects: Iterable[SimObject],
     fixtures: Sequence[Geom],
-) -> Squeeze:
-    """Close the fingers.
+) -> GraspContact:
+    """Decide what closing the fingers does.
 
     Args:
-        wTe: end effector in the world.
+        hand: the gripper and where it is.
         opening: distance between the pads before [m].
         force: of each finger [N].
-        objects: what may be moved, near the hand.
-        fixtures: what may not, near the hand.
+        objects: near the hand.
+        fixtures: near the hand.
     """
-    reached = [(o, half) for o in objects if (half := _first_touch(wTe, opening, o.placed()))]
-    jam = _first_touch(wTe, opening, fixtures) or 0.0
+    reached = [(o, half) for o in objects if (half := _first_touch(hand, opening, o.placed()))]
+    jam = _first_touch(hand, opening, fixtures) or 0.0
     if not reached:
-        return Squeeze(reason=Reason.BLOCKED if jam else Reason.NOTHING, width=2.0 * jam)
+        return GraspContact(reason=Reason.BLOCKED if jam else Reason.NOTHING, width=2.0 * jam)
     reached.sort(key=lambda entry: -entry[1])
     target, touched = reached[0]
     halted = 2.0 * max(touched, jam)
 
-    fit = _fit(wTe, opening, target, target.pose)
+    fit = _fit(hand, opening, target, target.pose)
     if fit is None or fit.drag > MAX_DRAG:
-        return Squeeze(reason=Reason.ONE_PAD, width=halted, object=target)
+        return GraspContact(reason=Reason.ONE_PAD, width=halted, object=target)
     if fit.width > opening + _PRESS:
-        return Squeeze(reason=Reason.TOO_WIDE, width=opening, object=target)
+        return GraspContact(reason=Reason.TOO_WIDE, width=opening, object=target)
     half = fit.width / 2.0 + _NEIGHBOUR_MARGIN
     if len(reached) > 1 and reached[1][1] > half:
-        return Squeeze(reason=Reason.TWO_OBJECTS, width=halted, object=target)
+        return GraspContact(reason=Reason.TWO_OBJECTS, width=halted, object=target)
     if jam > half:
-        return Squeeze(reason=Reason.BLOCKED, width=halted, object=target)
+        return GraspContact(reason=Reason.BLOCKED, width=halted, object=target)
 
     slid = fit.wTo
-    fit, angle = _turned_flush(wTe, opening, target, fit)
+    fit, angle = _turned_flush(hand, opening, target, fit)
     neighbours = [*fixtures, *(p for o in objects if o is not target for p in o.placed())]
     if _pushed_into(target, fit.wTo, neighbours):
-        return Squeeze(reason=Reason.BLOCKED, width=halted, object=target)
+        return GraspContact(reason=Reason.BLOCKED, width=halted, object=target)
     if angle > np.arctan(target.friction):
-        return Squeeze(reason=Reason.NOT_ANTIPODAL, width=fit.width, object=target, wTo=slid)
-    if _overlap(wTe, fit) < _MIN_OVERLAP:
-        return Squeeze(reason=Reason.TIP_CONTACT, width=fit.width, object=target, wTo=slid)
+        return GraspContact(reason=Reason.NOT_ANTIPODAL, width=fit.width, object=target, wTo=slid)
+    if _overlap(hand, fit) < _MIN_OVERLAP:
+        return GraspContact(reason=Reason.TIP_CONTACT, width=fit.width, object=target, wTo=slid)
     if target.mass * GRAVITY > 2.0 * target.friction * force:
-        return Squeeze(reason=Reason.TOO_HEAVY, width=fit.width, object=target, wTo=slid)
-    return Squeeze(reason=Reason.HELD, width=fit.width, object=target, wTo=fit.wTo)
+        return GraspContact(reason=Reason.TOO_HEAVY, width=fit.width, object=target, wTo=slid)
+    return GraspContact(reason=Reason.HELD, width=fit.width, object=target, wTo=fit.wTo)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -131,39 +131,37 @@ class _Fit:
     """On the left and on the right pad: patches, and normals from pad to object."""
 
 
-def _first_touch(wTe: SE3, opening: float, shapes: Sequence[Geom]) -> float | None:
+def _first_touch(hand: Hand, opening: float, shapes: Sequence[Geom]) -> float | None:
     """Distance of the pads from the centre when the first of them touches any of the shapes."""
-    gone = [_closing(wTe, side, opening / 2.0, shapes) for side in SIDES]
+    gone = [_closing(hand, side, opening / 2.0, shapes) for side in SIDES]
     touched = [opening / 2.0 - g for g in gone if g is not None]
     return max(touched, default=None)
 
 
-def _closing(wTe: SE3, side: str, start: float, shapes: Sequence[Geom]) -> float | None:
+def _closing(hand: Hand, side: str, start: float, shapes: Sequence[Geom]) -> float | None:
     """How far a pad can close from `start` to the centre before it touches."""
-    inwards = -SIDES[side] * wTe.rotation[:, 1]
-    return travel(pad(wTe, side, start), inwards, shapes, start)
+    return travel(hand.pad(side, start), hand.inwards(side), shapes, start)
 
 
-def _fit(wTe: SE3, opening: float, target: SimObject, wTo: SE3) -> _Fit | None:
-    """Slide an object along the closing axis until both pads touch; None if a pad misses it."""
+def _fit(hand: Hand, opening: float, target: SimObject, wTo: SE3) -> _Fit | None:
+    """Slide an object along the closing axis until both pads touch; None if one misses it."""
     parts = target.placed(wTo)
     start = opening / 2.0 + _MARGIN
     extent = {}
-    for side, sign in SIDES.items():
-        inwards = -sign * wTe.rotation[:, 1]
-        gone = travel(pad(wTe, side, start), inwards, parts, 2.0 * start)
+    for side in SIDES:
+        gone = travel(hand.pad(side, start), hand.inwards(side), parts, 2.0 * start)
         if gone is None:
             return None
         extent[side] = start - gone
     width = extent["left"] + extent["right"]
     offset = (extent["left"] - extent["right"]) / 2.0
-    slid = SE3(wTo.rotation, wTo.translation - offset * wTe.rotation[:, 1])
+    slid = SE3(wTo.rotation, wTo.translation - offset * hand.wTe.rotation[:, 1])
     parts = target.placed(slid)
     left, right = (
         [
             found
             for part in parts
-            if (found := patch(pad(wTe, side, width / 2.0 - _PRESS), part)) is not None
+            if (found := patch(hand.pad(side, width / 2.0 - _PRESS), part)) is not None
         ]
         for side in SIDES
     )
@@ -172,7 +170,7 @@ def _fit(wTe: SE3, opening: float, target: SimObject, wTo: SE3) -> _Fit | None:
 
 
 def _resultant(patches: Sequence[Contact]) -> list[Contact]:
-    """What a pad's patches are together, if there are several: as inside the rim of a cup."""
+    """The mean contact of several patches on one pad, as on the inner rim of a cup."""
     if len(patches) < 2:
         return []
     normal = np.sum([n for _, n in patches], axis=0)
@@ -182,11 +180,11 @@ def _resultant(patches: Sequence[Contact]) -> list[Contact]:
     return [(np.mean([p.mean(axis=0) for p, _ in patches], axis=0)[None], normal / length)]
 
 
-def _turned_flush(wTe: SE3, opening: float, target: SimObject, fit: _Fit) -> tuple[_Fit, float]:
+def _turned_flush(hand: Hand, opening: float, target: SimObject, fit: _Fit) -> tuple[_Fit, float]:
     """Let the pads turn an object, downhill in width, until it can be held or turns no further.
 
     Returns:
-        Where that leaves it, and the angle of `_opposition` there [rad].
+        The object as it was turned, and the angle of `_opposition` there [rad].
     """
     for _ in range(_MAX_TURNS):
         angle = _opposition(fit)
@@ -194,9 +192,9 @@ def _turned_flush(wTe: SE3, opening: float, target: SimObject, fit: _Fit) -> tup
             return fit, angle
         turned = [
             candidate
-            for axis in (wTe.rotation[:, 2], wTe.rotation[:, 0])
+            for axis in (hand.wTe.rotation[:, 2], hand.wTe.rotation[:, 0])
             for sign in (1.0, -1.0)
-            if (candidate := _fit(wTe, opening, target, _turn(fit, sign * _TURN_STEP * axis)))
+            if (candidate := _fit(hand, opening, target, _turn(fit, sign * _TURN_STEP * axis)))
             is not None
         ]
         best = min(turned, key=lambda candidate: candidate.width, default=fit)
@@ -229,7 +227,7 @@ def _angle(left: Contact, right: Contact) -> float:
 
 
 def _pushed_into(target: SimObject, wTo: SE3, neighbours: Sequence[Geom]) -> bool:
-    """Whether moving an object there presses it sideways into anything."""
+    """Whether an object that moves to `wTo` is pressed sideways into a neighbour."""
     for before, after in zip(target.placed(), target.placed(wTo), strict=True):
         for neighbour in neighbours:
             gap, normal = separation(after, neighbour)
@@ -239,10 +237,10 @@ def _pushed_into(target: SimObject, wTo: SE3, neighbours: Sequence[Geom]) -> boo
     return False
 
 
-def _overlap(wTe: SE3, fit: _Fit) -> float:
+def _overlap(hand: Hand, fit: _Fit) -> float:
     """Overlap of pads and object along the approach, on the side where it is less [m]."""
-    approach = wTe.rotation[:, 2]
-    tips = approach @ wTe.translation + TIP
+    approach = hand.wTe.rotation[:, 2]
+    tips = approach @ hand.wTe.translation + hand.gripper.tip
     return min(
         max((float((tips - points @ approach).max()) for points, _ in side), default=-np.inf)
         for side in fit.contacts

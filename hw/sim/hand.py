@@ -1,59 +1,59 @@
-"""The Franka hand as boxes: a palm, two fingers and their pads.
-
-Everything is in the end-effector frame e, the grasp centre between the finger tips: z along the
-approach, y the closing direction. The left finger is the one on the side of +y.
-"""
+"""The hand in the world: palm, fingers and pads of the robot's gripper at a pose."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from pinocchio import SE3
 
-from robots.shapes import Box, Geom
-
-TIP = 0.008
-"""How far the pads reach beyond the grasp centre along the approach [m]."""
+from robots import Array, Geom, GripperDescription, bounding_radius
 
 SIDES = {"left": 1.0, "right": -1.0}
-"""The side along y on which each finger is."""
-
-_PALM = Box((0.0316, 0.1020, 0.0460))
-_PALM_Z = -0.0829
-_FINGER = Box((0.01025, 0.00725, 0.0180))
-_FINGER_Z = -0.0270
-_FINGER_BEHIND = 0.0085
-_PAD = Box((0.0085, 0.0040, TIP + 0.0005))
-_PAD_Z = -0.0005
-
-CENTRE = np.array([0.0, 0.0, -0.05])
-"""(3,) centre, in e, of a ball around the hand [m] ..."""
-RADIUS = 0.14
-"""... and its radius, at any opening [m]."""
-
-_METAL = (225, 225, 228)
-_RUBBER = (40, 40, 44)
+"""The side along y of the end effector on which each finger is."""
 
 
-def pad(wTe: SE3, side: str, from_centre: float) -> Geom:
-    """The pad of the `left` or `right` finger, its face `from_centre` [m] from the grasp centre."""
-    y = SIDES[side] * (from_centre + _PAD.half[1])
-    return Geom(_PAD, wTe * _shifted(y, _PAD_Z), f"{side} pad", _RUBBER)
+@dataclass(frozen=True, eq=False)
+class Hand:
+    """A gripper whose end effector is at a pose, at any opening.
 
-
-def hand_shapes(wTe: SE3, width: float) -> list[Geom]:
-    """The whole hand in the world.
-
-    Args:
-        wTe: end effector in the world.
-        width: distance between the pads [m].
+    Widths are distances between the two pads [m].
     """
-    shapes = [Geom(_PALM, wTe * _shifted(0.0, _PALM_Z), "palm", _METAL)]
-    for side, sign in SIDES.items():
-        y = sign * (width / 2.0 + _FINGER_BEHIND)
-        shapes.append(Geom(_FINGER, wTe * _shifted(y, _FINGER_Z), f"{side} finger", _METAL))
-        shapes.append(pad(wTe, side, width / 2.0))
-    return shapes
 
+    gripper: GripperDescription
+    wTe: SE3
+    """End effector in the world: z along the approach, y the closing direction."""
 
-def _shifted(y: float, z: float) -> SE3:
-    return SE3(np.eye(3), np.array([0.0, y, z]))
+    @property
+    def centre(self) -> Array:
+        """(3,) centre of a ball around the hand at any opening, in the world [m]."""
+        centre: Array = self.wTe.act(self.gripper.ball.pose.translation)
+        return centre
+
+    @property
+    def radius(self) -> float:
+        """Radius of that ball [m]."""
+        return bounding_radius(self.gripper.ball.shape)
+
+    def inwards(self, side: str) -> Array:
+        """(3,) direction in the world in which the finger of a side closes."""
+        direction: Array = -SIDES[side] * self.wTe.rotation[:, 1]
+        return direction
+
+    def pad(self, side: str, from_centre: float) -> Geom:
+        """The pad of a side, its face `from_centre` [m] away from the grasp centre."""
+        return self._placed(self.gripper.pad, side, from_centre)
+
+    def shapes(self, width: float) -> list[Geom]:
+        """The whole hand in the world."""
+        shapes = [self.gripper.palm.moved(self.wTe)]
+        for side in SIDES:
+            shapes.append(self._placed(self.gripper.finger, side, width / 2.0))
+            shapes.append(self.pad(side, width / 2.0))
+        return shapes
+
+    def _placed(self, part: Geom, side: str, from_centre: float) -> Geom:
+        """A part of a finger that is described on the left, when the pads touch."""
+        x, y, z = part.pose.translation
+        eTp = SE3(part.pose.rotation, np.array([x, SIDES[side] * (from_centre + y), z]))
+        return Geom(part.shape, self.wTe * eTp, f"{side} {part.name}", part.colour)

@@ -1,4 +1,4 @@
-"""Putting a scene together: fixtures where it says, objects side by side on what carries them."""
+"""Build the world of a scene: fixtures at their poses, objects side by side on their surface."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim.contact import separation
-from hw.sim.objects import KINDS, fitting, make_object
+from hw.sim.objects import OBJECT_CLASSES, fitting, make_object
 from hw.sim.scene import (
     Container,
     Fixture,
@@ -24,7 +24,7 @@ from hw.sim.scene import (
 )
 from hw.sim.sim_object import Motion, SimObject
 from hw.sim.world import World
-from robots.shapes import Box, Colour, Geom, Plane
+from robots import Box, Colour, Geom, Plane
 
 GAP = 0.006
 """Objects lie at least this far apart [m] ..."""
@@ -33,13 +33,13 @@ WALL_GAP = 0.022
 """... and this far from walls and edges; a finger just fits between an object and a wall [m]."""
 
 _SPREADS = np.repeat([0.035, 0.025, 0.015, 0.008, 0.0, 0.0], 6)
-"""Wished for in addition to either gap, one for each way that an object is turned [m]."""
+"""Added to both gaps at each try of an orientation: generous first, none in the end [m]."""
 
-_PLACES = 10
-"""Tried for each."""
+_POSITIONS = 10
+"""How many positions are tried for each orientation of an object."""
 
 _LAYOUTS = 30
-"""Tried, each with other objects, before giving up."""
+"""How many layouts, each with new objects, are tried before giving up."""
 
 _FLOOR: Colour = (196, 190, 180)
 _WOOD: Colour = (176, 136, 96)
@@ -48,14 +48,14 @@ _STONE: Colour = (150, 150, 150)
 
 
 def load_scene(scene: str | Path, seed: int) -> World:
-    """The world that a scene describes.
+    """Build the world that a scene describes.
 
     Args:
         scene: name of a shipped scene, or path of a scene file.
-        seed: of the objects and where they lie; the same seed gives the same world.
+        seed: of the objects and their poses; the same seed gives the same world.
 
     Raises:
-        SceneError: there is no such scene, or it is not a good one.
+        SceneError: there is no such scene, its file is not valid, or the objects do not fit.
     """
     described = read_scene(scene)
     try:
@@ -65,10 +65,10 @@ def load_scene(scene: str | Path, seed: int) -> World:
 
 
 def build_world(scene: Scene, rng: np.random.Generator) -> World:
-    """Everything that a scene says, put in its place.
+    """Build the world of a scene that was read.
 
     Raises:
-        SceneError: the objects that it asks for cannot be made, or do not fit.
+        SceneError: the objects cannot be made, or do not fit.
     """
     fixtures = [
         Geom(Plane(), SE3.Identity(), "floor", _FLOOR),
@@ -80,7 +80,7 @@ def build_world(scene: Scene, rng: np.random.Generator) -> World:
     objects = _objects(scene.objects, _floor(scene.container), 0, rng)
     for table in scene.side_tables:
         lying = _objects(table.objects, _top(table), len(objects), rng)
-        objects += [_moving(thing, table) for thing in lying]
+        objects += [_moving(obj, table) for obj in lying]
     return World(fixtures, objects)
 
 
@@ -88,7 +88,7 @@ class _Surface(NamedTuple):
     """A level rectangle that objects lie on."""
 
     name: str
-    """What carries it, in words."""
+    """For messages: "into the container", "on a table"."""
     centre: tuple[float, float]
     size: tuple[float, float]
     """Along x and y [m]."""
@@ -102,7 +102,7 @@ def _floor(container: Container) -> _Surface:
 
 
 def _top(table: SideTable) -> _Surface:
-    """The part of a table on which an object stays on it wherever it moves to."""
+    """The part of a table top that its moving objects never leave."""
     (x, y), (wide, deep) = table.centre, table.size
     dx, dy = table.motion.along if table.motion else (0.0, 0.0)
     return _Surface(
@@ -113,35 +113,35 @@ def _top(table: SideTable) -> _Surface:
     )
 
 
-def _moving(thing: SimObject, table: SideTable) -> SimObject:
-    """The object, set going if its table says so."""
+def _moving(obj: SimObject, table: SideTable) -> SimObject:
+    """The object, moving if its table has a motion."""
     if (motion := table.motion) is not None:
-        thing.motion = Motion(
-            start=thing.pose.translation.copy(),
+        obj.motion = Motion(
+            start=obj.pose.translation.copy(),
             along=np.array([*motion.along, 0.0]),
             period=motion.period_s,
             until=np.inf if motion.stop_s is None else motion.stop_s,
         )
-    return thing
+    return obj
 
 
 def _objects(
     wanted: Objects, surface: _Surface, before: int, rng: np.random.Generator
 ) -> list[SimObject]:
-    """Objects side by side on a surface, numbered on from how many there are `before`."""
+    """Objects side by side on a surface; their numbers go on from `before`."""
     widths = (wanted.width_mm[0] / 1000.0, wanted.width_mm[1] / 1000.0)
     masses = (wanted.mass_g[0] / 1000.0, wanted.mass_g[1] / 1000.0)
-    kinds = fitting(KINDS, wanted.kinds, widths)
-    if wanted.count and not kinds:
+    names = fitting(OBJECT_CLASSES, wanted.classes, widths)
+    if wanted.count and not names:
         low, high = wanted.width_mm
         raise SceneError(
-            f"objects: none of {', '.join(wanted.kinds)} comes {low:g} to {high:g} mm wide: "
-            "widen width_mm or name other kinds"
+            f"objects: no {' or '.join(wanted.classes)} is {low:g} to {high:g} mm wide: "
+            "widen width_mm or name other classes"
         )
     for _ in range(_LAYOUTS):
         objects = [
-            make_object(f"{kind} {before + i + 1}", KINDS[kind], widths, masses, rng)
-            for i, kind in enumerate(rng.choice(kinds, wanted.count) if wanted.count else [])
+            make_object(f"{name} {before + i + 1}", OBJECT_CLASSES[name], widths, masses, rng)
+            for i, name in enumerate(rng.choice(names, wanted.count) if wanted.count else [])
         ]
         if _lay_out(objects, surface, rng):
             return objects
@@ -152,35 +152,35 @@ def _objects(
 
 
 def _lay_out(objects: Sequence[SimObject], surface: _Surface, rng: np.random.Generator) -> bool:
-    """Give every object a place on a surface, the largest first; False if it is full."""
+    """Give every object a pose on a surface, the largest first; False if they do not fit."""
     laid: list[SimObject] = []
-    for thing in sorted(objects, key=lambda o: -o.radius):
-        if not any(_try_turned(thing, laid, surface, spread, rng) for spread in _SPREADS):
+    for obj in sorted(objects, key=lambda o: -o.radius):
+        if not any(_try_turned(obj, laid, surface, spread, rng) for spread in _SPREADS):
             return False
-        laid.append(thing)
+        laid.append(obj)
     return True
 
 
 def _try_turned(
-    thing: SimObject,
+    obj: SimObject,
     laid: Sequence[SimObject],
     surface: _Surface,
     spread: float,
     rng: np.random.Generator,
 ) -> bool:
-    """Turn an object any way, and try places until it lies clear of the rim and of others."""
+    """Turn an object at random, then try positions until it is clear of rim and others."""
     turn = exp3(np.array([0.0, 0.0, rng.uniform(-np.pi, np.pi)]))
-    thing.pose = SE3(turn, np.zeros(3))
+    obj.pose = SE3(turn, np.zeros(3))
     x, y, up = np.eye(3)
     half = np.array(surface.size) / 2.0 - WALL_GAP - spread
-    low = np.array([thing.reach(-x), thing.reach(-y)]) - half
-    high = half - np.array([thing.reach(x), thing.reach(y)])
+    low = np.array([obj.reach(-x), obj.reach(-y)]) - half
+    high = half - np.array([obj.reach(x), obj.reach(y)])
     if (low > high).any():
         return False
-    height = surface.height + thing.reach(-up)
-    for place in surface.centre + rng.uniform(low, high, (_PLACES, 2)):
-        thing.pose = SE3(turn, np.array([*place, height]))
-        if all(_apart(thing, other, GAP + spread) for other in laid):
+    height = surface.height + obj.reach(-up)
+    for position in surface.centre + rng.uniform(low, high, (_POSITIONS, 2)):
+        obj.pose = SE3(turn, np.array([*position, height]))
+        if all(_apart(obj, other, GAP + spread) for other in laid):
             return True
     return False
 

@@ -1,8 +1,8 @@
-"""What a RealSense D435 makes of a perfect depth image.
+"""Noise of a stereo depth camera such as the RealSense D435.
 
-Depth comes from the disparity between two imagers: d = fx·baseline / z. So the noise is made where
-it arises: disparity is off by a fraction of a pixel and comes in steps, surfaces that only one
-imager sees are missing, and so are depth edges, speckles and whatever is too near or too far.
+Such a camera measures the disparity d = fx·baseline / z between two imagers, so the noise is added
+there: the disparity is off by a fraction of a pixel and comes in steps. Surfaces that only one
+imager sees are missing, and so are depth edges, speckles and all that is too near or too far.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from hw.interfaces import Intrinsics
+from robots import CameraDescription
 
 DepthImage = npt.NDArray[np.float32]
 
@@ -21,40 +21,34 @@ DepthImage = npt.NDArray[np.float32]
 class D435Noise:
     """Noise of a stereo depth camera; the defaults are those of a D435 at 640 x 480."""
 
-    baseline: float = 0.05
-    """Distance between the two imagers [m]."""
     disparity_noise: float = 0.08
-    """Standard deviation of the disparity [px]; alike for 2 x 2 neighbours."""
+    """Standard deviation of the disparity [px]; equal in blocks of 2 x 2."""
     disparity_step: float = 1.0 / 32.0
-    """Disparity comes in steps of this [px]."""
-    min_range: float = 0.175
-    """Nothing nearer is seen [m]."""
-    max_range: float = 3.0
-    """Nothing farther is seen [m]."""
+    """Disparity is measured in steps of this [px]."""
     edge_step: float = 0.02
-    """Neighbours that differ by more than this are at an edge [m] ..."""
+    """Neighbours whose depths differ by more than this are at an edge [m]."""
     edge_loss: float = 0.7
-    """... and each pixel there is lost with this probability."""
+    """Probability that a pixel at an edge is lost."""
     speckle: float = 0.008
     """Share of pixels lost in small patches."""
 
     def apply(
-        self, depth: DepthImage, intrinsics: Intrinsics, rng: np.random.Generator
+        self, depth: DepthImage, camera: CameraDescription, rng: np.random.Generator
     ) -> DepthImage:
         """A noisy copy of a perfect depth image.
 
         Args:
             depth: (H, W) depth along the optical axis [m], NaN where nothing.
-            intrinsics: the camera that `depth` was rendered for.
-            rng: where the randomness comes from.
+            camera: the camera that `depth` was rendered for.
+            rng: source of the noise.
 
         Returns:
             (H, W) depth in whole millimetres [m], NaN where missing.
         """
         far = np.nan_to_num(depth, nan=1e3)
-        scale = np.float32(intrinsics.fx * self.baseline)
+        scale = np.float32(camera.intrinsics.fx * camera.baseline)
         disparity: DepthImage = scale / far
-        seen = (far >= self.min_range) & (far <= self.max_range)
+        seen = (far >= camera.min_range) & (far <= camera.max_range)
         seen &= ~_hidden_from_the_other_imager(disparity)
         lost = _edges(far, self.edge_step) & (_uniform(rng, depth.shape, 1) < self.edge_loss)
         lost |= _uniform(rng, depth.shape, 4) < self.speckle
@@ -70,7 +64,7 @@ def _hidden_from_the_other_imager(disparity: DepthImage) -> npt.NDArray[np.bool_
     """Pixels left of a nearer surface that the right imager has in front of them.
 
     Column u is seen by the right imager at u - d; anything further right that lands at or left of
-    it stands before it.
+    it hides it.
     """
     column = np.arange(disparity.shape[1], dtype=np.float32) - disparity
     leftmost = np.minimum.accumulate(column[:, ::-1], axis=1)[:, ::-1]
@@ -92,12 +86,12 @@ def _edges(depth: DepthImage, step: float) -> npt.NDArray[np.bool_]:
 
 
 def _uniform(rng: np.random.Generator, shape: tuple[int, ...], block: int) -> DepthImage:
-    """(H, W) numbers of [0, 1), alike within square blocks."""
+    """(H, W) uniform numbers in [0, 1), equal within square blocks."""
     return _spread(rng.random(_blocks(shape, block), dtype=np.float32), shape, block)
 
 
 def _normal(rng: np.random.Generator, shape: tuple[int, ...], block: int) -> DepthImage:
-    """(H, W) numbers of zero mean and unit deviation, alike within square blocks."""
+    """(H, W) standard normal numbers, equal within square blocks."""
     return _spread(rng.standard_normal(_blocks(shape, block), dtype=np.float32), shape, block)
 
 

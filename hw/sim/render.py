@@ -1,4 +1,4 @@
-"""Depth images by ray casting: every primitive is solved for exactly, in its screen rectangle.
+"""Depth images by ray casting: every primitive is intersected exactly, in its image rectangle.
 
 A ray through pixel (u, v) is t·(x, y, 1) in the camera frame, so that t is the depth itself. Seen
 from a primitive's frame the ray starts at o and runs along d, and the entry into the primitive is
@@ -15,15 +15,14 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from hw.interfaces import Intrinsics
-from robots.shapes import Box, Capsule, Cylinder, Geom, Plane, Shape, Sphere, half_extents
+from robots import Box, Capsule, Cylinder, Geom, Intrinsics, Plane, Shape, Sphere, half_extents
 
 Image: TypeAlias = npt.NDArray[np.float32]
 Ids: TypeAlias = npt.NDArray[np.int16]
 Entry: TypeAlias = Callable[[Any, Image, Image, Image, Image], Image]
 
 NEAR = 0.01
-"""Surfaces nearer to the image plane than this are not seen [m]."""
+"""Smallest depth that is rendered [m]."""
 
 STRIP_ROWS = 120
 """Rows worked on at a time."""
@@ -61,14 +60,14 @@ class DepthRenderer:
     def render(
         self, shapes: Sequence[Geom], wTc: SE3, with_ids: bool = False
     ) -> Image | tuple[Image, Ids]:
-        """What the camera sees.
+        """Render what the camera sees.
 
-        Surfaces are seen from outside: a primitive that holds the camera is invisible.
+        Surfaces are seen from outside: a primitive around the camera is invisible.
 
         Args:
             shapes: primitives with poses in the world.
             wTc: camera in the world; z along the optical axis, x right, y down.
-            with_ids: whether to tell also which primitive each pixel shows.
+            with_ids: whether to return also which primitive each pixel shows.
 
         Returns:
             (H, W) depth along the optical axis [m], NaN where nothing; with `with_ids` also the
@@ -99,7 +98,7 @@ class DepthRenderer:
     def _visible(
         self, shapes: Sequence[Geom], wTc: SE3
     ) -> list[tuple[int, Shape, Image, Image, tuple[int, int, int, int]]]:
-        """What may show: index, shape, rotation sRc, camera in the shape's frame, rectangle."""
+        """What may be visible: index, shape, sRc, camera in the shape's frame, rectangle."""
         if not shapes:
             return []
         wRs = np.array([s.pose.rotation for s in shapes])

@@ -1,227 +1,182 @@
-"""The simulated robot: kinematics with lag, a hand that touches things, a camera that sees them."""
+"""The parts of the simulated robot: views of one body, composed as those of any other robot."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import exp
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
 
 import numpy as np
-import pinocchio as pin
 from pinocchio import SE3
 
-from controller import READY, Command, RobotModel
+from hw.background import InlineExecutor
 from hw.clock import Clock
-from hw.interfaces import HAND_OPENING, DepthFrame, Fault, FaultKind, Intrinsics, RobotState
-from hw.sim.hand import hand_shapes
+from hw.composition import ComposedRobot
+from hw.frame import DepthImage
+from hw.sim.body import Dynamics, SimBody
 from hw.sim.noise import D435Noise
 from hw.sim.render import DepthRenderer
 from hw.sim.world import World
-
-CAMERA = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
-"""Depth stream of a RealSense D435 at 640 x 480."""
-
-TOOL_TO_CAMERA = SE3(
-    np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([0.065, 0.0, -0.098])
-)
-"""eTc: the camera beside the hand, looking along the approach, x along the closing direction."""
+from hw.state import ArmState, Array, BaseState, Fault, FaultKind, GripperState
+from robots import Geom, RobotDescription
 
 
-@dataclass(frozen=True, kw_only=True)
-class Dynamics:
-    """How the simulated robot answers to commands."""
+class _SimPart:
+    """What the parts have in common: they are always there, and stop with the body."""
 
-    period: float = 0.01
-    """A command holds for one period [s]; without a new one the robot stops."""
-    arm_lag: float = 0.03
-    """Time constant of the joints [s]."""
-    base_lag: float = 0.10
-    """Time constant of the base [s]."""
-    finger_speed: float = 0.1
-    """Change of the opening when the fingers move [m/s]."""
-    slip_distance: float = 0.005
-    """Fingers that press on a thing without holding it slip off when the hand moves so far [m]."""
-    frame_rate: float = 30.0
-    """Camera frames a second [Hz]."""
-    battery_life: float = 4.0 * 3600.0
-    """Time in which a full battery runs down, whatever the robot does [s]."""
-
-
-class SimRobot:
-    """A robot made of numbers: everything it does is a function of world, commands and seed.
-
-    It lives on the injected clock: a reading integrates what was commanded up to now.
-
-    Args:
-        model: which robot; not to be shared with another thread.
-        world: what is around it.
-        clock: simulated time.
-        seed: of the camera's noise.
-        dynamics: how it answers.
-        noise: of the camera; None for a perfect one.
-    """
-
-    def __init__(
-        self,
-        model: RobotModel,
-        world: World,
-        clock: Clock,
-        seed: int = 0,
-        dynamics: Dynamics | None = None,
-        noise: D435Noise | None = None,
-    ) -> None:
-        self.world = world
-        self._model = model
-        self._clock = clock
-        self._seed = seed
-        self._dynamics = dynamics or Dynamics()
-        self._noise = noise or D435Noise()
-        self._renderer = DepthRenderer(CAMERA)
-        self._now = clock.now()
-        self._valid_until = self._now
-        self._command = Command.stop()
-        self._wTb = SE3.Identity()
-        self._base_twist = np.zeros(3)
-        self._q = READY.copy()
-        self._qd = np.zeros(7)
-        self._width = HAND_OPENING
-        self._width_goal = HAND_OPENING
-        self._fingers_move = False
-        self._pressing_from: SE3 | None = None
-        self._wanted_width = HAND_OPENING
-        self._slipping = False
-        self._reflex: str | None = None
-        self._forgiven: str | None = None
-        self._last_frame = -1
+    def __init__(self, body: SimBody) -> None:
+        self._body = body
 
     def connect(self) -> None:
-        """Nothing to reach: the simulated robot is always there."""
+        """Nothing to reach."""
+
+    def stop(self) -> None:
+        """The body comes to rest with its lag."""
+        self._body.stop()
 
     def close(self) -> None:
         """Stop."""
         self.stop()
 
-    def read(self) -> RobotState:
+
+class SimArm(_SimPart):
+    """The arm; with a reflex it stays where it is."""
+
+    def read(self) -> ArmState:
         """The reading at this moment of simulated time."""
-        self._advance()
-        faults = (
-            (Fault(kind=FaultKind.REFLEX, text=f"the hand hit {self._reflex}", clearable=True),)
-            if self._reflex
-            else ()
-        )
-        return RobotState(
-            stamp=self._now,
-            wTb=self._wTb,
-            base_twist=self._base_twist,
-            q=self._q,
-            qd=self._qd,
-            gripper_width=self._width,
-            gripper_moving=self._fingers_move,
-            faults=faults,
-            battery=max(0.0, 1.0 - self._now / self._dynamics.battery_life),
+        body = self._body
+        body.advance()
+        text = f"the hand hit {body.reflex}"
+        reflex = Fault(kind=FaultKind.REFLEX, text=text, clearable=True)
+        return ArmState(
+            stamp=body.now, q=body.q, qd=body.qd, faults=(reflex,) if body.reflex else ()
         )
 
-    def send(self, command: Command) -> Command:
-        """Follow a command for one period; with a reflex the arm stays where it is."""
-        self._advance()
-        if self._reflex:
-            command = Command(base_twist=command.base_twist, qd=np.zeros(7))
-        self._command = command
-        self._valid_until = self._now + self._dynamics.period
-        return command
-
-    def stop(self) -> None:
-        """Forget the command: the robot comes to rest with its lag."""
-        self._command = Command.stop()
+    def send(self, qd: Array) -> Array:
+        """Follow joint velocities for one period."""
+        self._body.advance()
+        applied = np.zeros(7) if self._body.reflex else qd
+        self._body.follow(qd=applied)
+        return applied
 
     def recover(self) -> None:
-        """Clear a reflex; the thing that was hit is forgiven until the hand has left it."""
-        self._forgiven, self._reflex = self._reflex, None
+        """Clear a reflex, at once."""
+        self._body.recover()
+
+
+class SimBase(_SimPart):
+    """The base; it has no faults."""
+
+    def read(self) -> BaseState:
+        """The reading at this moment of simulated time."""
+        body = self._body
+        body.advance()
+        battery = max(0.0, 1.0 - body.now / body.dynamics.battery_life)
+        return BaseState(stamp=body.now, wTb=body.wTb, twist=body.base_twist, battery=battery)
+
+    def send(self, twist: Array) -> Array:
+        """Follow a twist for one period."""
+        self._body.follow(base_twist=twist)
+        return twist
+
+    def recover(self) -> None:
+        """Nothing to clear."""
+
+
+class SimGripper(_SimPart):
+    """The gripper."""
+
+    def read(self) -> GripperState:
+        """The reading at this moment of simulated time."""
+        body = self._body
+        body.advance()
+        return GripperState(stamp=body.now, width=body.width, moving=body.fingers_move)
 
     def grip(self, width: float, force: float) -> None:
-        """Move the fingers to a width [m]; closing stops at what the contacts decide.
+        """Set the fingers moving."""
+        self._body.grip(width, force)
 
-        The contacts are decided on the pose of the hand when closing starts. Fingers that press on
-        something without holding it close the rest of the way when the hand moves off.
-        """
-        self._advance()
-        if width > self._width:
-            self.world.open_fingers()
-            self._width_goal = min(width, HAND_OPENING)
-            self._pressing_from = None
-        else:
-            wTe = self._wTe()
-            outcome = self.world.close_fingers(wTe, self._width, force, width)
-            self._width_goal = outcome.width
-            if outcome.holding is None:
-                self._pressing_from, self._wanted_width = wTe, width
-        self._slipping = False
-        self._fingers_move = self._width != self._width_goal
 
-    def depth(self) -> DepthFrame | None:
-        """The newest frame of the camera, rendered when it is asked for."""
-        self._advance()
-        frame = int(self._now * self._dynamics.frame_rate + 1e-9)
-        if frame == self._last_frame:
-            return None
-        self._last_frame = frame
-        wTe = self._wTe()
-        wTc = wTe * TOOL_TO_CAMERA
-        shapes = [*self.world.shapes(), *hand_shapes(wTe, self._width)]
+class SimCamera(_SimPart):
+    """The depth camera: an image is captured when it is asked for, at most one a frame period.
+
+    Rendered inline, the image is there at once. Rendered beside the loop it comes later, with the
+    stamp of its capture, and what is asked for meanwhile is the one before: as a real camera does.
+
+    Args:
+        body: whose camera.
+        noise: of the camera.
+        seed: of the noise.
+        executor: where images are rendered.
+    """
+
+    def __init__(self, body: SimBody, noise: D435Noise, seed: int, executor: Executor) -> None:
+        super().__init__(body)
+        self._camera = body.description.camera
+        self._renderer = DepthRenderer(self._camera.intrinsics)
+        self._noise = noise
+        self._seed = seed
+        self._executor = executor
+        self._number = -1
+        self._image: DepthImage | None = None
+        self._pending: Future[DepthImage] | None = None
+
+    def latest(self) -> DepthImage | None:
+        """The newest image that is ready."""
+        body = self._body
+        body.advance()
+        number = int(body.now * self._camera.rate + 1e-9)
+        if self._pending is None and number != self._number:
+            self._number = number
+            wTc = body.wTe * self._camera.eTc
+            self._pending = self._executor.submit(
+                self._capture, body.shapes(), wTc, number, body.now
+            )
+        if self._pending is not None and self._pending.done():
+            self._image, self._pending = self._pending.result(), None
+        return self._image
+
+    def close(self) -> None:
+        """Stop, and render no more."""
+        super().close()
+        self._executor.shutdown(wait=False, cancel_futures=True)
+
+    def _capture(self, shapes: list[Geom], wTc: SE3, number: int, stamp: float) -> DepthImage:
         # One generator a frame: it looks the same whether or not those before were asked for.
-        rng = np.random.default_rng((self._seed, frame))
-        depth = self._noise.apply(self._renderer.render(shapes, wTc), CAMERA, rng)
-        return DepthFrame(depth=depth, intrinsics=CAMERA, wTc=wTc, stamp=self._now)
+        rng = np.random.default_rng((self._seed, number))
+        depth = self._renderer.render(shapes, wTc)
+        noisy = self._noise.apply(depth, self._camera, rng)
+        return DepthImage(depth=noisy, stamp=stamp)
 
-    def _wTe(self) -> SE3:
-        return self._model.wTe(self._wTb, self._q)
 
-    def _advance(self) -> None:
-        """Integrate up to the clock's time, a period at a time."""
-        now = self._clock.now()
-        while self._now < now - 1e-9:
-            dt = min(self._dynamics.period, now - self._now)
-            command = self._command if self._now < self._valid_until - 1e-9 else Command.stop()
-            self.world.move_to(self._now + dt)
-            self._integrate(command, dt)
-            self._now += dt
-        self._now = now
+def kinematic_robot(
+    description: RobotDescription,
+    world: World,
+    clock: Clock,
+    *,
+    seed: int = 0,
+    dynamics: Dynamics | None = None,
+    noise: D435Noise | None = None,
+    background: Callable[[], Executor] = InlineExecutor,
+) -> ComposedRobot:
+    """A robot made of numbers: everything it does is a function of world, commands and seed.
 
-    def _integrate(self, command: Command, dt: float) -> None:
-        """First-order lag on every axis, then exact motion along the arc that it gives."""
-        d = self._dynamics
-        self._base_twist = self._base_twist + (1.0 - exp(-dt / d.base_lag)) * (
-            command.base_twist - self._base_twist
-        )
-        vx, vy, w = self._base_twist * dt
-        self._wTb = self._wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
-        if self._reflex:
-            self._qd = np.zeros(7)
-        else:
-            self._qd = self._qd + (1.0 - exp(-dt / d.arm_lag)) * (command.qd - self._qd)
-            self._q = self._q + self._qd * dt
-        self._move_fingers(d.finger_speed * dt)
-        self._touch()
-
-    def _move_fingers(self, step: float) -> None:
-        """A step towards the width that is wanted; slipping fingers slide along what is between."""
-        width = self._width + float(np.clip(self._width_goal - self._width, -step, step))
-        if self._slipping and self.world.collision(self._wTe(), width):
-            width = self._width
-        self._fingers_move = width != self._width
-        self._width = width
-
-    def _touch(self) -> None:
-        """Carry what is held, slip off what is not, trip the reflex if the hand hits something."""
-        wTe = self._wTe()
-        self.world.carry(wTe)
-        if self._pressing_from is not None:
-            moved = np.linalg.norm(wTe.translation - self._pressing_from.translation)
-            if moved > self._dynamics.slip_distance:
-                self._slipping, self._pressing_from = True, None
-                self._width_goal = self._wanted_width
-        hit = self.world.collision(wTe, self._width)
-        if hit is None:
-            self._forgiven = None
-        elif hit != self._forgiven:
-            self._reflex = hit
-            self._qd = np.zeros(7)
+    Args:
+        description: which robot.
+        world: what is around it.
+        clock: simulated time.
+        seed: of the camera's noise.
+        dynamics: how it answers; None for the usual way.
+        noise: of the camera; None for that of a D435.
+        background: where images are rendered and what takes time is done; inline, a run is
+            the same every time.
+    """
+    body = SimBody(description, world, clock, dynamics or Dynamics())
+    return ComposedRobot(
+        description,
+        arm=SimArm(body),
+        base=SimBase(body),
+        gripper=SimGripper(body),
+        camera=SimCamera(body, noise or D435Noise(), seed, background()),
+        clock=clock,
+        background=background,
+    )

@@ -1,4 +1,4 @@
-"""Scenes: YAML files that say what stands where."""
+"""Scene files: YAML that describes furniture and objects."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from typing import Annotated
 from pydantic import Field, field_validator
 
 from config import ConfigError, StrictModel, UserError, quoted, read_config, suggest
-from hw.sim.objects import HOUSEHOLD, KINDS
+from hw.sim.objects import HOUSEHOLD, OBJECT_CLASSES
 
 SCENES = Path(__file__).parent / "scenes"
-"""Where the shipped scenes lie."""
+"""The folder of the shipped scenes."""
 
 Length = Annotated[float, Field(gt=0.0, le=10.0)]
 Coordinate = Annotated[float, Field(ge=-50.0, le=50.0)]
 
 
 class SceneError(UserError):
-    """A scene cannot be found, read or filled; the text says what, where and how to fix it."""
+    """A scene that cannot be found, read or filled."""
 
 
 class Container(StrictModel):
-    """An open box on a pedestal."""
+    """An open box on a pedestal, with objects in it."""
 
     centre: tuple[Coordinate, Coordinate]
     """x, y in the world [m]."""
@@ -62,44 +62,45 @@ class Objects(StrictModel):
     """The objects in the container, or on a table."""
 
     count: Annotated[int, Field(ge=0, le=40)] = 10
-    kinds: tuple[str, ...] = tuple(HOUSEHOLD)
+    classes: tuple[str, ...] = tuple(HOUSEHOLD)
     width_mm: tuple[float, float] = (15.0, 70.0)
-    """Range of the smallest width by which they can be grasped."""
+    """Range of the smallest width by which they can be grasped [mm]."""
     mass_g: tuple[float, float] = (30.0, 500.0)
+    """Range of their mass [g]."""
 
-    @field_validator("kinds")
+    @field_validator("classes")
     @classmethod
-    def _known(cls, kinds: tuple[str, ...]) -> tuple[str, ...]:
-        for kind in kinds:
-            if kind not in KINDS:
-                raise ValueError(f"no kind of object {kind!r}; {suggest(kind, KINDS)}")
-        return kinds
+    def _known(cls, classes: tuple[str, ...]) -> tuple[str, ...]:
+        for name in classes:
+            if name not in OBJECT_CLASSES:
+                raise ValueError(f"no class of objects `{name}`; {suggest(name, OBJECT_CLASSES)}")
+        return classes
 
     @field_validator("width_mm", "mass_g")
     @classmethod
     def _ascending(cls, bounds: tuple[float, float]) -> tuple[float, float]:
         if not 0.0 < bounds[0] <= bounds[1]:
-            raise ValueError("give the smallest first, then the largest, both above 0")
+            raise ValueError("must be the smallest, then the largest, both above 0")
         return bounds
 
 
 class Motion(StrictModel):
-    """How the objects of a table move by themselves: along a line, to and fro."""
+    """How the objects on a table move by themselves: along a line, back and forth."""
 
     along: tuple[Coordinate, Coordinate]
-    """x, y from one end of the way to the other [m]."""
+    """x, y from one end of the line to the other [m]."""
     period_s: Annotated[float, Field(gt=0.0)]
-    """For the way there and back [s]."""
+    """From one end to the other and back [s]."""
     stop_s: Annotated[float, Field(ge=0.0)] | None = None
-    """Simulated time from which they stand still [s]; without it they never do."""
+    """Simulated time from which they stand still [s]; without it they never stop."""
 
 
-_TAKEN = ("container", "floor", "pedestal", "table")
-"""Names of what every scene has."""
+_RESERVED = ("container", "floor", "pedestal", "table")
+"""Names of the furniture of every scene."""
 
 
 class SideTable(Table):
-    """A further table, with objects anywhere on it."""
+    """Another table, with objects anywhere on it."""
 
     name: Annotated[str, Field(pattern=r"^[^/]+$")]
     objects: Objects
@@ -107,8 +108,8 @@ class SideTable(Table):
 
     @field_validator("name")
     @classmethod
-    def _free(cls, name: str) -> str:
-        if name in _TAKEN:
+    def _is_free(cls, name: str) -> str:
+        if name in _RESERVED:
             raise ValueError("is the name of other furniture: choose another one")
         return name
 
@@ -131,13 +132,13 @@ def scene_names() -> list[str]:
 
 
 def read_scene(scene: str | Path) -> Scene:
-    """A scene file, checked.
+    """Read and check a scene file.
 
     Args:
         scene: name of a shipped scene, or path of a scene file.
 
     Raises:
-        SceneError: there is no such scene, or it says something that a scene cannot be.
+        SceneError: there is no such scene, or its file is not valid.
     """
     try:
         return read_config(_find(scene), Scene)
@@ -155,5 +156,5 @@ def _find(scene: str | Path) -> Path:
     names = scene_names()
     raise SceneError(
         f"no scene is called `{scene}`; {suggest(str(scene), names)} "
-        f"Shipped are {quoted(names)}; the path of a scene file will do too"
+        f"The shipped scenes are {quoted(names)}; the path of a scene file works too"
     )

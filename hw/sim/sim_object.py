@@ -1,4 +1,4 @@
-"""Things that can be picked up: rigid bodies made of a few primitives."""
+"""Objects that can be picked up: rigid bodies made of a few primitives."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from functools import cached_property
 import numpy as np
 from pinocchio import SE3
 
-from robots.shapes import Array, Geom, bounding_radius, reach
+from robots import Array, Geom, bounding_radius, reach
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Motion:
-    """How an object moves by itself: along a line to its end and back, again and again."""
+    """How an object moves by itself: back and forth along a line."""
 
     start: Array
-    """(3,) where it begins, in the world [m]."""
+    """(3,) one end of the line, in the world [m]."""
     along: Array
     """(3,) from there to the other end [m]."""
     period: float
-    """Time for the way there and back [s]."""
+    """Time from one end to the other and back [s]."""
     until: float = np.inf
-    """From then on it stands still [s]."""
+    """Time from which it stands still [s]."""
 
     def position(self, now: float) -> Array:
-        """(3,) where it is at a time, in the world [m]; it turns round smoothly."""
+        """(3,) its position in the world at a time [m]; it turns round smoothly."""
         phase = 2.0 * np.pi * min(now, self.until) / self.period
         position: Array = self.start + 0.5 * (1.0 - np.cos(phase)) * self.along
         return position
@@ -45,7 +45,7 @@ class SimObject:
     pose: SE3
     """Object in the world, wTo; the origin is the centre of mass."""
     motion: Motion | None = None
-    """How it moves as long as nobody has touched it."""
+    """How it moves until it is touched."""
 
     @cached_property
     def radius(self) -> float:
@@ -56,12 +56,12 @@ class SimObject:
         )
 
     def placed(self, wTo: SE3 | None = None) -> list[Geom]:
-        """Its parts in the world, named after it; as if it were at `wTo` when that is given."""
+        """Its parts in the world, named after it, at its pose or at another one."""
         pose = self.pose if wTo is None else wTo
         return [Geom(p.shape, pose * p.pose, self.name, p.colour) for p in self.parts]
 
     def reach(self, direction: Array) -> float:
-        """How far it reaches along a unit direction (3,) of the world [m]."""
+        """Its largest coordinate along a unit direction (3,) of the world [m]."""
         along = self.pose.rotation.T @ direction
         from_origin = max(reach(part, along) for part in self.parts)
         return float(direction @ self.pose.translation) + from_origin

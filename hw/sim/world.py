@@ -1,4 +1,4 @@
-"""Everything around the simulated robot: what stands fast, what moves or can be moved."""
+"""The world around the simulated robot: fixtures, and objects that move or can be moved."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import numpy as np
 from pinocchio import SE3
 
 from hw.sim.contact import TOUCH, Vicinity, separation, travel
-from hw.sim.grasp_contact import Reason, squeeze
-from hw.sim.hand import CENTRE, RADIUS, hand_shapes
+from hw.sim.grasp_contact import Reason, grasp_contact
+from hw.sim.hand import Hand
 from hw.sim.sim_object import SimObject
-from robots.shapes import Geom
+from robots import Geom
 
 HAND_TOLERANCE = 0.002
-"""The hand may press into things this deep before it counts as a collision [m] ..."""
+"""Depth to which the hand may press into something before it counts as a collision [m]."""
 
 HELD_TOLERANCE = 0.005
-"""... and a held object, which yields in the fingers, this deep [m]."""
+"""The same for a held object, which yields in the fingers [m]."""
 
 _DOWN = np.array([0.0, 0.0, -1.0])
 _MAX_FALL = 3.0
@@ -32,7 +32,7 @@ class GraspOutcome:
     """What closing the fingers led to."""
 
     holding: str | None
-    """Name of the object that is held now."""
+    """Name of the object that is held now; None if the hand is empty."""
     width: float
     """Distance between the pads where they came to rest [m]."""
     reason: Reason
@@ -42,11 +42,11 @@ class GraspOutcome:
 
 
 class World:
-    """Fixtures and objects, and what the hand does to them.
+    """Fixtures and objects, and the effects of the hand on them.
 
     Args:
-        fixtures: what never moves, in the world; the part of a name before `/` is its group.
-        objects: what can be picked up, each at its pose.
+        fixtures: shapes that never move, in the world; the part of a name before `/` is its group.
+        objects: objects that can be picked up, each at its pose.
     """
 
     def __init__(self, fixtures: Sequence[Geom], objects: Sequence[SimObject]) -> None:
@@ -58,7 +58,7 @@ class World:
         self._vicinity = Vicinity(self.fixtures)
 
     def shapes(self) -> list[Geom]:
-        """Everything that can be seen but the robot, in the world."""
+        """All visible shapes but those of the robot, in the world."""
         return [*self.fixtures, *(part for o in self.objects for part in o.placed())]
 
     def find(self, name: str) -> SimObject:
@@ -73,32 +73,31 @@ class World:
         raise KeyError(f"no object {name!r}; there are {[o.name for o in self.objects]}")
 
     def move_to(self, now: float) -> None:
-        """Bring everything that moves by itself to where it is at a time [s]."""
-        for thing in self.objects:
-            if thing.motion is not None:
-                thing.pose = SE3(thing.pose.rotation, thing.motion.position(now))
+        """Move the objects that move by themselves to their positions at a time [s]."""
+        for obj in self.objects:
+            if obj.motion is not None:
+                obj.pose = SE3(obj.pose.rotation, obj.motion.position(now))
 
     def close_fingers(
-        self, wTe: SE3, width_before: float, force: float, width: float = 0.0
+        self, hand: Hand, width_before: float, force: float, width: float = 0.0
     ) -> GraspOutcome:
-        """Close the fingers on whatever is between them, and hold it if they can.
+        """Close the fingers, and hold the object between them if the contacts allow it.
 
         An object that is pressed on but not held comes to rest where the pads dragged it.
 
         Args:
-            wTe: end effector in the world.
+            hand: the gripper and where it is.
             width_before: distance between the pads before [m].
             force: of each finger [N].
-            width: where the fingers stop unless something stops them before [m].
+            width: where the fingers stop if nothing stops them before [m].
         """
         if self.held is not None:
             name = self.held.name
             return GraspOutcome(
                 holding=name, width=self._held_width, reason=Reason.HELD, touched=name
             )
-        centre = wTe.act(CENTRE)
-        fixtures = self._vicinity.near(centre, RADIUS)
-        result = squeeze(wTe, width_before, force, self._objects_near(wTe), fixtures)
+        fixtures = self._vicinity.near(hand.centre, hand.radius)
+        result = grasp_contact(hand, width_before, force, self._objects_near(hand), fixtures)
         if result.width <= width:
             return GraspOutcome(holding=None, width=width, reason=Reason.NOTHING)
         touched = result.object
@@ -106,7 +105,7 @@ class World:
             touched.pose, touched.motion = result.wTo, None
             if result.reason is Reason.HELD:
                 self.held, self._held_width = touched, result.width
-                self._eTo = wTe.actInv(result.wTo)
+                self._eTo = hand.wTe.actInv(result.wTo)
             else:
                 self._drop(touched)
         return GraspOutcome(
@@ -117,7 +116,7 @@ class World:
         )
 
     def open_fingers(self) -> None:
-        """Let go: the held object falls straight down onto whatever is below it."""
+        """Let go: the held object falls straight down onto what is below it."""
         if self.held is not None:
             dropped, self.held = self.held, None
             self._drop(dropped)
@@ -127,87 +126,90 @@ class World:
         if self.held is not None:
             self.held.pose = wTe * self._eTo
 
-    def collision(self, wTe: SE3, width: float) -> str | None:
-        """Name of something that the hand, or what it holds, presses into too deeply.
+    def collision(self, hand: Hand, width: float) -> str | None:
+        """Name of a shape that the hand or the held object presses into too deeply, if any.
 
-        The held object may touch other objects, as when it is stood on them.
+        The held object may touch other objects, as when it is placed on them.
 
         Args:
-            wTe: end effector in the world.
+            hand: the gripper and where it is.
             width: distance between the pads [m].
         """
-        centre = wTe.act(CENTRE)
-        nearby = self._vicinity.near(centre, RADIUS)
-        nearby += [part for o in self._objects_near(wTe) for part in o.placed()]
-        if nearby and (hit := _deepest(hand_shapes(wTe, width), nearby, HAND_TOLERANCE)):
+        nearby = self._vicinity.near(hand.centre, hand.radius)
+        nearby += [part for o in self._objects_near(hand) for part in o.placed()]
+        if nearby and (hit := _deepest(hand.shapes(width), nearby, HAND_TOLERANCE)):
             return hit
         if self.held is not None:
             around = self._vicinity.near(self.held.pose.translation, self.held.radius)
             return _deepest(self.held.placed(), around, HELD_TOLERANCE)
         return None
 
-    def resting_on(self, thing: SimObject) -> str:
-        """Group of the fixtures that carry an object, directly or through other objects.
+    def resting_on(self, obj: SimObject) -> str:
+        """Group of the fixture that carries an object, directly or through other objects.
 
         Returns:
-            For example `container` or `table`; `hand` when held, empty when nothing carries it.
+            For example `container` or `table`; `hand` if held, empty if nothing carries it.
         """
-        return self._support(thing, frozenset())
+        return self._support(obj, frozenset())
 
-    def _support(self, thing: SimObject, visited: frozenset[str]) -> str:
-        if thing is self.held:
+    def supports(self) -> dict[str, str]:
+        """What each object rests on, by its name; see `resting_on`."""
+        return {obj.name: self.resting_on(obj) for obj in self.objects}
+
+    def _support(self, obj: SimObject, visited: frozenset[str]) -> str:
+        if obj is self.held:
             return "hand"
-        parts = [part.moved(SE3(np.eye(3), _RESTING_GAP * _DOWN)) for part in thing.placed()]
-        around = self._vicinity.near(thing.pose.translation, thing.radius + _RESTING_GAP)
+        parts = [part.moved(SE3(np.eye(3), _RESTING_GAP * _DOWN)) for part in obj.placed()]
+        around = self._vicinity.near(obj.pose.translation, obj.radius + _RESTING_GAP)
         for fixture in around:
             if any(_presses_down(part, fixture) for part in parts):
                 return fixture.name.split("/")[0]
-        for other in self._others_below(thing, _RESTING_GAP):
+        for other in self._others_below(obj, _RESTING_GAP):
             touching = any(_presses_down(a, b) for a in parts for b in other.placed())
             if touching and other.name not in visited:
-                found = self._support(other, visited | {thing.name})
+                found = self._support(other, visited | {obj.name})
                 if found:
                     return found
         return ""
 
-    def _drop(self, thing: SimObject) -> None:
-        """Fall to the first contact, from the lowest free place at or above where it is."""
+    def _drop(self, obj: SimObject) -> None:
+        """Let an object fall to its first contact, lifted until it is free."""
         below = [
             *self.fixtures,
-            *(part for o in self._others_below(thing, _MAX_FALL) for part in o.placed()),
+            *(part for o in self._others_below(obj, _MAX_FALL) for part in o.placed()),
         ]
         for _ in range(_MAX_LIFTS):
-            if not any(_overlapping(a, b) for a in thing.placed() for b in below):
+            if not any(_overlapping(a, b) for a in obj.placed() for b in below):
                 break
-            thing.pose = _raised(thing.pose, _LIFT_STEP)
-        falls = [travel(part, _DOWN, below, _MAX_FALL) for part in thing.placed()]
+            obj.pose = _raised(obj.pose, _LIFT_STEP)
+        falls = [travel(part, _DOWN, below, _MAX_FALL) for part in obj.placed()]
         fall = min((f for f in falls if f is not None), default=0.0)
-        thing.pose = _raised(thing.pose, -fall)
+        obj.pose = _raised(obj.pose, -fall)
 
-    def _others_below(self, thing: SimObject, depth: float) -> Iterable[SimObject]:
-        """Objects that may be in the way of one that falls by `depth` [m], or rises."""
-        x, y, z = thing.pose.translation
+    def _others_below(self, obj: SimObject, depth: float) -> Iterable[SimObject]:
+        """Objects that another may meet while it falls by `depth` [m], or rises."""
+        x, y, z = obj.pose.translation
         for other in self.objects:
-            if other is thing or other is self.held:
+            if other is obj or other is self.held:
                 continue
             ox, oy, oz = other.pose.translation
-            reach = other.radius + thing.radius
+            reach = other.radius + obj.radius
             if np.hypot(ox - x, oy - y) < reach and oz < z + reach + depth:
                 yield other
 
-    def _objects_near(self, wTe: SE3) -> list[SimObject]:
-        """Objects within reach of the hand, but for the held one."""
-        centre = wTe.act(CENTRE)
+    def _objects_near(self, hand: Hand) -> list[SimObject]:
+        """Objects near the hand, without the held one."""
+        centre, radius = hand.centre, hand.radius
         return [
             o
             for o in self.objects
             if o is not self.held
-            and np.linalg.norm(o.pose.translation - centre) < RADIUS + o.radius
+            and np.linalg.norm(o.pose.translation - centre) < radius + o.radius
         ]
 
 
 def _deepest(shapes: Iterable[Geom], others: Sequence[Geom], tolerance: float) -> str | None:
-    """Name of whichever of the others is pressed into deepest, if deeper than the tolerance [m]."""
+    """Name of the shape that is pressed into deepest, if deeper than a tolerance [m]."""
     worst, name = -tolerance, None
     for shape in shapes:
         for other in others:
@@ -218,7 +220,7 @@ def _deepest(shapes: Iterable[Geom], others: Sequence[Geom], tolerance: float) -
 
 
 def _overlapping(a: Geom, b: Geom) -> bool:
-    """Whether a shape is inside another, beyond what a touch from the side excuses."""
+    """Whether two shapes overlap by more than a touch from the side."""
     gap, normal = separation(a, b)
     return gap < -HELD_TOLERANCE or (gap < -TOUCH and abs(normal[2]) > 0.5)
 

@@ -11,8 +11,10 @@ from py_trees.common import Status
 
 from behaviours import BasePose, Condition, Posture, Region, ToolPose
 from behaviours.conditions import ArmAt, ArmHealthy, BatteryAbove, Near, ObjectVisible
-from controller import READY
-from hw.sim.robot import Dynamics
+from hw.sim.body import Dynamics
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 
 def asked(harness: Harness, condition: Condition) -> tuple[bool, str]:
@@ -31,8 +33,7 @@ def test_arm_healthy_sees_every_fault():
 
 
 def test_the_battery_runs_down_with_the_time():
-    harness = Harness()
-    harness.robot._dynamics = Dynamics(battery_life=10.0)
+    harness = Harness(dynamics=Dynamics(battery_life=10.0))
     condition = BatteryAbove("battery_above", harness.context, percent=80.0)
     assert asked(harness, condition) == (True, "battery at 100.0 %")
     harness.run_for(None, 1.5)
@@ -103,7 +104,7 @@ def test_object_visible_tells_an_object_from_an_empty_table():
         harness.reach_over(looking_down(0.68, 0.0, TABLE_TOP + 0.35))
         condition = ObjectVisible("object_visible", harness.context, within=SPOT)
         for _ in range(30):
-            assert asked(harness, condition) == (answer, f"{len(objects)} things seen in spot")
+            assert asked(harness, condition) == (answer, f"{len(objects)} objects seen in spot")
 
 
 def test_object_visible_answers_anew_when_the_object_is_gone():

@@ -12,7 +12,9 @@ from py_trees.common import Status
 from behaviours import BasePose, Posture
 from behaviours.drive import Drive
 from behaviours.move_arm import MoveArm
-from controller import READY
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 CORNER = BasePose(
     name="corner", wTb=SE3(pin.utils.rotate("z", np.pi / 2), np.array([1.0, 0.5, 0.0]))

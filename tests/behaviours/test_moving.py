@@ -11,11 +11,14 @@ from py_trees.common import Status
 from behaviours import BasePose, Leaf, Posture, Region, ToolPose
 from behaviours.gripper import HoldingObject, OpenGripper
 from behaviours.navigate import Navigate
-from behaviours.place import Place, places
+from behaviours.place import Place, slots
 from behaviours.recover import Recover
 from behaviours.retreat_check import RetreatCheck
-from behaviours.say import Wait
-from controller import READY, PoseGoal
+from behaviours.wait import Wait
+from controller import PoseGoal
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 POSE = ToolPose(name="over_there", wTe=looking_down(1.6, 0.3, 0.8))
 FOLDED = Posture(name="folded", q=READY + np.array([0.4, -0.3, 0.0, -0.3, 0.0, 0.2, 0.0]))
@@ -275,13 +278,13 @@ def test_place_sets_the_object_down_where_it_is_free():
     assert leaf.feedback_message == "placed on table, place 1"
     thing = harness.world.find("block")
     assert harness.world.resting_on(thing) == "table"
-    np.testing.assert_allclose(thing.pose.translation[:2], places(FAR, 0.13)[0][:2], atol=0.02)
+    np.testing.assert_allclose(thing.pose.translation[:2], slots(FAR, 0.13)[0][:2], atol=0.02)
     assert harness.context.log.placed == 1
     assert harness.world.held is None
 
 
 def test_places_are_a_grid_inside_the_region():
-    centres = np.array(places(FAR, 0.13))
+    centres = np.array(slots(FAR, 0.13))
     assert len(centres) == 2 * 3
     assert FAR.contains(centres + np.array([0.0, 0.0, 1e-6])).all()
     assert centres[:, 2] == pytest.approx(TABLE_TOP)

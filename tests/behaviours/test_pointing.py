@@ -1,6 +1,6 @@
 """The behaviours that point the camera: look_at, scan_for_objects, follow; and say."""
 
-from math import degrees
+from math import degrees, inf
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def test_look_at_turns_the_camera_to_a_place(at, distance):
     assert harness.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == f"looking at {at.name}"
     harness.run_for(None, 0.5)
-    frame = harness.robot.depth()
+    frame = harness.robot.camera.latest(inf)
     point = (at.wTe if isinstance(at, ToolPose) else at.wTr).translation
     x, y, z = frame.wTc.actInv(point)
     assert degrees(np.arctan2(np.hypot(x, y), z)) < 3.0
@@ -59,15 +59,11 @@ def test_look_at_fails_without_a_camera_and_on_a_fault():
     assert leaf.feedback_message == "the arm hit something"
 
 
-def test_look_at_waits_until_the_hand_stands_still():
-    """A frame from under way would not tell where the camera sits on the hand."""
+def test_look_at_starts_while_the_hand_still_moves():
     harness = Harness()
-    going = LookAt("look_at", harness.context, at=LARGE)
-    harness.run_for(going, 0.5)
+    harness.run_for(LookAt("look_at", harness.context, at=LARGE), 0.5)
     assert harness.speed > 0.1
     leaf = LookAt("look_at", harness.context, at=BEHIND)
-    harness.tick(leaf)
-    assert leaf.feedback_message == "standing still to look"
     assert harness.run(leaf) is Status.SUCCESS
 
 
@@ -82,7 +78,7 @@ def test_a_scan_counts_what_stands_in_a_region_larger_than_a_picture():
     assert harness.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == "4 objects in table"
     assert count.read() == 4
-    things = sorted(leaf._occupancy.things(1e-4), key=lambda thing: thing.centre[1])
+    things = sorted(leaf._occupancy.segments(1e-4), key=lambda thing: thing.centre[1])
     np.testing.assert_allclose([thing.centre[:2] for thing in things], spots, atol=0.01)
     assert [thing.area for thing in things] == pytest.approx([24e-4] * 4, rel=0.3)
 
@@ -248,9 +244,9 @@ def test_say_tells_people_once(options, said):
     leaf = Say("say", harness.context, **options)
     assert harness.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == said
-    [(stamp, text)] = harness.context.log.said
+    [(stamp, text)] = harness.context.log.messages
     assert text == said
-    assert stamp == pytest.approx(0.5)
+    assert stamp.seconds == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("options", [{"text": "{value}"}, {"text": "none", "value": 1}])

@@ -10,7 +10,8 @@ from behaviours import Region, ToolPose
 from behaviours.grasp import Grasp
 from behaviours.navigate import Navigate
 from behaviours.region_empty import RegionEmpty
-from hw.sim import Box, Geom, SimObject
+from hw.sim import SimObject
+from robots import Box, Geom
 
 REGION = Region(
     name="spot",

@@ -1,4 +1,4 @@
-"""A robot that does exactly what it is told, to run the controller in a loop."""
+"""A robot that follows its commands exactly, to run the controller in a loop."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller import (
-    READY,
     Command,
     HolisticController,
     MotionGoal,
@@ -18,6 +17,9 @@ from controller import (
     StepReport,
     robot_model,
 )
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 
 def tool_pose(x: float, y: float, z: float, yaw: float = 0.0, tilt: float = 0.0) -> SE3:
@@ -100,11 +102,13 @@ def run_to(
     return run
 
 
-def assert_within_limits(run: Run, robot: str) -> None:
-    """No speed, acceleration or position limit passed in any sample."""
-    model = robot_model(robot)
+def assert_within_limits(run: Run, robot: str | RobotModel) -> None:
+    """No velocity, acceleration or position limit passed in any sample."""
+    model = robot_model(robot) if isinstance(robot, str) else robot
     velocities = np.array([model.velocities(command) for command in run.commands])
-    assert (np.abs(velocities) <= model.speed_limits + 1e-12).all()
+    lower, upper = model.velocity_limits
+    assert (velocities >= lower - 1e-12).all()
+    assert (velocities <= upper + 1e-12).all()
     accelerations = np.diff(velocities, axis=0) / 0.01
     assert (np.abs(accelerations) <= model.acceleration_limits + 1e-9).all()
     postures = np.array(run.postures)

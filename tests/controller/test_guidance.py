@@ -1,4 +1,4 @@
-"""Out of local minima: goals that the bare qp does not reach, and no harm done elsewhere."""
+"""Guidance leads out of the local minima of the QP, and does no harm elsewhere."""
 
 from dataclasses import replace
 
@@ -17,8 +17,6 @@ from motion import (
 from pinocchio import SE3
 
 from controller import (
-    READY,
-    ROBOTS,
     Command,
     ControllerSettings,
     HolisticController,
@@ -26,19 +24,23 @@ from controller import (
     SelfCollision,
     robot_model,
 )
-from controller.base_drive import Planar, planar
+from controller.base_drive import Pose2D
 from controller.guidance import Guide
-from controller.postures import BANK, SEED, bank, draw, hands
+from controller.postures import BANK, SEED, bank, draw, forward_kinematics
 from controller.servo import pose_error
+from controller.settings import StanceSettings
 from controller.stance import choose_stance
+from robots import load_robot, robot_names
 
-BARE = replace(ControllerSettings(), guidance=False)
-HARD = [  # position [m], roll, pitch, yaw [rad]: the bare qp is stuck before them
+READY = load_robot("frankie").arm.ready
+
+BARE = replace(ControllerSettings(), guidance=None)
+HARD = [  # position [m], roll, pitch, yaw [rad]: where the QP alone gets stuck
     ((2.522, -2.355, 1.255), (-2.086, -0.947, 1.006)),
     ((1.232, 1.556, 1.309), (2.791, 1.181, -2.131)),
     ((1.576, 2.703, 1.024), (1.105, 0.481, -1.552)),
 ]
-ORIGIN = Planar(0.0, 0.0, 0.0)
+ORIGIN = Pose2D(0.0, 0.0, 0.0)
 
 
 def precisely(wTe: SE3) -> PoseGoal:
@@ -46,7 +48,7 @@ def precisely(wTe: SE3) -> PoseGoal:
 
 
 @pytest.mark.parametrize("position_and_angles", HARD)
-def test_goals_that_the_bare_programme_is_stuck_before_are_reached(position_and_angles):
+def test_goals_where_the_qp_alone_gets_stuck_are_reached(position_and_angles):
     position, angles = position_and_angles
     goal = precisely(SE3(pin.rpy.rpyToMatrix(*angles), np.array(position)))
     model = robot_model("frankie")
@@ -72,8 +74,9 @@ def test_random_goals_are_reached_within_all_limits_and_without_contact(robot):
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_the_chosen_stance_reaches_the_goal_clear_of_contact(robot):
     model, body = robot_model(robot), SelfCollision(robot_model(robot))
+    postures = bank(model.description)
     for wTe in reachable_poses(robot, 20, seed=5):
-        stance = choose_stance(model, ControllerSettings(), bank(robot), body, wTe, ORIGIN, READY)
+        stance = choose_stance(model, StanceSettings(), postures, body, wTe, ORIGIN, READY)
         x, y, heading = stance.base_for(wTe)
         wTb = SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
         error = pose_error(model.wTe(wTb, stance.q), wTe)
@@ -85,11 +88,11 @@ def test_the_chosen_stance_reaches_the_goal_clear_of_contact(robot):
 
 
 def test_a_stance_that_failed_is_not_chosen_again():
-    model, settings = robot_model("frankie"), ControllerSettings()
+    model, settings = robot_model("frankie"), StanceSettings()
     body, wTe = SelfCollision(model), tool_pose(2.0, 0.5, 0.7)
-    first = choose_stance(model, settings, bank("frankie"), body, wTe, ORIGIN, READY)
+    first = choose_stance(model, settings, bank(model.description), body, wTe, ORIGIN, READY)
     second = choose_stance(
-        model, settings, bank("frankie"), body, wTe, ORIGIN, READY, failed=(first,)
+        model, settings, bank(model.description), body, wTe, ORIGIN, READY, failed=(first,)
     )
     assert np.abs(first.q - second.q).max() > 0.5
 
@@ -100,18 +103,19 @@ def guide_and_ask(robot: str = "frankie"):
 
     def ask(goal: PoseGoal, state: State):
         error = pose_error(model.wTe(state.wTb, state.q), goal.wTe)
-        return guide.bias(goal, error, planar(state.wTb), state.q)
+        return guide.bias(goal, error, Pose2D.of(state.wTb), state.q)
 
     return guide, ask
 
 
-def test_a_robot_that_does_not_get_on_tries_a_detour_within_a_second_or_so():
+def test_a_robot_that_makes_no_progress_tries_a_detour_within_about_a_second():
     _, ask = guide_and_ask()
     goal, state = PoseGoal(wTe=tool_pose(0.75, 0.05, 0.7)), State()  # near: no guidance at first
-    pulls = [ask(goal, state) for _ in range(110)]
-    assert pulls[0] is None
-    assert pulls[-1] is not None
-    assert pulls[-1].detour
+    biases = [ask(goal, state) for _ in range(110)]
+    assert biases[0] is None
+    assert biases[-1] is not None
+    assert biases[-1].blend == 1.0
+    assert biases[-1].min_tracking == 0.0  # the end effector waits
 
 
 def test_a_goal_that_must_be_approached_straight_gets_no_detour():
@@ -122,22 +126,23 @@ def test_a_goal_that_must_be_approached_straight_gets_no_detour():
 
 def test_a_goal_that_creeps_keeps_its_stance_and_one_that_jumps_gets_another():
     _, ask = guide_and_ask()
-    state, drives = State(), []
+    state, velocities = State(), []
     for x in np.linspace(3.0, 3.2, 40):
-        drives.append(ask(PoseGoal(wTe=tool_pose(x, 0.0, 0.7)), state).arm)
-    np.testing.assert_allclose(drives[-1] / drives[0], (drives[-1] / drives[0])[0], rtol=1e-6)
-    elsewhere = ask(PoseGoal(wTe=tool_pose(-3.0, 1.0, 1.2, yaw=2.0)), state).arm
-    assert np.abs(elsewhere - drives[-1]).max() > 0.05
+        velocities.append(ask(PoseGoal(wTe=tool_pose(x, 0.0, 0.7)), state).joint_velocity)
+    one_direction = velocities[-1] / velocities[0]
+    np.testing.assert_allclose(one_direction, one_direction[0], rtol=1e-6)
+    elsewhere = ask(PoseGoal(wTe=tool_pose(-3.0, 1.0, 1.2, yaw=2.0)), state).joint_velocity
+    assert np.abs(elsewhere - velocities[-1]).max() > 0.05
 
 
 def test_guidance_ends_before_the_goal():
-    """Close to it the end effector has its way alone."""
+    """Close to it the end effector goes on alone."""
     _, ask = guide_and_ask()
     goal, model = PoseGoal(wTe=tool_pose(2.0, 0.0, 0.7)), robot_model("frankie")
-    assert ask(goal, State()).share == 1.0
+    assert ask(goal, State()).blend == 1.0
     reached = run_to(goal).state
     assert np.linalg.norm(model.wTe(reached.wTb, reached.q).translation - [2.0, 0.0, 0.7]) < 0.02
-    assert ask(goal, reached).share == 0.0
+    assert ask(goal, reached).blend == 0.0
 
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
@@ -181,12 +186,13 @@ def test_the_stored_bank_is_what_its_seed_draws():
     np.testing.assert_array_equal(stored[:500], again)
 
 
-@pytest.mark.parametrize("robot", sorted(ROBOTS))
+@pytest.mark.parametrize("robot", robot_names())
 def test_forward_kinematics_of_many_postures_is_that_of_each(robot):
-    model, q = robot_model(robot), bank(robot).q[::5000]
-    where = hands(ROBOTS[robot].bTa, q)
+    model = robot_model(robot)
+    q = bank(model.description).q[::5000]
+    tools = forward_kinematics(model.description, q)
     for number, posture in enumerate(q):
         kinematics = model.kinematics(posture)
-        np.testing.assert_allclose(where.positions[number], kinematics.bTe.translation, atol=1e-12)
-        np.testing.assert_allclose(where.rotations[number], kinematics.bTe.rotation, atol=1e-12)
-        np.testing.assert_allclose(where.J[number], kinematics.J[:, model.n_base :], atol=1e-12)
+        np.testing.assert_allclose(tools.positions[number], kinematics.bTe.translation, atol=1e-12)
+        np.testing.assert_allclose(tools.rotations[number], kinematics.bTe.rotation, atol=1e-12)
+        np.testing.assert_allclose(tools.J[number], kinematics.J[:, model.n_base :], atol=1e-12)

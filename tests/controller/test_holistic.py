@@ -1,4 +1,4 @@
-"""The quadratic qp against solutions that were found another way."""
+"""The QP against solutions that were found another way."""
 
 from dataclasses import replace
 
@@ -6,20 +6,23 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear, minimize
 
-from controller import READY, ControllerSettings, robot_model
-from controller.bounds import velocity_bounds
-from controller.holistic import assemble, linearise
+from controller import ControllerSettings, robot_model
+from controller.bounds import VelocityBounds
+from controller.holistic import build_qp, linearise
 from controller.qp import Solver
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 
-def programmes(robot: str, count: int):
-    """Random but realistic programmes, with bounds that often bind."""
+def random_qps(robot: str, count: int):
+    """Random but realistic QPs, with bounds that often bind."""
     rng = np.random.default_rng(5)
     model, settings = robot_model(robot), replace(ControllerSettings(), smoothness=0.0)
     for _ in range(count):
         q = rng.uniform(model.limits.q_min, model.limits.q_max)
-        last = rng.uniform(-0.3, 0.3, model.n) * model.speed_limits
-        bounds = velocity_bounds(model, settings, q, last)
+        last = rng.uniform(-0.3, 0.3, model.n) * model.velocity_limits[1]
+        bounds = VelocityBounds(model, settings)(q, last)
         linearisation = linearise(model, settings, q)
         twist, error = rng.normal(size=6), float(rng.uniform(0.0, 4.0))
         yield (
@@ -28,12 +31,12 @@ def programmes(robot: str, count: int):
             linearisation,
             twist,
             error,
-            assemble(model, settings, linearisation, twist, error, bounds, last),
+            build_qp(model, settings, linearisation, twist, error, bounds, last),
         )
 
 
 def minimiser(qp) -> np.ndarray:
-    """A box-constrained qp is a bounded least-squares problem: |L (x + P⁻¹c)|², P = LᵀL."""
+    """A box-constrained QP is a bounded least-squares problem: |L (x + P⁻¹c)|², P = LᵀL."""
     L = np.linalg.cholesky(qp.P).T
     target = -L @ np.linalg.solve(qp.P, qp.c)
     box = (qp.lower, qp.upper + 1e-9)  # lsq_linear wants lower < upper
@@ -44,7 +47,7 @@ def minimiser(qp) -> np.ndarray:
 def test_solver_finds_the_minimiser(robot):
     solver = Solver()
     at_bounds = 0
-    for *_, qp in programmes(robot, 100):
+    for *_, qp in random_qps(robot, 100):
         x = solver.solve(qp)
         assert x is not None
         assert (x >= qp.lower).all()
@@ -54,27 +57,27 @@ def test_solver_finds_the_minimiser(robot):
     assert at_bounds > 100  # otherwise the bounds were not tested
 
 
-def test_a_programme_that_piqp_does_not_finish_is_finished(monkeypatch):
-    """Even from an answer that is far off the exact minimiser is found."""
-    finished = Solver._attempt
+def test_a_qp_that_piqp_does_not_finish_is_solved(monkeypatch):
+    """Even from an answer that is far off, the exact minimiser is found."""
+    solve = Solver._solve_with_piqp
 
     def gives_up(self, qp):
-        finished(self, qp)
+        solve(self, qp)
         return False
 
-    monkeypatch.setattr(Solver, "_attempt", gives_up)
-    for *_, qp in programmes("frankie", 30):
+    monkeypatch.setattr(Solver, "_solve_with_piqp", gives_up)
+    for *_, qp in random_qps("frankie", 30):
         x = Solver(precision=1e-1).solve(qp)
         assert x is not None
         np.testing.assert_allclose(x, minimiser(qp), atol=1e-7)
 
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
-def test_programme_without_slack_variables_is_the_papers(robot):
+def test_the_qp_without_slack_variables_is_the_papers(robot):
     """The same minimiser as eq. 6 with the slack as variables and the twist as equality."""
-    for model, settings, linearisation, twist, error, qp in programmes(robot, 5):
+    for model, settings, linearisation, twist, error, qp in random_qps(robot, 5):
         n, n_base = model.n, model.n_base
-        weight = 1.0 / max(error, settings.smallest_error)
+        weight = 1.0 / max(error, settings.min_error)
         Q = np.diag(
             [settings.base_effort * weight] * n_base + [settings.arm_effort] * 7 + [weight] * 6
         )
@@ -102,14 +105,15 @@ def test_programme_without_slack_variables_is_the_papers(robot):
 
 
 def test_dampers_follow_the_papers_equation():
-    """Eq. 13: η (ρ - ρ_s)/(ρ_i - ρ_s) inside the influence distance."""
+    """Eq. 15, 16: η (ρ - ρ_s)/(ρ_i - ρ_s) inside the influence distance."""
     model, settings = robot_model("frankie"), ControllerSettings()
     q = READY.copy()
     q[0] = model.limits.q_max[0] - 0.12
     last = np.zeros(model.n)
     last[2] = 0.33
-    _, upper = velocity_bounds(model, settings, q, last)
-    expected = (0.12 - settings.damper_stop) / (settings.damper_influence - settings.damper_stop)
+    _, upper = VelocityBounds(model, settings)(q, last)
+    stop, influence = settings.joint_limits.stop_distance, settings.joint_limits.influence_distance
+    expected = (0.12 - stop) / (influence - stop)
     assert upper[2] == pytest.approx(expected)
 
 
@@ -117,5 +121,5 @@ def test_a_joint_outside_its_limit_is_led_back_inside():
     model, settings = robot_model("frankie"), ControllerSettings()
     q = READY.copy()
     q[3] = model.limits.q_min[3] - 0.1
-    lower, upper = velocity_bounds(model, settings, q, np.zeros(model.n))
+    lower, upper = VelocityBounds(model, settings)(q, np.zeros(model.n))
     assert 0.0 < lower[5] <= upper[5] <= 0.2

@@ -5,18 +5,14 @@ import pinocchio as pin
 import pytest
 from pinocchio import SE3
 
-from controller import (
-    READY,
-    ROBOTS,
-    Command,
-    RobotModel,
-    manipulability,
-    robot_model,
-    with_base_speed,
-)
+from config import ConfigError
+from controller import Command, RobotModel, manipulability, robot_model
+from robots import load_robot, robot_names, with_base_speed
+
+READY = load_robot("frankie").arm.ready
 
 
-@pytest.fixture(params=sorted(ROBOTS))
+@pytest.fixture(params=robot_names())
 def model(request) -> RobotModel:
     return robot_model(request.param)
 
@@ -156,5 +152,5 @@ def test_links_end_in_the_end_effector(model):
 
 
 def test_an_unknown_robot_is_refused():
-    with pytest.raises(KeyError):
+    with pytest.raises(ConfigError, match="no robot is called `fetch`"):
         robot_model("fetch")

@@ -10,8 +10,6 @@ from pinocchio import SE3
 from scipy.optimize import lsq_linear
 
 from controller import (
-    FRANKIE,
-    OMNI,
     PAPER,
     PRESETS,
     Command,
@@ -19,12 +17,11 @@ from controller import (
     HolisticController,
     PoseGoal,
     RobotModel,
-    with_base_speed,
 )
-from controller.base_drive import wheel_speeds
 from controller.controller import StepReport
+from robots import load_robot, robot_names, with_base_speed
 
-DESCRIPTIONS = {"frankie": FRANKIE, "omni": OMNI}
+DESCRIPTIONS = {name: load_robot(name) for name in robot_names()}
 
 
 @pytest.fixture(params=sorted(DESCRIPTIONS))
@@ -43,13 +40,13 @@ def published_velocities(model: RobotModel, state: State, wTe: SE3) -> np.ndarra
     # eq. 17: the error as translation and roll, pitch, yaw in the end effector's axes
     R = bTe.rotation
     v = 1.5 * np.concatenate([R @ eTg.translation, 1.3 * (R @ pin.rpy.matrixToRpy(eTg.rotation))])
-    # eq. 8, 9, 11, 12
+    # λ_q (eq. 14), C (eq. 11) with Ĵ_m (eq. 12) and ε (eq. 13)
     Q = np.diag([0.01 / e] * nb + [0.01] * 7)
     c = np.zeros(n)
     c[nb:] = -manipulability_gradient_by_differences(model, state.q)
     turning = {2: 0, 3: 2}[nb]
     c[turning] = -0.5 * np.arctan2(bTe.translation[1], bTe.translation[0])
-    # eq. 13
+    # dampers (eq. 15, 16)
     upper, lower = np.full(n, 4.0), np.full(n, -4.0)
     upper[nb:], lower[nb:] = model.limits.qd, -model.limits.qd
     for joint in range(7):
@@ -133,9 +130,3 @@ def test_without_heading_gain_the_base_is_not_turned_towards_the_hand(model):
 def test_presets_have_the_names_that_the_command_line_uses():
     assert PRESETS["paper"] is PAPER
     assert PRESETS["frankie"] == ControllerSettings()
-
-
-def test_wheel_speeds_of_a_differential_drive():
-    """Eq. 4: straight ahead both wheels turn alike; on the spot they turn against each other."""
-    assert wheel_speeds(np.array([0.5, 0.0, 0.0]), 0.1, 0.4) == pytest.approx((5.0, 5.0))
-    assert wheel_speeds(np.array([0.0, 0.0, 1.0]), 0.1, 0.4) == pytest.approx((-2.0, 2.0))

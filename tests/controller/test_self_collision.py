@@ -5,7 +5,10 @@ import pytest
 from motion import State, move, tool_pose
 from pinocchio import SE3
 
-from controller import READY, Command, HolisticController, PoseGoal, SelfCollision, robot_model
+from controller import Command, HolisticController, PoseGoal, SelfCollision, robot_model
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
 
 FOLDED_INTO_BASE = np.array([0.0, 1.7, 0.0, -2.9, 0.0, 2.6, 0.78])
 

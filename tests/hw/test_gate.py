@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from pinocchio import SE3
 
-from controller import FRANKIE, READY, Command
-from hw import Fault, FaultKind, RobotState
-from hw.gate import Gate, Refusal
+from controller import Command
+from hw import Fault, FaultKind, Gate, Refusal, RobotState
+from robots import load_robot
+
+FRANKIE = load_robot("frankie")
+READY = load_robot("frankie").arm.ready
 
 LIMITS = FRANKIE.limits
 DT = 0.01

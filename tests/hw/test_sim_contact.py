@@ -8,27 +8,22 @@ import numpy as np
 import pytest
 from pinocchio import SE3, exp3
 
-from hw.sim import (
-    Box,
-    Capsule,
-    Cylinder,
-    Geom,
-    GraspOutcome,
-    Plane,
-    Reason,
-    SimObject,
-    Sphere,
-    World,
-)
+from hw.sim import GraspOutcome, Hand, Reason, SimObject, World
 from hw.sim.contact import separation
-from hw.sim.hand import hand_shapes
-from robots.shapes import Shape
+from robots import Box, Capsule, Cylinder, Geom, Plane, Shape, Sphere, load_robot
 
 FLOOR = Geom(Plane(), SE3.Identity(), "floor")
 TURNED_DOWN = np.diag([1.0, -1.0, -1.0])
 UPRIGHT = np.eye(3)
 LYING_ALONG_X = exp3(np.array([0.0, np.pi / 2.0, 0.0]))
 LYING_ALONG_Y = exp3(np.array([np.pi / 2.0, 0.0, 0.0]))
+
+
+GRIPPER = load_robot("frankie").gripper
+
+
+def hand(wTe: SE3) -> Hand:
+    return Hand(GRIPPER, wTe)
 
 
 def hand_at(height: float, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> SE3:
@@ -61,7 +56,7 @@ def close(
     force: float = 20.0,
 ) -> tuple[GraspOutcome, World]:
     world = World([FLOOR, *fixtures], objects)
-    return world.close_fingers(wTe, opening, force), world
+    return world.close_fingers(hand(wTe), opening, force), world
 
 
 @pytest.mark.parametrize(
@@ -95,7 +90,7 @@ def test_what_fits_between_the_fingers_is_held_at_its_width(
     assert outcome.reason is Reason.HELD
     assert outcome.holding == "thing"
     assert outcome.width == pytest.approx(width, abs=2e-4)
-    pads = [s for s in hand_shapes(wTe, outcome.width) if "pad" in s.name]
+    pads = [s for s in hand(wTe).shapes(outcome.width) if "pad" in s.name]
     for pad in pads:
         assert separation(pad, world.objects[0].placed()[0])[0] == pytest.approx(0.0, abs=2e-4)
 

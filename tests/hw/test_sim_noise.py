@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from hw.interfaces import Intrinsics
 from hw.sim import D435Noise
+from robots import Intrinsics, load_robot
 
-CAMERA = Intrinsics(width=320, height=240, fx=383.0, fy=383.0, cx=159.5, cy=119.5)
+INTRINSICS = Intrinsics(width=320, height=240, fx=383.0, fy=383.0, cx=159.5, cy=119.5)
+CAMERA = replace(load_robot("frankie").camera, intrinsics=INTRINSICS)
 
 
 def flat(depth: float) -> np.ndarray:
-    return np.full((CAMERA.height, CAMERA.width), depth, dtype=np.float32)
+    return np.full((INTRINSICS.height, INTRINSICS.width), depth, dtype=np.float32)
 
 
 def noisy(depth: np.ndarray, seed: int = 0, **settings: float) -> np.ndarray:
@@ -24,7 +27,7 @@ def test_the_error_grows_with_the_square_of_the_distance(distance: float) -> Non
     error = noisy(flat(distance)) - distance
     step = 1.0 / 32.0
     disparity = np.sqrt(0.08**2 + step**2 / 12.0)
-    expected = disparity * distance**2 / (CAMERA.fx * 0.05)
+    expected = disparity * distance**2 / (INTRINSICS.fx * 0.05)
     assert np.nanstd(error) == pytest.approx(expected, rel=0.15, abs=1e-4)
     assert abs(np.nanmean(error)) < 0.08 * expected + 1.5e-4
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pinocchio import SE3, exp3
 
-from hw.interfaces import Intrinsics
-from hw.sim import Box, Capsule, Cylinder, DepthRenderer, Geom, Plane, Sphere, hand_shapes
+from hw.sim import DepthRenderer, Hand
 from hw.sim.render import NEAR
+from robots import Box, Capsule, Cylinder, Geom, Intrinsics, Plane, Sphere, load_robot
 
 CAMERA = Intrinsics(width=100, height=75, fx=60.0, fy=62.0, cx=47.3, cy=38.1)
 SHAPES = [
@@ -180,7 +180,7 @@ def test_the_wrist_camera_sees_the_fingers() -> None:
         np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([0.065, 0, -0.098])
     )
     wide = Intrinsics(width=160, height=120, fx=95.0, fy=95.0, cx=79.5, cy=59.5)
-    hand = hand_shapes(wTe, 0.08)
+    hand = Hand(load_robot("frankie").gripper, wTe).shapes(0.08)
     _, ids = DepthRenderer(wide).render(hand, wTe * eTc, with_ids=True)
     seen = {hand[i].name for i in np.unique(ids) if i >= 0}
     assert {"left pad", "right pad"} <= seen

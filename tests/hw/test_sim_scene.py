@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from pinocchio import SE3
 
-from hw.sim import Geom, SceneError, World, load_scene, scene_names
+from hw.sim import Hand, SceneError, World, load_scene, scene_names
 from hw.sim.contact import separation
 from hw.sim.objects import (
+    HELDOUT,
     HOUSEHOLD,
-    KINDS,
     MAX_HEIGHT,
     MAX_LENGTH,
-    UNSEEN,
-    WORKSHOP,
+    OBJECT_CLASSES,
+    TRAIN,
     make_object,
 )
-from robots.shapes import reach
+from robots import Geom, load_robot, reach
 
 GOOD = """\
 container:
@@ -62,40 +62,40 @@ def test_the_shipped_scenes_have_the_objects_that_they_speak_of() -> None:
 def test_objects_lie_in_the_container_apart_from_each_other(name: str, seed: int) -> None:
     world = load_scene(name, seed)
     walls = [f for f in world.fixtures if f.name == "container/wall"]
-    for i, thing in enumerate(world.objects):
-        parts = thing.placed()
-        assert thing.reach(np.array([0.0, 0.0, -1.0])) == pytest.approx(-0.456)
-        assert world.resting_on(thing) == "container"
+    for i, obj in enumerate(world.objects):
+        parts = obj.placed()
+        assert obj.reach(np.array([0.0, 0.0, -1.0])) == pytest.approx(-0.456)
+        assert world.resting_on(obj) == "container"
         assert gap(parts, walls) >= 0.012
         assert all(gap(parts, other.placed()) >= 0.006 for other in world.objects[:i])
-        x, y, _ = thing.pose.translation
+        x, y, _ = obj.pose.translation
         assert abs(x - 3.0) < 0.22
         assert abs(y) < 0.18
-    assert len({thing.name for thing in world.objects}) == len(world.objects)
+    assert len({obj.name for obj in world.objects}) == len(world.objects)
 
 
-@pytest.mark.parametrize("kind", HOUSEHOLD)
-def test_every_household_kind_can_be_grasped_by_every_part(kind: str) -> None:
+@pytest.mark.parametrize("name", HOUSEHOLD)
+def test_every_household_class_can_be_grasped_by_every_part(name: str) -> None:
     rng = np.random.default_rng(7)
     for _ in range(30):
-        thing = make_object("it", KINDS[kind], (0.015, 0.07), (0.03, 0.5), rng)
-        assert 0.015 - 1e-9 <= narrowest(thing.placed()) <= 0.07 + 1e-9
+        obj = make_object("it", OBJECT_CLASSES[name], (0.015, 0.07), (0.03, 0.5), rng)
+        assert 0.015 - 1e-9 <= narrowest(obj.placed()) <= 0.07 + 1e-9
 
 
 def test_no_kind_is_in_two_collections() -> None:
-    assert len(KINDS) == len(HOUSEHOLD) + len(WORKSHOP) + len(UNSEEN)
+    assert len(OBJECT_CLASSES) == len(HOUSEHOLD) + len(TRAIN) + len(HELDOUT)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_stands_on_the_floor_and_is_neither_long_nor_high(kind: str) -> None:
+@pytest.mark.parametrize("name", OBJECT_CLASSES)
+def test_every_class_of_objects_stands_on_the_floor_and_is_neither_long_nor_high(name: str) -> None:
     rng = np.random.default_rng(7)
     up, along = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
     for _ in range(30):
-        thing = make_object("it", KINDS[kind], (0.005, 0.07), (0.03, 0.5), rng)
-        assert thing.reach(up) + thing.reach(-up) <= MAX_HEIGHT + 1e-9
-        assert thing.reach(-up) == pytest.approx(0.0, abs=1e-9)
-        assert thing.reach(along) + thing.reach(-along) <= MAX_LENGTH + 1e-9
-        assert 0.03 <= thing.mass <= 0.5
+        obj = make_object("it", OBJECT_CLASSES[name], (0.005, 0.07), (0.03, 0.5), rng)
+        assert obj.reach(up) + obj.reach(-up) <= MAX_HEIGHT + 1e-9
+        assert obj.reach(-up) == pytest.approx(0.0, abs=1e-9)
+        assert obj.reach(along) + obj.reach(-along) <= MAX_LENGTH + 1e-9
+        assert 0.03 <= obj.mass <= 0.5
 
 
 def test_the_same_seed_gives_the_same_world() -> None:
@@ -147,14 +147,14 @@ def test_objects_stand_on_side_tables_and_stay_on_them_as_they_move(
         + "     motion: {along: [0.1, -0.5], period_s: 4, stop_s: 9}}\n"
     )
     world = load_scene(path, seed)
-    assert [world.resting_on(thing) for thing in world.objects] == [
+    assert [world.resting_on(obj) for obj in world.objects] == [
         "container",
         "shelf",
         "shelf",
         "belt",
     ]
-    assert len({thing.name for thing in world.objects}) == 4
-    still = [thing.pose.copy() for thing in world.objects[:3]]
+    assert len({obj.name for obj in world.objects}) == 4
+    still = [obj.pose.copy() for obj in world.objects[:3]]
     there = []
     for now in (0.0, 2.0, 4.0, 9.0, 20.0):
         world.move_to(now)
@@ -173,26 +173,26 @@ def test_what_the_hand_has_taken_no_longer_moves_by_itself(tmp_path: Path) -> No
     path.write_text(
         GOOD.replace("count: 2", "count: 0")
         + "side_tables:\n  - {name: belt, centre: [1, 1], size: [0.4, 0.8],\n"
-        + "     objects: {count: 1, kinds: [ball], width_mm: [40, 50]},\n"
+        + "     objects: {count: 1, classes: [ball], width_mm: [40, 50]},\n"
         + "     motion: {along: [0.0, 0.4], period_s: 4}}\n"
     )
     world = load_scene(path, 0)
     world.move_to(1.0)
     ball = world.objects[0]
-    down = np.diag([1.0, -1.0, -1.0])
-    outcome = world.close_fingers(SE3(down, ball.pose.translation), 0.08, 20.0)
+    wTe = SE3(np.diag([1.0, -1.0, -1.0]), ball.pose.translation)
+    outcome = world.close_fingers(Hand(load_robot("frankie").gripper, wTe), 0.08, 20.0)
     assert outcome.holding == ball.name
     taken = ball.pose.translation.copy()
     world.move_to(3.0)
     np.testing.assert_array_equal(ball.pose.translation, taken)
 
 
-def test_widths_and_kinds_are_kept_to(tmp_path: Path) -> None:
+def test_widths_and_classes_are_kept_to(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
-    path.write_text(GOOD.replace("2", "6") + "  kinds: [ball, can]\n  width_mm: [30, 40]\n")
-    for thing in load_scene(str(path), 0).objects:
-        assert thing.name.split()[0] in ("ball", "can")
-        assert 0.03 <= narrowest(thing.placed()) <= 0.04
+    path.write_text(GOOD.replace("2", "6") + "  classes: [ball, can]\n  width_mm: [30, 40]\n")
+    for obj in load_scene(str(path), 0).objects:
+        assert obj.name.split()[0] in ("ball", "can")
+        assert 0.03 <= narrowest(obj.placed()) <= 0.04
 
 
 def test_an_unknown_scene_is_told_which_there_are() -> None:
@@ -211,10 +211,13 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
             GOOD.replace("count: 2", "count: -1"),
             "6:10: objects.count: expected a number of at least 0, got the number `-1`",
         ),
-        (GOOD.replace("count: 2", "kinds: [bal]"), "no kind of object 'bal'; did you mean `ball`?"),
+        (
+            GOOD.replace("count: 2", "classes: [bal]"),
+            "no class of objects `bal`; did you",
+        ),
         (
             GOOD.replace("count: 2", "width_mm: [70, 15]"),
-            "6:13: objects.width_mm: give the smallest",
+            "6:13: objects.width_mm: must be the smallest",
         ),
         (
             GOOD.replace("[3.0, 0.0]", "[3.0, left]"),
@@ -230,7 +233,7 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
             GOOD
             + "side_tables:\n  - name: a\n    centre: [0, 0]\n    objects: {}\n"
             + "    motion: {along: [0, 1], period: 1}\n",
-            "11:5: side_tables.0.motion.period_s: is missing",
+            "11:29: side_tables.0.motion.period: unknown key; did you mean `period_s`?",
         ),
         (
             GOOD + "side_tables:\n  - {name: a, centre: [0, 0], objects: {}, high: 1}\n",
@@ -254,8 +257,8 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
             "2 do not fit into the",
         ),
         (
-            GOOD.replace("2", "2\n  kinds: [mug]\n  width_mm: [50, 60]"),
-            "none of mug comes 50 to 60",
+            GOOD.replace("2", "2\n  classes: [mug]\n  width_mm: [50, 60]"),
+            "no mug is 50 to 60",
         ),
     ],
 )

@@ -8,14 +8,21 @@ import numpy as np
 import pytest
 from pinocchio import SE3, exp3
 
-from hw.sim import Box, Cylinder, Geom, Plane, SimObject, Sphere, World, load_scene
+from hw.sim import Hand, SimObject, World, load_scene
 from hw.sim.contact import separation
-from robots.shapes import half_extents
+from robots import Box, Cylinder, Geom, Plane, Sphere, half_extents, load_robot
 
 TURNED_DOWN = np.diag([1.0, -1.0, -1.0])
 FLOOR = Geom(Plane(), SE3.Identity(), "floor")
 TABLE = Geom(Box((0.3, 0.2, 0.02)), SE3(np.eye(3), np.array([0.0, 0.0, 0.48])), "table/top")
 TABLE_TOP = 0.5
+
+
+GRIPPER = load_robot("frankie").gripper
+
+
+def hand(wTe: SE3) -> Hand:
+    return Hand(GRIPPER, wTe)
 
 
 def hand_at(x: float, y: float, z: float) -> SE3:
@@ -32,7 +39,7 @@ def box(x: float, y: float, z: float, name: str = "box", half: float = 0.02) -> 
 
 
 def picked(world: World, wTe: SE3) -> World:
-    outcome = world.close_fingers(wTe, 0.08, 20.0)
+    outcome = world.close_fingers(hand(wTe), 0.08, 20.0)
     assert outcome.holding is not None, outcome.reason
     return world
 
@@ -51,7 +58,7 @@ def test_what_is_held_moves_with_the_hand() -> None:
 
 def test_closing_again_keeps_what_is_held() -> None:
     world = picked(World([FLOOR], [box(0.0, 0.0, 0.02)]), hand_at(0.0, 0.0, 0.03))
-    outcome = world.close_fingers(hand_at(0.0, 0.0, 0.03), 0.04, 20.0)
+    outcome = world.close_fingers(hand(hand_at(0.0, 0.0, 0.03)), 0.04, 20.0)
     assert outcome.holding == "box"
     assert outcome.width == pytest.approx(0.04, abs=2e-4)
 
@@ -123,7 +130,7 @@ def test_leaning_on_a_wall_is_not_resting_on_it() -> None:
 
 def test_an_open_hand_around_an_object_does_not_collide() -> None:
     world = World([FLOOR], [box(0.0, 0.0, 0.02)])
-    assert world.collision(hand_at(0.0, 0.0, 0.02), 0.08) is None
+    assert world.collision(hand(hand_at(0.0, 0.0, 0.02)), 0.08) is None
 
 
 @pytest.mark.parametrize(
@@ -143,26 +150,26 @@ def test_the_hand_collides_with_what_it_presses_into(
 ) -> None:
     shelf = Geom(Box((0.5, 0.01, 0.01)), SE3(np.eye(3), np.array([0.0, 0.58, 0.18])), "shelf")
     world = World([FLOOR, shelf], [box(0.0, 0.0, 0.02)])
-    assert world.collision(wTe, width) == hit
+    assert world.collision(hand(wTe), width) == hit
 
 
 def test_what_is_held_collides_with_fixtures_but_not_with_objects() -> None:
     thing, other = box(0.0, 0.0, 0.02), box(0.2, 0.0, 0.02, "other")
     world = picked(World([FLOOR], [thing, other]), hand_at(0.0, 0.0, 0.03))
-    assert world.collision(hand_at(0.0, 0.0, 0.03), 0.04) is None
+    assert world.collision(hand(hand_at(0.0, 0.0, 0.03)), 0.04) is None
     low = hand_at(0.1, 0.0, 0.022)
     world.carry(low)
-    assert world.collision(low, 0.04) == "floor"
+    assert world.collision(hand(low), 0.04) == "floor"
     above = hand_at(0.2, 0.0, 0.06)
     world.carry(above)
-    assert world.collision(above, 0.04) is None
+    assert world.collision(hand(above), 0.04) is None
 
 
 def test_the_hand_collides_with_container_and_table_of_a_scene() -> None:
     world = load_scene("single", 0)
-    assert world.collision(hand_at(3.0, 0.14, 0.5), 0.08) == "container/wall"
-    assert world.collision(hand_at(0.0, 1.6, 0.5), 0.08) == "table/top"
-    assert world.collision(hand_at(1.5, 0.8, 0.8), 0.08) is None
+    assert world.collision(hand(hand_at(3.0, 0.14, 0.5)), 0.08) == "container/wall"
+    assert world.collision(hand(hand_at(0.0, 1.6, 0.5)), 0.08) == "table/top"
+    assert world.collision(hand(hand_at(1.5, 0.8, 0.8)), 0.08) is None
 
 
 def test_picking_every_object_of_a_scene_brings_it_to_the_table() -> None:
@@ -170,8 +177,8 @@ def test_picking_every_object_of_a_scene_brings_it_to_the_table() -> None:
     world = load_scene("household", 0)
     for index, thing in enumerate(world.objects):
         assert any(
-            world.collision(wTe, 0.08) is None
-            and world.close_fingers(wTe, 0.08, 40.0).holding == thing.name
+            world.collision(hand(wTe), 0.08) is None
+            and world.close_fingers(hand(wTe), 0.08, 40.0).holding == thing.name
             for wTe in top_grasps(thing)
         ), f"{thing.name} cannot be grasped"
         world.carry(hand_at(-0.5 + 0.1 * index, 1.6, 0.8))

@@ -10,7 +10,7 @@ from everything import write_everything
 
 import trees
 from trees.draw import FORMATS, Box, boxes
-from trees.draw.boxes import Category
+from trees.draw.box import Category
 from trees.language import load
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -10,8 +10,10 @@ from tree_toys import TOYS, Play, ToyContext
 
 import trees
 from behaviours.named import Posture
-from controller import READY
+from robots import load_robot
 from trees.language import LeafError, Task, build, check, load, nodes_in_order
+
+READY = load_robot("frankie").arm.ready
 
 
 @pytest.fixture

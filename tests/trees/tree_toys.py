@@ -9,9 +9,8 @@ from typing import Literal
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from behaviours.leaf import Condition
-from behaviours.named import BasePose, Key, Posture, Region, ToolPose
-from hw.clock import SimClock
+from behaviours import BasePose, BehaviourSettings, Condition, Key, Posture, Region, ToolPose
+from hw import SimClock
 from trees.language import build, load
 
 STATUS = {
@@ -29,6 +28,7 @@ class ToyContext:
     events: list[str] = field(default_factory=list)
     counted: int = 0
     keys: dict[str, object] = field(default_factory=dict)
+    settings: BehaviourSettings = field(default_factory=BehaviourSettings)
 
 
 class Toy(Behaviour):

@@ -13,17 +13,11 @@ from xml.etree import ElementTree
 
 from py_trees.common import Status
 
-from trees.language import COMPOSITES, MODIFIERS, TreeNode
+from trees.btcpp.counterparts import TAGS
+from trees.language import TreeNode
 
 MAGIC = b"BTCPP4-FileLogger2"
 VERSION = 1
-
-_TAGS = {
-    word.node.key: word.counterpart.tag
-    for word in (*COMPOSITES.values(), *MODIFIERS.values())
-    if word.counterpart is not None
-}
-"""What BehaviorTree.CPP calls the branches that it has too."""
 
 _STATUS = {Status.INVALID: 0, Status.RUNNING: 1, Status.SUCCESS: 2, Status.FAILURE: 3}
 
@@ -70,7 +64,7 @@ def tree_xml(nodes: Sequence[TreeNode]) -> str:
     for number, entry in enumerate(nodes, start=1):
         node = entry.node
         key = str(getattr(node, "key", type(node).__name__))
-        tag = _TAGS.get(key, key)
+        tag = TAGS.get(key, key)
         if tag == key:
             models[tag] = ("Action", "Decorator", "Control")[min(len(node.children), 2)]
         del above[entry.depth + 1 :]

@@ -13,6 +13,17 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from config import Diagnostics, Location
+from trees.btcpp.counterparts import (
+    MAIN,
+    PARALLEL,
+    RESERVED_PORTS,
+    SCRIPT,
+    SUBTREE,
+    TAKEN,
+    VALUE,
+    parallel_counts,
+    standard_attributes,
+)
 from trees.btcpp.ports import ANY_TYPE, literal, pointed_at, pointer, port_type, survives
 from trees.btcpp.pose_text import pose_text
 from trees.language import (
@@ -20,7 +31,6 @@ from trees.language import (
     MODIFIERS,
     SET,
     CompositeNode,
-    Counterpart,
     KeyRead,
     LeafNode,
     LeafType,
@@ -32,30 +42,6 @@ from trees.language import (
     TaskParameter,
     ValueType,
 )
-
-MAIN = "Main"
-"""The tree that runs the exported task with its default parameters."""
-
-SUBTREE = "SubTree"
-SCRIPT = "Script"
-"""Writes keys: the language's `set`."""
-
-PARALLEL = "Parallel"
-"""The one node whose attributes count its children; see `parallel_counts`."""
-
-VALUE = "value"
-"""The port of an exported modifier that BehaviorTree.CPP does not have."""
-
-_TAGS = {
-    word.counterpart.tag
-    for word in (*COMPOSITES.values(), *MODIFIERS.values())
-    if word.counterpart is not None
-}
-_TAKEN = frozenset({MAIN, SCRIPT, SUBTREE, *_TAGS, *COMPOSITES, *MODIFIERS})
-"""Names in the XML that neither a task nor a leaf can have."""
-
-_RESERVED_PORTS = frozenset({"ID", "name"})
-"""Attributes with a meaning of their own, besides those that begin with `_`."""
 
 
 def export_xml(task: Task) -> str:
@@ -95,7 +81,7 @@ class _Export:
         diagnostics = Diagnostics(task.path)
         start = Location(line=1, column=1)
         others = {tree.get("ID") for tree in self.trees.values()}
-        if task.name in _TAKEN or task.name in others or task.name in self.models:
+        if task.name in TAKEN or task.name in others or task.name in self.models:
             message = f"the name `{task.name}` of the task is taken in the exported file"
             diagnostics.error(start, message, "give the task another name")
         tree = self.trees[task.path] = Element("BehaviorTree", ID=task.name)
@@ -185,7 +171,7 @@ class _Writer:
             guard = SubElement(above, counterpart.tag if counterpart else key)
             self.node(value, guard)
             return guard
-        attributes = None if counterpart is None else _standard(counterpart, value)
+        attributes = None if counterpart is None else standard_attributes(counterpart, value)
         if counterpart is not None and attributes is not None:
             return SubElement(above, counterpart.tag, attributes)
         self._export.add_word("Decorator", key, {} if word.type is None else {VALUE: word.type})
@@ -228,7 +214,7 @@ class _Writer:
         if self._export.models[node.type.key].tag == SUBTREE:
             message = f"the name `{node.type.key}` is taken by a task in the exported file"
             self._diagnostics.error(node.location, message, "give the task another name")
-        if node.type.key in _TAKEN or not _RESERVED_PORTS.isdisjoint(node.type.parameters):
+        if node.type.key in TAKEN or not RESERVED_PORTS.isdisjoint(node.type.parameters):
             message = f"the key or a parameter of `{node.type.key}` is taken in BehaviorTree.CPP"
             self._diagnostics.error(node.location, message, "rename it in the leaf's class")
         element = SubElement(above, node.type.key)
@@ -298,25 +284,3 @@ def _parameter_port(name: str, parameter: TaskParameter, expected: ValueType) ->
         port.set("default", literal(parameter.default.value))
     port.text = parameter.description or None
     return port
-
-
-def _standard(counterpart: Counterpart, value: object) -> dict[str, str] | None:
-    """The attributes of the counterpart of a modifier; None if it cannot take the value."""
-    if not counterpart.port:
-        return dict(counterpart.fixed)
-    if isinstance(value, KeyRead) and counterpart.scale == 1:
-        return {counterpart.port: pointer(value.name)}
-    if isinstance(value, int | float):
-        whole = round(value * counterpart.scale)
-        if whole / counterpart.scale == value:
-            return {counterpart.port: str(whole)}
-    return None
-
-
-def parallel_counts(policy: object, children: int) -> dict[str, str]:
-    """The attributes of a `Parallel` for a policy of `parallel`."""
-    if policy == "all":
-        return {"success_count": "-1", "failure_count": "1"}
-    if policy == "any":
-        return {"success_count": "1", "failure_count": "-1"}
-    return {"success_count": str(policy), "failure_count": str(children - int(str(policy)) + 1)}

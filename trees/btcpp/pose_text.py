@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pinocchio as pin
 from pinocchio import SE3
 
-from behaviours.named import BasePose, Posture, Region, ToolPose
+from behaviours import BasePose, Posture, Region, ToolPose
 from trees.language import NamedValue
 
 

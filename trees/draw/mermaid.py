@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import count
 
-from trees.draw.boxes import COLOURS, Box
+from trees.draw.box import COLOURS, Box
 
 
 def mermaid(root: Box) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from html import escape
 
-from trees.draw.boxes import COLOURS, Box
+from trees.draw.box import COLOURS, Box
 
 _CHARACTER = 7.3
 """Breadth of a letter of the monospaced font at `_SIZE` [px]."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from trees.draw.boxes import Box
+from trees.draw.box import Box
 
 
 def text(root: Box) -> str:

@@ -6,10 +6,10 @@ other words of the language are defined in `vocabulary`.
 """
 
 from trees.language.branch import Branch, Ticking
-from trees.language.build import build
+from trees.language.builder import build
 from trees.language.documents import FILE_KEYS
 from trees.language.errors import LeafError, TaskFileError
-from trees.language.load import check, load
+from trees.language.loader import check, load
 from trees.language.mappings import NAMING_HINT, WORD
 from trees.language.named_poses import PoseSection, RegionSection
 from trees.language.parameters import ParameterSection, TaskParameter

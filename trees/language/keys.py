@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from behaviours.leaf import LeafCrashedError
-from behaviours.named import Key
+from behaviours import Key, LeafCrashedError
 from trees.language.branch import Branch, Ticking
 
 Supply = Callable[[], object]

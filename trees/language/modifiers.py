@@ -11,11 +11,12 @@ from typing import ClassVar
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from hw import TaskTime
 from trees.language.branch import Branch, Ticking, reason
 from trees.language.composites import ReactiveFallback, ReactiveSequence
 
-Now = Callable[[], float]
-"""The time on the session's clock [s]."""
+Now = Callable[[], TaskTime]
+"""The time of the task."""
 
 _ROUNDING = 1e-9
 """Stamps are sums of periods: this keeps the number of ticks independent of their rounding [s]."""
@@ -96,11 +97,11 @@ class Cooldown(Branch):
         super().__init__(self.key, [child])
         self._seconds = seconds
         self._now = now
-        self._ready = -float("inf")
+        self._ready: TaskTime | None = None
 
     def restart(self) -> None:
         """Compute how long it still has to rest."""
-        self._resting = self._ready - self._now()
+        self._resting = 0.0 if self._ready is None else self._ready - self._now()
 
     def advance(self) -> Ticking:
         """Tick the child unless it is too soon."""

@@ -12,7 +12,7 @@ import pinocchio as pin
 from pinocchio import SE3
 from pydantic import AfterValidator, Field, model_validator
 
-from behaviours.named import BasePose, Posture, Region, ToolPose
+from behaviours import BasePose, Posture, Region, ToolPose
 from config import (
     Diagnostics,
     Location,
@@ -25,11 +25,13 @@ from config import (
     quoted,
     validate,
 )
-from controller import READY
+from robots import load_robot
 from trees.language.mappings import ABSENT, named_entries
 from trees.language.value_types import NamedValue
 
-BUILT_IN: Mapping[str, NamedValue] = {"ready": Posture(name="ready", q=READY)}
+BUILT_IN: Mapping[str, NamedValue] = {
+    "ready": Posture(name="ready", q=load_robot("frankie").arm.ready)
+}
 """What every task file knows without defining it."""
 
 _POSE_FORMS = (("xyz", "rpy_deg"), ("base", "heading_deg"), ("joints_deg",))

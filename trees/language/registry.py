@@ -17,8 +17,7 @@ from functools import cache
 from importlib import metadata
 from typing import TYPE_CHECKING
 
-from behaviours.leaf import Condition
-from behaviours.named import Key
+from behaviours import LEAVES, Condition, Key, Leaf
 from trees.language.errors import LeafError
 from trees.language.keys import Set
 from trees.language.value_types import ValueType, read_annotation
@@ -27,7 +26,6 @@ from trees.language.vocabulary import RESERVED
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from behaviours.leaf import Leaf
 
 ENTRY_POINTS = "frankie_task.behaviours"
 """Entry-point group in which other packages offer their leaves."""
@@ -99,8 +97,6 @@ def known_leaves() -> dict[str, type[Leaf]]:
     Raises:
         LeafError: a package's leaf cannot be loaded, or takes a key that is taken.
     """
-    from behaviours import LEAVES
-
     leaves = dict(LEAVES)
     for entry in metadata.entry_points(group=ENTRY_POINTS):
         try:

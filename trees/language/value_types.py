@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, Union, get_args, get_origin
 
-from behaviours.named import BasePose, Posture, Region, ToolPose
+from behaviours import BasePose, Posture, Region, ToolPose
 from config import Plain, written
 
 NamedValue: TypeAlias = ToolPose | BasePose | Posture | Region

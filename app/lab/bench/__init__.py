@@ -1,6 +1,62 @@
-"""What the controller and the whole robot are worth, measured by commands that anybody can repeat.
+"""Benches of the controller and of the whole robot, as commands that anybody can repeat.
 
-The controller's motions are integrated without error and judged by measures of their own, apart
-from those that it keeps: joint and base limits, contacts, arrival, jerk. `pick_place` counts what
-the main job brings to the table.
+The controller's motions are integrated without error and evaluated from their samples, not from its
+own reports: joint and base limits, contacts, arrival, jerk. `run_pick_place` counts what the main
+task achieves.
 """
+
+from app.lab.bench.configuration import EXAMPLE, Configuration
+from app.lab.bench.goals import generate_goals, load_goals
+from app.lab.bench.pick_place import pick_place_json, pick_place_table, run_pick_place
+from app.lab.bench.plots import make_plots, prepare_plots
+from app.lab.bench.poses import POSES, PoseRun, pose_result, poses_json, poses_tables, run_pose
+from app.lab.bench.reach import (
+    SWEEPS,
+    Conditions,
+    Reach,
+    aggregate_trials,
+    reach_json,
+    reach_notes,
+    reach_table,
+    run_trials,
+)
+from app.lab.bench.step import step_json, step_notes, step_table, time_steps
+from app.lab.bench.tree import time_tree, tree_json, tree_table
+from app.lab.bench.viewing import Watcher, measure_watching, watch_json, watch_table
+
+__all__ = [
+    "EXAMPLE",
+    "POSES",
+    "SWEEPS",
+    "Conditions",
+    "Configuration",
+    "PoseRun",
+    "Reach",
+    "Watcher",
+    "aggregate_trials",
+    "generate_goals",
+    "load_goals",
+    "make_plots",
+    "measure_watching",
+    "pick_place_json",
+    "pick_place_table",
+    "pose_result",
+    "poses_json",
+    "poses_tables",
+    "prepare_plots",
+    "reach_json",
+    "reach_notes",
+    "reach_table",
+    "run_pick_place",
+    "run_pose",
+    "run_trials",
+    "step_json",
+    "step_notes",
+    "step_table",
+    "time_steps",
+    "time_tree",
+    "tree_json",
+    "tree_table",
+    "watch_json",
+    "watch_table",
+]

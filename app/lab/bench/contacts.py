@@ -1,7 +1,7 @@
-"""The judge of contacts: does the arm touch itself, the base or the floor?
+"""Checks whether the arm touches itself, the base or the floor.
 
 The arm is made of capsules with the radii of the manufacturer's self-collision model, the base is a
-box, the floor a half-space. Nothing of this is used to control the robot.
+box, the floor a half-space. The controller has shapes of its own.
 """
 
 from __future__ import annotations
@@ -14,8 +14,7 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from controller import N_ARM, RobotModel
-from controller.command import Array
+from controller import N_ARM, Array, RobotModel
 
 _Point = tuple[float, float, float]
 
@@ -47,9 +46,9 @@ CAPSULES = (
 )
 """The arm's foot, its seven links and the hand with open fingers."""
 
-_SAME_SHOULDER = (1, 3)
-"""These two are joined by a link so short that their capsules meet wherever joint 2 goes."""
-_STANDS_ON_THE_BASE = (0, 1)
+_SHOULDER = (1, 3)
+"""The link between these two is so short that their capsules always overlap."""
+_ON_THE_BASE = (0, 1)
 """Links that touch the base because they are mounted on it."""
 
 SURFACE = 1e-6
@@ -60,7 +59,7 @@ class Contacts(NamedTuple):
     """What the arm touches in one posture."""
 
     arm: bool
-    """Two links that are no neighbours touch each other."""
+    """Two links that are not neighbours touch each other."""
     base: bool
     floor: bool
 
@@ -78,8 +77,8 @@ def _placed(shape: _Capsule) -> tuple[coal.Capsule, SE3]:
     return coal.Capsule(shape.radius - SURFACE, length), SE3(turn, (start + end) / 2.0)
 
 
-class ContactJudge:
-    """Tells what the arm of one robot touches.
+class ContactChecker:
+    """Checks what the arm of one robot touches.
 
     Args:
         model: the robot; its chain of joints carries the shapes.
@@ -102,7 +101,7 @@ class ContactJudge:
             frame = links[moves_with] if moves_with else SE3.Identity()
             add(f"capsule{number}", joint, frame.actInv(links[capsule.link] * placement), shape)
         height = float(links[0].translation[2])
-        box = coal.Box(*model.description.base_size, height)
+        box = coal.Box(*model.description.base.size[:2], height)
         base = add("base", 0, SE3(np.eye(3), np.array([0.0, 0.0, height / 2.0])), box)
         floor = add("floor", 0, SE3.Identity(), coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0))
 
@@ -110,16 +109,16 @@ class ContactJudge:
         self._kinds: list[str] = []
         for a, b in combinations(range(len(CAPSULES)), 2):
             pair = (CAPSULES[a].link, CAPSULES[b].link)
-            if pair[1] - pair[0] > 1 and pair != _SAME_SHOULDER:
-                self._watch("arm", a, b)
+            if pair[1] - pair[0] > 1 and pair != _SHOULDER:
+                self._add_pair("arm", a, b)
         for number, capsule in enumerate(CAPSULES):
-            if capsule.link not in _STANDS_ON_THE_BASE:
-                self._watch("base", number, base)
-                self._watch("floor", number, floor)
+            if capsule.link not in _ON_THE_BASE:
+                self._add_pair("base", number, base)
+                self._add_pair("floor", number, floor)
         self._data = model.chain.createData()
         self._geometry_data = pin.GeometryData(geometry)
 
-    def _watch(self, kind: str, a: int, b: int) -> None:
+    def _add_pair(self, kind: str, a: int, b: int) -> None:
         self._geometry.addCollisionPair(pin.CollisionPair(a, b))
         self._kinds.append(kind)
 
@@ -127,20 +126,11 @@ class ContactJudge:
         """What the arm touches at joint positions q (7,) [rad]."""
         if not self._touching(q, True):
             return Contacts(False, False, False)
-        self._touching(q, False)
-        found = {kind for kind, _ in self._found()}
+        found = {kind for kind, _ in self._pairs_in_contact(q)}
         return Contacts("arm" in found, "base" in found, "floor" in found)
 
-    def links(self, q: Array) -> set[tuple[int, int]]:
-        """Which links (0 the foot, 8 the hand) of the arm touch each other, lower number first."""
+    def _pairs_in_contact(self, q: Array) -> list[tuple[str, Any]]:
         self._touching(q, False)
-        return {
-            (CAPSULES[pair.first].link, CAPSULES[pair.second].link)
-            for kind, pair in self._found()
-            if kind == "arm"
-        }
-
-    def _found(self) -> list[tuple[str, Any]]:
         return [
             (kind, pair)
             for kind, pair, result in zip(

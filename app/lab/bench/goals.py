@@ -1,4 +1,4 @@
-"""Where the hand is sent in Experiment 2: seeded goals known to be reachable, or a file."""
+"""The goals of Experiment 2: drawn with a seed and known to be reachable, or from a file."""
 
 from __future__ import annotations
 
@@ -9,39 +9,38 @@ import numpy.typing as npt
 import pinocchio as pin
 from pinocchio import SE3
 
-from app.lab.bench.contacts import ContactJudge
+from app.lab.bench.contacts import ContactChecker
 from config import UserError
-from controller import RobotModel
-from controller.command import Array
+from controller import Array, RobotModel
 
 DISC = 4.0
 """Goals are nearer to the start than this [m]."""
 _MARGIN = 0.1
-"""Generating postures keep this distance from every joint limit [rad]."""
+"""Drawn postures keep this distance from every joint limit [rad]."""
 _LOWEST = 0.05
 """Tool and flange are at least this far above the floor [m]."""
-_ROUNDED = 1e-4
-"""Poses in a file may be off by this much from a rigid motion, to allow for single precision."""
+_POSE_TOLERANCE = 1e-4
+"""Poses in a file may differ from a rigid motion by this much, as in single precision."""
 
 
 class GoalFileError(UserError):
     """A file of goals cannot be used."""
 
 
-def generate(model: RobotModel, count: int, seed: int) -> list[SE3]:
-    """Poses `wTe` of the tool that the robot can have without touching anything.
+def generate_goals(model: RobotModel, count: int, seed: int) -> list[SE3]:
+    """Poses `wTe` of the tool that the robot can reach without contact.
 
     A posture is drawn uniformly within the joint limits, the heading of the base uniformly, and
     the tool's place uniformly in a disc of 4 m around the start; the base stands where that puts
-    it. Postures in which the arm touches itself, the base or the floor do not count.
+    it. Postures in which the arm touches itself, the base or the floor are left out.
 
     Args:
         model: the robot.
-        count: how many.
-        seed: of the generator; the same seed gives the same goals.
+        count: number of goals.
+        seed: the same seed gives the same goals.
     """
     rng = np.random.default_rng(seed)
-    judge = ContactJudge(model)
+    contacts = ContactChecker(model)
     limits = model.limits
     goals: list[SE3] = []
     while len(goals) < count:
@@ -51,7 +50,7 @@ def generate(model: RobotModel, count: int, seed: int) -> list[SE3]:
         tool = model.bTe(q)
         height = float(tool.translation[2])
         flange = model.link_poses(SE3.Identity(), q)[-1].translation[2]
-        if min(height, flange) < _LOWEST or np.hypot(radius, height) > DISC or judge(q).any:
+        if min(height, flange) < _LOWEST or np.hypot(radius, height) > DISC or contacts(q).any:
             continue
         place = np.array([radius * np.cos(bearing), radius * np.sin(bearing), height])
         goals.append(SE3(pin.utils.rotate("z", heading) @ tool.rotation, place))
@@ -59,13 +58,13 @@ def generate(model: RobotModel, count: int, seed: int) -> list[SE3]:
 
 
 def load_goals(path: Path) -> list[SE3]:
-    """The poses of a file.
+    """The poses in a file.
 
     Args:
         path: an .npz file whose array `T` (N, 4, 4) holds poses of the tool in the world.
 
     Raises:
-        GoalFileError: it cannot be read, or holds something else.
+        GoalFileError: it cannot be read, or does not hold poses.
     """
     try:
         content = np.load(path, allow_pickle=False)
@@ -95,7 +94,7 @@ def _pose(path: Path, number: int, T: npt.NDArray[np.float64]) -> SE3:
     R = T[:3, :3]
     nearest = _nearest_rotation(R)
     off = max(float(np.abs(R - nearest).max()), float(np.abs(T[3] - [0, 0, 0, 1]).max()))
-    if off > _ROUNDED:
+    if off > _POSE_TOLERANCE:
         raise GoalFileError(
             f"--goals {path}: T[{number}] is not a pose: a rotation, a position and the last row"
             " 0 0 0 1"

@@ -1,9 +1,9 @@
-"""A robot that does exactly what it is told, and everything that happened on the way."""
+"""A robot that follows its commands exactly, and the motion that results."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import cos, sin
 from typing import Protocol, TypeAlias
 
@@ -12,7 +12,7 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller import (
-    READY,
+    Array,
     Command,
     KinematicState,
     MotionGoal,
@@ -20,7 +20,6 @@ from controller import (
     RobotModel,
     StepReport,
 )
-from controller.command import Array
 
 GoalAt: TypeAlias = Callable[[float], PoseGoal]
 """The goal at a time since the start [s]."""
@@ -28,11 +27,11 @@ GoalAt: TypeAlias = Callable[[float], PoseGoal]
 _PROGRESS = 1e-3
 """Nearer by less than this is no progress [m]."""
 _METRES_PER_RADIAN = 0.3
-"""How much a radian of orientation error weighs when progress is judged."""
+"""What a radian of orientation error counts like, to measure progress."""
 
 
-class Stepper(Protocol):
-    """Something that answers like the controller."""
+class Controller(Protocol):
+    """What `HolisticController` and its comparisons have in common."""
 
     def step(
         self, state: KinematicState, goal: MotionGoal | None, last: Command
@@ -41,11 +40,11 @@ class Stepper(Protocol):
 
 
 @dataclass(kw_only=True, eq=False)
-class Place:
-    """Where base and arm are; the start, unless said otherwise."""
+class State:
+    """Where base and arm are."""
 
-    wTb: SE3 = field(default_factory=SE3.Identity)
-    q: Array = field(default_factory=READY.copy)
+    wTb: SE3
+    q: Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,7 +52,7 @@ class Motion:
     """One motion from rest, sampled at every one of its k periods."""
 
     period: float
-    """Of control [s]."""
+    """Control period [s]."""
     base: Array
     """(k + 1, 3) x, y [m] and heading [rad] of the base."""
     q: Array
@@ -67,28 +66,28 @@ class Motion:
     orientation_error: Array
     """(k + 1,) angle to the goal of that time [rad]."""
     solved: bool
-    """Whether the controller found an answer in every period."""
+    """Whether the QP had a solution in every period."""
     arrived: bool
     """Whether the motion ended because the goal was reached."""
 
     @property
     def duration(self) -> float:
-        """How long it took [s]."""
+        """[s]."""
         return len(self.velocities) * self.period
 
     def times(self) -> Array:
-        """(k + 1,) of the samples [s]."""
+        """(k + 1,) times of the samples [s]."""
         return np.asarray(np.arange(len(self.base)) * self.period)
 
 
-def errors(wTe: SE3, goal: SE3) -> tuple[float, float]:
+def pose_errors(wTe: SE3, goal: SE3) -> tuple[float, float]:
     """Distance [m] and angle [rad] between two poses."""
     distance = float(np.linalg.norm(goal.translation - wTe.translation))
     return distance, float(np.linalg.norm(pin.log3(wTe.rotation.T @ goal.rotation)))
 
 
 def run_motion(
-    stepper: Stepper,
+    controller: Controller,
     model: RobotModel,
     goal_at: GoalAt,
     *,
@@ -97,58 +96,60 @@ def run_motion(
     patience: float = np.inf,
     stop_on_arrival: bool = True,
 ) -> Motion:
-    """Move from rest at the origin, arm ready, until the goal is reached or the time is over.
+    """Move from rest at the origin, arm ready, until the goal is reached or time is up.
 
     Args:
-        stepper: the controller.
+        controller: computes the commands.
         model: the robot.
         goal_at: where to go; arrived means within the goal's own tolerances.
-        period: of control [s].
-        limit: how long at most [s].
+        period: control period [s].
+        limit: longest time [s].
         patience: give up after this long without progress [s].
-        stop_on_arrival: end there, or go on to the limit.
+        stop_on_arrival: stop when the goal is reached, or go on to the limit.
     """
-    place, heading = Place(), 0.0
+    state, heading = State(wTb=SE3.Identity(), q=model.description.arm.ready.copy()), 0.0
     last = Command.stop()
-    bases, postures, tools, misses = [np.zeros(3)], [place.q], [], []
+    bases, postures, tools, errors = [np.zeros(3)], [state.q], [], []
     velocities: list[Array] = []
     solved, arrived = True, False
     best, best_at = np.inf, 0.0
     for index in range(round(limit / period) + 1):
         time = index * period
         goal = goal_at(time)
-        wTe = model.wTe(place.wTb, place.q)
-        miss = errors(wTe, goal.wTe)
+        wTe = model.wTe(state.wTb, state.q)
+        error = pose_errors(wTe, goal.wTe)
         tools.append(wTe.translation.copy())
-        misses.append(miss)
-        arrived = miss[0] <= goal.position_tolerance and miss[1] <= goal.orientation_tolerance
-        far = miss[0] + _METRES_PER_RADIAN * miss[1]
+        errors.append(error)
+        arrived = error[0] <= goal.position_tolerance and error[1] <= goal.orientation_tolerance
+        far = error[0] + _METRES_PER_RADIAN * error[1]
         if far < best - _PROGRESS:
             best, best_at = far, time
         if (arrived and stop_on_arrival) or time - best_at > patience or time >= limit:
             break
-        last, report = stepper.step(place, goal, last)
+        last, report = controller.step(state, goal, last)
         solved = solved and report.solved
         heading = heading + last.base_twist[2] * period
-        place = Place(wTb=driven(place.wTb, heading, last, period), q=place.q + last.qd * period)
+        state = State(
+            wTb=integrate_base(state.wTb, heading, last, period), q=state.q + last.qd * period
+        )
         velocities.append(model.velocities(last))
-        bases.append(np.array([*place.wTb.translation[:2], heading]))
-        postures.append(place.q)
+        bases.append(np.array([*state.wTb.translation[:2], heading]))
+        postures.append(state.q)
     return Motion(
         period=period,
         base=np.array(bases),
         q=np.array(postures),
         velocities=np.array(velocities).reshape(-1, model.n),
         tool=np.array(tools),
-        position_error=np.array([miss[0] for miss in misses]),
-        orientation_error=np.array([miss[1] for miss in misses]),
+        position_error=np.array([error[0] for error in errors]),
+        orientation_error=np.array([error[1] for error in errors]),
         solved=solved,
         arrived=arrived,
     )
 
 
-def driven(wTb: SE3, heading: float, command: Command, period: float) -> SE3:
-    """Base pose after a period in which it drove an exact arc and came to a heading [rad]."""
+def integrate_base(wTb: SE3, heading: float, command: Command, period: float) -> SE3:
+    """Base pose after a period on an exact arc that ends at this heading [rad]."""
     vx, vy, turn = command.base_twist * period
     forward, sideways = 1.0, 0.0
     if abs(turn) > 1e-9:

@@ -1,4 +1,4 @@
-"""The main job over a range of seeds: how many objects, attempts and seconds."""
+"""The main task over a range of seeds: objects placed, attempts and times."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from app.core.summary import Summary
 from app.lab.machine import machine
 
 
-def bench_pick_place(
+def run_pick_place(
     options: RunOptions, seeds: Iterable[int], done: Callable[[Summary], None]
 ) -> list[Summary]:
     """Run the task once for every seed.
 
     Args:
-        options: of each run, but for the seed.
+        options: of each run, except for the seed.
         seeds: of objects and camera noise.
         done: called after each run.
     """
@@ -31,7 +31,7 @@ def bench_pick_place(
 
 
 def pick_place_table(summaries: list[Summary]) -> Table:
-    """One row a seed, in the form that the README has."""
+    """One row for every seed, as in the README."""
     table = Table(title=f"{summaries[0].task}, {summaries[0].robot}, on {machine()['machine']}")
     for column in (
         "seed",
@@ -61,7 +61,7 @@ def pick_place_table(summaries: list[Summary]) -> Table:
 
 
 def pick_place_json(summaries: list[Summary]) -> str:
-    """The summaries and the machine that they come from, as one JSON object."""
+    """The summaries and the machine they were measured on, as one JSON object."""
     return json.dumps({"about": machine(), "runs": [asdict(s) for s in summaries]}, indent=2)
 
 

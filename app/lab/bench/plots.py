@@ -1,4 +1,4 @@
-"""Pictures of Experiment 1: the robot from above, fading in from start to goal, and curves."""
+"""Plots of Experiment 1: the robot from above, fading in from start to goal, and curves."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from app.lab.bench.judge import shares
+from app.lab.bench.evaluation import limit_usage
 from app.lab.bench.poses import PoseRun
 from config import UserError
-from controller.command import Array
+from controller import Array
 
 _GHOSTS = 9
 _FAINTEST = 0.12
 _BASE, _ARM, _PATH, _GOAL = "#4a5568", "#c05621", "#2b6cb0", "#2f855a"
-_TRUE, _LIMIT = "#2b6cb0", "#c53030"
+_MEASURED, _LIMIT = "#2b6cb0", "#c53030"
 
 
 class PlotError(UserError):
-    """Pictures cannot be made or kept."""
+    """Plots cannot be drawn or written."""
 
 
-def require(folder: Path) -> None:
-    """Make the folder and make sure that pictures can be drawn.
+def prepare_plots(folder: Path) -> None:
+    """Create the folder, and check that plots can be drawn.
 
     Raises:
-        PlotError: matplotlib is not installed, or the folder cannot be made.
+        PlotError: matplotlib is not installed, or the folder cannot be created.
     """
     try:
         import_module("matplotlib")
@@ -39,27 +39,30 @@ def require(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise PlotError(f"--plot {folder}: the folder cannot be made ({error.strerror})") from None
+        raise PlotError(
+            f"--plot {folder}: the folder cannot be created ({error.strerror})"
+        ) from None
 
 
 def make_plots(runs: Sequence[PoseRun], folder: Path) -> list[Path]:
-    """Two pictures for every contender.
+    """Two plots for every configuration.
 
     Args:
-        runs: of any contenders and poses.
-        folder: where they are kept; it exists.
+        runs: of any configurations and poses.
+        folder: where they are written; it exists.
 
     Returns:
         The files.
     """
-    contenders = list(dict.fromkeys(run.contender for run in runs))
+    configurations = list(dict.fromkeys(run.configuration for run in runs))
     files = []
-    for contender in contenders:
-        mine = [run for run in runs if run.contender == contender]
-        name = f"{contender.robot}-{contender.preset}-{contender.speed_text}"
-        title = f"{contender.robot}, {contender.preset}, base up to {contender.speed_text} m/s"
-        files.append(_from_above(mine, title, folder / f"{name}-above.png"))
-        files.append(_curves(mine, title, folder / f"{name}-curves.png"))
+    for configuration in configurations:
+        own = [run for run in runs if run.configuration == configuration]
+        robot, preset, speed = configuration.robot, configuration.preset, configuration.speed_text
+        name = f"{robot}-{preset}-{speed}"
+        title = f"{robot}, {preset}, base up to {speed} m/s"
+        files.append(_from_above(own, title, folder / f"{name}-above.png"))
+        files.append(_curves(own, title, folder / f"{name}-curves.png"))
     return files
 
 
@@ -92,7 +95,7 @@ def _from_above(runs: Sequence[PoseRun], title: str, file: Path) -> Path:
 
 
 def _square(panel: Any) -> None:
-    """Equal axes, as wide as high around what was drawn."""
+    """Equal axes, as wide as high, around everything that was drawn."""
     panel.set_aspect("equal")
     corners = np.array([panel.get_xlim(), panel.get_ylim()])
     middle, half = corners.mean(axis=1), np.ptp(corners, axis=1).max() / 2.0
@@ -101,10 +104,10 @@ def _square(panel: Any) -> None:
 
 
 def _robot(panel: Any, run: PoseRun, sample: int, strength: float) -> None:
-    model = run.contender.model()
+    model = run.configuration.model()
     x, y, heading = run.motion.base[sample]
     wTb = SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
-    length, width = model.description.base_size
+    length, width = model.description.base.size[:2]
     corners = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1], [1, 1]]) * [length / 2, width / 2]
     outline = corners @ wTb.rotation[:2, :2].T + wTb.translation[:2]
     panel.plot(*outline.T, color=_BASE, alpha=strength, linewidth=1.2)
@@ -118,26 +121,26 @@ def _curves(runs: Sequence[PoseRun], title: str, file: Path) -> Path:
     figure, axes = _figure(4, len(runs), (4.2 * len(runs), 9.6), title)
     for column, run in enumerate(runs):
         motion, times = run.motion, run.motion.times()
-        velocity, acceleration = shares(run.contender.model(), motion)
-        error, turn, dexterity, use = axes[:, column]
-        error.semilogy(times, 1e3 * motion.position_error, color=_TRUE)
+        velocity, acceleration = limit_usage(run.configuration.model(), motion)
+        error, angle, manipulability, usage = axes[:, column]
+        error.semilogy(times, 1e3 * motion.position_error, color=_MEASURED)
         error.axhline(1e3 * run.goal_at(0.0).position_tolerance, color=_LIMIT, linewidth=0.8)
-        turn.semilogy(times, np.rad2deg(motion.orientation_error), color=_TRUE)
-        turn.axhline(
+        angle.semilogy(times, np.rad2deg(motion.orientation_error), color=_MEASURED)
+        angle.axhline(
             np.rad2deg(run.goal_at(0.0).orientation_tolerance), color=_LIMIT, linewidth=0.8
         )
-        dexterity.plot(times, run.manipulability, color=_TRUE)
-        dexterity.set_ylim(0.0, None)
-        use.plot(times[1:], velocity.max(axis=1), color=_TRUE, label="speed")
-        use.plot(
+        manipulability.plot(times, run.manipulability, color=_MEASURED)
+        manipulability.set_ylim(0.0, None)
+        usage.plot(times[1:], velocity.max(axis=1), color=_MEASURED, label="speed")
+        usage.plot(
             times[1:], acceleration.max(axis=1), color=_ARM, linewidth=0.6, label="acceleration"
         )
-        use.axhline(1.0, color=_LIMIT, linewidth=0.8)
-        use.set_ylim(0.0, None)
-        use.legend(loc="upper right", fontsize="small")
+        usage.axhline(1.0, color=_LIMIT, linewidth=0.8)
+        usage.set_ylim(0.0, None)
+        usage.legend(loc="upper right", fontsize="small")
         error.set_title(run.pose)
-        use.set_xlabel("time [s]")
-    labels = ("position error [mm]", "orientation error [°]", "manipulability", "used of limits")
+        usage.set_xlabel("time [s]")
+    labels = ("position error [mm]", "orientation error [°]", "manipulability", "share of limits")
     for row, label in enumerate(labels):
         axes[row, 0].set_ylabel(label)
         for panel in axes[row]:

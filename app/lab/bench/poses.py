@@ -1,12 +1,11 @@
-"""Experiment 1: four goals, the same for everybody, one of them moving.
+"""Experiment 1: four goals, one of them moving.
 
 a is straight ahead, b to the right, c behind; d is a, moving with two constant velocities and then
 standing still. The tool starts above the ready posture's ground point, pointing down.
 
-Where d's velocity changes, it does so like that of anything with a mass, at `GOAL_ACCELERATION`. A
-goal whose velocity jumps cannot be followed closely by any robot with limited accelerations: at the
-jump of 0.45 m/s the least possible distance is 35 mm if the tool stays upright (Frankie). `jumps`
-shows how near one comes to that.
+The velocity of d changes with `GOAL_ACCELERATION`, as that of a real object does. No robot with
+limited accelerations can follow a goal whose velocity jumps: at the jump of 0.45 m/s the least
+possible error is 35 mm if the tool keeps its orientation (Frankie). `jumps` shows what is left.
 """
 
 from __future__ import annotations
@@ -22,11 +21,10 @@ import pinocchio as pin
 from pinocchio import SE3
 from rich.table import Table
 
-from app.lab.bench.contenders import Contender
-from app.lab.bench.judge import Judge, Trial, cumulative_jerk, jerk_noise, shares
+from app.lab.bench.configuration import Configuration
+from app.lab.bench.evaluation import Evaluator, Trial, cumulative_jerk, jerk_noise, limit_usage
 from app.lab.bench.motion import GoalAt, Motion, run_motion
-from controller import READY, PoseGoal, RobotModel
-from controller.command import Array
+from controller import Array, PoseGoal, RobotModel
 
 POSES = ("a", "b", "c", "d")
 PAPER_TIMES = {"a": 5.42, "b": 6.17, "c": 6.17, "d": 13.12}
@@ -37,11 +35,11 @@ _PLACES = {"a": (4.0, 0.0, 0.0), "b": (0.0, -4.0, -90.0), "c": (-4.0, 0.0, 180.0
 _LOWER = 0.25
 """Goals are this far below the height at which the tool starts [m]."""
 _LEGS = ((6.0, (0.2, 0.2)), (12.0, (0.0, -0.2)))
-"""Until when [s] the goal of d moves how fast [m/s]."""
+"""End [s] and velocity [m/s] of each part of the motion of d."""
 GOAL_ACCELERATION = 1.0
-"""How fast the velocity of the goal of d changes [m/s^2]."""
+"""Of the goal of d where its velocity changes [m/s^2]."""
 _SETTLED = 5.0
-"""From here on the error of d counts [s]."""
+"""The error of d counts from this time on [s]."""
 _LIMIT, _LIMIT_D = 20.0, 16.0
 
 _COLUMNS = (
@@ -59,8 +57,8 @@ _COLUMNS = (
     "contact",
 )
 _CAPTION = (
-    "Errors of d: the worst from 5 s on. Jerk: cumulative, of the tool, from rest (m/s²), and"
-    " divided by that of the published example. Speed, accel.: most of a limit that was used."
+    "Errors of d: the largest from 5 s on. Jerk: cumulative, of the tool, from rest (m/s²), and"
+    " divided by that of the published example. Speed, accel.: largest share of a limit."
 )
 
 
@@ -72,16 +70,16 @@ def goal_of(
     twist_known: bool = True,
     acceleration: float = GOAL_ACCELERATION,
 ) -> GoalAt:
-    """Where the goal of a pose is at any time.
+    """The goal of a pose at any time.
 
     Args:
         pose: a, b, c or d.
         model: the robot.
         tolerances: of position [m] and orientation [rad].
-        twist_known: whether the goal comes with its velocity.
-        acceleration: of a goal that moves; infinite lets its velocity jump [m/s^2].
+        twist_known: whether the controller is told the velocity of the goal.
+        acceleration: of a moving goal; if infinite, its velocity jumps [m/s^2].
     """
-    start = model.bTe(READY).translation
+    start = model.bTe(model.description.arm.ready).translation
     x, y, heading = _PLACES["a" if pose == "d" else pose]
     R = pin.rpy.rpyToMatrix(np.pi, 0.0, np.deg2rad(heading))
     speed = float(model.limits.base_twist[0])
@@ -106,7 +104,7 @@ def goal_of(
 
 
 def _moved(time: float, acceleration: float) -> tuple[Array, Array]:
-    """How far the goal of d has moved [m], and how fast it moves [m/s]; both (2,)."""
+    """Displacement [m] and velocity [m/s] of the goal of d, both (2,)."""
     moved, velocity, begun = np.zeros(2), np.zeros(2), 0.0
     for until, wanted in (*_LEGS, (np.inf, (0.0, 0.0))):
         change = np.array(wanted) - velocity
@@ -123,17 +121,17 @@ def _moved(time: float, acceleration: float) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PoseRun:
-    """One pose, driven to by one contender."""
+    """The motion of one configuration to one pose."""
 
     pose: str
-    contender: Contender
+    configuration: Configuration
     goal_at: GoalAt
     motion: Motion
     trial: Trial
     manipulability: Array
     """(k + 1,) of the arm over time."""
-    velocity_share: Array
-    """(k, n) of the limits."""
+    velocity_usage: Array
+    """(k, n) as shares of the limits."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,68 +144,68 @@ class PoseResult:
     pose: str
     period_s: float
     time_s: float | None
-    """To arrive; for d, from when on the goal stands still. None if it never did."""
+    """To arrive; for d, after the goal has stopped. None if it did not arrive."""
     paper_time_s: float
     position_error_mm: float
-    """At the end; for d the worst from 5 s on."""
+    """At the end; for d the largest from 5 s on."""
     orientation_error_deg: float
-    """At the end; for d the worst from 5 s on."""
+    """At the end; for d the largest from 5 s on."""
     jerk: float
     """Cumulative, of the tool, from rest [m/s^2]."""
     jerk_noise: float
     """What rounding contributes to it [m/s^2]."""
     manipulability_min: float
     manipulability_mean: float
-    velocity_share_max: float
-    """Of the limits."""
-    acceleration_share_max: float
-    """Of the limits."""
+    velocity_usage_max: float
+    """Share of the limits."""
+    acceleration_usage_max: float
+    """Share of the limits."""
     limit_violations: int
     contact_samples: int
 
 
 def run_pose(
-    contender: Contender, pose: str, tolerances: tuple[float, float], *, jumps: bool = False
+    configuration: Configuration, pose: str, tolerances: tuple[float, float], *, jumps: bool = False
 ) -> PoseRun:
-    """Drive to a pose; d goes on after it has arrived.
+    """Move to a pose; d goes on after the arrival.
 
     Args:
-        contender: who drives.
+        configuration: robot and controller.
         pose: a, b, c or d.
         tolerances: of position [m] and orientation [rad].
-        jumps: the velocity of the goal of d jumps.
+        jumps: whether the velocity of the goal of d jumps.
     """
-    model = contender.model()
-    judge = Judge(model)
-    # The published controller has no use for the goal's velocity.
+    model = configuration.model()
+    evaluator = Evaluator(model)
+    # The published controller does not use the velocity of the goal.
     goal_at = goal_of(
         pose,
         model,
         tolerances,
-        twist_known=contender.preset == "frankie",
+        twist_known=configuration.preset == "frankie",
         acceleration=np.inf if jumps else GOAL_ACCELERATION,
     )
     moving = pose == "d"
     motion = run_motion(
-        contender.stepper(model),
+        configuration.controller(model),
         model,
         goal_at,
-        period=contender.period,
+        period=configuration.period,
         limit=_LIMIT_D if moving else _LIMIT,
         stop_on_arrival=not moving,
     )
     return PoseRun(
         pose=pose,
-        contender=contender,
+        configuration=configuration,
         goal_at=goal_at,
         motion=motion,
-        trial=judge(motion),
-        manipulability=np.array([judge.manipulability(q) for q in motion.q]),
-        velocity_share=shares(model, motion)[0],
+        trial=evaluator(motion),
+        manipulability=np.array([evaluator.manipulability(q) for q in motion.q]),
+        velocity_usage=limit_usage(model, motion)[0],
     )
 
 
-def result_of(run: PoseRun) -> PoseResult:
+def pose_result(run: PoseRun) -> PoseResult:
     """The figures of a run."""
     motion, times, goal = run.motion, run.motion.times(), run.goal_at(0.0)
     within = (motion.position_error <= goal.position_tolerance) & (
@@ -217,10 +215,10 @@ def result_of(run: PoseRun) -> PoseResult:
     if run.pose == "d":
         within &= times >= _LEGS[-1][0]
         counts = slice(round(_SETTLED / motion.period), None)
-    model = run.contender.model()
+    model = run.configuration.model()
     return PoseResult(
-        robot=run.contender.robot,
-        preset=run.contender.preset,
+        robot=run.configuration.robot,
+        preset=run.configuration.preset,
         base_speed=float(model.limits.base_twist[0]),
         pose=run.pose,
         period_s=motion.period,
@@ -232,21 +230,21 @@ def result_of(run: PoseRun) -> PoseResult:
         jerk_noise=jerk_noise(motion.tool, motion.period),
         manipulability_min=float(run.manipulability.min()),
         manipulability_mean=float(run.manipulability.mean()),
-        velocity_share_max=float(run.velocity_share.max()),
-        acceleration_share_max=float(shares(model, motion)[1].max()),
+        velocity_usage_max=float(run.velocity_usage.max()),
+        acceleration_usage_max=float(limit_usage(model, motion)[1].max()),
         limit_violations=run.trial.violations.samples,
-        contact_samples=run.trial.touches.samples,
+        contact_samples=run.trial.contacts.samples,
     )
 
 
-def poses_tables(results: Sequence[PoseResult], rival: Sequence[PoseResult]) -> Iterator[Table]:
-    """For people, one table for every contender.
+def poses_tables(results: Sequence[PoseResult], example: Sequence[PoseResult]) -> Iterator[Table]:
+    """One table for every configuration.
 
     Args:
-        results: what was asked for.
-        rival: the published example on the same poses, for the ratio of the jerks.
+        results: the figures.
+        example: the published example on the same poses, for the ratio of the jerks.
     """
-    jerks = {(row.robot, row.pose): row.jerk for row in rival}
+    jerks = {(row.robot, row.pose): row.jerk for row in example}
     for (robot, preset, speed), group in groupby(
         results, key=lambda row: (row.robot, row.preset, row.base_speed)
     ):
@@ -266,8 +264,8 @@ def poses_tables(results: Sequence[PoseResult], rival: Sequence[PoseResult]) -> 
                 f"{row.jerk / jerks[robot, row.pose]:.2f}",
                 f"{row.manipulability_min:.3f}",
                 f"{row.manipulability_mean:.3f}",
-                f"{100 * row.velocity_share_max:.0f}",
-                f"{100 * row.acceleration_share_max:.0f}",
+                f"{100 * row.velocity_usage_max:.0f}",
+                f"{100 * row.acceleration_usage_max:.0f}",
                 str(row.limit_violations),
                 str(row.contact_samples),
             )

@@ -1,8 +1,8 @@
-"""The step of the published example, computed by roboticstoolbox-python, to compare with.
+"""The step of the published example, computed by roboticstoolbox-python, as a reference.
 
-The toolbox's release 1.5.0 no longer has the Frankie of the paper; it is put together here from the
-description that still comes with it. The example turns the base of the omnidirectional robot by the
-wrong degree of freedom; here it is the right one.
+Release 1.5.0 of the toolbox no longer has the Frankie of the paper; it is built here from the
+description that still comes with it. The published example for the omnidirectional robot puts ε of
+eq. 13 on the wrong degree of freedom of the base; here it is on the rotation.
 """
 
 from __future__ import annotations
@@ -15,30 +15,35 @@ import numpy as np
 from pinocchio import SE3
 
 from config import UserError
-from controller.command import Array
+from controller import Array
 
 _EFFORT = 0.01
-_GAIN, _TURN_GAIN = 1.5, 1.3
+"""k_a, and the cost of base motion times |e|."""
+_GAIN, _ROTATION_FACTOR = 1.5, 1.3
+"""β, and what the rotation is multiplied by."""
 _STOP, _INFLUENCE = 0.1, 0.9
+"""ρ_s and ρ_i of the dampers [rad]."""
 _HEADING_GAIN = 0.5
+"""k_ε."""
 _SLACK = 10.0
+"""Bound of the slack [m/s and rad/s]."""
 _FRANKIE = "qut_frankie_description/robots/frankie_arm_hand.urdf.xacro"
 _BASE_SPEED = 4.0
 _ARM_SPEEDS = (2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61)
 
 
-class RivalError(UserError):
-    """The rival is not installed."""
+class ToolboxError(UserError):
+    """The toolbox or a package that it needs is not installed."""
 
 
 class PublishedStep:
-    """The qp of the paper as its published example sets it up, one solve a call.
+    """The QP of the paper as its published example builds it, solved once per call.
 
     Args:
         name: frankie or omni.
 
     Raises:
-        RivalError: roboticstoolbox-python, qpsolvers or quadprog is not installed.
+        ToolboxError: roboticstoolbox-python, qpsolvers or quadprog is not installed.
     """
 
     def __init__(self, name: str) -> None:
@@ -47,7 +52,7 @@ class PublishedStep:
             self._solve_qp = import_module("qpsolvers").solve_qp
             import_module("quadprog")
         except ImportError as error:
-            raise RivalError(
+            raise ToolboxError(
                 f"--vs rtb needs packages that are not installed ({error.name}): "
                 "pip install roboticstoolbox-python qpsolvers quadprog"
             ) from None
@@ -62,7 +67,7 @@ class PublishedStep:
         self._speeds = np.array([_BASE_SPEED] * self._n_base + list(_ARM_SPEEDS))
 
     def cache_limits(self) -> None:
-        """Keep the joint limits, which the toolbox otherwise collects anew on every access."""
+        """Keep the joint limits, which the toolbox otherwise collects again at every access."""
         kind = type(self._robot)
         self._robot.__class__ = type("Cached", (kind,), {"qlim": self._robot.qlim})
 
@@ -72,7 +77,7 @@ class PublishedStep:
         Args:
             wTb: base pose.
             q: (7,) joint positions [rad].
-            goal: where the tool is to go, in the world.
+            goal: desired pose of the tool in the world.
         """
         robot, n_base = self._robot, self._n_base
         n = n_base + len(q)
@@ -87,7 +92,7 @@ class PublishedStep:
         Q[:n_base, :n_base] /= error
         Q[n:, n:] /= error
         twist, _ = self._p_servo(wTe, target, _GAIN)
-        twist[3:] *= _TURN_GAIN
+        twist[3:] *= _ROTATION_FACTOR
         A_eq = np.hstack([robot.jacobe(joints), np.eye(6)])
         A_in, b_in = np.zeros((n + 6, n + 6)), np.zeros(n + 6)
         A_in[:n, :n], b_in[:n] = robot.joint_velocity_damper(q=joints, ps=_STOP, pi=_INFLUENCE, n=n)
@@ -96,10 +101,10 @@ class PublishedStep:
         x, y = robot.fkine(joints, include_base=False).A[:2, 3]
         c[self._turn] = -_HEADING_GAIN * atan2(y, x)
         bound = np.concatenate([self._speeds, np.full(6, _SLACK)])
-        answer = self._solve_qp(
+        solution = self._solve_qp(
             Q, c, A_in, b_in, A_eq, twist, lb=-bound, ub=bound, solver="quadprog"
         )
-        return np.full(n, np.nan) if answer is None else np.asarray(answer[:n])
+        return np.full(n, np.nan) if solution is None else np.asarray(solution[:n])
 
 
 def _frankie() -> Any:

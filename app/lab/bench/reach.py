@@ -1,4 +1,4 @@
-"""Experiment 2: many goals, each reached or not, and what that took."""
+"""Experiment 2: how many of many goals are reached, how fast, and within which limits."""
 
 from __future__ import annotations
 
@@ -13,17 +13,16 @@ import numpy as np
 from pinocchio import SE3
 from rich.table import Table
 
-from app.lab.bench.contenders import Contender
-from app.lab.bench.judge import Judge, Trial
+from app.lab.bench.configuration import Configuration
+from app.lab.bench.evaluation import Evaluator, Trial
 from app.lab.bench.motion import run_motion
 from app.lab.workers import run_all
-from controller import PoseGoal
-from controller.command import Array
+from controller import Array, PoseGoal
 
 
 @dataclass(frozen=True, kw_only=True)
 class Conditions:
-    """What counts as reached."""
+    """When a goal counts as reached, and when it is given up."""
 
     limit: float = 20.0
     """Longest time [s]."""
@@ -37,53 +36,54 @@ class Conditions:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Task:
-    contender: Contender
+    configuration: Configuration
     conditions: Conditions
     goal: Array
 
 
 @lru_cache(maxsize=8)
-def _judge(contender: Contender) -> Judge:
-    return Judge(contender.model())
+def _evaluator(configuration: Configuration) -> Evaluator:
+    return Evaluator(configuration.model())
 
 
 def _trial(task: _Task) -> Trial:
-    judge, conditions = _judge(task.contender), task.conditions
+    evaluator, conditions = _evaluator(task.configuration), task.conditions
     goal = PoseGoal(
         wTe=SE3(task.goal),
-        speed=float(judge.model.limits.base_twist[0]),
+        speed=float(evaluator.model.limits.base_twist[0]),
         position_tolerance=conditions.position_tolerance,
         orientation_tolerance=conditions.orientation_tolerance,
     )
     motion = run_motion(
-        task.contender.stepper(judge.model),
-        judge.model,
+        task.configuration.controller(evaluator.model),
+        evaluator.model,
         lambda time: goal,
-        period=task.contender.period,
+        period=task.configuration.period,
         limit=conditions.limit,
         patience=conditions.patience,
     )
-    return judge(motion)
+    return evaluator(motion)
 
 
-def trials(
-    contender: Contender,
+def run_trials(
+    configuration: Configuration,
     conditions: Conditions,
     goals: Sequence[SE3],
     *,
     workers: int = 1,
     cluster: str | None = None,
 ) -> Iterator[tuple[int, Trial]]:
-    """One motion to every goal; yields the goal's number and the trial as they are done."""
+    """One motion to every goal; yields the goal's number and the trial as they finish."""
     tasks = [
-        _Task(contender=contender, conditions=conditions, goal=goal.homogeneous) for goal in goals
+        _Task(configuration=configuration, conditions=conditions, goal=goal.homogeneous)
+        for goal in goals
     ]
     return run_all(_trial, tasks, workers=workers, cluster=cluster)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reach:
-    """What all trials of one contender came to; times are of the goals that were reached."""
+    """The result of all trials of one configuration; times are of the goals that were reached."""
 
     robot: str
     preset: str
@@ -104,7 +104,7 @@ class Reach:
     limit_violations_by_kind: dict[str, int]
     trials_with_violations: int
     contact_samples: int
-    """Samples in which the arm touches anything."""
+    """Samples in which the arm is in contact."""
     contact_samples_by_kind: dict[str, int]
     trials_with_contacts: list[int]
     samples: int
@@ -120,8 +120,10 @@ class Reach:
     """Of the tool's cumulative jerk [m/s^2]."""
 
 
-def aggregate(contender: Contender, conditions: Conditions, done: Sequence[Trial]) -> Reach:
-    """Count and average the trials of one contender, in the order of their goals."""
+def aggregate_trials(
+    configuration: Configuration, conditions: Conditions, done: Sequence[Trial]
+) -> Reach:
+    """Count and average the trials of one configuration, in the order of their goals."""
     times = np.array([trial.time for trial in done if trial.failure is None])
     reasons = Counter(str(trial.failure) for trial in done if trial.failure is not None)
 
@@ -129,11 +131,11 @@ def aggregate(contender: Contender, conditions: Conditions, done: Sequence[Trial
         return round(float(function(times, *arguments)), 4) if len(times) else None
 
     return Reach(
-        robot=contender.robot,
-        preset=contender.preset,
-        base_speed=float(contender.model().limits.base_twist[0]),
-        changes=dict(contender.changes),
-        period_s=contender.period,
+        robot=configuration.robot,
+        preset=configuration.preset,
+        base_speed=float(configuration.model().limits.base_twist[0]),
+        changes=dict(configuration.changes),
+        period_s=configuration.period,
         time_limit_s=conditions.limit,
         position_tolerance_mm=1e3 * conditions.position_tolerance,
         orientation_tolerance_deg=float(np.rad2deg(conditions.orientation_tolerance)),
@@ -144,10 +146,10 @@ def aggregate(contender: Contender, conditions: Conditions, done: Sequence[Trial
         limit_violations=sum(trial.violations.samples for trial in done),
         limit_violations_by_kind=_summed([trial.violations for trial in done]),
         trials_with_violations=sum(trial.violations.samples > 0 for trial in done),
-        contact_samples=sum(trial.touches.samples for trial in done),
-        contact_samples_by_kind=_summed([trial.touches for trial in done]),
-        trials_with_contacts=[i for i, trial in enumerate(done) if trial.touches.samples],
-        samples=sum(round(trial.time / contender.period) + 1 for trial in done),
+        contact_samples=sum(trial.contacts.samples for trial in done),
+        contact_samples_by_kind=_summed([trial.contacts for trial in done]),
+        trials_with_contacts=[i for i, trial in enumerate(done) if trial.contacts.samples],
+        samples=sum(round(trial.time / configuration.period) + 1 for trial in done),
         time_median_s=statistic(np.median),
         time_mean_s=statistic(np.mean),
         time_p95_s=statistic(np.percentile, 95.0),
@@ -172,11 +174,11 @@ SWEEPS: dict[str, tuple[tuple[tuple[str, Any], ...], ...]] = {
         (("manipulability_of", choice),) for choice in ("none", "whole body", "arm")
     ),
 }
-"""Changes of the settings, one row of Table II or III each."""
+"""Changes of the settings, each one row of Table II or III of the paper."""
 
 
 def reach_table(rows: Sequence[Reach]) -> Table:
-    """For people."""
+    """As a table."""
     table = Table(title="Experiment 2: reaching goals", title_justify="left")
     for name in ("robot", "preset", "base m/s"):
         table.add_column(name)
@@ -200,7 +202,7 @@ def reach_table(rows: Sequence[Reach]) -> Table:
 
 
 def reach_notes(rows: Sequence[Reach]) -> list[str]:
-    """A line for every row of the table in which something went wrong: what it was."""
+    """A line for every row with failures, violations or contacts: which kinds, and how many."""
     lines = []
     for row in rows:
         kinds = (
@@ -208,7 +210,7 @@ def reach_notes(rows: Sequence[Reach]) -> list[str]:
             for counted in (
                 row.failures_by_reason,
                 row.limit_violations_by_kind,
-                {f"touches {what}": n for what, n in row.contact_samples_by_kind.items()},
+                {f"contact with {what}": n for what, n in row.contact_samples_by_kind.items()},
             )
             for kind, number in counted.items()
             if number
@@ -223,7 +225,7 @@ _COUNTS = {
     "over limit": "limit_violations",
     "contact": "contact_samples",
 }
-"""Columns that count, and the fields that they show."""
+"""Columns of counts, and the fields that they show."""
 
 
 def _setting(row: Reach) -> str:

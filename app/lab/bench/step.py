@@ -1,8 +1,8 @@
 """How long one step takes, on the way to real goals.
 
-Everybody computes the same step from the same state, one after the other in an order that is drawn
-anew for every step, so that nobody has the warmer caches or the quieter computer. The first
-contender's answer is the one that moves the robot.
+All controllers compute the same step from the same state, one after the other in an order that is
+drawn again for every step, so that none has warmer caches or a quieter computer than the others.
+The command of the first one moves the robot.
 """
 
 from __future__ import annotations
@@ -18,50 +18,31 @@ import numpy as np
 from pinocchio import SE3
 from rich.table import Table
 
-import controller.controller
-import controller.holistic
-from app.lab.bench.contenders import Contender
-from app.lab.bench.motion import Stepper, run_motion
+from app.lab.bench.configuration import Configuration
+from app.lab.bench.motion import Controller, run_motion
 from app.lab.bench.published import PublishedStep
-from app.lab.parts import Functions, PartTimer
+from app.lab.parts import PartTimer
 from controller import (
+    STEP_PARTS,
+    Array,
     Command,
     KinematicState,
     MotionGoal,
     PoseGoal,
-    RobotModel,
-    SelfCollision,
     StepReport,
 )
-from controller.command import Array
-from controller.guidance import Guide
-from controller.qp import Solver
-
-PARTS: Functions = {
-    "checks and bounds": (
-        (controller.controller, "require_sound"),
-        (controller.controller, "velocity_bounds"),
-    ),
-    "kinematics": ((RobotModel, "kinematics"),),
-    "manipulability": ((controller.holistic, "manipulability"),),
-    "guidance": ((Guide, "bias"),),
-    "contact": ((SelfCollision, "near"),),
-    "assemble": ((controller.controller, "assemble"),),
-    "solve": ((Solver, "solve"),),
-}
-"""The functions that a step is made of."""
 
 _LIMIT = 20.0
 _STEPS_A_GOAL = 400
 _TOLERANCES = (0.01, float(np.deg2rad(1.0)))
 
 Step = Callable[[KinematicState, PoseGoal, Command], Any]
-"""One step of somebody; what it returns is theirs."""
+"""One step of a controller; what it returns is not compared."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Timing:
-    """How long somebody's steps took [µs]."""
+    """How long the steps of one controller took [µs]."""
 
     name: str
     steps: int
@@ -95,32 +76,32 @@ class Timing:
 
 
 @dataclass(kw_only=True, eq=False)
-class Race:
-    """Steps like the first entrant, and times everybody on the way."""
+class InterleavedTimer:
+    """Steps like the first controller, and times all of them."""
 
-    entrants: dict[str, Step]
+    controllers: dict[str, Step]
     rng: np.random.Generator
     wall: dict[str, list[int]] = field(default_factory=dict)
     cpu: dict[str, list[int]] = field(default_factory=dict)
-    answers: list[dict[str, Any]] = field(default_factory=list)
+    results: list[dict[str, Any]] = field(default_factory=list)
 
     def step(
         self, state: KinematicState, goal: MotionGoal | None, last: Command
     ) -> tuple[Command, StepReport]:
-        """Everybody's step; returns the first entrant's."""
+        """The step of every controller; returns that of the first."""
         assert isinstance(goal, PoseGoal)
-        names = list(self.entrants)
-        answers: dict[str, Any] = {}
+        names = list(self.controllers)
+        results: dict[str, Any] = {}
         for index in self.rng.permutation(len(names)):
             name = names[index]
-            step = self.entrants[name]
+            step = self.controllers[name]
             wall, cpu = perf_counter_ns(), thread_time_ns()
-            answers[name] = step(state, goal, last)
+            results[name] = step(state, goal, last)
             cpu, wall = thread_time_ns() - cpu, perf_counter_ns() - wall
             self.wall.setdefault(name, []).append(wall)
             self.cpu.setdefault(name, []).append(cpu)
-        self.answers.append(answers)
-        first: tuple[Command, StepReport] = answers[names[0]]
+        self.results.append(results)
+        first: tuple[Command, StepReport] = results[names[0]]
         return first
 
 
@@ -131,11 +112,11 @@ class StepResult:
     robot: str
     timings: list[Timing]
     ratios: dict[str, float]
-    """The published example's median over a preset's, by "who / whom"."""
+    """Median processor time of the published example over that of a preset, by their names."""
     agreement: float | None
     """Largest difference of the paper preset's velocities from the example's [rad/s and m/s]."""
     parts: dict[str, float]
-    """Median times of the parts of the first contender's step [µs]."""
+    """Median processor times of the parts of a step of the preset `frankie` [µs]."""
 
 
 EXAMPLE, CACHED = "rtb example", "rtb example, limits cached"
@@ -150,99 +131,100 @@ def time_steps(
         robot: frankie or omni.
         goals: where to go, in turn, until there are enough steps.
         steps: how many at least.
-        against_rtb: whether the published example takes part.
-        seed: of the order of the entrants.
+        against_rtb: whether the published example is timed too.
+        seed: of the order of the controllers.
 
     Raises:
-        RivalError: the example is wanted and not installed.
+        ToolboxError: the example is asked for and not installed.
     """
-    ours = Contender(robot=robot)
-    paper = Contender(robot=robot, preset="paper")
+    ours = Configuration(robot=robot)
+    paper = Configuration(robot=robot, preset="paper")
     model, paper_model = ours.model(), paper.model()
-    rivals: dict[str, Step] = {}
+    references: dict[str, Step] = {}
     if against_rtb:
         plain, cached = PublishedStep(robot), PublishedStep(robot)
         cached.cache_limits()
-        rivals[EXAMPLE] = lambda state, goal, last: plain(state.wTb, state.q, goal.wTe)
-        rivals[CACHED] = lambda state, goal, last: cached(state.wTb, state.q, goal.wTe)
-    race = Race(entrants={}, rng=np.random.default_rng(seed))
+        references[EXAMPLE] = lambda state, goal, last: plain(state.wTb, state.q, goal.wTe)
+        references[CACHED] = lambda state, goal, last: cached(state.wTb, state.q, goal.wTe)
+    timer = InterleavedTimer(controllers={}, rng=np.random.default_rng(seed))
     gc.collect()
     gc.disable()
     try:
         for number in range(len(goals) * steps):
-            drive: Stepper = ours.stepper(model)
-            race.entrants = {
-                "frankie": drive.step,
-                "paper": paper.stepper(paper_model).step,
-                **rivals,
+            frankie: Controller = ours.controller(model)
+            timer.controllers = {
+                "frankie": frankie.step,
+                "paper": paper.controller(paper_model).step,
+                **references,
             }
-            _go(race, ours, goals[number % len(goals)])
+            _move_to(timer, ours, goals[number % len(goals)])
             gc.collect()
-            if len(race.answers) >= steps:
+            if len(timer.results) >= steps:
                 break
     finally:
         gc.enable()
     timings = [
-        Timing.of(name, np.array(race.wall[name]), np.array(race.cpu[name]))
-        for name in race.entrants
+        Timing.of(name, np.array(timer.wall[name]), np.array(timer.cpu[name]))
+        for name in timer.controllers
     ]
-    medians = {timing.name: timing.median for timing in timings}
+    medians = {timing.name: timing.cpu_median for timing in timings}
     return StepResult(
         robot=robot,
         timings=timings,
         ratios={
-            f"{rival} / {own}": medians[rival] / medians[own]
-            for rival in rivals
+            f"{reference} / {own}": medians[reference] / medians[own]
+            for reference in references
             for own in ("frankie", "paper")
         },
-        agreement=_agreement(race, paper_model.velocities) if rivals else None,
-        parts=_parts(ours, goals[: max(1, len(race.answers) // _STEPS_A_GOAL // 4)]),
+        agreement=_agreement(timer, paper_model.velocities) if references else None,
+        parts=_parts(ours, goals[: max(1, len(timer.results) // _STEPS_A_GOAL // 4)]),
     )
 
 
-def _go(stepper: Stepper, contender: Contender, wTe: SE3) -> None:
-    model = contender.model()
+def _move_to(controller: Controller, configuration: Configuration, wTe: SE3) -> None:
+    model = configuration.model()
     goal = PoseGoal(
         wTe=wTe,
         speed=float(model.limits.base_twist[0]),
         position_tolerance=_TOLERANCES[0],
         orientation_tolerance=_TOLERANCES[1],
     )
-    run_motion(stepper, model, lambda time: goal, period=contender.period, limit=_LIMIT)
+    run_motion(controller, model, lambda time: goal, period=configuration.period, limit=_LIMIT)
 
 
-def _parts(contender: Contender, goals: Sequence[SE3]) -> dict[str, float]:
-    model = contender.model()
-    timer, stepper = PartTimer(PARTS), contender.stepper(model)
+def _parts(configuration: Configuration, goals: Sequence[SE3]) -> dict[str, float]:
+    model = configuration.model()
+    timer, controller = PartTimer(STEP_PARTS), configuration.controller(model)
     with timer.watching():
         for wTe in goals:
-            _go(_Timed(stepper, timer), contender, wTe)
+            _move_to(_Timed(controller, timer), configuration, wTe)
     return timer.medians()
 
 
 @dataclass(frozen=True, eq=False)
 class _Timed:
-    """Answers like a controller while its steps are timed."""
+    """A controller whose steps are timed."""
 
-    stepper: Stepper
+    controller: Controller
     timer: PartTimer
 
     def step(
         self, state: KinematicState, goal: MotionGoal | None, last: Command
     ) -> tuple[Command, StepReport]:
         """The command for the next period."""
-        return self.timer.step(lambda: self.stepper.step(state, goal, last))
+        return self.timer.step(lambda: self.controller.step(state, goal, last))
 
 
-def _agreement(race: Race, velocities: Callable[[Command], Array]) -> float:
+def _agreement(timer: InterleavedTimer, velocities: Callable[[Command], Array]) -> float:
     differences = [
-        np.abs(velocities(answers["paper"][0]) - answers[EXAMPLE]).max() for answers in race.answers
+        np.abs(velocities(results["paper"][0]) - results[EXAMPLE]).max()
+        for results in timer.results
     ]
     return float(np.max(differences))
 
 
 def step_table(results: Sequence[StepResult]) -> Table:
-    """For people."""
+    """As a table."""
     table = Table(title="One step, in µs", title_justify="left")
     for name in ("robot", "step"):
         table.add_column(name)

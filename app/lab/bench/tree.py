@@ -1,4 +1,4 @@
-"""What the tree language costs: reading a large task file, and one tick of a tree."""
+"""The cost of the tree language: reading a large task file, and one tick of a tree."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from py_trees.common import Status
 from rich.table import Table
 
 from app.lab.bench.step import Timing
-from behaviours import Condition, Context, Leaf
+from behaviours import BehaviourSettings, Condition, Context, Leaf
 from hw import SimClock
 from trees.language import build, load, nodes_in_order
 
@@ -35,11 +35,11 @@ class Holds(Condition):
 
 
 class Works(Leaf):
-    """An action that goes on.
+    """An action that keeps running.
 
     Args:
-        effort: how much.
-        patience_s: how long.
+        effort: not used.
+        patience_s: not used.
     """
 
     key = "works"
@@ -57,14 +57,15 @@ class Works(Leaf):
 LEAVES: dict[str, type[Leaf]] = {leaf.key: leaf for leaf in (Holds, Works)}
 
 
-class _Nobody:
-    """As much of a context as these leaves look at."""
+class _ContextPart:
+    """The part of a context that these leaves use."""
 
     clock = SimClock()
+    settings = BehaviourSettings()
 
 
 def large_task() -> str:
-    """A file with as many nodes as are read, a composite to every four leaves."""
+    """A file of `NODES_READ` nodes, one composite for every four leaves."""
     part = (
         "    - name: part {}\n      retry: 3\n      timeout_s: 10\n      sequence:\n"
         "        - works: {{effort: 0.5, patience_s: 1.5}}\n        - holds\n"
@@ -75,7 +76,7 @@ def large_task() -> str:
 
 
 def busy_task() -> str:
-    """A file whose tree has as many nodes as are ticked, every one in every tick."""
+    """A file whose tree has `NODES_TICKED` nodes, all of which are ticked in every tick."""
     guarded = "    - reactive_sequence: [holds, holds, holds, holds, works]\n"
     return f"task: busy\ntree:\n  parallel:\n{guarded * (NODES_TICKED // 6)}"
 
@@ -84,13 +85,13 @@ def time_tree(rounds: int) -> list[Timing]:
     """Time both.
 
     Args:
-        rounds: how often the file is read; ticks are a hundred times as many.
+        rounds: how often the file is read; the tree is ticked a hundred times as often.
     """
     with TemporaryDirectory() as folder:
         large, busy = Path(folder) / "large.yaml", Path(folder) / "busy.yaml"
         large.write_text(large_task(), encoding="utf-8")
         busy.write_text(busy_task(), encoding="utf-8")
-        root = build(load(busy, leaves=LEAVES), cast(Context, _Nobody()))
+        root = build(load(busy, leaves=LEAVES), cast(Context, _ContextPart()))
         assert len(nodes_in_order(root)) == NODES_TICKED
         return [
             _timed(
@@ -113,7 +114,7 @@ def _timed(name: str, work: Callable[[], object], rounds: int) -> Timing:
 
 
 def tree_table(timings: list[Timing]) -> Table:
-    """For people."""
+    """As a table."""
     table = Table(title="The tree language, in ms", title_justify="left")
     table.add_column("what")
     for name in ("median", "p95", "p99", "CPU median", "CPU p95", "CPU p99"):

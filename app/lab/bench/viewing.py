@@ -1,8 +1,8 @@
-"""What watching costs the loop: the main job in real time, watched by nobody, or by a viewer.
+"""What watching costs the control loop: the main task in real time, without and with a viewer.
 
 The cost is that of making a snapshot and handing it to the recorder, on the thread of the loop,
-with everything recorded. The viewer is the real one without a window, which takes its share of the
-processor like any other program, and hangs for half of the last run.
+with everything recorded. The viewer is the real one without a window. It uses the processor like
+any other program, and is suspended for half of the last run.
 """
 
 from __future__ import annotations
@@ -24,16 +24,14 @@ from rich.table import Table
 from app.core.folder import RECORDING
 from app.core.measurements import Measurements
 from app.core.session import Session, Tick
-from app.core.setup import simulated_setup
-from app.core.snapshots import scene_view, snapshot, tree_view
+from app.core.setup import Setup, VisionForm, open_setup
+from app.core.snapshots import Snapshots, scene_view
 from app.lab.machine import machine
-from app.live.monitor import Recorder
-from app.live.monitor.headless import headless_viewer
-from app.live.monitor.viewer import LOOPBACK, Address, free_port
-from app.live.operator import Control
+from app.live import Address, Control, Recorder, headless_viewer, tree_view
 from controller import robot_model
-from hw import stopwatch
+from hw import WorldOptions, stopwatch
 from perception import GraspDetector
+from robots import load_robot
 from trees.language import build, load, nodes_in_order
 
 if TYPE_CHECKING:
@@ -41,11 +39,11 @@ if TYPE_CHECKING:
 
 _ROBOT = "frankie"
 _SUSPENDED_FROM, _SUSPENDED_TO = 0.25, 0.75
-"""When the viewer hangs, as shares of the run."""
+"""When the viewer is suspended, as shares of the run."""
 
 
 class Watcher(Enum):
-    """Who watches a measured run."""
+    """What watches a measured run."""
 
     NOBODY = "nobody"
     VIEWER = "viewer"
@@ -54,7 +52,7 @@ class Watcher(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class WatchCost:
-    """What watching cost one run."""
+    """The cost of watching in one run."""
 
     watcher: str
     ticks: int
@@ -63,10 +61,10 @@ class WatchCost:
     worst_us: float
     """Of one tick [µs]; a tick has a period of 10 000."""
     late_ticks: int
-    """Ticks that ended more than a period behind schedule, whatever the reason."""
+    """Ticks that ended more than a period behind schedule, for any reason."""
     dropped: int
     memory_mb: float
-    """What the process grew by at most, over the run [MB]."""
+    """Largest growth of the process during the run [MB]."""
     recording_mb: float
 
 
@@ -91,18 +89,18 @@ class _Meter:
             self.memory = max(self.memory, _resident_mb())
 
 
-def bench_watch(tree: Path, seconds: float, done: Callable[[], None]) -> list[WatchCost]:
+def measure_watching(tree: Path, seconds: float, done: Callable[[], None]) -> list[WatchCost]:
     """Run a task once for every watcher.
 
     Args:
         tree: the task.
-        seconds: how long each run is watched, if the task takes that long.
+        seconds: how long each run is watched at most.
         done: called after each run.
 
     Raises:
         ViewError: the viewer does not start.
     """
-    detector = GraspDetector()
+    detector = GraspDetector(gripper=load_robot(_ROBOT).gripper)
     results = []
     for watcher in Watcher:
         results.append(_run(tree, seconds, watcher, detector))
@@ -111,22 +109,28 @@ def bench_watch(tree: Path, seconds: float, done: Callable[[], None]) -> list[Wa
 
 
 def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) -> WatchCost:
-    setup = simulated_setup(_ROBOT, scene="household", seed=0, paced=True, detector=detector)
+    world = WorldOptions(scene="household", paced=True)
+    with open_setup(_ROBOT, "kinematic", world, detector, VisionForm.STEP) as setup:
+        return _watch(setup, tree, seconds, watcher)
+
+
+def _watch(setup: Setup, tree: Path, seconds: float, watcher: Watcher) -> WatchCost:
     root = build(load(tree), setup.context)
     nodes = nodes_in_order(root)
     period = setup.controller.settings.period
     ticks = round(seconds / period)
+    snapshots = Snapshots(nodes, setup.truth)
     control, meter = Control(), _Meter(period=period)
     server = None
     if watcher is not Watcher.NOBODY:
-        server = Address(host=LOOPBACK, port=free_port(LOOPBACK))
+        server = Address()
     with TemporaryDirectory() as folder:
         recording = Path(folder) / RECORDING
         recorder = Recorder(
             recording,
             tree=tree_view(nodes),
             model=robot_model(_ROBOT),
-            scene=scene_view(setup.world),
+            scene=scene_view(setup.truth),
             lossless=False,
             server=server,
         )
@@ -135,7 +139,7 @@ def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) 
 
             def watch(tick: Tick) -> None:
                 begun = stopwatch()
-                recorder.record(snapshot(tick, nodes, setup.world))
+                recorder.record(snapshots.of(tick))
                 meter.tick(tick.number, begun)
                 if process is not None and watcher is Watcher.HUNG:
                     if tick.number == round(_SUSPENDED_FROM * ticks):
@@ -155,7 +159,6 @@ def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) 
                 control=control,
                 watch=watch,
             ).run()
-        setup.robot.close()
         recorder.close()
         costs = 1e6 * np.array(meter.costs)
         return WatchCost(
@@ -173,7 +176,7 @@ def _run(tree: Path, seconds: float, watcher: Watcher, detector: GraspDetector) 
 
 @contextmanager
 def _watched(server: Address | None) -> Iterator[subprocess.Popen[bytes] | None]:
-    """The viewer's process, if there is something to watch."""
+    """The process of a viewer of this server; None without one."""
     if server is None:
         yield None
         return
@@ -191,7 +194,7 @@ def _resident_mb() -> float:
 
 
 def watch_table(results: list[WatchCost]) -> Table:
-    """One row a watcher."""
+    """One row for every watcher."""
     table = Table(title=f"what watching costs a tick, on {machine()['machine']}")
     for column in (
         "watched by",
@@ -217,5 +220,5 @@ def watch_table(results: list[WatchCost]) -> Table:
 
 
 def watch_json(results: list[WatchCost]) -> str:
-    """The figures and the machine that they come from, as one JSON object."""
+    """The figures and the machine they were measured on, as one JSON object."""
     return json.dumps({"about": machine(), "runs": [asdict(r) for r in results]}, indent=2)

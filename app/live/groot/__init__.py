@@ -1,7 +1,7 @@
 """The live endpoint for Groot2: a run speaks the monitor protocol of BehaviorTree.CPP 4.
 
-`protocol` has the bytes, `document` the tree as Groot2 reads it, `breakpoints` what its hooks do,
-`server` the sockets. Needs the extra `groot`.
+`protocol` encodes messages, `tree_xml` the tree; `client_hooks` keeps the hooks that Groot2
+inserts; `server` has the sockets. Needs the extra `groot`.
 """
 
 from app.live.groot.server import USUAL_PORT, GrootError, GrootServer

@@ -1,8 +1,8 @@
 """The bytes of Groot2's monitor protocol, version 2, all little-endian.
 
 A request is a header of 6 bytes (protocol, letter of the kind, number) and for some kinds a second
-part. A reply repeats the header, adds 16 bytes that name this run's tree, and may have a second
-part too. A mistake is answered by the two texts `error` and what it is.
+part. A reply repeats the header, adds 16 bytes that identify this run's tree, and may have a second
+part too. A bad request is answered by two texts, `error` and the reason.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from py_trees.common import Status
 
 PROTOCOL = 2
 IDLE_AFTER = 10
-"""Added to a status that a node had before it became idle."""
+"""Added to the status that a node had before it became idle."""
 
 _HEADER = struct.Struct("<BcI")
 _STATUS = struct.Struct("<HB")
@@ -32,7 +32,7 @@ class Kind(Enum):
     HOOK_INSERT = b"I"
     HOOK_REMOVE = b"R"
     HOOK_REACHED = b"N"
-    """Never asked; published when a hook acts."""
+    """Not a request; published when a hook acts."""
     HOOK_UNLOCK = b"U"
     HOOKS_DUMP = b"D"
     HOOKS_REMOVE_ALL = b"A"
@@ -46,7 +46,7 @@ class Header(NamedTuple):
 
     kind: Kind
     number: int
-    """Chosen by whoever asks."""
+    """Chosen by the client."""
 
     def pack(self) -> bytes:
         """The 6 bytes."""
@@ -66,7 +66,7 @@ def read_header(data: bytes) -> Header:
     """The header of a request.
 
     Raises:
-        ValueError: it is none; the text is the one that Groot2 knows.
+        ValueError: it is malformed; the text is the one that BehaviorTree.CPP uses.
     """
     if len(data) != _HEADER.size:
         raise ValueError("wrong request header")
@@ -78,14 +78,14 @@ def read_header(data: bytes) -> Header:
 
 
 def code(status: Status, before: int = 0) -> int:
-    """A status as a byte; a node that became idle tells what it was before."""
+    """A status as a byte; that of an idle node includes its previous status."""
     if status is not Status.INVALID:
         return _CODES[status]
     return before if before >= IDLE_AFTER or before == 0 else IDLE_AFTER + before
 
 
 def pack_statuses(codes: Iterable[int]) -> bytes:
-    """3 bytes a node: number from 1 in preorder, status."""
+    """3 bytes per node: number from 1 in preorder, status."""
     return b"".join(_STATUS.pack(uid, status) for uid, status in enumerate(codes, start=1))
 
 

@@ -1,4 +1,4 @@
-"""The sockets of the Groot2 endpoint, and what each request does."""
+"""The sockets of the Groot2 endpoint, and the answer to each request."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from datetime import UTC, datetime
 from types import ModuleType
 from typing import Any
 
-from app.live.groot.breakpoints import Breakpoints
-from app.live.groot.document import document
+from app.live.groot.client_hooks import ClientHooks
 from app.live.groot.protocol import (
     Header,
     Kind,
@@ -22,17 +21,19 @@ from app.live.groot.protocol import (
     pack_transitions,
     read_header,
 )
-from app.live.monitor import NodeInfo, Snapshot
+from app.live.groot.tree_xml import tree_xml
+from app.live.nodes import NodeInfo
 from app.live.operator import Control, Hook, Side
+from app.live.snapshot import Snapshot
 from config import UserError
 from hw import stopwatch
 
 HOST = "127.0.0.1"
 USUAL_PORT = 1667
-"""Where Groot2 looks; notices of breakpoints are published on the next one."""
+"""Groot2's default; notices of breakpoints are published on the next one."""
 
 _HEARTBEAT = 5.0
-"""Hooks of a client that has asked nothing for so long are disabled [s of real time]."""
+"""The hooks of a client that is silent for this long are disabled [s of real time]."""
 _POLL_MS = 20
 _MOST_TRANSITIONS = 1000
 Reply = bytes | None
@@ -40,20 +41,20 @@ Reply = bytes | None
 
 
 class GrootError(UserError):
-    """The endpoint cannot be had as it was asked for."""
+    """The endpoint cannot be served as requested."""
 
 
 class GrootServer:
-    """Serves one run, from a thread of its own, until the end of the `with` statement.
+    """Serves one run, on a thread of its own, until the end of the `with` statement.
 
     A breakpoint pauses the whole run, as the other ways of pausing do. When the client falls
-    silent its hooks are disabled, but a robot that is paused stays so until a person says more.
+    silent its hooks are disabled, but a paused robot stays paused until a person resumes.
 
     Args:
         task: name of the task.
         tree: the nodes of the tree, in preorder.
-        hooks: one a node.
-        control: pauses the run and lets it go on.
+        hooks: one per node.
+        control: pauses and resumes the run.
         port: for requests; notices go to the next one.
         seconds: real time from an arbitrary start, for the heartbeat [s].
 
@@ -73,9 +74,9 @@ class GrootServer:
     ) -> None:
         self._zmq, self._pack = _libraries()
         self._task = task
-        self._document = document(task, tree)
+        self._xml = tree_xml(task, tree)
         self._uids = {hook: uid for uid, hook in enumerate(hooks, start=1)}
-        self._breakpoints = Breakpoints(hooks, control)
+        self._client_hooks = ClientHooks(hooks, control)
         self._seconds = seconds
         self._tree_id = secrets.token_bytes(16)
         self._lock = threading.Lock()
@@ -88,15 +89,15 @@ class GrootServer:
         self._heard = seconds()
         self._over = threading.Event()
         self._answers: dict[Kind, Callable[[bytes], Reply]] = {
-            Kind.TREE: lambda _: self._document.encode(),
+            Kind.TREE: lambda _: self._xml.encode(),
             Kind.STATUS: self._status,
             Kind.BLACKBOARD: self._blackboard,
-            Kind.HOOK_INSERT: self._breakpoints.insert,
-            Kind.HOOK_REMOVE: self._breakpoints.remove,
-            Kind.HOOK_UNLOCK: self._breakpoints.unlock,
-            Kind.HOOKS_DUMP: lambda _: self._breakpoints.dump(),
-            Kind.HOOKS_REMOVE_ALL: lambda _: self._breakpoints.remove_all(),
-            Kind.HOOKS_DISABLE: lambda _: self._breakpoints.disable(),
+            Kind.HOOK_INSERT: self._client_hooks.insert,
+            Kind.HOOK_REMOVE: self._client_hooks.remove,
+            Kind.HOOK_UNLOCK: self._client_hooks.unlock,
+            Kind.HOOKS_DUMP: lambda _: self._client_hooks.dump(),
+            Kind.HOOKS_REMOVE_ALL: lambda _: self._client_hooks.remove_all(),
+            Kind.HOOKS_DISABLE: lambda _: self._client_hooks.disable(),
             Kind.RECORD: self._record,
             Kind.TRANSITIONS: self._take_transitions,
         }
@@ -116,26 +117,26 @@ class GrootServer:
 
     # from the loop
 
-    def show(self, seen: Snapshot, values: Mapping[str, object]) -> None:
-        """Tell what a tick looked like.
+    def show(self, snapshot: Snapshot, values: Mapping[str, object]) -> None:
+        """Set the tick that clients see.
 
         Args:
-            seen: the tick.
-            values: what the client is shown as the blackboard.
+            snapshot: the tick.
+            values: shown as the blackboard.
         """
         with self._lock:
-            self._stamp, self._values = seen.stamp, values
-            for index, node in enumerate(seen.nodes):
+            self._stamp, self._values = snapshot.stamp, values
+            for index, node in enumerate(snapshot.nodes):
                 before, now = self._codes[index], code(node.status, self._codes[index])
                 if now == before:
                     continue
                 self._codes[index] = now
                 if self._recording_since is not None:
-                    since = round(1e6 * (seen.stamp - self._recording_since))
+                    since = round(1e6 * (snapshot.stamp - self._recording_since))
                     self._transitions.append(Transition(since, index + 1, code(node.status)))
 
     def reached(self, hook: Hook, side: Side) -> None:
-        """Tell that a hook acts."""
+        """Announce that a hook acts."""
         self._notices.put((self._uids[hook], side))
 
     # from the thread
@@ -158,16 +159,16 @@ class GrootServer:
                 self._notify(*self._notices.get())
             if self._requests.poll(_POLL_MS):
                 self._heard = self._seconds()
-                self._breakpoints.set_silent(False)
+                self._client_hooks.set_silent(False)
                 self._requests.send_multipart(self._answer(self._requests.recv_multipart()))
             elif self._seconds() - self._heard > _HEARTBEAT:
-                self._breakpoints.set_silent(True)
+                self._client_hooks.set_silent(True)
 
     def _notify(self, uid: int, side: Side) -> None:
         """Publish that a hook acts."""
         header = Header(Kind.HOOK_REACHED, secrets.randbits(32))
         self._publisher.send_multipart([header.pack(), str(uid).encode()])
-        self._breakpoints.replaced(uid, side)
+        self._client_hooks.replaced(uid, side)
 
     def _answer(self, request: list[bytes]) -> list[bytes]:
         try:
@@ -187,7 +188,7 @@ class GrootServer:
     def _blackboard(self, names: bytes) -> Reply:
         with self._lock:
             boards = {self._task: dict(self._values)}
-        if wanted := names.decode():  # no name at all means every board
+        if wanted := names.decode():  # without a name, every board
             boards = {name: boards[name] for name in wanted.split(";") if name in boards}
         packed: bytes = self._pack(boards, default=str)
         return packed

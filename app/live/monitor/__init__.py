@@ -1,25 +1,25 @@
-"""What a run tells: one `Snapshot` a tick, shown live in Rerun and kept as a recording.
+"""Recording a run and showing it in the Rerun viewer.
 
-The tree, the robot in its scene, what the camera saw and how the controller fared lie on one
-timeline. `Recorder` is handed the snapshots, writes them and serves them; Rerun is imported when
-the first one is made. `Viewer` starts what a person watches with.
+Tree, robot, scene, camera and controller lie on one timeline. `Recorder` takes one `Snapshot` a
+tick, writes the recording and serves it; `Viewer` starts the viewer that connects to it. Rerun
+itself is imported when the first recorder is made.
 """
 
+from app.live.monitor.headless import HeadlessViewer, headless_viewer
+from app.live.monitor.open_recording import open_in_viewer
+from app.live.monitor.ports import Address
 from app.live.monitor.recorder import Recorder, RecorderError
-from app.live.monitor.snapshot import NodeInfo, NodeStatus, ObjectView, SceneView, Signals, Snapshot
 from app.live.monitor.viewer import View, Viewer, ViewError, ViewOptions
 
 __all__ = [
-    "NodeInfo",
-    "NodeStatus",
-    "ObjectView",
+    "Address",
+    "HeadlessViewer",
     "Recorder",
     "RecorderError",
-    "SceneView",
-    "Signals",
-    "Snapshot",
     "View",
     "ViewError",
     "ViewOptions",
     "Viewer",
+    "headless_viewer",
+    "open_in_viewer",
 ]

@@ -1,4 +1,4 @@
-"""Where everything is on the screen: tree left, history in the middle, world right."""
+"""The layout of the viewer: tree left, history in the middle, scene and camera right."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint import archetypes, encodings
 
-from app.live.monitor.snapshot import NodeInfo, SceneView
-from app.live.monitor.tree_layout import MOST_SHOWN, ROW, Layout, charted, listed
-from robots.shapes import Plane
+from app.live.monitor.tree_layout import MOST_SHOWN, ROW, Layout, chart_layout, list_layout
+from app.live.nodes import NodeInfo
+from app.live.snapshot import SceneView
+from robots import Plane
 
 _PLOT_WINDOW = 20.0
 _HISTORY_WINDOW = 30.0
 _TRAIL_WINDOW = 8.0
 _FEWEST_ROWS = 22
-"""A small tree is drawn as large as one of so many nodes, so that its labels fit its pills."""
+"""A smaller tree is drawn at the scale of one with this many, so that labels fit their pills."""
 
 _EYE = np.array([-0.16, -0.60, 0.42])
 _AIM = np.array([0.09, -0.06, 0.0])
-"""From where and at what the scene is looked at, from its middle, as shares of its size."""
+"""Position and target of the view, from the middle of the scene, as shares of its size."""
 _CLOUD_RANGE = (150.0, 1500.0)
 """Depths that get the first and the last colour of the cloud [mm]."""
 
@@ -29,7 +30,7 @@ _BACKGROUND = (24, 26, 31)
 
 
 def blueprint(tree: Sequence[NodeInfo], scene: SceneView, *, live: bool) -> rrb.Blueprint:
-    """The layout for a run of `tree` in `scene`; the cursor of a `live` one stays at its end."""
+    """The layout for `tree` and `scene`; in a `live` run the cursor follows the newest data."""
     history = rrb.StateTimelineView(
         origin="/status", name="history", time_view=_last(_HISTORY_WINDOW)
     )
@@ -52,7 +53,7 @@ def blueprint(tree: Sequence[NodeInfo], scene: SceneView, *, live: bool) -> rrb.
     )
     return rrb.Blueprint(
         rrb.Horizontal(
-            rrb.Vertical(_trees(tree), _words(), row_shares=[5, 1]),
+            rrb.Vertical(_trees(tree), _texts(), row_shares=[5, 1]),
             rrb.Vertical(history, _log(), row_shares=[2, 1]),
             rrb.Vertical(
                 _scene(scene),
@@ -90,7 +91,7 @@ def _plot(
 
 
 def _trees(tree: Sequence[NodeInfo]) -> rrb.Tabs:
-    listing = listed(tree)
+    listing = list_layout(tree)
     rows = np.clip(len(tree), _FEWEST_ROWS, MOST_SHOWN)
     bounds = rrb.VisualBounds2D(
         x_range=(-ROW, float((listing.left + listing.width).max()) + ROW / 2),
@@ -103,7 +104,7 @@ def _trees(tree: Sequence[NodeInfo]) -> rrb.Tabs:
         rrb.Spatial2DView(
             origin="/tree/chart",
             name="top-down",
-            visual_bounds=_around(charted(tree)),
+            visual_bounds=_around(chart_layout(tree)),
             background=_BACKGROUND,
         ),
         rrb.GraphView(origin="/tree/graph", name="graph"),
@@ -118,7 +119,7 @@ def _around(layout: Layout) -> rrb.VisualBounds2D:
     )
 
 
-def _words() -> rrb.Tabs:
+def _texts() -> rrb.Tabs:
     return rrb.Tabs(
         rrb.TextDocumentView(origin="/now", name="now"),
         rrb.TextDocumentView(origin="/blackboard", name="blackboard"),

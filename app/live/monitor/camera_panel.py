@@ -1,4 +1,4 @@
-"""What the wrist camera saw, with the network's opinion drawn over it."""
+"""The wrist camera: depth image, the network's quality map over it, and the grasps found."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from app.live.monitor.columns import Array, send_poses, set_time
+from app.live.monitor.columns import Array, Instant, send_poses, set_time
 from app.live.monitor.glyphs import Colour
-from app.live.monitor.snapshot import Snapshot
-from hw.interfaces import DepthFrame, Intrinsics
-from perception.grasp import Detection, GraspEstimate
+from app.live.snapshot import Snapshot
+from hw import DepthFrame
+from perception import Detection, GraspEstimate
+from robots import Intrinsics
 
 _CAMERA = "world/camera"
 _IMAGE = "world/camera/image"
 """The frame of pixels."""
 _WIDEST = 320
-"""Images are kept with no more columns than this [px]: a run that always looks stays small."""
+"""Images are kept with at most this many columns [px], which bounds the recording."""
 _LEVELS = 20
 """Steps of the heat map; step 0 is clear."""
 
@@ -49,8 +50,8 @@ def heat_map(detection: Detection, width: int, height: int) -> npt.NDArray[np.ui
     return over
 
 
-def _shades(depth: npt.NDArray[np.uint16]) -> tuple[float, float]:
-    """Depths shown black and white [mm]: what stands near, rather than the floor behind it."""
+def _grey_range(depth: npt.NDArray[np.uint16]) -> tuple[float, float]:
+    """Depths drawn black and white [mm]; chosen for the near objects, not the floor behind them."""
     measured = depth[depth > 0]
     if not measured.size:
         return 0.0, 1000.0
@@ -58,8 +59,8 @@ def _shades(depth: npt.NDArray[np.uint16]) -> tuple[float, float]:
     return float(near), float(max(far, near + 150.0))
 
 
-def rectangle(grasp: GraspEstimate, frame: DepthFrame) -> Array:
-    """(5, 2) closed outline of the fingers' opening in the image [px]."""
+def grasp_outline(grasp: GraspEstimate, frame: DepthFrame) -> Array:
+    """(5, 2) closed outline of the open fingers in the image [px]."""
     distance = max(float(frame.wTc.actInv(grasp.wTg.translation)[2]), 1e-3)
     scale = frame.intrinsics.fx / distance / 2.0
     across = scale * grasp.width * np.array([np.cos(grasp.angle), np.sin(grasp.angle)])
@@ -70,7 +71,7 @@ def rectangle(grasp: GraspEstimate, frame: DepthFrame) -> Array:
 
 
 class CameraPanel:
-    """Draws the depth image, the heat map and the grasps, at one time.
+    """Draws depth image, heat map and grasps at the time of capture, which may be before the tick.
 
     Args:
         stream: where to.
@@ -100,16 +101,18 @@ class CameraPanel:
     def write(self, batch: Sequence[Snapshot]) -> None:
         """Add the frames of a batch."""
         for snapshot in batch:
-            if snapshot.frame is not None:
-                step = -(-snapshot.frame.intrinsics.width // _WIDEST)
-                self._draw_camera(snapshot.frame.intrinsics, step)
-                send_poses(self._stream, [(snapshot, {_CAMERA: snapshot.frame.wTc})])
-                set_time(self._stream, snapshot)
-                self._draw_depth(millimetres(snapshot.frame.depth[::step, ::step]))
-                self._draw_detection(snapshot.frame, snapshot.detection, step)
+            frame = snapshot.frame
+            if frame is not None:
+                step = -(-frame.intrinsics.width // _WIDEST)
+                captured = Instant(tick=snapshot.tick, stamp=frame.stamp)
+                self._draw_camera(frame.intrinsics, step)
+                send_poses(self._stream, [(captured, {_CAMERA: frame.wTc})])
+                set_time(self._stream, captured)
+                self._draw_depth(millimetres(frame.depth[::step, ::step]))
+                self._draw_detection(frame, snapshot.detection, step)
 
     def _draw_camera(self, camera: Intrinsics, step: int) -> None:
-        """Where pixels look, for every `step`th pixel of the image."""
+        """The pinhole model of the image that keeps every `step`th pixel."""
         if camera == self._intrinsics:
             return
         self._intrinsics = camera
@@ -132,7 +135,7 @@ class CameraPanel:
             media_type="image/png",
             meter=1000.0,
             colormap="grayscale",
-            depth_range=_shades(depth),
+            depth_range=_grey_range(depth),
         )
         self._stream.log(f"{_CAMERA}/depth", image)
 
@@ -146,7 +149,7 @@ class CameraPanel:
         heat = rr.SegmentationImage(np.ascontiguousarray(steps[::step, ::step]), opacity=0.55)
         self._stream.log(f"{_CAMERA}/quality", heat)
         outlines = rr.LineStrips2D.from_fields(
-            strips=[rectangle(grasp, frame) / step for grasp in grasps],
+            strips=[grasp_outline(grasp, frame) / step for grasp in grasps],
             colors=[_BEST, *[_OTHERS] * len(grasps)][: len(grasps)],
         )
         self._stream.log(f"{_CAMERA}/grasps", outlines)

@@ -1,9 +1,9 @@
-"""The way from the control loop to disk and viewer: a bounded queue and a thread that empties it.
+"""From the control loop to disk and viewer: a bounded queue and a thread that empties it.
 
-The loop only appends, and takes no lock: a thread that holds one may itself wait for the
+The loop only appends and takes no lock: a thread that holds one may itself wait for the
 interpreter, and the loop would wait with it for milliseconds. When the writer falls behind, a
-simulation that goes as fast as it can waits for it and keeps every tick; whatever runs in real time
-cannot wait and loses the oldest ones, counted.
+simulation at full speed waits for it and keeps every tick; a run in real time cannot wait and drops
+the oldest ticks, counted.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ Item = TypeVar("Item")
 
 
 class Feed(Generic[Item]):
-    """Hands items to a slow writer, in order and in batches, from a thread of its own.
+    """Passes items to a slow writer, in order and in batches, on a thread of its own.
 
     Args:
-        write: called with one batch at a time, never empty, always from the same thread. The first
+        write: called with one batch at a time, never empty, always on the same thread. The first
             exception ends the writing, not the run.
         lossless: wait when the queue is full, instead of dropping the oldest item.
         period: how often a batch is written, unless it is full before [s of real time].
-        capacity: most items that wait.
-        batch: items that are not kept waiting for the period to end.
+        capacity: most items in the queue.
+        batch: number of items that is written at once, without waiting for the period to end.
     """
 
     def __init__(
@@ -51,10 +51,7 @@ class Feed(Generic[Item]):
         self._thread.start()
 
     def put(self, item: Item) -> None:
-        """Add an item; nothing happens once the writer has failed or the feed is closed.
-
-        To be called by one thread.
-        """
+        """Add an item, from one thread only; ignored after an error of the writer or `close`."""
         while len(self._items) >= self._capacity and not self._is_over():
             if self._lossless:
                 self._room.clear()
@@ -72,7 +69,7 @@ class Feed(Generic[Item]):
         """Write what is left and end the thread.
 
         Args:
-            patience: longest time to wait for it [s of real time].
+            patience: longest time to wait for that [s of real time].
 
         Returns:
             Whether the thread has ended.

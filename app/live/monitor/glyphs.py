@@ -1,7 +1,7 @@
-"""Colours and characters of the pictures: a status is told by both, and no glyph is missing.
+"""Colours and characters of the drawings: a status has one of each.
 
 The viewer's font is Inter. Without a window the viewer stops on a character that the font lacks, so
-every text from outside (names, messages) goes through `safe` first.
+every text from outside (names, messages) goes through `printable` first.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ KIND_GLYPH = MappingProxyType(
         "timeout": "◇",
     }
 )
-"""A mark for composites and modifiers; leaves have none."""
+"""The mark of composites and modifiers; leaves have none."""
 
 MISSING = "□"
-"""Stands for a character that the font may lack."""
+"""Replaces a character that the font may lack."""
 
 SYMBOLS = frozenset("→⇒↻↺↔◇◆○●□■△▲▶▷✔✓✗×·•‖⚠★¬°±…–—“”‘’²³½≤≥≠≈∞√∑ΩµÅ€")
 LETTERS = (
@@ -52,11 +52,11 @@ LETTERS = (
     (0x3A3, 0x3CE),
     (0x410, 0x44F),
 )
-"""First and last code point of what the font has without a gap: Latin, Greek and Cyrillic."""
+"""First and last code point of ranges that the font has completely: Latin, Greek and Cyrillic."""
 
 
-def safe(text: str) -> str:
-    """The text in one line of characters that the viewer can draw."""
+def printable(text: str) -> str:
+    """The text on one line, in characters that the viewer can draw."""
     line = " ".join(text.split())
     return "".join(
         character

@@ -1,4 +1,4 @@
-"""The real viewer without a window, to look at what it shows: for screenshots, tests and benches.
+"""The real viewer without a window: for screenshots, tests and benches.
 
 It needs a Vulkan driver; without a graphics card `apt-get install mesa-vulkan-drivers` brings one.
 """
@@ -15,8 +15,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from app.live.monitor.viewer import LOOPBACK, ViewError, free_port, viewer_program
-from hw.clock import stopwatch
+from app.live.monitor.ports import LOOPBACK, choose_port
+from app.live.monitor.viewer import ViewError, viewer_program
+from hw import stopwatch
 
 _DRIVERS = Path("/usr/share/vulkan/icd.d")
 _PATIENCE = 60.0
@@ -24,11 +25,19 @@ _PATIENCE = 60.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HeadlessViewer:
-    """A viewer that runs."""
+    """A running viewer."""
 
     client: Any
     """Rerun's `ViewerClient` for it."""
     process: subprocess.Popen[bytes]
+
+    @property
+    def cursor(self) -> float:
+        """The time that it shows, of the newest recording [s]; -1 before there is one."""
+        recordings = self.client.get_state().recordings
+        if not recordings or recordings[-1].current_time is None:
+            return -1.0
+        return float(recordings[-1].current_time) / 1e9
 
 
 def has_vulkan() -> bool:
@@ -40,10 +49,10 @@ def has_vulkan() -> bool:
 def headless_viewer(
     *, watch: str | None = None, size: str = "1600x1000"
 ) -> Iterator[HeadlessViewer]:
-    """Run a viewer as long as the context lasts.
+    """Run a viewer for the duration of the context.
 
     Args:
-        watch: the live data that it shows (`Address.url`); None for an empty viewer.
+        watch: the live data to show (`Address.url`); None for an empty viewer.
         size: of its picture [px].
 
     Raises:
@@ -51,14 +60,14 @@ def headless_viewer(
     """
     from rerun.experimental import ViewerClient
 
-    port = free_port(LOOPBACK)
+    port = choose_port()
     command = [str(viewer_program()), "--headless", "--bind", LOOPBACK, "--port", str(port)]
     command += ["--window-size", size]
     if watch is not None:
         command += ["--connect", watch]
     with TemporaryDirectory() as folder:
-        messages = Path(folder) / "viewer.log"
-        with messages.open("wb") as out:
+        log = Path(folder) / "viewer.log"
+        with log.open("wb") as out:
             process = subprocess.Popen(
                 command, stdout=out, stderr=out, env=os.environ | {"XDG_RUNTIME_DIR": folder}
             )
@@ -70,8 +79,8 @@ def headless_viewer(
                     break
                 except Exception as error:  # Rerun raises many kinds while nobody listens
                     if process.poll() is not None or stopwatch() - begun > _PATIENCE:
-                        said = messages.read_text(errors="replace")[-2000:]
-                        raise ViewError(f"the viewer does not start: {said}") from error
+                        messages = log.read_text(errors="replace")[-2000:]
+                        raise ViewError(f"the viewer does not start: {messages}") from error
                     threading.Event().wait(0.1)
             yield HeadlessViewer(client=client, process=process)
         finally:

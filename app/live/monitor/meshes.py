@@ -1,8 +1,8 @@
-"""The robot's real shape, when the `assets` extra is installed: read, thinned out once, and kept.
+"""Meshes of the Panda, its hand and the Omron base, if the `assets` extra is installed.
 
-The meshes are those of Frankie in the package rtb-data: the arm as its maker published it, and the
-mobile base. They are far finer than a viewer needs and every recording carries them, so a tenth of
-their triangles is kept, in the user's cache folder.
+They come with the package rtb-data: the arm as its maker published it, and the mobile base. They
+are far finer than a viewer needs and every recording contains them, so they are simplified once,
+to about a tenth of their triangles, and kept in the user's cache folder.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ import numpy as np
 import numpy.typing as npt
 
 NAMES = (*(f"link{i}" for i in range(8)), "hand", "finger", "omron")
-"""Of the meshes, each in the frame of its link; `omron` is the base, its origin on the floor."""
+"""Names of the meshes, each in its link's frame; `omron` is the base, its origin on the floor."""
 
 _FOLDER = Path("xacro/qut_frankie_description/meshes/visual")
 _EXTRA = ("rtbdata", "trimesh", "collada", "fast_simplification", "networkx", "scipy")
 _KEPT, _KEPT_OF_BASE = 0.18, 0.06
 """Share of the triangles that is kept; the base's mesh is finer than the arm's."""
 _FEWEST = 80
-"""Triangles of one piece that are always kept."""
+"""Number of triangles of one piece that are always kept."""
 _HARD_EDGE = np.radians(35.0)
 
 
@@ -52,7 +52,7 @@ def meshes() -> dict[str, Mesh] | None:
     kept = _cache_folder() / f"frankie-meshes-{version('rtb-data')}.npz"
     try:
         return _read(kept)
-    except (OSError, KeyError, ValueError, BadZipFile):  # none yet, or one that is damaged
+    except (OSError, KeyError, ValueError, BadZipFile):  # not there yet, or damaged
         made = {name: _thinned(name) for name in NAMES}
         _keep(kept, made)
         return made
@@ -72,7 +72,7 @@ def _read(path: Path) -> dict[str, Mesh]:
 
 
 def _keep(path: Path, made: dict[str, Mesh]) -> None:
-    """Write the cache; whoever cannot write it makes the meshes again next time."""
+    """Write the cache; if that fails, the meshes are made again next time."""
     arrays: dict[str, Any] = {
         f"{name}.{part}": getattr(mesh, part)
         for name, mesh in made.items()

@@ -1,4 +1,4 @@
-"""Shows a run while it goes on, and keeps it as a recording that the Rerun viewer opens."""
+"""Writes a run to a recording that the Rerun viewer opens, and serves it meanwhile."""
 
 from __future__ import annotations
 
@@ -7,41 +7,43 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.live.monitor.every import Every
 from app.live.monitor.feed import Feed
-from app.live.monitor.snapshot import NodeInfo, SceneView, Snapshot
+from app.live.nodes import NodeInfo
+from app.live.snapshot import SceneView, Snapshot
+from app.live.throttle import Throttle
 from config import UserError
 
 if TYPE_CHECKING:
-    from app.live.monitor.viewer import Address
+    from app.live.monitor.ports import Address
     from controller import RobotModel
 
 _PERIOD = 0.5
 _LIVE_PERIOD = 0.2
-"""How long the writer gathers what it writes at once [s of real time]."""
+"""How often the writer writes a batch, without and with a viewer [s of real time]."""
 
 _DEPTH_PERIOD = 0.4
-"""Depth images are kept no oftener than this [s]."""
+"""Shortest time between two depth images that are kept [s]."""
 
 _PATIENCE = 30.0
+"""Time that the disk has for the rest of the recording at the end [s]."""
 
 
 class RecorderError(UserError):
-    """A recording cannot be written, or is not complete."""
+    """A recording cannot be written, or is incomplete."""
 
 
 class Recorder:
-    """Writes snapshots to a file and to whoever watches, from a thread of its own.
+    """Writes snapshots to a file and to viewers, on a thread of its own.
 
     Args:
         path: the file to write; its folder exists.
         tree: the nodes of the tree, in preorder.
-        model: kinematics of the robot; the recorder's alone, since the thread uses it.
-        scene: what the world looks like.
-        lossless: whether `record` waits for a slow disk (simulation that goes as fast as it can)
-            or drops the oldest snapshots instead (whatever runs in real time).
-        server: where viewers are served while the run goes on; None for nowhere. A viewer that
-            hangs holds up nothing.
+        model: kinematics of the robot; not shared, since the thread uses it.
+        scene: the shapes to draw.
+        lossless: whether `record` waits for a slow disk (a simulation at full speed) or drops the
+            oldest snapshots instead (anything in real time).
+        server: where viewers are served during the run; None for nowhere. A viewer that hangs
+            delays nothing.
 
     Raises:
         RecorderError: the file cannot be written.
@@ -66,24 +68,24 @@ class Recorder:
         except (OSError, RuntimeError) as error:
             raise RecorderError(
                 f"{path}: cannot write the recording ({error}); "
-                "give a folder that exists, may be written to and has room"
+                "choose a folder that exists, is writable and has space"
             ) from error
         self._feed: Feed[Snapshot] = Feed(
             self._writer.write,
             lossless=lossless,
             period=_PERIOD if server is None else _LIVE_PERIOD,
         )
-        self._depth = Every(_DEPTH_PERIOD)
+        self._depth = Throttle(_DEPTH_PERIOD)
         self._closed = False
 
     @property
     def dropped(self) -> int:
-        """Snapshots that were lost because writing was too slow."""
+        """Number of snapshots dropped because writing was too slow."""
         return self._feed.dropped
 
     def record(self, snapshot: Snapshot) -> None:
-        """Keep a snapshot; never raises, and does nothing after an error or `close`."""
-        if snapshot.frame is not None and not self._depth.due(snapshot.stamp):
+        """Add a snapshot; never raises, and does nothing after an error or `close`."""
+        if snapshot.frame is not None and not self._depth.due(snapshot.frame.stamp):
             snapshot = replace(snapshot, frame=None, detection=None)
         self._feed.put(snapshot)
 
@@ -91,14 +93,14 @@ class Recorder:
         """Write what is left and close the file. May be called twice.
 
         Raises:
-            RecorderError: the recording is not complete; said once.
+            RecorderError: the recording is incomplete; raised once.
         """
         if self._closed:
             return
         self._closed = True
         if not self._feed.close(_PATIENCE):
             raise RecorderError(
-                f"{self._path}: the disk did not take the rest of the recording within "
+                f"{self._path}: the rest of the recording could not be written within "
                 f"{_PATIENCE:.0f} s; the file ends early"
             )
         error = self._feed.error
@@ -111,5 +113,5 @@ class Recorder:
             why = "is the disk full?" if from_disk else "please report this."
             raise RecorderError(
                 f"{self._path}: the recording ends early ({type(error).__name__}: {error}); "
-                f"{why} The run itself was not touched"
+                f"{why} The run itself was not affected"
             ) from error

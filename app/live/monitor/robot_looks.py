@@ -1,4 +1,4 @@
-"""What draws the robot: its meshes where they are installed, else primitives."""
+"""Rerun archetypes of the robot: the meshes of its parts if they are installed, else primitives."""
 
 from __future__ import annotations
 
@@ -9,9 +9,12 @@ import numpy as np
 import rerun as rr
 
 from app.live.monitor.meshes import Mesh, meshes
-from app.live.monitor.robot_shapes import CAMERA, FINGER, FINGER_MIDDLE, HAND, LINKS, base_parts
+from app.live.monitor.robot_shapes import arm_parts, base_parts, finger_parts, hand_parts
 from app.live.monitor.solids import solids
-from controller import FRANKIE, RobotDescription
+from robots import RobotDescription
+
+_FINGER_ROOT = 0.0584
+"""Origin of the finger's mesh on the flange, along z [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,24 +28,20 @@ class RobotLooks:
     finger: list[Any]
 
 
-def robot_looks(description: RobotDescription) -> RobotLooks:
+def robot_looks(robot: RobotDescription) -> RobotLooks:
     """What a robot looks like."""
-    real = meshes()
-    foot = float(description.bTa.translation[2])
-    base = solids(base_parts(foot))
-    if real is None:
-        return RobotLooks(
-            base=base,
-            links=[solids(parts) for parts in LINKS],
-            hand=solids((*HAND, CAMERA)),
-            finger=solids(FINGER),
-        )
-    return RobotLooks(
-        base=[_mesh(real["omron"])] if description is FRANKIE else base,
-        links=[[_mesh(real[f"link{i}"])] for i in range(len(LINKS))],
-        hand=[_mesh(real["hand"]), *solids((CAMERA,))],
-        finger=[_mesh(real["finger"], np.array(FINGER_MIDDLE))],
-    )
+    installed = meshes()
+    base, links = solids(base_parts(robot.base)), [solids(parts) for parts in arm_parts(robot.arm)]
+    palm, camera = (solids((part,)) for part in hand_parts(robot))
+    finger = solids(finger_parts(robot.gripper))
+    if installed and robot.base.looks == "omron":
+        base = [_mesh(installed["omron"])]
+    if installed and robot.arm.looks == "panda":
+        links = [[_mesh(installed[f"link{i}"])] for i in range(len(links))]
+    if installed and robot.gripper.looks == "franka_hand":
+        root = np.array([0.0, 0.0, robot.gripper.hTe.translation[2] - _FINGER_ROOT])
+        palm, finger = [_mesh(installed["hand"])], [_mesh(installed["finger"], root)]
+    return RobotLooks(base=base, links=links, hand=[*palm, *camera], finger=finger)
 
 
 def _mesh(mesh: Mesh, origin: Any = 0.0) -> rr.Mesh3D:

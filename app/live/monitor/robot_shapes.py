@@ -1,21 +1,34 @@
-"""What Frankie looks like, in primitives: enough to see where every part of it is."""
+"""What a robot looks like in primitives, made from its description.
+
+Base, hand, fingers and camera are the shapes of the description. Arms are drawn as their collision
+capsules, or in more detail if `LINKS` knows them.
+"""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 from pinocchio import SE3, Quaternion
 
-from robots.shapes import Box, Capsule, Colour, Cylinder, Geom
+from robots import (
+    ArmDescription,
+    BaseDescription,
+    Box,
+    Capsule,
+    Colour,
+    Cylinder,
+    Geom,
+    GripperDescription,
+    RobotDescription,
+)
 
 _WHITE: Colour = (225, 226, 230)
 _SHELL: Colour = (190, 194, 200)
 _DARK: Colour = (62, 66, 74)
-_BLACK: Colour = (38, 40, 45)
+_ORANGE: Colour = (245, 170, 40)
 
 _Point = tuple[float, float, float]
-
-BASE_LENGTH, BASE_WIDTH = 0.70, 0.50
-"""Of the base along x and y [m]."""
 
 
 def _bar(start: _Point, end: _Point, radius: float, colour: Colour = _WHITE) -> Geom:
@@ -30,66 +43,78 @@ def _at(x: float, y: float, z: float) -> SE3:
     return SE3(np.eye(3), np.array([x, y, z]))
 
 
-LINKS: tuple[tuple[Geom, ...], ...] = (
-    (
-        Geom(Cylinder(0.075, 0.03), _at(-0.02, 0.0, 0.03), colour=_DARK),
-        _bar((0.0, 0.0, 0.06), (0.0, 0.0, 0.12), 0.062),
+LINKS: dict[str, tuple[tuple[Geom, ...], ...]] = {
+    "panda": (
+        (
+            Geom(Cylinder(0.075, 0.03), _at(-0.02, 0.0, 0.03), colour=_DARK),
+            _bar((0.0, 0.0, 0.06), (0.0, 0.0, 0.12), 0.062),
+        ),
+        (_bar((0.0, 0.0, -0.18), (0.0, 0.0, 0.0), 0.058),),
+        (
+            _bar((0.0, 0.0, -0.05), (0.0, 0.0, 0.05), 0.060, _SHELL),
+            _bar((0.0, 0.0, 0.0), (0.0, -0.17, 0.0), 0.056),
+        ),
+        (
+            _bar((0.0, 0.0, -0.12), (0.0, 0.0, -0.03), 0.055),
+            _bar((0.0, 0.0, -0.03), (0.0825, 0.0, 0.0), 0.052),
+        ),
+        (
+            _bar((0.0, 0.0, -0.05), (0.0, 0.0, 0.05), 0.058, _SHELL),
+            _bar((0.0, 0.0, 0.0), (-0.0825, 0.10, 0.0), 0.052),
+        ),
+        (
+            _bar((0.0, 0.0, -0.26), (0.0, 0.02, -0.16), 0.055),
+            _bar((0.0, 0.05, -0.16), (0.0, 0.03, 0.0), 0.036),
+        ),
+        (
+            _bar((0.0, 0.0, -0.04), (0.0, 0.0, 0.05), 0.050, _SHELL),
+            _bar((0.0, 0.0, 0.0), (0.088, 0.0, 0.0), 0.048),
+        ),
+        (_bar((0.0, 0.0, -0.02), (0.0, 0.0, 0.06), 0.044),),
     ),
-    (_bar((0.0, 0.0, -0.18), (0.0, 0.0, 0.0), 0.058),),
-    (
-        _bar((0.0, 0.0, -0.05), (0.0, 0.0, 0.05), 0.060, _SHELL),
-        _bar((0.0, 0.0, 0.0), (0.0, -0.17, 0.0), 0.056),
-    ),
-    (
-        _bar((0.0, 0.0, -0.12), (0.0, 0.0, -0.03), 0.055),
-        _bar((0.0, 0.0, -0.03), (0.0825, 0.0, 0.0), 0.052),
-    ),
-    (
-        _bar((0.0, 0.0, -0.05), (0.0, 0.0, 0.05), 0.058, _SHELL),
-        _bar((0.0, 0.0, 0.0), (-0.0825, 0.10, 0.0), 0.052),
-    ),
-    (
-        _bar((0.0, 0.0, -0.26), (0.0, 0.02, -0.16), 0.055),
-        _bar((0.0, 0.05, -0.16), (0.0, 0.03, 0.0), 0.036),
-    ),
-    (
-        _bar((0.0, 0.0, -0.04), (0.0, 0.0, 0.05), 0.050, _SHELL),
-        _bar((0.0, 0.0, 0.0), (0.088, 0.0, 0.0), 0.048),
-    ),
-    (_bar((0.0, 0.0, -0.02), (0.0, 0.0, 0.06), 0.044),),
-)
-"""The arm's foot and seven links, each in its own frame."""
-
-HAND: tuple[Geom, ...] = (Geom(Box((0.022, 0.102, 0.033)), _at(0.0, 0.0, 0.033), colour=_WHITE),)
-"""The hand, in the flange's frame."""
-CAMERA = Geom(Box((0.012, 0.045, 0.012)), _at(0.065, 0.0, 0.012), colour=_BLACK)
-"""The camera on it, in the same frame."""
+}
+"""By the `looks` of an arm: its foot and seven links, each in its own frame."""
 
 _HALF_TURN = SE3(np.diag([-1.0, -1.0, 1.0]), np.zeros(3))
-_FINGER = Box((0.010, 0.007, 0.026))
-_FINGER_ROOT = 0.0584
-"""Of a finger, in the hand along z [m]."""
-FINGER_MIDDLE = (0.0, _FINGER.half[1], 0.0274)
-"""Of a finger, from its root at the inner face of its pad [m]."""
 
 
-def finger_poses(width: float) -> tuple[SE3, SE3]:
-    """Left and right finger in the hand, with `width` [m] between the pads."""
-    left = _at(0.0, width / 2 + FINGER_MIDDLE[1], _FINGER_ROOT + FINGER_MIDDLE[2])
-    return left, _HALF_TURN * left
+def arm_parts(arm: ArmDescription) -> tuple[tuple[Geom, ...], ...]:
+    """Foot and seven links of an arm, each in its own frame."""
+    known = LINKS.get(arm.looks or "")
+    return known or tuple(
+        tuple(replace(part, colour=_WHITE) for part in parts) for parts in arm.collision
+    )
 
 
-FINGER = (Geom(_FINGER, SE3.Identity(), colour=_DARK),)
-"""One finger, in its own frame."""
+def hand_parts(robot: RobotDescription) -> tuple[Geom, Geom]:
+    """Palm and camera, in the frame of the hand's flange."""
+    hTe = robot.gripper.hTe
+    return robot.gripper.palm.moved(hTe), robot.camera.body.moved(hTe * robot.camera.eTc)
 
 
-def base_parts(height: float) -> tuple[Geom, ...]:
-    """The mobile base up to the arm's foot, `height` [m] above the floor, in the base's frame."""
-    half = (BASE_LENGTH / 2, BASE_WIDTH / 2, height / 2 - 0.03)
-    lid = (BASE_LENGTH / 2 - 0.02, BASE_WIDTH / 2 - 0.02, 0.01)
-    nose = (0.01, BASE_WIDTH / 2 - 0.08, 0.02)
+def finger_parts(gripper: GripperDescription) -> tuple[Geom, Geom]:
+    """A finger and its pad, in the frame of the finger."""
+    return gripper.finger, gripper.pad
+
+
+def finger_poses(gripper: GripperDescription, width: float) -> tuple[SE3, SE3]:
+    """Frames of the left and the right finger on the flange, with `width` [m] between the pads.
+
+    A finger's frame has its origin beside the grasp centre, on the inner face of the pad, and the
+    other finger in -y.
+    """
+    left = _at(0.0, width / 2, 0.0)
+    return gripper.hTe * left, gripper.hTe * _HALF_TURN * left
+
+
+def base_parts(base: BaseDescription) -> tuple[Geom, ...]:
+    """A mobile base in its frame, which lies on the floor."""
+    length, width, height = base.size
+    half = (length / 2, width / 2, height / 2 - 0.03)
+    lid = (length / 2 - 0.02, width / 2 - 0.02, 0.01)
+    nose = (0.01, width / 2 - 0.08, 0.02)
     return (
         Geom(Box(half), _at(0.0, 0.0, height / 2 + 0.01), colour=_DARK),
         Geom(Box(lid), _at(0.0, 0.0, height - 0.01), colour=_SHELL),
-        Geom(Box(nose), _at(BASE_LENGTH / 2, 0.0, height * 0.6), colour=(245, 170, 40)),
+        Geom(Box(nose), _at(length / 2, 0.0, height * 0.6), colour=_ORANGE),
     )

@@ -1,4 +1,4 @@
-"""The scene in 3-D: robot, fixtures, objects, the goal, the grasp and the way taken."""
+"""The 3-D scene: robot, fixtures, objects, goal, grasp, and the trail of the hand."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import rerun as rr
 from pinocchio import SE3
 
 from app.live.monitor.columns import WORLD, Array, send_poses, timelines
-from app.live.monitor.every import Every
 from app.live.monitor.glyphs import Colour
 from app.live.monitor.robot_looks import robot_looks
-from app.live.monitor.robot_shapes import LINKS, finger_poses
-from app.live.monitor.snapshot import SceneView, Snapshot
+from app.live.monitor.robot_shapes import finger_poses
 from app.live.monitor.solids import solids
+from app.live.snapshot import SceneView, Snapshot
+from app.live.throttle import Throttle
 from controller import RobotModel
-from perception.grasp import GraspEstimate
+from perception import GraspEstimate
 
 _POSE_PERIOD = 0.04
-"""Poses are kept no oftener than this [s]: smooth to the eye, a quarter of the file."""
+"""Shortest time between two sets of poses [s]: looks smooth, and a quarter of the file size."""
 
 _AXES: tuple[Colour, ...] = ((230, 70, 60), (70, 190, 80), (70, 120, 240))
 _TRACKED: Colour = (255, 190, 40)
@@ -29,7 +29,7 @@ _FINGER_LENGTH = 0.05
 _GOAL_LENGTH, _TOOL_LENGTH = 0.12, 0.06
 
 _BASE, _HAND = "world/robot/base", "world/robot/hand"
-_LINKS = tuple(f"world/robot/link{i}" for i in range(len(LINKS)))
+_LINKS = tuple(f"world/robot/link{i}" for i in range(8))
 _FINGERS = ("world/robot/left_finger", "world/robot/right_finger")
 _GOAL, _TOOL = "world/goal", "world/tool"
 
@@ -39,8 +39,8 @@ class ScenePanel:
 
     Args:
         stream: where to.
-        model: kinematics of the robot; the panel's alone.
-        scene: what the world looks like.
+        model: kinematics of the robot; not shared.
+        scene: the shapes to draw.
     """
 
     def __init__(self, stream: rr.RecordingStream, model: RobotModel, scene: SceneView) -> None:
@@ -50,7 +50,7 @@ class ScenePanel:
             f"world/objects/{index}_{''.join(c if c.isalnum() else '_' for c in view.name)}"
             for index, view in enumerate(scene.objects)
         ]
-        self._turn = Every(_POSE_PERIOD)
+        self._throttle = Throttle(_POSE_PERIOD)
         self._last: dict[str, SE3] = {}
         self._goal_shown: bool | None = None
         self._grasp: tuple[GraspEstimate | None, bool] | None = None
@@ -83,8 +83,8 @@ class ScenePanel:
                 stream.log(path, body, static=True)
 
     def write(self, batch: Sequence[Snapshot]) -> None:
-        """Add what a batch shows."""
-        shown = [snapshot for snapshot in batch if self._turn.due(snapshot.stamp)]
+        """Add the snapshots of a batch."""
+        shown = [snapshot for snapshot in batch if self._throttle.due(snapshot.stamp)]
         if not shown:
             return
         send_poses(self._stream, [(snapshot, self._moved(snapshot)) for snapshot in shown])
@@ -93,10 +93,11 @@ class ScenePanel:
         self._send_trail(shown)
 
     def _moved(self, snapshot: Snapshot) -> dict[str, SE3]:
-        """Where the frames are that are not where they were: most things rest most of the time."""
+        """Poses of the frames that moved: most are at rest most of the time."""
         state = snapshot.state
         *links, hand = self._model.link_poses(state.wTb, state.q)
-        fingers = [hand * finger for finger in finger_poses(state.gripper_width)]
+        gripper = self._model.description.gripper
+        fingers = [hand * finger for finger in finger_poses(gripper, state.gripper_width)]
         poses = {
             _BASE: state.wTb,
             _HAND: hand,
@@ -116,7 +117,7 @@ class ScenePanel:
         return moved
 
     def _send_goal(self, shown: Sequence[Snapshot]) -> None:
-        """Its axes, or none while there is no goal."""
+        """The goal's axes, or none while there is no goal."""
         changed = []
         for snapshot in shown:
             if (snapshot.goal is not None) is not self._goal_shown:
@@ -129,19 +130,19 @@ class ScenePanel:
             self._stream.send_columns(_GOAL, indexes=timelines(changed), columns=columns)
 
     def _send_grasp(self, shown: Sequence[Snapshot]) -> None:
-        """The open gripper where it will close, and how good that is."""
+        """The outline of the open gripper at the tracked grasp, with its quality."""
         changed = []
         for snapshot in shown:
             if (snapshot.grasp, snapshot.locked) != self._grasp:
                 self._grasp = (snapshot.grasp, snapshot.locked)
                 changed.append(snapshot)
         if changed:
-            there = [(s.grasp, s.locked) for s in changed if s.grasp is not None]
+            drawn = [(s.grasp, s.locked) for s in changed if s.grasp is not None]
             columns = rr.LineStrips3D.columns(
-                strips=[_jaws(grasp.wTg, grasp.width) for grasp, _ in there],
-                colors=[_LOCKED if locked else _TRACKED for _, locked in there],
+                strips=[_gripper_outline(grasp.wTg, grasp.width) for grasp, _ in drawn],
+                colors=[_LOCKED if locked else _TRACKED for _, locked in drawn],
                 labels=[
-                    f"{grasp.quality:.2f}{' locked' if locked else ''}" for grasp, locked in there
+                    f"{grasp.quality:.2f}{' locked' if locked else ''}" for grasp, locked in drawn
                 ],
             )
             counts = [int(snapshot.grasp is not None) for snapshot in changed]
@@ -150,7 +151,7 @@ class ScenePanel:
             )
 
     def _send_trail(self, shown: Sequence[Snapshot]) -> None:
-        """One short line a row; the view shows those of the last seconds together."""
+        """One short line per row; the view shows those of the last seconds together."""
         points = [s.wTe.translation for s in shown]
         before = [points[0] if self._last_point is None else self._last_point, *points[:-1]]
         self._last_point = points[-1]
@@ -159,8 +160,8 @@ class ScenePanel:
         self._stream.send_columns("world/trail", indexes=timelines(shown), columns=columns)
 
 
-def _jaws(wTg: SE3, width: float) -> Array:
-    """(4, 3) the outline of an open gripper at a grasp, in the world [m]."""
+def _gripper_outline(wTg: SE3, width: float) -> Array:
+    """(4, 3) outline of an open gripper at a grasp, in the world [m]."""
     back, half = -_FINGER_LENGTH, width / 2
     outline = np.array([[0, -half, 0], [0, -half, back], [0, half, back], [0, half, 0]])
     points: Array = outline @ wTg.rotation.T + wTg.translation

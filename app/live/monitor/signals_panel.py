@@ -1,4 +1,4 @@
-"""The curves: what the controller asked for and how well it did, a row every tick."""
+"""The curves: commanded velocities, errors and computing time, a row every tick."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import numpy as np
 import rerun as rr
 
 from app.live.monitor.columns import timelines
-from app.live.monitor.snapshot import Snapshot
-from controller import N_ARM, Limits
+from app.live.snapshot import Snapshot
+from controller import N_ARM
+from robots import Limits
 
 _SERIES = {
     "joint_velocity": [f"joint {i + 1}" for i in range(N_ARM)],
@@ -26,13 +27,13 @@ class SignalsPanel:
 
     Args:
         stream: where to.
-        limits: what the joint velocities are divided by.
+        limits: the joint velocities are drawn as shares of these.
     """
 
     def __init__(self, stream: rr.RecordingStream, limits: Limits) -> None:
         self._stream = stream
         self._limits = limits
-        self._told = 0
+        self._written = 0
         for name, series in _SERIES.items():
             stream.log(f"signals/{name}", rr.SeriesLines(names=series), static=True)
 
@@ -41,9 +42,9 @@ class SignalsPanel:
         times = timelines(batch)
         signals = [snapshot.signals for snapshot in batch]
         errors = [(s.position_error, s.orientation_error, s.heading_error) for s in signals]
-        # A tick that is not here was dropped on the way.
-        self._told += len(batch)
-        dropped = batch[-1].tick + 1 - self._told
+        # A tick that is missing here was dropped by the feed.
+        self._written += len(batch)
+        dropped = batch[-1].tick + 1 - self._written
         rows = {
             "joint_velocity": [s.command.qd / self._limits.qd for s in batch],
             "base_twist": [s.command.base_twist for s in batch],

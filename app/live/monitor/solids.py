@@ -1,4 +1,4 @@
-"""Turns the simulator's primitives into filled bodies of the 3-D view."""
+"""Primitive shapes as filled Rerun archetypes."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ import numpy as np
 import rerun as rr
 
 from app.live.monitor.columns import quaternion
-from robots.shapes import Box, Capsule, Cylinder, Geom, Shape, Sphere
+from robots import Box, Capsule, Cylinder, Geom, Shape, Sphere
 
-Kind = TypeVar("Kind", bound=Shape)
+AnyShape = TypeVar("AnyShape", bound=Shape)
 
 
 def solids(parts: Sequence[Geom]) -> list[Any]:
-    """What draws the parts, in the frame of their poses; endless planes are left out."""
+    """Archetypes of the parts, in the frame of their poses; planes are left out."""
     bodies: list[Any] = []
-    if boxes := _of_kind(parts, Box):
+    if boxes := _of_type(parts, Box):
         half_sizes = [box.half for _, box in boxes]
         bodies.append(rr.Boxes3D(half_sizes=half_sizes, centers=_centres(boxes), **_looks(boxes)))
-    if balls := _of_kind(parts, Sphere):
+    if balls := _of_type(parts, Sphere):
         radii = [ball.radius for _, ball in balls]
         bodies.append(rr.Ellipsoids3D(radii=radii, centers=_centres(balls), **_looks(balls)))
-    if cylinders := _of_kind(parts, Cylinder):
+    if cylinders := _of_type(parts, Cylinder):
         sizes = _radii_and_lengths(cylinders)
         bodies.append(rr.Cylinders3D(**sizes, centers=_centres(cylinders), **_looks(cylinders)))
-    if capsules := _of_kind(parts, Capsule):
+    if capsules := _of_type(parts, Capsule):
         sizes = _radii_and_lengths(capsules)
         ends = [
             part.pose.act(np.array([0.0, 0.0, -capsule.half_length])) for part, capsule in capsules
@@ -35,8 +35,8 @@ def solids(parts: Sequence[Geom]) -> list[Any]:
     return bodies
 
 
-def _of_kind(parts: Sequence[Geom], kind: type[Kind]) -> list[tuple[Geom, Kind]]:
-    return [(part, part.shape) for part in parts if isinstance(part.shape, kind)]
+def _of_type(parts: Sequence[Geom], shape: type[AnyShape]) -> list[tuple[Geom, AnyShape]]:
+    return [(part, part.shape) for part in parts if isinstance(part.shape, shape)]
 
 
 def _centres(bodies: Sequence[tuple[Geom, Any]]) -> list[Any]:

@@ -8,11 +8,10 @@ import numpy as np
 import rerun as rr
 
 from app.live.monitor.columns import timelines
-from app.live.monitor.glyphs import STATUS_COLOUR, STATUS_GLYPH, safe
-from app.live.monitor.snapshot import NodeInfo, Snapshot
-from app.live.monitor.tree_layout import PILL_RADIUS, Layout, shown, title
-
-Place = Callable[[Sequence[NodeInfo]], Layout]
+from app.live.monitor.glyphs import STATUS_COLOUR, STATUS_GLYPH, printable
+from app.live.monitor.tree_layout import PILL_RADIUS, Layout, title, visible
+from app.live.nodes import NodeInfo
+from app.live.snapshot import Snapshot
 
 
 class TreeDrawing:
@@ -22,17 +21,21 @@ class TreeDrawing:
         stream: where to.
         path: of the drawing's entities.
         tree: the nodes, in preorder.
-        place: where they stand.
+        layout: positions of the nodes that are drawn.
     """
 
     def __init__(
-        self, stream: rr.RecordingStream, path: str, tree: Sequence[NodeInfo], place: Place
+        self,
+        stream: rr.RecordingStream,
+        path: str,
+        tree: Sequence[NodeInfo],
+        layout: Callable[[Sequence[NodeInfo]], Layout],
     ) -> None:
         self._stream = stream
         self._path = path
         self._tree = tuple(tree)
-        self._place = place
-        self._shown: tuple[int, ...] = ()
+        self._layout = layout
+        self._visible: tuple[int, ...] = ()
         lines = rr.LineStrips2D.from_fields
         for part, look in {
             "edges": lines(radii=rr.Radius.ui_points(1.2), draw_order=1),
@@ -47,15 +50,15 @@ class TreeDrawing:
         """Draw the snapshots in which a status changed, in order; at least one."""
         begin = 0
         for end, snapshot in enumerate(changed):
-            drawn = shown(self._tree, snapshot.nodes)
-            if drawn != self._shown:
+            drawn = visible(self._tree, snapshot.nodes)
+            if drawn != self._visible:
                 self._send_statuses(changed[begin:end])
-                begin, self._shown = end, drawn
-                self._send_places(snapshot)
+                begin, self._visible = end, drawn
+                self._send_layout(snapshot)
         self._send_statuses(changed[begin:])
 
-    def _send_places(self, snapshot: Snapshot) -> None:
-        layout = self._place([self._tree[index] for index in self._shown])
+    def _send_layout(self, snapshot: Snapshot) -> None:
+        layout = self._layout([self._tree[index] for index in self._visible])
         ends = np.stack(
             [
                 *(layout.left + PILL_RADIUS, layout.height),
@@ -66,8 +69,8 @@ class TreeDrawing:
         # The viewer hangs a label a little below its point.
         above = layout.middles - [0.0, PILL_RADIUS - 2.0]
         details = rr.AnyValues.columns(
-            name=[safe(self._tree[index].name) for index in self._shown],
-            kind=[self._tree[index].kind for index in self._shown],
+            name=[printable(self._tree[index].name) for index in self._visible],
+            kind=[self._tree[index].kind for index in self._visible],
         )
         for part, columns in {
             "edges": rr.LineStrips2D.columns(strips=layout.edges).partition([len(layout.edges)]),
@@ -82,11 +85,11 @@ class TreeDrawing:
             )
 
     def _send_statuses(self, changed: Sequence[Snapshot]) -> None:
-        """Colours, labels and what a click on a pill tells."""
+        """Colours, labels, and the details that a click on a pill shows."""
         if not changed:
             return
-        nodes = [[snapshot.nodes[index] for index in self._shown] for snapshot in changed]
-        per_node = [len(self._shown)] * len(changed)
+        nodes = [[snapshot.nodes[index] for index in self._visible] for snapshot in changed]
+        per_node = [len(self._visible)] * len(changed)
         colours = np.array([[STATUS_COLOUR[n.status] for n in row] for row in nodes], np.uint8)
         names = self._titles()
         labels = [
@@ -96,11 +99,13 @@ class TreeDrawing:
         ]
         details = rr.AnyValues.columns(
             status=[node.status.value for row in nodes for node in row],
-            message=[safe(node.message) for row in nodes for node in row],
+            message=[printable(node.message) for row in nodes for node in row],
         )
-        of_edges = colours[:, 1:].reshape(-1, 3)  # every node but the root hangs on one
+        edge_colours = colours[:, 1:].reshape(-1, 3)  # every node but the root has one
         for part, columns in {
-            "edges": rr.LineStrips2D.columns(colors=of_edges).partition([n - 1 for n in per_node]),
+            "edges": rr.LineStrips2D.columns(colors=edge_colours).partition(
+                [n - 1 for n in per_node]
+            ),
             "pills": [
                 *rr.LineStrips2D.columns(colors=colours.reshape(-1, 3)).partition(per_node),
                 *details.partition(per_node),
@@ -112,10 +117,10 @@ class TreeDrawing:
             )
 
     def _titles(self) -> list[str]:
-        """Of the nodes that are drawn, with how many are hidden below them."""
-        ends = [*self._shown[1:], len(self._tree)]
-        hidden = [end - index - 1 for index, end in zip(self._shown, ends, strict=True)]
+        """Titles of the drawn nodes, each with the number of nodes hidden below it."""
+        ends = [*self._visible[1:], len(self._tree)]
+        hidden = [end - index - 1 for index, end in zip(self._visible, ends, strict=True)]
         return [
             title(self._tree[index]) + (f"  +{count}" if count else "")
-            for index, count in zip(self._shown, hidden, strict=True)
+            for index, count in zip(self._visible, hidden, strict=True)
         ]

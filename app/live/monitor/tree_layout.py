@@ -1,8 +1,7 @@
-"""Where the nodes of a tree stand in its drawings: a list with indents, and a chart from the top.
+"""Positions of the nodes in the drawings of a tree: an indented list, and a top-down chart.
 
-Both draw pills of one height whose width follows their text. A tree of many nodes is drawn without
-what is at rest: below a node that is not running, nothing is shown unless the root's status comes
-from there.
+Both draw pills of one height whose width follows their text. In a large tree, nodes that are not
+running are collapsed: their subtrees are hidden, unless the root's status comes from there.
 """
 
 from __future__ import annotations
@@ -14,13 +13,13 @@ import numpy as np
 import numpy.typing as npt
 from py_trees.common import Status
 
-from app.live.monitor.glyphs import KIND_GLYPH, safe
-from app.live.monitor.snapshot import NodeInfo, NodeStatus, branch, parents, tip
+from app.live.monitor.glyphs import KIND_GLYPH, printable
+from app.live.nodes import NodeInfo, NodeStatus, parents, path_from_root, tip
 
 Array = npt.NDArray[np.float64]
 
 MOST_SHOWN = 40
-"""A larger tree is drawn without what is at rest."""
+"""Number of nodes above which nodes that are not running are collapsed."""
 ROW = 30.0
 """From one pill of the list to the one below [scene units, about a pixel]."""
 PILL_RADIUS = 12.0
@@ -52,31 +51,31 @@ class Layout:
 
 
 def title(node: NodeInfo) -> str:
-    """What a node is called in a drawing."""
-    name = safe(node.name)
+    """Title of a node in a drawing."""
+    name = printable(node.name)
     if len(name) > _LONGEST_NAME:
         name = name[: _LONGEST_NAME - 1] + "…"
     return f"{KIND_GLYPH.get(node.kind, '')} {name}".strip()
 
 
-def shown(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus]) -> tuple[int, ...]:
+def visible(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus]) -> tuple[int, ...]:
     """Indices of the nodes that are drawn, in preorder."""
     if len(tree) <= MOST_SHOWN:
         return tuple(range(len(tree)))
-    of_interest = branch(tree, tip(nodes))
+    decisive = path_from_root(tree, tip(nodes))
     drawn: list[int] = []
-    closed = len(tree)
+    collapsed = len(tree)  # depth of the node whose subtree is being skipped
     for index, node in enumerate(tree):
-        if node.depth > closed:
+        if node.depth > collapsed:
             continue
         drawn.append(index)
-        open_ = nodes[index].status == Status.RUNNING or index in of_interest
-        closed = len(tree) if open_ else node.depth
+        expanded = nodes[index].status == Status.RUNNING or index in decisive
+        collapsed = len(tree) if expanded else node.depth
     return tuple(drawn)
 
 
-def listed(tree: Sequence[NodeInfo]) -> Layout:
-    """One pill a row, children below and to the right of their parent."""
+def list_layout(tree: Sequence[NodeInfo]) -> Layout:
+    """One pill per row, children below and to the right of their parent."""
     left = np.array([_INDENT * node.depth for node in tree])
     height = np.array([ROW * row for row in range(len(tree))])
     trunk = left + PILL_RADIUS
@@ -88,8 +87,8 @@ def listed(tree: Sequence[NodeInfo]) -> Layout:
     return Layout(left=left, height=height, width=_widths(tree), edges=tuple(edges))
 
 
-def charted(tree: Sequence[NodeInfo]) -> Layout:
-    """Children side by side below the middle of their parent, as close as their subtrees allow.
+def chart_layout(tree: Sequence[NodeInfo]) -> Layout:
+    """Children side by side, centred below their parent, as close as their subtrees allow.
 
     The tidy tree of Reingold and Tilford (1981), with pills of different widths.
     """
@@ -143,5 +142,5 @@ def charted(tree: Sequence[NodeInfo]) -> Layout:
 
 
 def _widths(tree: Sequence[NodeInfo]) -> Array:
-    """(N,) of the pills: the title, the status and two round ends."""
+    """(N,) widths of the pills: title, status and two round ends."""
     return np.array([_CHARACTER * (len(title(node)) + 3) + 2 * PILL_RADIUS for node in tree])

@@ -1,4 +1,4 @@
-"""The tree: two drawings, a graph, and one line of history a node."""
+"""The tree: two drawings, a graph, and one line of history per node."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from py_trees.common import Status
 
 from app.live.monitor.columns import timelines
 from app.live.monitor.glyphs import STATUS_COLOUR, STATUS_GLYPH
-from app.live.monitor.snapshot import NodeInfo, Snapshot, parents
 from app.live.monitor.tree_drawing import TreeDrawing
-from app.live.monitor.tree_layout import charted, listed, title
+from app.live.monitor.tree_layout import chart_layout, list_layout, title
+from app.live.nodes import NodeInfo, parents
+from app.live.snapshot import Snapshot
 
-_TOLD = (Status.RUNNING, Status.SUCCESS, Status.FAILURE)
+_SHOWN = (Status.RUNNING, Status.SUCCESS, Status.FAILURE)
 _IDLE_TEXT = (130, 136, 146)
-"""The graph colours its text only; the grey of a pill would be hard to read."""
+"""The graph colours only the text; the grey of a pill would be hard to read."""
 
 
 class TreePanel:
@@ -32,8 +33,8 @@ class TreePanel:
         self._titles = [title(node) for node in tree]
         self._statuses: tuple[Status, ...] | None = None
         self._drawings = (
-            TreeDrawing(stream, "tree/list", tree, listed),
-            TreeDrawing(stream, "tree/chart", tree, charted),
+            TreeDrawing(stream, "tree/list", tree, list_layout),
+            TreeDrawing(stream, "tree/chart", tree, chart_layout),
         )
         names = [str(index) for index in range(len(tree))]
         edges = [
@@ -43,22 +44,22 @@ class TreePanel:
         ]
         stream.log(
             "tree/graph",
-            rr.GraphNodes(names, positions=charted(tree).middles, show_labels=True),
+            rr.GraphNodes(names, positions=chart_layout(tree).middles, show_labels=True),
             rr.GraphEdges(edges, graph_type="directed"),
             static=True,
         )
         stream.log(
             "status",
             rr.StateConfiguration(
-                values=[_state(i, status) for i in range(len(tree)) for status in _TOLD],
-                labels=[name for name in self._titles for _ in _TOLD],
-                colors=[STATUS_COLOUR[status] for _ in tree for status in _TOLD],
+                values=[_state(i, status) for i in range(len(tree)) for status in _SHOWN],
+                labels=[name for name in self._titles for _ in _SHOWN],
+                colors=[STATUS_COLOUR[status] for _ in tree for status in _SHOWN],
             ),
             static=True,
         )
 
     def write(self, batch: Sequence[Snapshot]) -> None:
-        """Add what a batch changed."""
+        """Add the changes of a batch."""
         changed: list[Snapshot] = []
         for snapshot in batch:
             statuses = tuple(node.status for node in snapshot.nodes)

@@ -1,9 +1,9 @@
-"""Who watches: where a run is served, and the Rerun viewer that is started to show it.
+"""The Rerun viewer that shows a run while it goes on.
 
 The recorder serves from this process and never waits for a viewer; a viewer is a process of its own
-that may come late, hang or be closed without the run noticing. Rerun's own helpers listen on every
-interface of the machine; everything here listens on the loopback address unless a person says
-otherwise.
+that may come late, hang or be closed without affecting the run. Rerun's own helpers listen on every
+interface of the machine; everything here listens on the loopback address unless the user chooses
+another.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ from enum import StrEnum
 from pathlib import Path
 from urllib.parse import quote
 
+from app.live.monitor.ports import LOOPBACK, Address, choose_port, reachable
 from config import UserError
-from hw.clock import stopwatch
+from hw import stopwatch
 
-LOOPBACK = "127.0.0.1"
 USUAL_PORT = 9876
-"""Of the live data; what viewers expect."""
+"""Of the live data; the viewer's own default."""
 USUAL_WEB_PORT = 9090
 """Of the web viewer's page."""
 
 _PATIENCE = 15.0
-"""A viewer that is not up after this is not waited for any longer [s]."""
+"""Time that a viewer has to start [s]."""
 
 
 class ViewError(UserError):
-    """A run cannot be shown as it was asked for."""
+    """A run cannot be shown as requested."""
 
 
 class View(StrEnum):
-    """How a run is watched while it goes on."""
+    """How a run is shown while it goes on."""
 
     AUTO = "auto"
     """A window if there is a screen, else nothing."""
@@ -53,7 +53,7 @@ class View(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class ViewOptions:
-    """What a person may choose about watching."""
+    """The user's choices about the viewer."""
 
     view: View = View.NONE
     host: str = LOOPBACK
@@ -64,30 +64,16 @@ class ViewOptions:
     """Of the page; None likewise."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Address:
-    """Where the live data is served."""
-
-    host: str
-    port: int
-
-    @property
-    def url(self) -> str:
-        """What a viewer connects to; for a viewer on this machine."""
-        return f"rerun+http://{_reachable(self.host)}:{self.port}/proxy"
-
-
 class Viewer:
-    """The viewer of one run.
+    """The viewer of one run. Bad options are refused here, before anything is started.
 
     Args:
-        options: what a person chose. Everything that can be wrong with it is found out here, before
-            anything is started.
-        say: told what a person needs to know, a line at a time.
+        options: the user's choices.
+        say: receives messages for the user, a line at a time.
         environment: of the process; tells whether there is a screen.
 
     Raises:
-        ViewError: there is no screen, a port is taken, or the address is none of this machine.
+        ViewError: there is no screen, a port is taken, or the address is not this machine's.
     """
 
     def __init__(
@@ -98,9 +84,9 @@ class Viewer:
         environment: Mapping[str, str] = os.environ,
     ) -> None:
         self._say = say
-        self._view = _chosen(options.view, environment)
+        self._view = _resolved(options.view, environment)
         self.server: Address | None = None
-        """Where the recorder serves; None if nobody watches."""
+        """Where the recorder serves; None without a viewer."""
         self.page: str | None = None
         """The web viewer's address for a browser on this machine."""
         self._web_port = 0
@@ -112,14 +98,15 @@ class Viewer:
         if self._view is View.WEB:
             self._web_port = _port(host, options.web_port, USUAL_WEB_PORT, "--web-port", taken=port)
             source = quote(self.server.url, safe="")
-            self.page = f"http://{_reachable(host)}:{self._web_port}/?url={source}"
+            self.page = f"http://{reachable(host)}:{self._web_port}/?url={source}"
 
     @contextmanager
     def showing(self, log: Path) -> Iterator[None]:
-        """Show what the recorder serves, from now until the context ends.
+        """Show what the recorder serves, until the context ends.
 
-        A window stays open with what it has got; a page is no longer served, but one that is open
-        stays usable too. A viewer that does not start is told about, and is no reason not to run.
+        A window then stays open with the data it has received; a page is no longer served, but
+        stays usable in a browser that has it open. A viewer that does not start is reported, and
+        the run goes on without it.
 
         Args:
             log: where the viewer's own messages go.
@@ -129,11 +116,11 @@ class Viewer:
             return
         if not ipaddress.ip_address(self.server.host).is_loopback:
             self._say(
-                f"warning: anybody who reaches {self.server.host} can watch this run, "
+                f"warning: anybody who can reach {self.server.host} can watch this run, "
                 "without a password"
             )
         with log.open("w", encoding="utf-8") as messages:
-            command, port = self._command()
+            command, port = self._command(self.server)
             process = subprocess.Popen(
                 command,
                 stdin=subprocess.DEVNULL,
@@ -142,8 +129,8 @@ class Viewer:
                 start_new_session=True,  # Ctrl-C is for the robot
             )
         try:
-            if not _comes_up(process, _reachable(self.server.host), port):
-                self._say(f"the viewer did not start (see {log}); the run is recorded all the same")
+            if not _comes_up(process, reachable(self.server.host), port):
+                self._say(f"the viewer did not start (see {log}); the run is still recorded")
             elif self.page is not None:
                 self._say(f"watch at {self.page}")
             yield
@@ -152,16 +139,15 @@ class Viewer:
                 process.terminate()
                 process.wait()
 
-    def _command(self) -> tuple[list[str], int]:
+    def _command(self, server: Address) -> tuple[list[str], int]:
         """How to start the viewer, and a port that it listens on when it is up."""
-        assert self.server is not None
         program = [str(viewer_program()), "--bind"]
         if self._view is View.WEB:
             port = self._web_port
-            where = [self.server.host, "--serve-web", "--web-viewer-port", str(port)]
-            return [*program, *where, self.server.url], port
-        port = free_port(LOOPBACK)
-        where = [LOOPBACK, "--port", str(port), "--connect", self.server.url]
+            where = [server.host, "--serve-web", "--web-viewer-port", str(port)]
+            return [*program, *where, server.url], port
+        port = choose_port()
+        where = [LOOPBACK, "--port", str(port), "--connect", server.url]
         return [*program, *where, "--expect-data-soon"], port
 
 
@@ -178,8 +164,14 @@ def viewer_program() -> Path:
     return program
 
 
-def _chosen(view: View, environment: Mapping[str, str]) -> View:
-    screen = bool(environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"))
+def has_screen(environment: Mapping[str, str] = os.environ) -> bool:
+    """Whether a window can be opened."""
+    return bool(environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"))
+
+
+def _resolved(view: View, environment: Mapping[str, str]) -> View:
+    """The kind of view that the user's choice comes to on this machine."""
+    screen = has_screen(environment)
     if view is View.AUTO:
         try:
             viewer_program()
@@ -198,54 +190,23 @@ def _checked(host: str) -> str:
         return str(ipaddress.IPv4Address(host))
     except ValueError as error:
         raise ViewError(
-            f"--view-host {host}: give an IPv4 address of this machine, for example {LOOPBACK}"
+            f"--view-host {host}: use an IPv4 address of this machine, for example {LOOPBACK}"
         ) from error
 
 
-def _reachable(host: str) -> str:
-    """An address that reaches `host` from this machine."""
-    return LOOPBACK if ipaddress.ip_address(host).is_unspecified else host
-
-
-def free_port(host: str) -> int:
-    """Any port that nobody listens on."""
-    return _port(host, None, 0, "")
-
-
 def _port(host: str, chosen: int | None, usual: int, option: str, taken: int | None = None) -> int:
-    """The chosen port, or else the usual or any other free one.
-
-    Args:
-        host: to listen on.
-        chosen: by a person, who is told if it cannot be had.
-        usual: what to try first if nobody chose.
-        option: what a person chose it with.
-        taken: a port that is spoken for.
-
-    Raises:
-        ViewError: the chosen port is taken or not allowed, or the address is not this machine's.
-    """
-    for port in (usual, 0) if chosen is None else (chosen,):
-        with socket.socket() as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                if port and port == taken:
-                    raise OSError(errno.EADDRINUSE, os.strerror(errno.EADDRINUSE))
-                probe.bind((host, port))
-                probe.listen()
-            except OSError as error:
-                if error.errno == errno.EADDRNOTAVAIL:
-                    raise ViewError(
-                        f"--view-host {host}: this machine does not have that address"
-                    ) from error
-                if chosen is None and port:
-                    continue
-                raise ViewError(
-                    f"{option} {port} on {host}: {error.strerror}; "
-                    "choose another port, or leave the option out"
-                ) from error
-            return int(probe.getsockname()[1])
-    raise AssertionError("a system without a free port")
+    """`choose_port`, with errors that name the option."""
+    try:
+        return choose_port(host, chosen, usual=usual, taken=taken)
+    except OSError as error:
+        if error.errno == errno.EADDRNOTAVAIL:
+            raise ViewError(
+                f"--view-host {host}: this machine does not have that address"
+            ) from error
+        raise ViewError(
+            f"{option} {chosen or 0} on {host}: {error.strerror}; "
+            "choose another port, or omit the option"
+        ) from error
 
 
 def _comes_up(process: subprocess.Popen[bytes], host: str, port: int) -> bool:

@@ -1,8 +1,8 @@
-"""Where it goes: a Rerun stream to the file and to viewers, and the panels that fill it.
+"""The Rerun stream to file and viewers, and the panels that write to it.
 
-The server for viewers lives in this process and forgets the oldest data when its memory is full, so
-that writing never waits for a viewer. (A sink that connects to a viewer would: it blocks for good
-once a viewer hangs.)
+The server for viewers runs in this process and drops the oldest data when its memory is full, so
+writing never waits for a viewer. (A sink that connects to a viewer does: it blocks forever once the
+viewer hangs.)
 """
 
 from __future__ import annotations
@@ -16,38 +16,40 @@ import rerun as rr
 
 from app.live.monitor.blueprint import blueprint
 from app.live.monitor.camera_panel import CameraPanel
+from app.live.monitor.ports import Address
 from app.live.monitor.scene_panel import ScenePanel
 from app.live.monitor.signals_panel import SignalsPanel
-from app.live.monitor.snapshot import NodeInfo, SceneView, Snapshot
+from app.live.monitor.text_panel import TextPanel
 from app.live.monitor.tree_panel import TreePanel
-from app.live.monitor.viewer import Address, ViewError
-from app.live.monitor.words_panel import WordsPanel
+from app.live.monitor.viewer import ViewError
+from app.live.nodes import NodeInfo
+from app.live.snapshot import SceneView, Snapshot
 from controller import RobotModel
 
 APPLICATION = "frankie-task"
-"""The viewer keeps a person's changes of the layout under this name."""
+"""The name under which the viewer keeps the user's changes to the layout."""
 
 _SERVER_MEMORY = "200MB"
-"""What viewers that come late can still be shown: more than ten minutes."""
+"""What a viewer that connects late still receives: more than ten minutes."""
 
 _PATIENCE = 5.0
-_FAREWELL = 1.0
-"""Viewers are given so long to fetch the end of a run [s]."""
+_LINGER = 1.0
+"""How long viewers can fetch the end of a run [s]."""
 
 
 class Writer:
-    """Writes batches of snapshots; to be used by one thread at a time.
+    """Writes batches of snapshots; one thread at a time may use it.
 
     Args:
         path: the file to write.
         tree: the nodes of the tree, in preorder.
-        model: kinematics of the robot; the writer's alone.
-        scene: what the world looks like.
-        server: where viewers are served too; None for nowhere.
+        model: kinematics of the robot; not shared.
+        scene: the shapes to draw.
+        server: where viewers are served; None for nowhere.
 
     Raises:
         OSError, RuntimeError: the file cannot be written.
-        ViewError: nothing can be served there.
+        ViewError: that address cannot be served.
     """
 
     def __init__(
@@ -71,7 +73,7 @@ class Writer:
             _check(server)
         self._panels = (
             TreePanel(self._stream, tree),
-            WordsPanel(self._stream, tree),
+            TextPanel(self._stream, tree),
             ScenePanel(self._stream, model, scene),
             CameraPanel(self._stream),
             SignalsPanel(self._stream, model.limits),
@@ -83,20 +85,20 @@ class Writer:
             panel.write(batch)
 
     def close(self) -> None:
-        """Write out and close the file; viewers are no longer served."""
+        """Flush and close the file, and stop serving viewers."""
         self._stream.flush()
         if self._live:
-            threading.Event().wait(_FAREWELL)
+            threading.Event().wait(_LINGER)
         self._stream.disconnect()
 
 
 def _check(server: Address) -> None:
-    """Raise what the sink does not: that it did not get its port."""
+    """Raise what the sink does not report: that it did not get its port."""
     try:
         socket.create_connection((server.host, server.port), timeout=_PATIENCE).close()
     except OSError as error:
         raise ViewError(
-            f"nothing can be served on {server.host}:{server.port} ({error.strerror}); "
+            f"cannot serve viewers on {server.host}:{server.port} ({error.strerror}); "
             "choose another --view-port, or --view none"
         ) from error
 

@@ -1,25 +1,33 @@
-"""Control from the watching side: pause, step, stop, breakpoints and faults, while a task runs.
+"""Control of a run by a person: pause, step, stop, breakpoints, and faults for the simulator.
 
-`Control` is what the session asks every tick; terminal keys, the page in the browser and Groot2
-tell it what people want.
+The session's loop asks `Control` every tick; terminal keys, the page in the browser and hooks in
+the tree set it.
 """
 
 from app.live.operator.control import Control, ControlState
-from app.live.operator.hooks import Act, Hook, Side, UnknownNodeError, insert_hooks, matching
-from app.live.operator.keyboard import keys
-from hw.fault_injection import INJECTABLE, FaultyRobot
-from hw.task_clock import TaskClock
+from app.live.operator.hooks import (
+    Hook,
+    HookAction,
+    Side,
+    UnknownNodeError,
+    insert_hooks,
+    matching,
+)
+from app.live.operator.keyboard import HELP, in_terminal, keys
+from app.live.operator.page import ControlPage, PageError, WebViewer
 
 __all__ = [
-    "INJECTABLE",
-    "Act",
+    "HELP",
     "Control",
+    "ControlPage",
     "ControlState",
-    "FaultyRobot",
     "Hook",
+    "HookAction",
+    "PageError",
     "Side",
-    "TaskClock",
     "UnknownNodeError",
+    "WebViewer",
+    "in_terminal",
     "insert_hooks",
     "keys",
     "matching",

@@ -1,4 +1,4 @@
-"""What people ask of a run: pause, go on, one step, stop. Asked by the loop, told by any thread."""
+"""Pause, resume, step and stop: set by any thread, read by the session's loop."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class ControlState:
-    """How a run stands, for those who control it."""
+    """The state of a run for its controls."""
 
     paused: bool
     why: str
-    """What paused it; empty if nothing did."""
+    """What paused it; empty if it is not paused."""
     stopped: bool
     ticks: int
-    """How often the tree was ticked."""
+    """Number of ticks of the tree."""
 
 
 class Control:
-    """The one object between the session's loop and whoever controls it.
+    """The object through which people control the session's loop.
 
-    While paused, the loop goes on and brings the robot to rest, but the tree is not ticked; its
-    clock stands still meanwhile (see `TaskClock`). A step is one tick of the tree, with the motion
-    that it asks for during one control period.
+    While paused, the loop continues and brings the robot to rest, but the tree is not ticked and
+    its clock stands still. A step is one tick of the tree, with one control period of the motion
+    that it requests.
 
     Args:
         paused: whether the run waits for a person before its first tick.
@@ -40,7 +40,7 @@ class Control:
 
     @property
     def state(self) -> ControlState:
-        """How it stands now."""
+        """The current state."""
         with self._changed:
             return ControlState(
                 paused=self._paused, why=self._why, stopped=self._stopped, ticks=self._ticks
@@ -48,13 +48,13 @@ class Control:
 
     @property
     def stopped(self) -> bool:
-        """Whether a person wants the run to end."""
+        """Whether the run is to end."""
         return self._stopped
 
     # for people, from any thread
 
     def pause(self, why: str = "by a person") -> None:
-        """Do not tick the tree any more until told otherwise."""
+        """Stop ticking the tree until `resume` or `step`."""
         with self._changed:
             if not self._paused:
                 self._why = why
@@ -63,20 +63,20 @@ class Control:
             self._to_next_change = False
 
     def resume(self) -> None:
-        """Go on where the run was paused."""
+        """Continue where the run was paused."""
         with self._changed:
-            self._let_go()
+            self._resume()
 
     def toggle(self) -> None:
-        """Pause, or go on if paused."""
+        """Pause, or resume if paused."""
         with self._changed:
             if self._paused:
-                self._let_go()
+                self._resume()
             else:
                 self.pause()
 
     def step(self) -> None:
-        """Tick the tree once and be paused then; steps that come quickly add up."""
+        """Tick the tree once, then pause; steps requested in quick succession add up."""
         with self._changed:
             if not self._paused:
                 self.pause()
@@ -84,9 +84,9 @@ class Control:
             self._changed.notify_all()
 
     def run_to_next_change(self) -> None:
-        """Go on until some node of the tree changes its status, and be paused then."""
+        """Continue until a node of the tree changes its status, then pause."""
         with self._changed:
-            self._let_go()
+            self._resume()
             self._to_next_change = True
 
     def stop(self) -> None:
@@ -98,7 +98,7 @@ class Control:
     # for the loop
 
     def take_turn(self) -> bool:
-        """Whether the tree is ticked in this turn of the loop; uses up a step."""
+        """Whether the tree is ticked in this cycle of the loop; consumes a step."""
         with self._changed:
             if self._paused and self._steps == 0:
                 return False
@@ -107,23 +107,23 @@ class Control:
             return True
 
     def node_changed(self) -> None:
-        """Tell that the last tick changed the status of some node."""
+        """Report that the last tick changed the status of a node."""
         with self._changed:
             if self._to_next_change:
-                self.pause("at a change of the tree")
+                self.pause("at a status change")
 
     def wait(self, seconds: float) -> None:
-        """Let real time pass while paused; returns early when somebody wants something.
+        """Wait in real time while paused; return early on resume, step or stop.
 
         Args:
-            seconds: how long at most [s].
+            seconds: longest wait [s].
         """
         with self._changed:
             self._changed.wait_for(
                 lambda: not self._paused or self._steps > 0 or self._stopped, max(0.0, seconds)
             )
 
-    def _let_go(self) -> None:
+    def _resume(self) -> None:
         self._paused, self._why, self._steps = False, "", 0
         self._to_next_change = False
         self._changed.notify_all()

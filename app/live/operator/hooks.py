@@ -1,8 +1,8 @@
-"""Breakpoints: a node that stands before another one and can pause the run or answer in its place.
+"""Hooks, as in BehaviorTree.CPP: nodes that pause the run before or after another, or replace it.
 
-A `Hook` takes the place of a node in its parent and has the node as its only child. With nothing to
-do it is transparent: same status, same message, same name. Viewers are given the nodes as they were
-before the hooks came in, so nobody sees them.
+A `Hook` takes the place of a node in its parent and has the node as its only child. Without an
+action it is transparent: same status, same message, same name. Viewers are built from the nodes
+before hooks are inserted and do not show them.
 """
 
 from __future__ import annotations
@@ -19,49 +19,49 @@ from trees.language import Branch, Ticking, TreeNode
 
 
 class UnknownNodeError(UserError):
-    """No node of the tree goes by this name; the text suggests one."""
+    """No node of the tree has this name; the text suggests one."""
 
 
 class Side(Enum):
-    """Where a hook acts."""
+    """When a hook acts."""
 
     BEFORE = 0
-    """When the node is entered; it has not done anything yet."""
+    """When the node is entered, before its first tick."""
     AFTER = 1
     """When the node has ended."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Act:
+class HookAction:
     """What a hook does on one side of its node."""
 
-    instead: Status | None = None
-    """The node's outcome, without asking the node; None pauses the run."""
+    replace_with: Status | None = None
+    """Status returned instead of the node's; None pauses the run."""
     once: bool = False
-    """Only the first time."""
+    """Act the first time only."""
 
 
-Reached = Callable[["Hook", Side, Act], None]
+Reached = Callable[["Hook", Side, HookAction], None]
 
 
 class Hook(Branch):
-    """Stands before a node.
+    """Wraps a node.
 
-    `acts` may be changed from any thread. A pause ends with the next tick of the tree, that is,
-    when the run goes on or a step is made; `answer` then replaces what the node says.
+    `actions` may be changed from any thread. A pause ends with the next tick of the tree, that is,
+    on resume or step; `answer`, if it was set meanwhile, then replaces the node's status.
 
     Args:
         node: the node; the hook takes its place in its parent.
-        reached: told when an act comes to pass, on the thread of the loop.
+        reached: called when an action takes place, on the thread of the loop.
     """
 
     def __init__(self, node: Behaviour, reached: Reached) -> None:
         parent, node.parent = node.parent, None
         super().__init__(node.name, [node])
-        # A branch that is called as its key speaks without its name; a leaf always with it.
+        # Messages omit the name of a branch that is named as its key, but never that of a leaf.
         self.key = str(getattr(node, "key", "")) if isinstance(node, Branch) else "hook"  # type: ignore[misc]
         self.node = node
-        self.acts: dict[Side, Act] = {}
+        self.actions: dict[Side, HookAction] = {}
         self.answer: Status | None = None
         self._reached = reached
         self._waiting: Side | None = None
@@ -76,11 +76,11 @@ class Hook(Branch):
         return self._waiting is not None and self.status is Status.RUNNING
 
     def restart(self) -> None:
-        """Nothing is waited for yet, and nothing answered."""
+        """Forget a pause and its answer."""
         self._waiting, self.answer = None, None
 
     def advance(self) -> Ticking:
-        """Tick the node, unless there is something to do before or after it."""
+        """Tick the node, with the actions before and after it."""
         if self._waiting is None and self.node.status is not Status.RUNNING:
             outcome = self._act(Side.BEFORE)
             if outcome is not None:
@@ -101,31 +101,31 @@ class Hook(Branch):
         return self._ended if outcome is None else outcome
 
     def _act(self, side: Side) -> Status | None:
-        """What comes of reaching this side of the node; None goes on."""
-        act = self.acts.get(side)
-        if act is None:
+        """Status to return at this side of the node; None to continue."""
+        action = self.actions.get(side)
+        if action is None:
             return None
-        if act.once:
-            self.acts.pop(side, None)
-        if act.instead is not None:
-            self.feedback_message = f"{act.instead.value.lower()} put in its place"
+        if action.once:
+            self.actions.pop(side, None)
+        if action.replace_with is not None:
+            self.feedback_message = f"replaced with {action.replace_with.value.lower()}"
         else:
             self._waiting = side
-            self.feedback_message = f"paused {side.name.lower()} it"
-        self._reached(self, side, act)
-        return act.instead or Status.RUNNING
+            self.feedback_message = f"paused {side.name.lower()} this node"
+        self._reached(self, side, action)
+        return action.replace_with or Status.RUNNING
 
 
 def matching(nodes: Sequence[TreeNode], wanted: str) -> list[Behaviour]:
-    """The nodes that a person means: by name, by key in the task file, or by path.
+    """The nodes with a name, a key in the task file, or a path.
 
     Raises:
-        UnknownNodeError: there is none.
+        UnknownNodeError: there are none.
     """
-    found = [place.node for place in nodes if wanted in _names(place)]
+    found = [node.node for node in nodes if wanted in _names(node)]
     if found:
         return found
-    known = sorted({name for place in nodes for name in _names(place)[:2] if name})
+    known = sorted({name for node in nodes for name in _names(node)[:2] if name})
     hint = f"{suggest(wanted, known)} The tree has {quoted(known)}"
     raise UnknownNodeError(f"--break {wanted}: no node has this name; {hint}")
 
@@ -133,7 +133,7 @@ def matching(nodes: Sequence[TreeNode], wanted: str) -> list[Behaviour]:
 def insert_hooks(
     root: Behaviour, nodes: Iterable[Behaviour], reached: Reached
 ) -> tuple[Behaviour, list[Hook]]:
-    """Put a hook before each of the nodes of a tree.
+    """Wrap each of some nodes of a tree in a hook.
 
     Returns:
         The new root, and the hooks in the order of the nodes.
@@ -143,5 +143,5 @@ def insert_hooks(
     return top, hooks
 
 
-def _names(place: TreeNode) -> Sequence[str]:
-    return place.node.name, str(getattr(place.node, "key", "")), place.path
+def _names(node: TreeNode) -> Sequence[str]:
+    return node.node.name, str(getattr(node.node, "key", "")), node.path

@@ -1,7 +1,7 @@
 """Control by keys in the terminal: space pauses and resumes, s steps, n runs on, q stops.
 
-Only where standard input is a terminal that this process is in the foreground of. The terminal is
-given back as it was, whatever ends the run.
+Only where standard input is a terminal and this process is in its foreground. The terminal's
+settings are restored, whatever ends the run.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from contextlib import contextmanager
 
 from app.live.operator.control import Control
 
-HELP = "space: pause, resume   s: step   n: to the next change   q: stop"
+HELP = "space: pause/resume   s: step   n: run to the next status change   q: stop"
 
 
 def in_terminal(file: int) -> bool:
-    """Whether keys that a person presses come to this file descriptor."""
+    """Whether keys pressed in a terminal arrive at this file descriptor."""
     try:
         return os.isatty(file) and os.tcgetpgrp(file) == os.getpgrp()
     except OSError:
@@ -29,10 +29,10 @@ def in_terminal(file: int) -> bool:
 
 @contextmanager
 def keys(control: Control, file: int = 0) -> Iterator[bool]:
-    """Listen to keys as long as the context lasts; yields whether there are any.
+    """Listen to keys for the duration of the context; yields whether there is a terminal.
 
     Args:
-        control: what the keys are for.
+        control: what the keys control.
         file: descriptor of the terminal; 0 is standard input.
     """
     if not in_terminal(file):

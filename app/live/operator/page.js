@@ -1,4 +1,4 @@
-// Asks the run how it stands four times a second, and tells it what the buttons say.
+// Polls the state of the run four times a second, and sends the buttons' requests.
 "use strict";
 
 const token = location.hash.slice(1);
@@ -6,8 +6,8 @@ const element = (id) => document.getElementById(id);
 
 async function ask(path, method = "GET") {
   const reply = await fetch(path, { method, headers: { "X-Token": token } });
-  if (reply.status === 403) throw new Error("this page has no token: open the address that the run printed");
-  if (!reply.ok) throw new Error(`the run does not know ${path}`);
+  if (reply.status === 403) throw new Error("this page has no valid token: open the address that the run printed");
+  if (!reply.ok) throw new Error(`unknown request ${path}`);
   show(await reply.json());
 }
 
@@ -36,7 +36,7 @@ function show(state) {
 
 function failed(error) {
   element("run").className = "over";
-  element("run").textContent = error instanceof TypeError ? "the run is over" : error.message;
+  element("run").textContent = error instanceof TypeError ? "the run has ended" : error.message;
   for (const button of document.querySelectorAll("button")) button.disabled = error instanceof TypeError;
 }
 

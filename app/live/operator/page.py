@@ -1,9 +1,9 @@
-"""A page in the browser that pauses, steps and stops a run, with the viewer in it.
+"""A page in the browser that pauses, steps and stops a run, with the viewer embedded.
 
-It is served on the loopback address alone. Whoever wants something must show a token that only the
-printed address has, must have come to this very host, and if a browser says which page asks, it
-must be this one. The viewer's files pass through here, so that the content security policy keeps
-the viewer in the browser from calling any other machine.
+It is served on the loopback address only. A request needs the token that is part of the printed
+address, must name this host, and its Origin, if the browser sends one, must be this page. The
+viewer's files are proxied here, so that a content security policy keeps the viewer from contacting
+any other machine.
 """
 
 from __future__ import annotations
@@ -23,12 +23,14 @@ from urllib.error import URLError
 from urllib.parse import quote, unquote, urlsplit
 from urllib.request import urlopen
 
+from app.live.nodes import tip
 from app.live.operator.control import Control
 from config import UserError
-from hw.fault_injection import INJECTABLE
+from hw import INJECTABLE
 
 if TYPE_CHECKING:
-    from app.live.monitor import NodeInfo, Snapshot
+    from app.live.nodes import NodeInfo
+    from app.live.snapshot import Snapshot
 
 HOST = "127.0.0.1"
 USUAL_PORT = 9097
@@ -50,18 +52,18 @@ _VIEWER_POLICY = (
 )
 _VIEWER_FILE = re.compile(r"/viewer/([\w.-]*)")
 _PATIENCE = 10.0
-"""A request that takes longer is given up [s]."""
-_CLOSING_S = 0.1
-"""How soon the server notices that it is to end [s]."""
+"""Timeout of a request [s]."""
+_SHUTDOWN_POLL = 0.1
+"""How often the server checks whether it is to end [s]."""
 
 
 class PageError(UserError):
-    """The page cannot be served as it was asked for."""
+    """The page cannot be served as requested."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class WebViewer:
-    """The web viewer that the page shows."""
+    """The web viewer that the page embeds."""
 
     files: str
     """Where its files are served, for example `http://127.0.0.1:9090`."""
@@ -70,28 +72,28 @@ class WebViewer:
 
     @property
     def data_origin(self) -> str:
-        """The only other place that the viewer may talk to."""
+        """The only other origin that the viewer may contact."""
         return f"http://{urlsplit(self.data).netloc}"
 
     @property
     def path(self) -> str:
-        """Its address on the page's own server."""
+        """Its path on the page's own server."""
         return f"/viewer/?url={quote(self.data, safe='')}&hide_welcome_screen=1"
 
 
 class ControlPage:
-    """Serves the page from threads of its own, from the making to the end of the `with` statement.
+    """Serves the page on threads of its own, from construction to the end of the `with` statement.
 
     Args:
-        control: told what people want.
+        control: what the buttons control.
         tree: the nodes of the tree, in preorder.
-        inject: gives the robot a fault of `INJECTABLE`.
-        clear: takes the injected faults away.
-        viewer: shown on the page; None for none.
+        inject: injects a fault, by its name in `INJECTABLE`.
+        clear: clears the injected faults.
+        viewer: embedded in the page, if there is one.
         port: to listen on; None takes the usual one, or any free one if that is taken.
 
     Raises:
-        PageError: the port cannot be had.
+        PageError: the port is not available.
     """
 
     def __init__(
@@ -108,7 +110,7 @@ class ControlPage:
         self.token = secrets.token_urlsafe(16)
         self._control = control
         self._tree = tree
-        self._seen: Snapshot | None = None
+        self._snapshot: Snapshot | None = None
         self.actions: Mapping[str, Callable[[], None]] = {
             "/pause": control.pause,
             "/resume": control.resume,
@@ -120,32 +122,32 @@ class ControlPage:
         }
         self._server = _listen(self, port)
         self._thread = threading.Thread(
-            target=self._server.serve_forever, args=(_CLOSING_S,), name="page", daemon=True
+            target=self._server.serve_forever, args=(_SHUTDOWN_POLL,), name="page", daemon=True
         )
         self._thread.start()
 
     @property
     def port(self) -> int:
-        """What it listens on."""
+        """The port that it listens on."""
         return int(self._server.server_port)
 
     @property
     def url(self) -> str:
-        """The page with its token, which a browser keeps to itself."""
+        """The page with its token, in the part of the address that browsers do not send."""
         return f"http://{HOST}:{self.port}/#{self.token}"
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """What a browser may call this server."""
+        """Host names under which a browser may address this server."""
         return (f"{HOST}:{self.port}", f"localhost:{self.port}")
 
-    def show(self, seen: Snapshot) -> None:
-        """Tell the page what a tick looked like."""
-        self._seen = seen
+    def show(self, snapshot: Snapshot) -> None:
+        """Set the tick that the page shows."""
+        self._snapshot = snapshot
 
     def state(self) -> dict[str, object]:
-        """What the page shows."""
-        state, seen = self._control.state, self._seen
+        """What the page shows, for JSON."""
+        state, snapshot = self._control.state, self._snapshot
         shown: dict[str, object] = {
             "paused": state.paused,
             "why": state.why,
@@ -154,16 +156,14 @@ class ControlPage:
             "injectable": list(INJECTABLE),
             "viewer": self.viewer.path if self.viewer else None,
         }
-        if seen is not None:
-            from app.live.monitor.snapshot import tip
-
-            index = tip(seen.nodes)
+        if snapshot is not None:
+            index = tip(snapshot.nodes)
             shown |= {
-                "time": seen.stamp,
+                "time": snapshot.stamp,
                 "node": self._tree[index].name,
-                "status": seen.nodes[index].status.value.lower(),
-                "message": seen.nodes[index].message,
-                "faults": [fault.text for fault in seen.state.faults],
+                "status": snapshot.nodes[index].status.value.lower(),
+                "message": snapshot.nodes[index].message,
+                "faults": [fault.text for fault in snapshot.state.faults],
             }
         return shown
 
@@ -181,11 +181,11 @@ class _Server(ThreadingHTTPServer):
     page: ControlPage
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """A browser that goes away in the middle is nothing to tell."""
+        """Ignore a browser that disconnects in the middle of a reply."""
 
 
 class _Request(BaseHTTPRequestHandler):
-    """One request; the page has what it is about."""
+    """One request."""
 
     server: _Server
     timeout = _PATIENCE
@@ -193,7 +193,7 @@ class _Request(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         """The page's files, the viewer's files, and the state."""
         path = urlsplit(self.path).path
-        if not self._from_here():
+        if not self._is_same_origin():
             self._refuse(HTTPStatus.FORBIDDEN)
         elif path in _FILES:
             name, kind = _FILES[path]
@@ -204,14 +204,14 @@ class _Request(BaseHTTPRequestHandler):
             else:
                 self._refuse(HTTPStatus.FORBIDDEN)
         elif (wanted := _VIEWER_FILE.fullmatch(path)) and self.server.page.viewer:
-            self._pass_on(self.server.page.viewer, wanted[1])
+            self._proxy(self.server.page.viewer, wanted[1])
         else:
             self._refuse(HTTPStatus.NOT_FOUND)
 
     def do_POST(self) -> None:
-        """What people want."""
+        """The buttons."""
         action = self.server.page.actions.get(unquote(urlsplit(self.path).path))
-        if not (self._from_here() and self._has_token()):
+        if not (self._is_same_origin() and self._has_token()):
             self._refuse(HTTPStatus.FORBIDDEN)
         elif action is None:
             self._refuse(HTTPStatus.NOT_FOUND)
@@ -220,10 +220,10 @@ class _Request(BaseHTTPRequestHandler):
             self._answer(json.dumps(self.server.page.state()).encode(), "application/json")
 
     def log_message(self, format: str, *arguments: object) -> None:
-        """Requests are nobody's business; the terminal belongs to the run."""
+        """Log nothing: the terminal shows the run."""
 
-    def _from_here(self) -> bool:
-        """Whether the request is meant for this server and comes from no other page."""
+    def _is_same_origin(self) -> bool:
+        """Whether the request is addressed to this server and comes from no other page."""
         hosts, origin = self.server.page.hosts, self.headers.get("Origin")
         return self.headers.get("Host") in hosts and (
             origin is None or origin in [f"http://{host}" for host in hosts]
@@ -233,7 +233,7 @@ class _Request(BaseHTTPRequestHandler):
         shown = self.headers.get("X-Token", "")
         return secrets.compare_digest(shown.encode(), self.server.page.token.encode())
 
-    def _pass_on(self, viewer: WebViewer, name: str) -> None:
+    def _proxy(self, viewer: WebViewer, name: str) -> None:
         """A file of the viewer, under a policy that keeps it on this machine."""
         try:
             with urlopen(f"{viewer.files}/{name}", timeout=_PATIENCE) as reply:
@@ -250,20 +250,20 @@ class _Request(BaseHTTPRequestHandler):
         body: bytes,
         kind: str,
         policy: str = _POLICY,
-        more: Mapping[str, str] | None = None,
+        headers: Mapping[str, str] | None = None,
         status: HTTPStatus = HTTPStatus.OK,
     ) -> None:
         self.send_response(status)
-        headers = {
+        all_headers = {
             "Content-Type": kind,
             "Content-Length": str(len(body)),
             "Content-Security-Policy": policy,
             "X-Content-Type-Options": "nosniff",
             "Referrer-Policy": "no-referrer",
             "Cache-Control": "no-store",
-            **(more or {}),
+            **(headers or {}),
         }
-        for name, value in headers.items():
+        for name, value in all_headers.items():
             self.send_header(name, value)
         self.end_headers()
         self.wfile.write(body)
@@ -281,7 +281,7 @@ def _listen(page: ControlPage, port: int | None) -> _Server:
                 continue
             raise PageError(
                 f"--control-port {candidate} on {HOST}: {error.strerror}; "
-                "choose another port, or leave the option out"
+                "choose another port, or omit the option"
             ) from error
         server.page = page
         return server

@@ -1,33 +1,33 @@
-"""Every kind of object that the simulator can make from a seed, in three collections.
+"""The classes of objects that the simulator makes from a seed, in three sets.
 
-`HOUSEHOLD` fills the shipped scenes. `WORKSHOP` joins it where the grasp network learns. `UNSEEN`
-is what nothing is ever learnt from: grasps on it tell how well others will be grasped.
+The shipped scenes use `HOUSEHOLD`. The grasp network is trained on `HOUSEHOLD` and `TRAIN`, and
+evaluated on `HELDOUT`, which is never trained on.
 """
 
-from hw.sim.objects.heldout import UNSEEN
+from hw.sim.objects.heldout import HELDOUT
 from hw.sim.objects.household import HOUSEHOLD
 from hw.sim.objects.making import (
     MAX_FOOTPRINT,
     MAX_HEIGHT,
     MAX_LENGTH,
-    Kind,
+    ObjectClass,
     fitting,
     make_object,
 )
-from hw.sim.objects.train import WORKSHOP
+from hw.sim.objects.train import TRAIN
 
-KINDS: dict[str, Kind] = {**HOUSEHOLD, **WORKSHOP, **UNSEEN}
-"""Every kind of object that a scene may ask for."""
+OBJECT_CLASSES: dict[str, ObjectClass] = {**HOUSEHOLD, **TRAIN, **HELDOUT}
+"""All classes that a scene may name."""
 
 __all__ = [
+    "HELDOUT",
     "HOUSEHOLD",
-    "KINDS",
     "MAX_FOOTPRINT",
     "MAX_HEIGHT",
     "MAX_LENGTH",
-    "UNSEEN",
-    "WORKSHOP",
-    "Kind",
+    "OBJECT_CLASSES",
+    "TRAIN",
+    "ObjectClass",
     "fitting",
     "make_object",
 ]

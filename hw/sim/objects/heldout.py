@@ -1,4 +1,4 @@
-"""Things that nothing is learnt from: bottles, bananas, scissors and others to be tested with."""
+"""Objects that grasps are evaluated on: bottles, bananas, scissors and others."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from math import cos, pi, sin, tan
 
 import numpy as np
 
-from hw.sim.objects.making import Kind, Parts, part
-from robots.shapes import Box, Capsule, Cylinder, Sphere
+from hw.sim.objects.making import ObjectClass, Parts, part
+from robots import Box, Capsule, Cylinder, Sphere
 
 
 def _lying_bottle(rng: np.random.Generator, width: float) -> Parts:
@@ -20,7 +20,7 @@ def _lying_bottle(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _standing_bottle(rng: np.random.Generator, width: float) -> Parts:
-    """Its body is what `width` is about."""
+    """`width` is that of its body."""
     radius, height, neck = width / 2.0, rng.uniform(0.045, 0.07), rng.uniform(0.009, 0.013)
     return [
         part(Cylinder(radius, height / 2.0), 0.0, 0.0, height / 2.0),
@@ -63,7 +63,7 @@ def _banana(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _spray_bottle(rng: np.random.Generator, width: float) -> Parts:
-    """Standing; its body is what `width` is about."""
+    """Standing; `width` is that of its body."""
     radius, height = width / 2.0, rng.uniform(0.045, 0.06)
     head = Box((rng.uniform(0.02, 0.028), 0.009, 0.009))
     return [
@@ -74,7 +74,7 @@ def _spray_bottle(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _wrench(rng: np.random.Generator, width: float) -> Parts:
-    """Its shaft is what `width` is about."""
+    """`width` is that of its shaft."""
     height, half = rng.uniform(0.014, 0.022), rng.uniform(0.035, 0.05)
     jaw = Box((0.011, 0.006, height / 2.0))
     return [
@@ -86,7 +86,7 @@ def _wrench(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _cup(rng: np.random.Generator, width: float) -> Parts:
-    """Open at the top, with a handle; its wall is what `width` is about."""
+    """Open at the top, with a handle; `width` is that of its wall."""
     sides, height = 20, rng.uniform(0.05, 0.08)
     radius = width / 2.0 + rng.uniform(0.028, 0.036)
     half = (radius + width / 2.0) * tan(pi / sides)
@@ -103,7 +103,7 @@ def _cup(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _scissors(rng: np.random.Generator, width: float) -> Parts:
-    """Two crossed blades with grips; a blade is what `width` is about."""
+    """Two crossed blades with grips; `width` is that of a blade."""
     opening, half, thick = rng.uniform(0.25, 0.6), rng.uniform(0.05, 0.06), rng.uniform(0.014, 0.02)
     blade = Box((half, width / 2.0, thick / 2.0))
     grip = Cylinder(0.014, thick / 2.0)
@@ -115,7 +115,7 @@ def _scissors(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _aeroplane(rng: np.random.Generator, width: float) -> Parts:
-    """Its fuselage is what `width` is about."""
+    """`width` is that of its fuselage."""
     half, radius = rng.uniform(0.04, 0.05), width / 2.0
     wing = Box((0.014, rng.uniform(0.045, 0.06), 0.005))
     return [
@@ -127,7 +127,7 @@ def _aeroplane(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _pan(rng: np.random.Generator, width: float) -> Parts:
-    """A flat disc with a handle; the handle is what `width` is about."""
+    """A flat disc with a handle; `width` is that of the handle."""
     radius, half = rng.uniform(0.036, 0.042), rng.uniform(0.025, 0.032)
     return [
         part(Cylinder(radius, 0.012), 0.0, 0.0, 0.012),
@@ -136,7 +136,7 @@ def _pan(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _lamp(rng: np.random.Generator, width: float) -> Parts:
-    """A pocket lamp, lying; its tube is what `width` is about."""
+    """A pocket lamp, lying; `width` is that of its tube."""
     head, half = width / 2.0 + rng.uniform(0.004, 0.010), rng.uniform(0.03, 0.045)
     return [
         part(Cylinder(width / 2.0, half), 0.0, 0.0, head, lying=True),
@@ -145,7 +145,7 @@ def _lamp(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _animal(rng: np.random.Generator, width: float) -> Parts:
-    """A toy on four legs; its body is what `width` is about."""
+    """A toy on four legs; `width` is that of its body."""
     leg, half, radius = rng.uniform(0.015, 0.028), rng.uniform(0.018, 0.03), width / 2.0
     foot = Cylinder(0.006, leg / 2.0 + 0.004)
     return [
@@ -160,7 +160,7 @@ def _animal(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _key(rng: np.random.Generator, width: float) -> Parts:
-    """A large key; its shaft is what `width` is about."""
+    """A large key; `width` is that of its shaft."""
     thick, half = rng.uniform(0.014, 0.02), rng.uniform(0.03, 0.04)
     tooth = Box((0.005, 0.008, thick / 2.0))
     return [
@@ -170,20 +170,20 @@ def _key(rng: np.random.Generator, width: float) -> Parts:
     ]
 
 
-UNSEEN: dict[str, Kind] = {
-    "lying bottle": Kind(make=_lying_bottle, narrowest=0.03, widest=0.06),
-    "standing bottle": Kind(make=_standing_bottle, narrowest=0.035, widest=0.06),
-    "cross": Kind(make=_cross, widest=0.03),
-    "horseshoe": Kind(make=_horseshoe, narrowest=0.012, widest=0.02),
-    "banana": Kind(make=_banana, narrowest=0.02, widest=0.038),
-    "spray bottle": Kind(make=_spray_bottle, narrowest=0.035, widest=0.055),
-    "wrench": Kind(make=_wrench, narrowest=0.012, widest=0.022),
-    "cup": Kind(make=_cup, narrowest=0.006, widest=0.010),
-    "scissors": Kind(make=_scissors, narrowest=0.010, widest=0.016),
-    "aeroplane": Kind(make=_aeroplane, narrowest=0.016, widest=0.03),
-    "pan": Kind(make=_pan, narrowest=0.012, widest=0.02),
-    "lamp": Kind(make=_lamp, narrowest=0.02, widest=0.04),
-    "animal": Kind(make=_animal, narrowest=0.025, widest=0.045),
-    "key": Kind(make=_key, narrowest=0.012, widest=0.02),
+HELDOUT: dict[str, ObjectClass] = {
+    "lying bottle": ObjectClass(make=_lying_bottle, narrowest=0.03, widest=0.06),
+    "standing bottle": ObjectClass(make=_standing_bottle, narrowest=0.035, widest=0.06),
+    "cross": ObjectClass(make=_cross, widest=0.03),
+    "horseshoe": ObjectClass(make=_horseshoe, narrowest=0.012, widest=0.02),
+    "banana": ObjectClass(make=_banana, narrowest=0.02, widest=0.038),
+    "spray bottle": ObjectClass(make=_spray_bottle, narrowest=0.035, widest=0.055),
+    "wrench": ObjectClass(make=_wrench, narrowest=0.012, widest=0.022),
+    "cup": ObjectClass(make=_cup, narrowest=0.006, widest=0.010),
+    "scissors": ObjectClass(make=_scissors, narrowest=0.010, widest=0.016),
+    "aeroplane": ObjectClass(make=_aeroplane, narrowest=0.016, widest=0.03),
+    "pan": ObjectClass(make=_pan, narrowest=0.012, widest=0.02),
+    "lamp": ObjectClass(make=_lamp, narrowest=0.02, widest=0.04),
+    "animal": ObjectClass(make=_animal, narrowest=0.025, widest=0.045),
+    "key": ObjectClass(make=_key, narrowest=0.012, widest=0.02),
 }
-"""The kinds that grasps are judged on, and that are never learnt from."""
+"""The classes that grasps are evaluated on, and never trained on."""

@@ -1,11 +1,11 @@
-"""Household-like objects: boxes, cans, mugs, hammers and their kin."""
+"""Household objects: boxes, cans, mugs, hammers and the like."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from hw.sim.objects.making import MAX_HEIGHT, Kind, Parts, longest, part
-from robots.shapes import Box, Capsule, Cylinder, Sphere
+from hw.sim.objects.making import MAX_HEIGHT, ObjectClass, Parts, longest, part
+from robots import Box, Capsule, Cylinder, Sphere
 
 
 def _box(rng: np.random.Generator, width: float) -> Parts:
@@ -34,7 +34,7 @@ def _capsule(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _mug(rng: np.random.Generator, width: float) -> Parts:
-    """Its handle is what `width` is about."""
+    """`width` is that of its handle."""
     radius, height = rng.uniform(0.02, 0.03), rng.uniform(0.06, 0.09)
     handle = Box((0.016, width / 2.0, 0.35 * height))
     return [
@@ -54,7 +54,7 @@ def _hammer(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _screwdriver(rng: np.random.Generator, width: float) -> Parts:
-    """Its shaft is what `width` is about."""
+    """`width` is that of its shaft."""
     handle = Capsule(rng.uniform(0.65, 0.8) * width, 0.03)
     shaft = Cylinder(width / 2.0, rng.uniform(0.02, 0.03))
     reach = handle.half_length + handle.radius + shaft.half_length
@@ -94,17 +94,17 @@ def _dumbbell(rng: np.random.Generator, width: float) -> Parts:
     ]
 
 
-HOUSEHOLD: dict[str, Kind] = {
-    "box": Kind(make=_box),
-    "cylinder": Kind(make=_cylinder),
-    "can": Kind(make=_can, narrowest=0.025),
-    "ball": Kind(make=_ball, narrowest=0.025),
-    "capsule": Kind(make=_capsule, widest=0.05),
-    "mug": Kind(make=_mug, widest=0.025),
-    "hammer": Kind(make=_hammer, widest=0.03),
-    "screwdriver": Kind(make=_screwdriver, widest=0.03),
-    "corner": Kind(make=_corner, widest=0.035),
-    "tee": Kind(make=_tee, widest=0.035),
-    "dumbbell": Kind(make=_dumbbell, widest=0.03),
+HOUSEHOLD: dict[str, ObjectClass] = {
+    "box": ObjectClass(make=_box),
+    "cylinder": ObjectClass(make=_cylinder),
+    "can": ObjectClass(make=_can, narrowest=0.025),
+    "ball": ObjectClass(make=_ball, narrowest=0.025),
+    "capsule": ObjectClass(make=_capsule, widest=0.05),
+    "mug": ObjectClass(make=_mug, widest=0.025),
+    "hammer": ObjectClass(make=_hammer, widest=0.03),
+    "screwdriver": ObjectClass(make=_screwdriver, widest=0.03),
+    "corner": ObjectClass(make=_corner, widest=0.035),
+    "tee": ObjectClass(make=_tee, widest=0.035),
+    "dumbbell": ObjectClass(make=_dumbbell, widest=0.03),
 }
-"""The kinds that the shipped scenes are filled with."""
+"""The classes that the shipped scenes use."""

@@ -1,7 +1,7 @@
-"""What a kind of object is, and making one of it.
+"""Classes of objects, and making an object of a class.
 
 A maker takes the smallest width by which the object can be grasped from above, and returns its
-parts as it rests on z = 0.
+parts as the object rests on z = 0.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim.sim_object import SimObject
-from robots.shapes import Colour, Geom, Shape, volume
+from robots import Colour, Geom, Shape, volume
 
 Parts: TypeAlias = list[Geom]
 Maker: TypeAlias = Callable[[np.random.Generator, float], Parts]
 
 MAX_LENGTH = 0.16
-"""No object is longer than this [m]."""
+"""Largest length of an object [m]."""
 
 MAX_FOOTPRINT = 0.006
-"""No box or cylinder covers more than this as it rests [m²]."""
+"""Largest area that a box or cylinder covers as it rests [m²]."""
 
 MAX_HEIGHT = 0.11
-"""No object is higher than this as it rests [m]."""
+"""Largest height of an object as it rests [m]."""
 
 _LYING = exp3(np.array([0.0, np.pi / 2.0, 0.0]))
 _DENSITY = (200.0, 1200.0)
@@ -47,8 +47,8 @@ PALETTE: tuple[Colour, ...] = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Kind:
-    """A kind of object, and the widths that become it."""
+class ObjectClass:
+    """A class of objects, and its range of widths."""
 
     make: Maker
     narrowest: float = 0.015
@@ -63,33 +63,33 @@ def part(
     """A part with its centre at a point.
 
     Args:
-        shape: what it is.
+        shape: of the part.
         x: centre [m].
         y: [m].
         z: [m].
         lying: its axis along x instead of z, before it is turned.
-        yaw: by how much it is turned about z [rad].
+        yaw: its angle about z [rad].
     """
     turn = exp3(np.array([0.0, 0.0, yaw]))
     return Geom(shape, SE3(turn @ _LYING if lying else turn, np.array([x, y, z])))
 
 
 def longest(width: float) -> float:
-    """How long an object of a width may be [m]."""
+    """Largest length of an object of a width [m]."""
     return min(MAX_LENGTH, MAX_FOOTPRINT / width)
 
 
 def fitting(
-    kinds: Mapping[str, Kind], names: Sequence[str], widths: tuple[float, float]
+    classes: Mapping[str, ObjectClass], names: Sequence[str], widths: tuple[float, float]
 ) -> list[str]:
-    """Those of the named kinds that come in a range of widths [m]."""
+    """The named classes that have objects in a range of widths [m]."""
     low, high = widths
-    return [n for n in names if kinds[n].narrowest <= high and kinds[n].widest >= low]
+    return [n for n in names if classes[n].narrowest <= high and classes[n].widest >= low]
 
 
 def make_object(
     name: str,
-    kind: Kind,
+    object_class: ObjectClass,
     widths: tuple[float, float],
     masses: tuple[float, float],
     rng: np.random.Generator,
@@ -97,14 +97,14 @@ def make_object(
     """One object, resting on z = 0 with its centre of mass above the origin.
 
     Args:
-        name: what to call it.
-        kind: one that is `fitting`.
+        name: of the object.
+        object_class: one that is `fitting`.
         widths: range of the smallest width by which it can be grasped [m].
         masses: range of its mass [kg].
         rng: where the randomness comes from.
     """
-    low, high = max(widths[0], kind.narrowest), min(widths[1], kind.widest)
-    parts = kind.make(rng, rng.uniform(low, high))
+    low, high = max(widths[0], object_class.narrowest), min(widths[1], object_class.widest)
+    parts = object_class.make(rng, rng.uniform(low, high))
     volumes = np.array([volume(p.shape) for p in parts])
     centre = volumes @ np.array([p.pose.translation for p in parts]) / volumes.sum()
     colour = PALETTE[rng.integers(len(PALETTE))]

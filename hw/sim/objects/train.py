@@ -1,4 +1,4 @@
-"""Shapes to learn grasping from: rings, stairs, beams, toys, and parts put together at random."""
+"""Objects to train on: rings, stairs, beams, toys, and parts put together at random."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from math import cos, pi, sin, sqrt, tan
 
 import numpy as np
 
-from hw.sim.objects.making import MAX_HEIGHT, Kind, Parts, longest, part
-from robots.shapes import Box, Capsule, Cylinder, Sphere
+from hw.sim.objects.making import MAX_HEIGHT, ObjectClass, Parts, longest, part
+from robots import Box, Capsule, Cylinder, Sphere
 
 
 def _plate(rng: np.random.Generator, width: float) -> Parts:
@@ -28,7 +28,7 @@ def _hexagon(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _stack(rng: np.random.Generator, width: float) -> Parts:
-    """A smaller box on a larger one; the smaller is what `width` is about."""
+    """A smaller box on a larger one; `width` is that of the smaller."""
     low, high = rng.uniform(0.02, 0.04), rng.uniform(0.02, 0.04)
     length = rng.uniform(width, 1.8 * width)
     base = Box((length / 2.0 + rng.uniform(0.005, 0.02), width / 2.0 + 0.012, low / 2.0))
@@ -39,7 +39,7 @@ def _stack(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _pyramid(rng: np.random.Generator, width: float) -> Parts:
-    """Three storeys; the topmost is what `width` is about."""
+    """Three storeys; `width` is that of the topmost."""
     storey, step = rng.uniform(0.015, 0.03), rng.uniform(0.004, 0.010)
     return [
         part(
@@ -72,7 +72,7 @@ def _tapered(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _jar(rng: np.random.Generator, width: float) -> Parts:
-    """A cylinder under a lid that is wider or narrower; the wider is what `width` is about."""
+    """A cylinder under a lid that is wider or narrower; `width` is that of the wider."""
     height, lid = rng.uniform(0.03, 0.07), rng.uniform(0.010, 0.02)
     other = width / 2.0 - rng.uniform(0.003, 0.008)
     body, top = (width / 2.0, other) if rng.random() < 0.5 else (other, width / 2.0)
@@ -83,7 +83,7 @@ def _jar(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _ring(rng: np.random.Generator, width: float) -> Parts:
-    """A hollow polygon; its wall is what `width` is about."""
+    """A hollow polygon; `width` is that of its wall."""
     sides = int(rng.choice((5, 6, 8, 14, 16)))
     radius = width / 2.0 + rng.uniform(0.026, 0.035)
     height = rng.uniform(0.02, 0.05)
@@ -155,7 +155,7 @@ def _elbow(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _lollipop(rng: np.random.Generator, width: float) -> Parts:
-    """A ball on a stick, lying; the ball is what `width` is about."""
+    """A ball on a stick, lying; `width` is that of the ball."""
     radius, stick, half = width / 2.0, rng.uniform(0.005, 0.008), rng.uniform(0.03, 0.045)
     return [
         part(Sphere(radius), 0.0, 0.0, radius),
@@ -164,7 +164,7 @@ def _lollipop(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _spoon(rng: np.random.Generator, width: float) -> Parts:
-    """Its handle is what `width` is about."""
+    """`width` is that of its handle."""
     half, bowl = rng.uniform(0.03, 0.042), rng.uniform(0.018, 0.028)
     return [
         part(Capsule(width / 2.0, half), 0.0, 0.0, width / 2.0, lying=True),
@@ -173,7 +173,7 @@ def _spoon(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _brush(rng: np.random.Generator, width: float) -> Parts:
-    """A block with bristles at the end of a handle; the block is what `width` is about."""
+    """A block with bristles at the end of a handle; `width` is that of the block."""
     length, height = rng.uniform(0.05, 0.08), rng.uniform(0.025, 0.045)
     grip, half = rng.uniform(0.007, 0.012), rng.uniform(0.02, 0.03)
     return [
@@ -228,7 +228,7 @@ def _bridge(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _basket(rng: np.random.Generator, width: float) -> Parts:
-    """A box under a handle; the handle is what `width` is about."""
+    """A box under a handle; `width` is that of the handle."""
     length, height = rng.uniform(0.06, 0.085), rng.uniform(0.025, 0.04)
     rise = rng.uniform(0.025, 0.04)
     post = Box((0.006, width / 2.0, rise / 2.0))
@@ -283,30 +283,30 @@ def _composed(rng: np.random.Generator, width: float) -> Parts:
     return parts
 
 
-WORKSHOP: dict[str, Kind] = {
-    "plate": Kind(make=_plate, narrowest=0.025),
-    "disc": Kind(make=_disc, narrowest=0.025),
-    "hexagon": Kind(make=_hexagon, narrowest=0.02),
-    "stack": Kind(make=_stack, widest=0.05),
-    "pyramid": Kind(make=_pyramid, widest=0.05),
-    "peg": Kind(make=_peg, widest=0.04),
-    "tapered": Kind(make=_tapered, narrowest=0.03),
-    "jar": Kind(make=_jar, narrowest=0.035, widest=0.068),
-    "ring": Kind(make=_ring, narrowest=0.008, widest=0.016),
-    "stairs": Kind(make=_stairs, narrowest=0.02, widest=0.06),
-    "beam": Kind(make=_beam, narrowest=0.012, widest=0.03),
-    "zigzag": Kind(make=_zigzag, narrowest=0.012, widest=0.03),
-    "tripod": Kind(make=_tripod, narrowest=0.018, widest=0.03),
-    "elbow": Kind(make=_elbow, narrowest=0.018, widest=0.04),
-    "lollipop": Kind(make=_lollipop, narrowest=0.03, widest=0.06),
-    "spoon": Kind(make=_spoon, narrowest=0.016, widest=0.028),
-    "brush": Kind(make=_brush, narrowest=0.025, widest=0.05),
-    "plug": Kind(make=_plug, narrowest=0.025, widest=0.05),
-    "toy car": Kind(make=_toy_car, narrowest=0.03, widest=0.05),
-    "bridge": Kind(make=_bridge, narrowest=0.02, widest=0.05),
-    "basket": Kind(make=_basket, narrowest=0.010, widest=0.02),
-    "caterpillar": Kind(make=_caterpillar, narrowest=0.025, widest=0.04),
-    "twins": Kind(make=_twins, narrowest=0.025, widest=0.04),
-    "composed": Kind(make=_composed, narrowest=0.015, widest=0.04),
+TRAIN: dict[str, ObjectClass] = {
+    "plate": ObjectClass(make=_plate, narrowest=0.025),
+    "disc": ObjectClass(make=_disc, narrowest=0.025),
+    "hexagon": ObjectClass(make=_hexagon, narrowest=0.02),
+    "stack": ObjectClass(make=_stack, widest=0.05),
+    "pyramid": ObjectClass(make=_pyramid, widest=0.05),
+    "peg": ObjectClass(make=_peg, widest=0.04),
+    "tapered": ObjectClass(make=_tapered, narrowest=0.03),
+    "jar": ObjectClass(make=_jar, narrowest=0.035, widest=0.068),
+    "ring": ObjectClass(make=_ring, narrowest=0.008, widest=0.016),
+    "stairs": ObjectClass(make=_stairs, narrowest=0.02, widest=0.06),
+    "beam": ObjectClass(make=_beam, narrowest=0.012, widest=0.03),
+    "zigzag": ObjectClass(make=_zigzag, narrowest=0.012, widest=0.03),
+    "tripod": ObjectClass(make=_tripod, narrowest=0.018, widest=0.03),
+    "elbow": ObjectClass(make=_elbow, narrowest=0.018, widest=0.04),
+    "lollipop": ObjectClass(make=_lollipop, narrowest=0.03, widest=0.06),
+    "spoon": ObjectClass(make=_spoon, narrowest=0.016, widest=0.028),
+    "brush": ObjectClass(make=_brush, narrowest=0.025, widest=0.05),
+    "plug": ObjectClass(make=_plug, narrowest=0.025, widest=0.05),
+    "toy car": ObjectClass(make=_toy_car, narrowest=0.03, widest=0.05),
+    "bridge": ObjectClass(make=_bridge, narrowest=0.02, widest=0.05),
+    "basket": ObjectClass(make=_basket, narrowest=0.010, widest=0.02),
+    "caterpillar": ObjectClass(make=_caterpillar, narrowest=0.025, widest=0.04),
+    "twins": ObjectClass(make=_twins, narrowest=0.025, widest=0.04),
+    "composed": ObjectClass(make=_composed, narrowest=0.015, widest=0.04),
 }
-"""The kinds that are made to learn from."""
+"""The classes that exist only for training."""

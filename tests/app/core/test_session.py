@@ -9,7 +9,7 @@ from py_trees.common import Status
 from app.core.measurements import Measurements
 from app.core.outcome import End
 from app.core.session import Session
-from app.live.operator import Control, TaskClock
+from app.live import Control
 from behaviours import Context, Leaf
 from controller import PoseGoal
 from hw import HardwareError
@@ -55,7 +55,7 @@ class Bench:
             controller=controller,
             gate=self.harness.gate,
             measurements=self.measurements,
-            clock=TaskClock(self.harness.clock),
+            clock=self.harness.task_clock,
             control=self.control,
             watch=self._watch,
         )

@@ -81,7 +81,7 @@ def scene_like(folder: Path, name: str, *changes: tuple[str, str]) -> Path:
     return path
 
 
-TOO_HEAVY = ("mass_g: [30, 500]", "mass_g: [30000, 40000]\n  kinds: [box]")
+TOO_HEAVY = ("mass_g: [30, 500]", "mass_g: [30000, 40000]\n  classes: [box]")
 
 
 def test_an_empty_container_is_a_success(tmp_path):
@@ -195,7 +195,7 @@ def test_no_shipped_task_has_anything_to_warn_of(task):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("robot", ["sim", "omni"])
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_the_container_is_emptied(tmp_path, robot):
     code, summary, _ = run(tmp_path, "pick_place", "--seed", 0, "--robot", robot)
     assert code == 0

@@ -9,7 +9,8 @@ from typer.testing import CliRunner
 
 from app.cli import app
 from app.core.launch import RunOptions, run_task
-from app.export.lerobot import ExportError, export_lerobot
+from app.export import export_lerobot
+from app.export.lerobot import ExportError
 
 TASK = """\
 task: {name}
@@ -108,8 +109,8 @@ def test_tasks_are_the_index_of_a_pandas_table(dataset):
     assert list(tasks["task_index"]) == [0, 1]
 
 
-def test_what_cannot_be_exported_is_said(folders, dataset, tmp_path):
-    with pytest.raises(ExportError, match="there is something already"):
+def test_what_cannot_be_exported_is_refused(folders, dataset, tmp_path):
+    with pytest.raises(ExportError, match="exists already"):
         export_lerobot(folders, dataset[0])
     with pytest.raises(ExportError, match=r"--fps 30: .*100 ticks.*25, 50, 100"):
         export_lerobot(folders, tmp_path / "out", fps=30)

@@ -20,11 +20,11 @@ def call(*arguments: object) -> tuple[int, str, str]:
     return result.exit_code, result.stdout, result.stderr
 
 
-def refused(said: str, *arguments: object) -> None:
-    """The command ends with exit code 2 and one line that says this."""
+def refused(message: str, *arguments: object) -> None:
+    """The command ends with exit code 2 and one line that contains this message."""
     code, _, err = call(*arguments)
     assert code == 2
-    assert said in err
+    assert message in err
     assert err.count("\n") == 1
     assert "Traceback" not in err
 
@@ -182,7 +182,7 @@ def test_step_times_the_presets_and_their_parts(tmp_path):
     assert row["agreement"] is None
 
 
-def test_the_rival_must_be_installed(monkeypatch):
+def test_the_toolbox_must_be_installed(monkeypatch):
     without(monkeypatch, published, "roboticstoolbox")
     refused("pip install roboticstoolbox-python", "step", "--vs", "rtb", "--steps", 10)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from app.lab.bench.contacts import ContactJudge
-from app.lab.bench.goals import DISC, GoalFileError, generate, load_goals
+from app.lab.bench.contacts import ContactChecker
+from app.lab.bench.goals import DISC, GoalFileError, generate_goals, load_goals
 from controller import robot_model
 
 
@@ -12,17 +12,18 @@ from controller import robot_model
 def test_the_same_seed_gives_the_same_goals_and_another_gives_others(robot):
     model = robot_model(robot)
     once, again, other = (
-        np.array([goal.homogeneous for goal in generate(model, 20, seed)]) for seed in (3, 3, 4)
+        np.array([goal.homogeneous for goal in generate_goals(model, 20, seed)])
+        for seed in (3, 3, 4)
     )
     assert (once == again).all()
     assert np.abs(once - other).max() > 0.1
-    longer = generate(model, 25, 3)
+    longer = generate_goals(model, 25, 3)
     assert (np.array([goal.homogeneous for goal in longer[:20]]) == once).all()
 
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_goals_are_in_the_disc_above_the_floor_and_all_around(robot):
-    places = np.array([goal.translation for goal in generate(robot_model(robot), 300, 0)])
+    places = np.array([goal.translation for goal in generate_goals(robot_model(robot), 300, 0)])
     assert (places[:, 2] >= 0.05).all()
     assert (np.linalg.norm(places, axis=1) <= DISC).all()
     bearings = np.arctan2(places[:, 1], places[:, 0])
@@ -30,17 +31,17 @@ def test_goals_are_in_the_disc_above_the_floor_and_all_around(robot):
 
 
 def test_postures_in_contact_do_not_count(monkeypatch):
-    """The judge is asked about every posture, and what it refuses is left out."""
+    """Every posture is checked, and those in contact are left out."""
     model = robot_model("frankie")
     asked = []
-    plain = ContactJudge.__call__
+    plain = ContactChecker.__call__
 
     def ask(self, q):
         asked.append(plain(self, q).any)
         return plain(self, q)
 
-    monkeypatch.setattr(ContactJudge, "__call__", ask)
-    assert len(generate(model, 100, 0)) == 100
+    monkeypatch.setattr(ContactChecker, "__call__", ask)
+    assert len(generate_goals(model, 100, 0)) == 100
     assert any(asked)
     assert asked.count(False) == 100
 
@@ -51,7 +52,7 @@ def save(path, **arrays):
 
 
 def test_a_file_of_goals_is_read_back(tmp_path):
-    goals = generate(robot_model("frankie"), 5, 0)
+    goals = generate_goals(robot_model("frankie"), 5, 0)
     T = np.array([goal.homogeneous for goal in goals])
     for dtype in (np.float64, np.float32):
         read = load_goals(save(tmp_path / "goals.npz", T=T.astype(dtype), other=np.ones(3)))
@@ -64,7 +65,7 @@ EYE = np.eye(4)[None]
 
 
 @pytest.mark.parametrize(
-    ("arrays", "said"),
+    ("arrays", "message"),
     [
         ({"poses": EYE}, "no array T"),
         ({"T": np.eye(4)}, "(N, 4, 4)"),
@@ -76,16 +77,16 @@ EYE = np.eye(4)[None]
         ({"T": EYE.astype(object)}, "not a readable"),
     ],
 )
-def test_a_bad_file_is_refused_with_its_name_and_what_is_wrong(tmp_path, arrays, said):
+def test_a_bad_file_is_refused_with_its_name_and_what_is_wrong(tmp_path, arrays, message):
     path = save(tmp_path / "goals.npz", **arrays)
     with pytest.raises(GoalFileError) as refused:
         load_goals(path)
-    assert said in str(refused.value)
+    assert message in str(refused.value)
     assert str(path) in str(refused.value)
     assert "\n" not in str(refused.value)
 
 
-def test_what_is_no_archive_is_refused(tmp_path):
+def test_a_file_that_is_not_an_archive_is_refused(tmp_path):
     with pytest.raises(GoalFileError, match="no such file"):
         load_goals(tmp_path / "none.npz")
     (tmp_path / "text.npz").write_text("hello")

@@ -1,4 +1,4 @@
-"""A person at the control page: a real browser, a real run in a process of its own."""
+"""The control page in a real browser, with a real run in a process of its own."""
 
 import os
 import re
@@ -50,11 +50,11 @@ class Run:
             text=True,
             env=os.environ | {"PYTHONPATH": str(FOLDER)},
         )
-        said = ""
-        while not (found := re.search(r"control at (http://127\.0\.0\.1:\d+/#\S+)", said)):
+        output = ""
+        while not (found := re.search(r"control at (http://127\.0\.0\.1:\d+/#\S+)", output)):
             line = self.process.stderr.readline()
-            assert line, f"the run ended: {said}"
-            said += line
+            assert line, f"the run ended: {output}"
+            output += line
         self.url = found[1]
 
     def __enter__(self) -> "Run":
@@ -88,7 +88,7 @@ def test_pause_step_resume_and_stop_are_seen_on_the_page(tmp_path, browser):
     with Run(tmp_path, "--view", "none") as run:
         stranger = browser.new_page()
         stranger.goto(run.url.partition("#")[0])
-        expect(stranger.locator("#run")).to_contain_text("no token")
+        expect(stranger.locator("#run")).to_contain_text("no valid token")
         stranger.click("#stop")
         assert stranger.locator("#ticks").inner_text() == "–"
 
@@ -112,7 +112,7 @@ def test_pause_step_resume_and_stop_are_seen_on_the_page(tmp_path, browser):
         expect(page.locator("#faults")).to_be_hidden()
         page.click("#stop")
         assert run.process.wait(timeout=20.0) == 130
-        expect(page.locator("#run")).to_have_text("the run is over")
+        expect(page.locator("#run")).to_have_text("the run has ended")
 
 
 def test_the_viewer_on_the_page_shows_the_run_and_phones_nowhere(tmp_path, browser):

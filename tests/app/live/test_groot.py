@@ -1,127 +1,33 @@
 """The Groot2 endpoint, asked byte for byte by a real client while a real tree runs."""
 
 import json
-import socket
 import struct
 import time
 from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
-from monitor_samples import STATUSES, TREE, snapshot
+from groot_client import PORT, Client, Nothing, ServedTree
 from py_trees.common import Status
+from sample_run import STATUSES, TREE, snapshot
 
 from app.live.groot import GrootError, GrootServer
 from app.live.groot.protocol import Kind, code, read_header
-from app.live.operator import Act, Control, Hook, Side
-from trees.language import Branch
+from app.live.operator import Control, Hook, HookAction, Side
 
 msgpack = pytest.importorskip("msgpack", reason='needs pip install "frankie-task[groot]"')
 zmq = pytest.importorskip("zmq", reason='needs pip install "frankie-task[groot]"')
 
 
-def _free_pair() -> int:
-    """A free port whose neighbour is free too."""
-    while True:
-        with socket.socket() as first, socket.socket() as second:
-            first.bind(("127.0.0.1", 0))
-            port = int(first.getsockname()[1])
-            try:
-                second.bind(("127.0.0.1", port + 1))
-            except (OSError, OverflowError):
-                continue
-            return port
-
-
-PORT = _free_pair()
-
-
-class Nothing(Branch):
-    """Stands for a node of the made-up run; only its name matters here."""
-
-    key = "nothing"
-
-    def advance(self):
-        yield from ()
-        return Status.SUCCESS
-
-
-class Client:
-    """Sends requests as Groot2 does, and checks the head of every reply."""
-
-    def __init__(self, context) -> None:
-        self.socket = context.socket(zmq.REQ)
-        self.socket.setsockopt(zmq.RCVTIMEO, 5000)
-        self.socket.connect(f"tcp://127.0.0.1:{PORT}")
-        self.notices = context.socket(zmq.SUB)
-        self.notices.setsockopt(zmq.RCVTIMEO, 5000)
-        self.notices.setsockopt(zmq.SUBSCRIBE, b"")
-        self.notices.connect(f"tcp://127.0.0.1:{PORT + 1}")
-        self.number = 0x01020304
-
-    def ask(self, letter: bytes, body: bytes | None = None) -> list[bytes]:
-        self.number += 1
-        head = b"\x02" + letter + struct.pack("<I", self.number)
-        assert len(head) == 6
-        self.socket.send_multipart([head] if body is None else [head, body])
-        reply = self.socket.recv_multipart()
-        if reply[0] != b"error":
-            assert reply[0][:6] == head
-            assert len(reply[0]) == 22
-        return reply
-
-    def hook(self, uid: int, **more: object) -> list[bytes]:
-        described = {
-            "enabled": True,
-            "uid": uid,
-            "mode": 0,
-            "once": False,
-            "desired_status": "SKIPPED",
-            "position": 0,
-        } | more
-        return self.ask(b"I", json.dumps(described).encode())
-
-    def unlock(self, uid: int, status: str = "SKIPPED", remove: bool = False) -> list[bytes]:
-        described = {
-            "uid": uid,
-            "desired_status": status,
-            "position": 0,
-            "remove_when_done": remove,
-        }
-        return self.ask(b"U", json.dumps(described).encode())
-
-
-class Scene:
-    """A served tree, its hooks, and the clock of the heartbeat."""
-
-    def __init__(self) -> None:
-        self.control = Control()
-        self.now = 0.0
-        self.acted: list[tuple[str, Side]] = []
-        self.hooks = [Hook(Nothing(node.name, []), self._reached) for node in TREE]
-        self.server = GrootServer(
-            "demo", TREE, self.hooks, self.control, port=PORT, seconds=lambda: self.now
-        )
-
-    def _reached(self, hook: Hook, side: Side, act: Act) -> None:
-        if act.instead is None:
-            self.control.pause(f"before {hook.name}")
-        self.server.reached(hook, side)
-
-    def tick(self, uid: int) -> Status:
-        self.hooks[uid - 1].tick_once()
-        return self.hooks[uid - 1].status
+@pytest.fixture
+def served():
+    served = ServedTree()
+    with served.server:
+        yield served
 
 
 @pytest.fixture
-def scene():
-    scene = Scene()
-    with scene.server:
-        yield scene
-
-
-@pytest.fixture
-def client(scene):
+def client(served):
     with zmq.Context() as context:
         client = Client(context)
         yield client
@@ -155,12 +61,12 @@ def test_the_tree_comes_with_numbers_and_models(client):
             assert len(node) == 1
 
 
-def test_statuses_are_three_bytes_a_node(scene, client):
+def test_statuses_are_three_bytes_a_node(served, client):
     assert client.ask(b"S")[1] == b"".join(
         struct.pack("<HB", uid, 0) for uid in range(1, len(TREE) + 1)
     )
     codes = {Status.INVALID: 0, Status.RUNNING: 1, Status.SUCCESS: 2, Status.FAILURE: 3}
-    scene.server.show(snapshot(0), {})
+    served.server.show(snapshot(0), {})
     body = client.ask(b"S")[1]
     assert body == b"".join(
         struct.pack("<HB", uid, codes[status]) for uid, status in enumerate(STATUSES[0][1], 1)
@@ -168,30 +74,30 @@ def test_statuses_are_three_bytes_a_node(scene, client):
     assert body[:3] == b"\x01\x00\x01"
 
 
-def test_a_node_that_became_idle_says_what_it_was(scene, client):
+def test_a_node_that_became_idle_says_what_it_was(served, client):
     seen = snapshot(0)
-    scene.server.show(seen, {})
+    served.server.show(seen, {})
     idle = replace(
         seen, nodes=tuple(type(node)(Status.INVALID, node.message) for node in seen.nodes)
     )
-    scene.server.show(idle, {})
-    scene.server.show(idle, {})
+    served.server.show(idle, {})
+    served.server.show(idle, {})
     assert client.ask(b"S")[1][:3] == b"\x01\x00\x0b"  # idle, was running
     assert [code(Status.INVALID, was) for was in (0, 1, 2, 3, 12)] == [0, 11, 12, 13, 12]
 
 
-def test_the_blackboard_is_message_pack_by_name_of_the_tree(scene, client):
-    scene.server.show(snapshot(0), {"goal distance [m]": 0.25, "odd": {1, 2} - {2}})
+def test_the_blackboard_is_message_pack_by_name_of_the_tree(served, client):
+    served.server.show(snapshot(0), {"goal distance [m]": 0.25, "odd": {1, 2} - {2}})
     boards = msgpack.unpackb(client.ask(b"B", b"demo;other")[1])
     assert boards == {"demo": {"goal distance [m]": 0.25, "odd": "{1}"}}
     assert msgpack.unpackb(client.ask(b"B", b"")[1]) == boards
     assert msgpack.unpackb(client.ask(b"B", b"other")[1]) == {}
 
 
-def test_transitions_are_recorded_on_request(scene, client):
-    scene.server.show(snapshot(10), {})
+def test_transitions_are_recorded_on_request(served, client):
+    served.server.show(snapshot(10), {})
     assert int(client.ask(b"r", b"start")[1]) > 1_700_000_000_000_000
-    scene.server.show(snapshot(40), {})  # 0.6 s later, after the change in tick 30
+    served.server.show(snapshot(40), {})  # 0.6 s later, after the change in tick 30
     body = client.ask(b"t")[1]
     assert len(body) % 9 == 0
     found = [
@@ -202,41 +108,41 @@ def test_transitions_are_recorded_on_request(scene, client):
     assert (600_000, 3, 2) in found  # `recover` succeeded
     assert client.ask(b"t")[1] == b""
     assert len(client.ask(b"r", b"stop")) == 1
-    scene.server.show(snapshot(60), {})
+    served.server.show(snapshot(60), {})
     assert client.ask(b"t")[1] == b""
 
 
-def test_a_breakpoint_pauses_is_announced_and_is_unlocked(scene, client):
+def test_a_breakpoint_pauses_is_announced_and_is_unlocked(served, client):
     assert len(client.hook(8)) == 1
     time.sleep(0.2)  # a subscription takes a moment
-    assert scene.tick(8) is Status.RUNNING
-    assert scene.control.state.paused
+    assert served.tick(8) is Status.RUNNING
+    assert served.control.state.paused
     head, uid = client.notices.recv_multipart()
     assert (head[:2], len(head), uid) == (b"\x02N", 6, b"8")
-    assert scene.tick(7) is Status.SUCCESS  # the others have none
+    assert served.tick(7) is Status.SUCCESS  # the others have none
     client.unlock(8)
-    assert not scene.control.state.paused
-    assert scene.tick(8) is Status.SUCCESS
-    scene.control.resume()
+    assert not served.control.state.paused
+    assert served.tick(8) is Status.SUCCESS
+    served.control.resume()
     client.unlock(8, "FAILURE")  # not waiting: nothing to answer
-    assert scene.tick(8) is Status.RUNNING
+    assert served.tick(8) is Status.RUNNING
     client.unlock(8, "FAILURE", remove=True)
-    assert scene.tick(8) is Status.FAILURE
-    assert scene.tick(8) is Status.SUCCESS
+    assert served.tick(8) is Status.FAILURE
+    assert served.tick(8) is Status.SUCCESS
     assert json.loads(client.ask(b"D")[1]) == []
 
 
-def test_a_node_is_replaced(scene, client):
+def test_a_node_is_replaced(served, client):
     client.hook(8, mode=1, desired_status="FAILURE")
-    assert scene.tick(8) is Status.FAILURE
-    assert not scene.control.state.paused
+    assert served.tick(8) is Status.FAILURE
+    assert not served.control.state.paused
     client.hook(8, mode=1, desired_status="FAILURE", once=True)
-    assert scene.tick(8) is Status.FAILURE
-    assert scene.tick(8) is Status.SUCCESS
+    assert served.tick(8) is Status.FAILURE
+    assert served.tick(8) is Status.SUCCESS
     wait_for(lambda: json.loads(client.ask(b"D")[1]) == [])
 
 
-def test_hooks_are_listed_disabled_and_removed(scene, client):
+def test_hooks_are_listed_disabled_and_removed(served, client):
     described = [
         {
             "enabled": True,
@@ -253,51 +159,51 @@ def test_hooks_are_listed_disabled_and_removed(scene, client):
     assert sorted(listed, key=lambda hook: hook["uid"]) == described
     client.ask(b"X")
     assert [hook["enabled"] for hook in json.loads(client.ask(b"D")[1])] == [False, False]
-    assert scene.tick(2) is Status.SUCCESS
+    assert served.tick(2) is Status.SUCCESS
     client.ask(b"R", json.dumps({"uid": 2, "position": 0}).encode())
     assert [hook["uid"] for hook in json.loads(client.ask(b"D")[1])] == [3]
     client.ask(b"A")
     assert json.loads(client.ask(b"D")[1]) == []
 
 
-def test_a_removed_breakpoint_lets_the_run_go_on(scene, client):
+def test_a_removed_breakpoint_lets_the_run_go_on(served, client):
     client.hook(8)
-    scene.tick(8)
+    served.tick(8)
     client.ask(b"A")
-    assert not scene.control.state.paused
-    assert scene.tick(8) is Status.SUCCESS
+    assert not served.control.state.paused
+    assert served.tick(8) is Status.SUCCESS
 
 
-def test_a_silent_client_leaves_no_breakpoints_but_the_robot_stays_paused(scene, client):
+def test_a_silent_client_leaves_no_breakpoints_but_the_robot_stays_paused(served, client):
     client.hook(8)
     client.hook(9)
-    scene.tick(8)
-    scene.now += 6.0
-    wait_for(lambda: not scene.hooks[8].acts)
-    assert scene.tick(9) is Status.SUCCESS
-    assert scene.control.state.paused
+    served.tick(8)
+    served.now += 6.0
+    wait_for(lambda: not served.hooks[8].actions)
+    assert served.tick(9) is Status.SUCCESS
+    assert served.control.state.paused
     client.ask(b"S")
-    assert scene.tick(9) is Status.RUNNING  # back again, and so are its breakpoints
+    assert served.tick(9) is Status.RUNNING  # back again, and so are its breakpoints
 
 
 def test_breakpoints_of_the_command_line_outlive_the_client():
     control = Control()
     hooks = [Hook(Nothing(node.name, []), lambda *_: None) for node in TREE]
-    hooks[2].acts = {Side.BEFORE: Act()}
+    hooks[2].actions = {Side.BEFORE: HookAction()}
     with (
         GrootServer("demo", TREE, hooks, control, port=PORT),
         zmq.Context() as context,
     ):
         client = Client(context)
         client.hook(3, mode=1, desired_status="FAILURE")
-        assert hooks[2].acts[Side.BEFORE].instead is Status.FAILURE
+        assert hooks[2].actions[Side.BEFORE].replace_with is Status.FAILURE
         client.ask(b"A")
-        assert hooks[2].acts == {Side.BEFORE: Act()}
+        assert hooks[2].actions == {Side.BEFORE: HookAction()}
         context.destroy(linger=0)
 
 
 @pytest.mark.parametrize(
-    ("parts", "said"),
+    ("parts", "message"),
     [
         ([b"\x02S"], b"wrong request header"),
         ([b"\x02Z\x00\x00\x00\x00"], b"Request not recognized"),
@@ -310,22 +216,22 @@ def test_breakpoints_of_the_command_line_outlive_the_client():
         ([b"\x02B\x00\x00\x00\x00", b"\xff"], b""),
     ],
 )
-def test_nonsense_is_answered_by_an_error_and_harms_nothing(client, parts, said):
+def test_nonsense_is_answered_by_an_error_and_harms_nothing(client, parts, message):
     client.socket.send_multipart(parts)
     reply = client.socket.recv_multipart()
     assert reply[0] == b"error"
-    assert said in reply[1]
+    assert message in reply[1]
     assert len(client.ask(b"S")[1]) == 3 * len(TREE)
 
 
-def test_it_listens_on_loopback_alone_and_says_when_a_port_is_taken(scene):
+def test_it_listens_on_loopback_alone_and_says_when_a_port_is_taken(served):
     with open("/proc/net/tcp", encoding="ascii") as file:
         rows = [row.split() for row in file.readlines()[1:]]
     for port in (PORT, PORT + 1):
         listening = [r[1] for r in rows if r[3] == "0A" and r[1].endswith(f":{port:04X}")]
         assert listening == [f"0100007F:{port:04X}"]
     with pytest.raises(GrootError, match=f"port {PORT} .*--groot2-port"):
-        GrootServer("demo", TREE, scene.hooks, scene.control, port=PORT)
+        GrootServer("demo", TREE, served.hooks, served.control, port=PORT)
 
 
 def test_headers_are_read_as_they_are_written():

@@ -9,7 +9,10 @@ import pytest
 from app.live.monitor import meshes as module
 from app.live.monitor.meshes import NAMES, meshes
 from app.live.monitor.robot_looks import robot_looks
-from controller import FRANKIE, OMNI
+from robots import load_robot
+
+FRANKIE = load_robot("frankie")
+OMNI = load_robot("omni")
 
 needs_assets = pytest.mark.skipif(
     importlib.util.find_spec("rtbdata") is None,
@@ -56,7 +59,7 @@ def test_meshes_are_whole_and_have_the_size_of_the_robot() -> None:
         lengths = np.linalg.norm(mesh.normals, axis=1)
         assert np.mean(np.abs(lengths - 1.0) < 1e-3) > 0.998, "but where faces lie back to back"
     size = np.ptp(made["omron"].vertices, axis=0)
-    assert size == pytest.approx([*FRANKIE.base_size, FRANKIE.bTa.translation[2]], abs=0.02)
+    assert size == pytest.approx([*FRANKIE.base.size], abs=0.02)
 
 
 @needs_assets

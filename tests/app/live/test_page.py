@@ -7,7 +7,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from monitor_samples import TREE, snapshot
+from sample_run import TREE, snapshot
 
 from app.live.operator import Control
 from app.live.operator.page import ControlPage, PageError, WebViewer

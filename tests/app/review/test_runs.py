@@ -9,7 +9,8 @@ from typer.testing import CliRunner
 
 from app.cli import app
 from app.core.launch import RunOptions, run_task
-from app.review.finished import UnknownRunError, find_run, run_folders
+from app.review import find_run, run_folders
+from app.review.finished import UnknownRunError
 
 GOOD = "task: good\ntree:\n  wait: {duration_s: 0.05}\n"
 BAD = "task: bad\ntree:\n  name: empty hand\n  holding_object:\n"
@@ -70,9 +71,9 @@ def test_a_run_is_found_by_all_its_names(runs):
     for name in (str(bad), str(bad / "recording.rrd"), str(bad / "summary.json"), bad.name):
         assert find_run(name, runs) == bad
     assert find_run("last", runs).name.endswith("-killed")
-    with pytest.raises(UnknownRunError, match="no run"):
+    with pytest.raises(UnknownRunError, match="no such run"):
         find_run("nothing", runs)
-    with pytest.raises(UnknownRunError, match="no run"):
+    with pytest.raises(UnknownRunError, match="no such run"):
         find_run("notes", runs)
 
 
@@ -105,7 +106,7 @@ def test_view_opens_the_recording_on_loopback_alone(runs, monkeypatch):
     started = []
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(
-        "app.review.open_recording.os.execv", lambda program, command: started.append(command)
+        "app.live.monitor.open_recording.os.execv", lambda program, command: started.append(command)
     )
     for name in (run_folders(runs)[0].name, run_folders(runs)[0] / "recording.rrd"):
         assert call("view", name, "--runs", runs)[0] == 0

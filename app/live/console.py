@@ -1,0 +1,178 @@
+"""Every way to control a run that the user asked for: keys, page, breakpoints, Groot2."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+
+from py_trees.behaviour import Behaviour
+
+from app.live.groot import USUAL_PORT, GrootError, GrootServer
+from app.live.nodes import tree_view
+from app.live.operator import (
+    HELP,
+    Control,
+    ControlPage,
+    Hook,
+    HookAction,
+    PageError,
+    Side,
+    WebViewer,
+    in_terminal,
+    insert_hooks,
+    keys,
+    matching,
+)
+from app.live.snapshot import Snapshot, key_figures
+from config import UserError
+from trees.language import TreeNode
+
+
+class NoControlError(UserError):
+    """The run would pause and nobody could resume it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControlOptions:
+    """The user's choices about control."""
+
+    page: bool = False
+    """Serve the page."""
+    page_port: int | None = None
+    """None takes the usual one, or any free one if that is taken."""
+    paused: bool = False
+    """Pause before the first tick."""
+    breaks: tuple[str, ...] = ()
+    """Nodes before which the run pauses, by name, key or path."""
+    groot: bool = False
+    """Serve Groot2."""
+    groot_port: int = USUAL_PORT
+
+
+class OperatorConsole:
+    """The controls of one run; use it in a `with` statement.
+
+    Bad options are refused here, before anything moves.
+
+    Args:
+        options: the user's choices.
+        task: name of the task.
+        nodes: the nodes of the tree, in preorder.
+        inject: injects a fault into the robot, by name.
+        clear: clears the injected faults.
+        release: releases the gate that a fault had latched; called on the loop.
+        viewer: the web viewer to embed in the page, if there is one.
+        say: receives messages for the user, a line at a time.
+
+    Raises:
+        UnknownNodeError: no node matches a breakpoint.
+        NoControlError: the run would pause, and there are neither keys nor page nor Groot2.
+        PageError: the page cannot be served.
+        GrootError: Groot2 cannot be served.
+    """
+
+    def __init__(
+        self,
+        options: ControlOptions,
+        *,
+        task: str,
+        nodes: Sequence[TreeNode],
+        inject: Callable[[str], None],
+        clear: Callable[[], None],
+        release: Callable[[], None],
+        viewer: WebViewer | None,
+        say: Callable[[str], None],
+    ) -> None:
+        self.control = Control(paused=options.paused)
+        self._clear, self._release = clear, release
+        self._say = say
+        self._groot: GrootServer | None = None
+        self._page: ControlPage | None = None
+        self._cleared = False
+        self._stack = ExitStack()
+        if (options.paused or options.breaks) and not (
+            options.page or options.groot or in_terminal(0)
+        ):
+            raise NoControlError(
+                "--paused and --break wait for a person, but there is no terminal for keys; "
+                "add --control or --groot2"
+            )
+        tree = tree_view(nodes)
+        self.root, hooks = self._insert(options, nodes)
+        try:
+            if options.groot:
+                self._groot = self._stack.enter_context(
+                    GrootServer(task, tree, hooks, self.control, port=options.groot_port)
+                )
+            if options.page:
+                self._page = self._stack.enter_context(
+                    ControlPage(
+                        self.control,
+                        tree,
+                        inject=inject,
+                        clear=self.clear,
+                        viewer=viewer,
+                        port=options.page_port,
+                    )
+                )
+        except (GrootError, PageError):
+            self._stack.close()
+            raise
+
+    def __enter__(self) -> OperatorConsole:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    @contextmanager
+    def open(self) -> Iterator[None]:
+        """Listen to keys, and print how to control the run; to be entered once the viewer is up."""
+        with keys(self.control) as listening:
+            if listening:
+                self._say(HELP)
+            if self._page is not None:
+                self._say(f"control at {self._page.url}")
+            yield
+
+    def show(self, snapshot: Snapshot, *, changed: bool) -> None:
+        """Pass a tick to the page and to Groot2.
+
+        Args:
+            snapshot: the tick.
+            changed: whether a node changed its status.
+        """
+        if changed:
+            self.control.node_changed()
+        if self._page is not None:
+            self._page.show(snapshot)
+        if self._groot is not None:
+            self._groot.show(snapshot, {**snapshot.blackboard, **key_figures(snapshot)})
+        if self._cleared and not snapshot.state.faults:
+            self._cleared = False
+            self._release()
+
+    def clear(self) -> None:
+        """Clear injected faults; `show` releases the gate with the next healthy reading."""
+        self._clear()
+        self._cleared = True
+
+    def _insert(
+        self, options: ControlOptions, nodes: Sequence[TreeNode]
+    ) -> tuple[Behaviour, list[Hook]]:
+        """Hooks for the breakpoints, and for all nodes with Groot2."""
+        stops = {node for wanted in options.breaks for node in matching(nodes, wanted)}
+        every = [node.node for node in nodes]
+        hooked = every if options.groot else [node for node in every if node in stops]
+        root, hooks = insert_hooks(nodes[0].node, hooked, self._reached)
+        for hook in hooks:
+            if hook.node in stops:
+                hook.actions = {Side.BEFORE: HookAction()}
+        return root, hooks
+
+    def _reached(self, hook: Hook, side: Side, action: HookAction) -> None:
+        if action.replace_with is None:
+            self.control.pause(f"{side.name.lower()} {hook.name}")
+        if self._groot is not None:
+            self._groot.reached(hook, side)

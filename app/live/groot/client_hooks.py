@@ -1,0 +1,140 @@
+"""The hooks that a Groot2 client inserts: breakpoints and replaced outcomes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from py_trees.common import Status
+
+from app.live.operator import Control, Hook, HookAction, Side
+
+_BREAKPOINT, _REPLACE = 0, 1
+_OUTCOMES = {"SUCCESS": Status.SUCCESS, "FAILURE": Status.FAILURE}
+
+
+class _HookRequest(NamedTuple):
+    """A hook as the client described it."""
+
+    enabled: bool
+    mode: int
+    once: bool
+    desired_status: str
+
+
+class ClientHooks:
+    """Sets the actions of a tree's hooks as the client requests; used by one thread.
+
+    Requests and the list are JSON. A malformed request raises ValueError, KeyError or TypeError,
+    with a text for the client.
+
+    Args:
+        hooks: one per node; a node's number is its position, from 1. Actions that a hook already
+            has are kept.
+        control: resumes the run.
+    """
+
+    def __init__(self, hooks: Sequence[Hook], control: Control) -> None:
+        self._hooks = dict(enumerate(hooks, start=1))
+        self._own = {uid: dict(hook.actions) for uid, hook in self._hooks.items()}
+        self._control = control
+        self._requests: dict[tuple[int, Side], _HookRequest] = {}
+        self._silent = False
+
+    def insert(self, text: bytes) -> None:
+        """Add a hook, or several."""
+        described = json.loads(text)
+        for one in described if isinstance(described, list) else [described]:
+            uid, side = self._position(one)
+            self._requests[uid, side] = _HookRequest(
+                enabled=bool(one["enabled"]),
+                mode=int(one["mode"]),
+                once=bool(one["once"]),
+                desired_status=str(one["desired_status"]),
+            )
+            self._apply(uid)
+
+    def remove(self, text: bytes) -> None:
+        """Remove a hook, and resume a run that is paused there."""
+        uid, side = self._existing(json.loads(text))
+        del self._requests[uid, side]
+        self._apply(uid)
+        self._resume_at(uid)
+
+    def unlock(self, text: bytes) -> None:
+        """Resume a run that is paused at a hook; the client may replace the outcome."""
+        described = json.loads(text)
+        uid, side = self._existing(described)
+        if described["remove_when_done"] or self._requests[uid, side].once:
+            del self._requests[uid, side]
+            self._apply(uid)
+        self._resume_at(uid, _OUTCOMES.get(str(described["desired_status"])))
+
+    def dump(self) -> bytes:
+        """All hooks."""
+        return json.dumps(
+            [
+                {"uid": uid, "position": side.value, **request._asdict()}
+                for (uid, side), request in self._requests.items()
+            ]
+        ).encode()
+
+    def remove_all(self) -> None:
+        """Remove all hooks, and resume a run that is paused at one."""
+        self._requests.clear()
+        self._resume_all()
+
+    def disable(self) -> None:
+        """Keep all hooks, but disable them."""
+        self._requests = {key: r._replace(enabled=False) for key, r in self._requests.items()}
+        self._resume_all()
+
+    def replaced(self, uid: int, side: Side) -> None:
+        """A hook has acted; one that replaces once only is removed."""
+        request = self._requests.get((uid, side))
+        if request is not None and request.once and request.mode == _REPLACE:
+            del self._requests[uid, side]
+
+    def set_silent(self, silent: bool) -> None:
+        """Whether the client is silent: its hooks are disabled, and a paused run stays paused."""
+        if silent != self._silent:
+            self._silent = silent
+            for uid in self._hooks:
+                self._apply(uid)
+
+    def _position(self, described: dict[str, Any]) -> tuple[int, Side]:
+        uid, side = int(described["uid"]), Side(int(described["position"]))
+        if uid not in self._hooks:
+            raise ValueError("Node ID not found")
+        return uid, side
+
+    def _existing(self, described: dict[str, Any]) -> tuple[int, Side]:
+        position = self._position(described)
+        if position not in self._requests:
+            raise ValueError("Node ID not found")
+        return position
+
+    def _apply(self, uid: int) -> None:
+        """Set a hook's actions: its own, overridden by the client's."""
+        actions = dict(self._own[uid])
+        for side in Side:
+            request = self._requests.get((uid, side))
+            if request is None or not request.enabled or self._silent:
+                continue
+            outcome = _OUTCOMES.get(request.desired_status) if request.mode == _REPLACE else None
+            if outcome is not None or request.mode == _BREAKPOINT:
+                actions[side] = HookAction(replace_with=outcome, once=request.once)
+        self._hooks[uid].actions = actions
+
+    def _resume_all(self) -> None:
+        for uid in self._hooks:
+            self._apply(uid)
+            self._resume_at(uid)
+
+    def _resume_at(self, uid: int, answer: Status | None = None) -> None:
+        """Resume the run if it is paused at a node."""
+        hook = self._hooks[uid]
+        if hook.waiting:
+            hook.answer = answer
+            self._control.resume()

@@ -1,0 +1,70 @@
+"""A tree as the XML that Groot2 draws: nodes numbered in preorder, and their models."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+from app.live.nodes import NodeInfo
+
+
+class _Model(NamedTuple):
+    category: str
+    name: str
+
+
+_MODELS = {
+    "sequence": _Model("Control", "Sequence"),
+    "reactive_sequence": _Model("Control", "ReactiveSequence"),
+    "fallback": _Model("Control", "Fallback"),
+    "reactive_fallback": _Model("Control", "ReactiveFallback"),
+    "parallel": _Model("Control", "Parallel"),
+    "retry": _Model("Decorator", "RetryUntilSuccessful"),
+    "repeat": _Model("Decorator", "Repeat"),
+    "timeout": _Model("Decorator", "Timeout"),
+    "invert": _Model("Decorator", "Inverter"),
+}
+"""BehaviorTree.CPP's names of the composites and modifiers that it has too."""
+
+
+def tree_xml(task: str, tree: Sequence[NodeInfo]) -> str:
+    """The XML of a tree.
+
+    Args:
+        task: name of the task, and so of the tree.
+        tree: its nodes in preorder.
+    """
+    root = ElementTree.Element("root", BTCPP_format="4", main_tree_to_execute=task)
+    ancestors = [ElementTree.SubElement(root, "BehaviorTree", ID=task, _fullpath="")]
+    models = set()
+    for index, node in enumerate(tree):
+        del ancestors[node.depth + 1 :]
+        children = len(_children(tree, index))
+        model = _MODELS.get(node.kind) or _own_model(node.kind, children)
+        models.add(model)
+        element = ElementTree.SubElement(
+            ancestors[-1], model.name, name=node.name, _uid=str(index + 1)
+        )
+        ancestors.append(element)
+    listed = ElementTree.SubElement(root, "TreeNodesModel")
+    for model in sorted(models):
+        ElementTree.SubElement(listed, model.category, ID=model.name)
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _own_model(kind: str, children: int) -> _Model:
+    """The model of a node that only this project has."""
+    return _Model(("Action", "Decorator", "Control")[min(children, 2)], kind or "node")
+
+
+def _children(tree: Sequence[NodeInfo], index: int) -> Sequence[NodeInfo]:
+    """The children of a node."""
+    below = []
+    for node in tree[index + 1 :]:
+        if node.depth <= tree[index].depth:
+            break
+        if node.depth == tree[index].depth + 1:
+            below.append(node)
+    return below

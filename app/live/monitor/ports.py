@@ -1,0 +1,62 @@
+"""Where a run is served: an address of this machine and a free port."""
+
+from __future__ import annotations
+
+import errno
+import ipaddress
+import os
+import socket
+from dataclasses import dataclass, field
+
+LOOPBACK = "127.0.0.1"
+
+
+def reachable(host: str) -> str:
+    """An address that reaches `host` from this machine."""
+    return LOOPBACK if ipaddress.ip_address(host).is_unspecified else host
+
+
+def choose_port(
+    host: str = LOOPBACK, chosen: int | None = None, *, usual: int = 0, taken: int | None = None
+) -> int:
+    """A port on which nobody listens.
+
+    Args:
+        host: to listen on.
+        chosen: the only acceptable port; None tries the usual one, then any.
+        usual: 0 for none in particular.
+        taken: a port that is already reserved.
+
+    Raises:
+        OSError: the chosen port is taken or not allowed, or the address is not this machine's.
+    """
+    if chosen is not None:
+        return _free(host, chosen, taken)
+    try:
+        return _free(host, usual, taken)
+    except OSError:
+        return _free(host, 0, None)
+
+
+def _free(host: str, port: int, taken: int | None) -> int:
+    """The port, or any for 0, if it can be bound."""
+    if port and port == taken:
+        raise OSError(errno.EADDRINUSE, os.strerror(errno.EADDRINUSE))
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        probe.bind((host, port))
+        probe.listen()
+        return int(probe.getsockname()[1])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Address:
+    """Where the live data is served; by default a free port of the loopback address."""
+
+    host: str = LOOPBACK
+    port: int = field(default_factory=choose_port)
+
+    @property
+    def url(self) -> str:
+        """What a viewer on this machine connects to."""
+        return f"rerun+http://{reachable(self.host)}:{self.port}/proxy"

@@ -1,0 +1,103 @@
+"""Depth images from a recording, of this project or of any other that logs depth to Rerun."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from config import UserError
+
+_ENCODED, _RAW = "EncodedDepthImage:", "DepthImage:"
+_TYPES: dict[int, str] = {6: "u1", 7: "u2", 8: "u4", 33: "f2", 34: "f4", 35: "f8"}
+"""Raw pixels by the number of Rerun's channel type."""
+_HINT = "; use a recording with depth images"
+
+
+class NoDepthError(UserError):
+    """The recording has no readable depth image; the text says why."""
+
+
+class RecordedDepth(NamedTuple):
+    """A recorded depth image."""
+
+    depth: npt.NDArray[np.float32]
+    """(H, W) [m]; 0 where missing."""
+    focal: float | None
+    """Focal length [px], if it was recorded."""
+
+
+def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:
+    """The depth image nearest to a time in a recording.
+
+    Args:
+        recording: an .rrd file.
+        at: time on the recording's first timeline that counts from its start [s]; None takes the
+            last image.
+
+    Raises:
+        NoDepthError: it is not a recording, or has no depth image.
+    """
+    focal: float | None = None
+    best: tuple[float, dict[str, Any]] | None = None
+    try:
+        for batch in _batches(recording):
+            for row in batch:
+                if "Pinhole:image_from_camera" in row:
+                    focal = float(row["Pinhole:image_from_camera"][0][0])
+                if any(f"{kind}meter" in row for kind in (_ENCODED, _RAW)):
+                    distance = -row["time"] if at is None else abs(row["time"] - at)
+                    if best is None or distance <= best[0]:
+                        best = distance, row
+    except (OSError, RuntimeError, ValueError) as error:
+        raise NoDepthError(
+            f"{recording}: cannot be read as a recording ({error}){_HINT}"
+        ) from error
+    if best is None:
+        raise NoDepthError(f"{recording}: the recording has no depth images{_HINT}")
+    depth = _decoded(best[1])
+    if depth is None:
+        raise NoDepthError(f"{recording}: the encoding of its depth images is not supported{_HINT}")
+    return RecordedDepth(depth, focal)
+
+
+def _batches(recording: Path) -> Iterator[Iterator[dict[str, Any]]]:
+    """Rows of every chunk, by component; times in seconds."""
+    from rerun.chunk import RrdReader
+
+    for chunk in RrdReader(recording).stream().to_chunks():
+        batch = chunk.to_record_batch()
+        if any("DepthImage:" in n or "Pinhole:" in n for n in batch.schema.names):
+            yield _rows(batch)
+
+
+def _rows(batch: Any) -> Iterator[dict[str, Any]]:
+    names = batch.schema.names
+    timeline = "t" if "t" in names else "log_time" if "log_time" in names else None
+    times = batch.column(timeline).cast("int64") if timeline else None
+    wanted = [n for n in names if ":" in n]
+    for index in range(batch.num_rows):
+        row: dict[str, Any] = {n: batch.column(n)[index].as_py() for n in wanted}
+        row = {n: value for n, value in row.items() if value is not None}
+        yield row | {"time": 1e-9 * times[index].as_py() if times is not None else 0.0}
+
+
+def _decoded(row: dict[str, Any]) -> npt.NDArray[np.float32] | None:
+    """(H, W) depth [m]; None if the encoding is not supported."""
+    import cv2
+
+    if f"{_ENCODED}blob" in row:
+        blob = np.frombuffer(bytes(row[f"{_ENCODED}blob"][0]), dtype=np.uint8)
+        image = cv2.imdecode(blob, cv2.IMREAD_UNCHANGED)
+        if image is None or image.ndim != 2:
+            return None
+        per_metre = row[f"{_ENCODED}meter"][0]
+    else:
+        kind = row[f"{_RAW}format"][0]
+        pixels = np.frombuffer(bytes(row[f"{_RAW}buffer"][0]), _TYPES[kind["channel_datatype"]])
+        image = pixels.reshape(kind["height"], kind["width"])
+        per_metre = row[f"{_RAW}meter"][0]
+    return np.asarray(image / np.float32(per_metre), dtype=np.float32)

@@ -1,0 +1,166 @@
+"""What a person may tune about the behaviours; the defaults suit Frankie."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import radians
+
+
+@dataclass(frozen=True, kw_only=True)
+class FingerSettings:
+    """When fingers are open, closed or stuck."""
+
+    closed: float = 0.0015
+    """Fingers nearer to each other than this hold nothing [m]."""
+    open_share: float = 0.95
+    """Share of the full opening from which they count as open."""
+    opening_force: float = 20.0
+    """Force with which they open [N]."""
+    patience: float = 3.0
+    """Fingers that still move after this do not do what they were told [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProgressSettings:
+    """When a motion counts as stuck."""
+
+    metres_per_radian: float = 0.3
+    """What a radian counts in the distance that is left: about the length of the hand [m/rad]."""
+    step: float = 0.005
+    """Smallest improvement that counts [m or rad]."""
+    patience: float = 2.5
+    """No improvement for this long is stuck, near the goal [s]."""
+    travel_patience: float = 5.0
+    """The same on the way there: a base that turns first brings the hand no nearer [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GraspSettings:
+    """How the hand follows a grasp and goes down on it."""
+
+    standoff: float = 0.12
+    """Height over the grasp where the hand waits until it is locked and below [m]."""
+    above_position: float = 0.006
+    """The hand goes down when it stands over the locked grasp this precisely [m] ..."""
+    above_angle: float = radians(3.0)
+    """... and turned this little [rad]."""
+    other_target: float = 0.03
+    """A grasp that jumps this far is another one, and gets the full time to be reached [m]."""
+    follow_speed: float = 0.5
+    """[m/s]."""
+    descend_speed: float = 0.25
+    """[m/s]."""
+    descend_tolerance: float = 0.004
+    """The fingers close this near to the grasp [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaceSettings:
+    """How an object is set down."""
+
+    clearance: float = 0.008
+    """Height over the surface at which it is released [m]."""
+    above: float = 0.12
+    """Height over the place that the hand comes from and goes back to [m]."""
+    approach_speed: float = 0.6
+    """[m/s]."""
+    approach_tolerance: float = 0.015
+    """[m]."""
+    lower_speed: float = 0.2
+    """[m/s]."""
+    lower_tolerance: float = 0.004
+    """[m]."""
+    rise_speed: float = 0.5
+    """[m/s]."""
+    rise_tolerance: float = 0.03
+    """[m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RetreatSettings:
+    """How the hand rises, after a grasp or out of a fault."""
+
+    speed: float = 0.5
+    """After a grasp [m/s]."""
+    recovery_speed: float = 0.3
+    """Out of a fault, where something may be in the way [m/s]."""
+    tolerance: float = 0.03
+    """[m]."""
+    recovery_patience: float = 1.0
+    """A hand that does not rise any more may fold all the same after this [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecoverSettings:
+    """How the arm comes back to a posture."""
+
+    folded: float = 0.05
+    """Nearer than this to the posture there is nothing to rise out of [rad]."""
+    most_faults: int = 3
+    """Faults that come back more often are not cleared again."""
+    fold_patience: float = 2.0
+    """An arm that comes no nearer for this long is stuck [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewSettings:
+    """How the camera is pointed and what it is believed."""
+
+    speed: float = 0.5
+    """Of the hand that turns the camera [m/s]."""
+    at_rest: float = 0.05
+    """Slower than this the hand stands still [m/s and rad/s]."""
+    patience: float = 2.0
+    """A camera that gives no frame for longer than this is blind [s]."""
+    width_per_height: float = 0.8
+    """Side of the square that one picture shows well, per height of the camera."""
+    least_seen: float = 0.9
+    """Share of a region that must be seen to count what stands in it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class OccupancySettings:
+    """How depth frames become a picture of a region from above."""
+
+    cell: float = 0.003
+    """Side of a cell [m]."""
+    stride: int = 2
+    """Only every n-th pixel is used, along rows and columns."""
+    below: float = 0.03
+    """Noise may put the floor this far below where it is [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FollowSettings:
+    """How a moving object is followed."""
+
+    speed: float = 0.5
+    """[m/s]."""
+    smallest_area: float = 2e-4
+    """What covers less than this, seen from above, is not followed [m^2]."""
+    same_object: float = 0.10
+    """An object farther than this from where it was in the last picture is another one [m]."""
+    still_radius: float = 0.01
+    """An object that has not left a circle of this radius stands still [m]."""
+    keeping_up: float = 0.05
+    """Nearer than this to where it wants to be, the hand keeps up with the object [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BehaviourSettings:
+    """Everything together; a `Context` carries it to all leaves."""
+
+    fingers: FingerSettings = field(default_factory=FingerSettings)
+    progress: ProgressSettings = field(default_factory=ProgressSettings)
+    grasp: GraspSettings = field(default_factory=GraspSettings)
+    place: PlaceSettings = field(default_factory=PlaceSettings)
+    retreat: RetreatSettings = field(default_factory=RetreatSettings)
+    recover: RecoverSettings = field(default_factory=RecoverSettings)
+    view: ViewSettings = field(default_factory=ViewSettings)
+    counting: OccupancySettings = field(default_factory=OccupancySettings)
+    """Where objects are counted."""
+    glance: OccupancySettings = field(
+        default_factory=lambda: OccupancySettings(cell=0.008, stride=3)
+    )
+    """Where every frame is looked at within its tick."""
+    follow: FollowSettings = field(default_factory=FollowSettings)

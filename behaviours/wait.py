@@ -1,0 +1,33 @@
+"""Stand still for a while."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from py_trees.common import Status
+
+from behaviours.context import Context
+from behaviours.leaf import Leaf
+
+
+class Wait(Leaf):
+    """Stand still for a while.
+
+    Args:
+        duration_s: how long [s].
+    """
+
+    key: ClassVar[str] = "wait"
+
+    def __init__(self, name: str, context: Context, *, duration_s: float) -> None:
+        super().__init__(name, context)
+        self._duration = duration_s
+
+    def initialise(self) -> None:
+        """Start the time."""
+        self._begun = self.context.clock.now()
+
+    def update(self) -> Status:
+        """One tick."""
+        left = self._duration - (self.context.clock.now() - self._begun)
+        return self.success("waited") if left <= 0.0 else self.running(f"{left:.1f} s left")

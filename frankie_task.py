@@ -1,0 +1,142 @@
+"""What the author of a behaviour, a robot or a script needs, in one place.
+
+A behaviour derives from `Leaf` or `Condition` and is offered by an entry point of the group
+`frankie_task.behaviours`. A robot is made of an `Arm`, a `Base`, a `Gripper` and a `DepthCamera`:
+`ComposedRobot`. A script calls `run_task`. What is not here may change without notice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from py_trees.common import Status
+
+from behaviours import (
+    Approach,
+    BasePose,
+    BehaviourSettings,
+    Condition,
+    Context,
+    Key,
+    Leaf,
+    Posture,
+    Progress,
+    Region,
+    ToolPose,
+    Vision,
+)
+from config import UserError
+from controller import BaseGoal, Command, MotionGoal, PoseGoal, PostureGoal, StepReport
+from hw import (
+    Arm,
+    ArmState,
+    Base,
+    BaseState,
+    Clock,
+    ComposedRobot,
+    DepthCamera,
+    DepthFrame,
+    DepthImage,
+    Fault,
+    FaultKind,
+    Gripper,
+    GripperState,
+    HardwareError,
+    Robot,
+    RobotState,
+    TaskTime,
+)
+from robots import RobotDescription, load_robot
+
+if TYPE_CHECKING:
+    from app.core import Result
+
+__all__ = [
+    "Approach",
+    "Arm",
+    "ArmState",
+    "Base",
+    "BaseGoal",
+    "BasePose",
+    "BaseState",
+    "BehaviourSettings",
+    "Clock",
+    "Command",
+    "ComposedRobot",
+    "Condition",
+    "Context",
+    "DepthCamera",
+    "DepthFrame",
+    "DepthImage",
+    "Fault",
+    "FaultKind",
+    "Gripper",
+    "GripperState",
+    "HardwareError",
+    "Key",
+    "Leaf",
+    "MotionGoal",
+    "PoseGoal",
+    "Posture",
+    "PostureGoal",
+    "Progress",
+    "Region",
+    "Robot",
+    "RobotDescription",
+    "RobotState",
+    "Status",
+    "StepReport",
+    "TaskTime",
+    "ToolPose",
+    "UserError",
+    "Vision",
+    "load_robot",
+    "run_task",
+]
+
+
+def run_task(
+    tree: str | Path,
+    *,
+    robot: str = "frankie",
+    world: str = "kinematic",
+    scene: str | None = None,
+    seed: int = 0,
+    parameters: Mapping[str, str] | None = None,
+    record: str | Path = "runs",
+) -> Result:
+    """Run a task as `frankie-task run` does, without a viewer.
+
+    Args:
+        tree: a task file, or the name of a shipped task.
+        robot: the body: `frankie`, `omni`, or a robot file.
+        world: what moves it.
+        scene: a shipped scene or a scene file; None takes the one that the task names.
+        seed: of the objects and of the camera's noise.
+        parameters: values of task parameters, as texts.
+        record: where the folder of the run is made.
+
+    Returns:
+        The outcome, the summary and the folder of the run.
+
+    Raises:
+        UserError: bad input; nothing has moved.
+        HardwareError: the robot cannot be connected.
+    """
+    from app.core import RunOptions
+    from app.core import run_task as run
+    from trees import find
+
+    return run(
+        RunOptions(
+            tree=find(str(tree)),
+            robot=robot,
+            world=world,
+            scene=scene,
+            seed=seed,
+            parameters=parameters or {},
+            record=Path(record),
+        )
+    )

@@ -1,0 +1,39 @@
+"""The entry point of `frankie-task`.
+
+The packages of the project have plain names. This module imports none of them before it knows that
+Python would find ours: a folder or file of the same name that comes earlier on the path, or another
+distribution installed over ours, would otherwise end in a traceback from the middle of nowhere.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib.machinery import PathFinder
+from pathlib import Path
+
+_PACKAGES = ("app", "behaviours", "config", "controller", "hw", "perception", "robots", "trees")
+_HOME = Path(__file__).resolve().parent
+_EXIT_BAD_INPUT = 2
+
+
+def foreign_package() -> str | None:
+    """One line about a package that Python would find elsewhere than beside this file, if any."""
+    for name in _PACKAGES:
+        spec = PathFinder.find_spec(name)
+        if spec is None or spec.origin is None:
+            return f"frankie-task is not installed completely: there is no package `{name}` in it"
+        found = Path(spec.origin).resolve()
+        if found.parent != _HOME / name:
+            hint = "rename it, or take its folder from PYTHONPATH; or use an environment of its own"
+            return f"{found}: hides the package `{name}` of frankie-task; {hint}"
+    return None
+
+
+def main() -> None:
+    """Refuse foreign packages, then run the command line."""
+    if (line := foreign_package()) is not None:
+        print(line, file=sys.stderr)
+        sys.exit(_EXIT_BAD_INPUT)
+    from app.cli import main as command_line
+
+    command_line()

@@ -1,0 +1,28 @@
+"""Work that takes time, done beside the loop or, in simulation, at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from typing import ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class InlineExecutor(Executor):
+    """Does the work in the caller's thread before `submit` returns: the same every time."""
+
+    def submit(self, fn: Callable[P, R], /, *args: P.args, **kwargs: P.kwargs) -> Future[R]:
+        """Do the work; the future is done."""
+        future: Future[R] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+def one_thread() -> Executor:
+    """A thread of its own, which does one piece of work after the other."""
+    return ThreadPoolExecutor(max_workers=1)

@@ -1,0 +1,168 @@
+"""The simulated robot in its world: kinematics with lag, and a hand that touches objects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+
+from controller import Command, RobotModel
+from hw.clock import Clock
+from hw.sim.hand import Hand
+from hw.sim.world import World
+from robots import Geom, RobotDescription
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dynamics:
+    """How the simulated robot answers to commands, beyond what its description says."""
+
+    period: float = 0.01
+    """A command holds for one period [s]; without a new one the robot stops."""
+    slip_distance: float = 0.005
+    """How far the hand moves until fingers that press without holding slip off [m]."""
+    battery_life: float = 4.0 * 3600.0
+    """Time in which a full battery runs down, whatever the robot does [s]."""
+
+
+class SimBody:
+    """Integrates what was commanded up to the clock's time; the parts of the robot share it.
+
+    Args:
+        description: which robot.
+        world: what is around it.
+        clock: simulated time.
+        dynamics: how it answers.
+    """
+
+    def __init__(
+        self, description: RobotDescription, world: World, clock: Clock, dynamics: Dynamics
+    ) -> None:
+        self.description = description
+        self.world = world
+        self.dynamics = dynamics
+        self._model = RobotModel(description)
+        self._clock = clock
+        self.now = clock.now()
+        self.wTb = SE3.Identity()
+        self.base_twist = np.zeros(3)
+        self.q = description.arm.ready.copy()
+        self.qd = np.zeros(7)
+        self.width = description.gripper.opening
+        self.fingers_move = False
+        self.reflex: str | None = None
+        """What the hand hit; None while the arm is free to move."""
+        self._command = Command.stop()
+        self._valid_until = 0.0
+        self._width_goal = self.width
+        self._pressing_from: SE3 | None = None
+        self._wanted_width = self.width
+        self._slipping = False
+        self._forgiven: str | None = None
+
+    @property
+    def wTe(self) -> SE3:
+        """End effector in the world."""
+        return self._model.wTe(self.wTb, self.q)
+
+    @property
+    def hand(self) -> Hand:
+        """The hand in the world."""
+        return Hand(self.description.gripper, self.wTe)
+
+    def shapes(self) -> list[Geom]:
+        """All that its camera can see, the hand included, in the world."""
+        return [*self.world.shapes(), *self.hand.shapes(self.width)]
+
+    def advance(self) -> None:
+        """Integrate up to the clock's time, a period at a time."""
+        now = self._clock.now()
+        while self.now < now - 1e-9:
+            dt = min(self.dynamics.period, now - self.now)
+            command = self._command if self.now < self._valid_until - 1e-9 else Command.stop()
+            self.world.move_to(self.now + dt)
+            self._integrate(command, dt)
+            self.now += dt
+        self.now = now
+
+    def follow(self, *, base_twist: np.ndarray | None = None, qd: np.ndarray | None = None) -> None:
+        """Follow a twist of the base, or velocities of the joints, for one period from now on."""
+        self.advance()
+        stale = self.now >= self._valid_until - 1e-9
+        before = Command.stop() if stale else self._command
+        self._command = Command(
+            base_twist=before.base_twist if base_twist is None else base_twist,
+            qd=before.qd if qd is None else qd,
+        )
+        self._valid_until = self.now + self.dynamics.period
+
+    def stop(self) -> None:
+        """Forget the command: the robot comes to rest with its lag."""
+        self._command = Command.stop()
+
+    def recover(self) -> None:
+        """Clear a reflex; the object that was hit is forgiven until the hand has left it."""
+        self._forgiven, self.reflex = self.reflex, None
+
+    def grip(self, width: float, force: float) -> None:
+        """Move the fingers to a width [m]; closing stops at what the contacts decide.
+
+        The contacts are decided on the pose of the hand when closing starts. Fingers that press on
+        an object without holding it close the rest of the way when the hand moves off.
+        """
+        self.advance()
+        if width > self.width:
+            self.world.open_fingers()
+            self._width_goal = min(width, self.description.gripper.opening)
+            self._pressing_from = None
+        else:
+            hand = self.hand
+            outcome = self.world.close_fingers(hand, self.width, force, width)
+            self._width_goal = outcome.width
+            if outcome.holding is None:
+                self._pressing_from, self._wanted_width = hand.wTe, width
+        self._slipping = False
+        self.fingers_move = self.width != self._width_goal
+
+    def _integrate(self, command: Command, dt: float) -> None:
+        """First-order lag on every axis, then exact motion along the arc that it gives."""
+        base_lag, arm_lag = self.description.base.lag, self.description.arm.lag
+        self.base_twist = self.base_twist + (1.0 - exp(-dt / base_lag)) * (
+            command.base_twist - self.base_twist
+        )
+        vx, vy, w = self.base_twist * dt
+        self.wTb = self.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
+        if self.reflex:
+            self.qd = np.zeros(7)
+        else:
+            self.qd = self.qd + (1.0 - exp(-dt / arm_lag)) * (command.qd - self.qd)
+            self.q = self.q + self.qd * dt
+        self._move_fingers(self.description.gripper.speed * dt)
+        self._touch()
+
+    def _move_fingers(self, step: float) -> None:
+        """A step towards the width that is wanted; slipping fingers slide along the object."""
+        width = self.width + float(np.clip(self._width_goal - self.width, -step, step))
+        if self._slipping and self.world.collision(self.hand, width):
+            width = self.width
+        self.fingers_move = width != self.width
+        self.width = width
+
+    def _touch(self) -> None:
+        """Carry what is held, slip off what is not, trip the reflex if the hand hits something."""
+        hand = self.hand
+        self.world.carry(hand.wTe)
+        if self._pressing_from is not None:
+            moved = np.linalg.norm(hand.wTe.translation - self._pressing_from.translation)
+            if moved > self.dynamics.slip_distance:
+                self._slipping, self._pressing_from = True, None
+                self._width_goal = self._wanted_width
+        hit = self.world.collision(hand, self.width)
+        if hit is None:
+            self._forgiven = None
+        elif hit != self._forgiven:
+            self.reflex = hit
+            self.qd = np.zeros(7)

@@ -1,0 +1,41 @@
+"""What a simulated world knows and no robot can: for scoring and drawing. Hardware has none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from pinocchio import SE3
+
+from robots import Geom
+
+
+class TrueObject(Protocol):
+    """An object of the world."""
+
+    @property
+    def name(self) -> str:
+        """Unlike that of any other object."""
+
+    @property
+    def parts(self) -> tuple[Geom, ...]:
+        """Its shapes, in its own frame."""
+
+    @property
+    def pose(self) -> SE3:
+        """Where it is now, in the world."""
+
+
+class Truth(Protocol):
+    """The world as it is, whatever the robot believes."""
+
+    @property
+    def fixtures(self) -> Sequence[Geom]:
+        """What never moves, in the world."""
+
+    @property
+    def objects(self) -> Sequence[TrueObject]:
+        """What can be picked up, always in the same order."""
+
+    def supports(self) -> Mapping[str, str]:
+        """What carries each object, by its name: `table`, `hand`, ...; empty for nothing."""

@@ -1,0 +1,308 @@
+"""The files that describe robots and their parts: what they may contain.
+
+Poses are `xyz` [m] with either `rpy_deg`, roll, pitch and yaw about the fixed axes [deg], or
+`rotation`, the rows of a rotation matrix.
+"""
+
+from __future__ import annotations
+
+from math import isclose
+from pathlib import Path
+from typing import Annotated, Literal, TypeAlias
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
+
+from config import StrictModel, suggest
+from robots.shapes import Box, Capsule, Colour, Geom, Sphere
+
+Finite: TypeAlias = Annotated[float, Field(allow_inf_nan=False)]
+Positive: TypeAlias = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NotNegative: TypeAlias = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Vector: TypeAlias = tuple[Finite, Finite, Finite]
+Seven: TypeAlias = tuple[Finite, Finite, Finite, Finite, Finite, Finite, Finite]
+
+N_LINKS = 8
+"""Of an arm: the foot and seven links."""
+PARTS = ("base", "floor", *(f"link{number}" for number in range(N_LINKS)), "hand")
+"""Names of what can touch."""
+
+_ORTHONORMAL = 1e-6
+_AXES = {
+    "x": pin.utils.rotate("y", np.pi / 2.0),
+    "y": pin.utils.rotate("x", np.pi / 2.0),
+    "z": np.eye(3),
+}
+"""Rotations that turn z onto an axis."""
+
+
+class PoseFile(StrictModel):
+    """A pose."""
+
+    xyz: Vector
+    rpy_deg: Vector | None = None
+    rotation: tuple[Vector, Vector, Vector] | None = None
+
+    @field_validator("rotation")
+    @classmethod
+    def _is_a_rotation(cls, rows: tuple[Vector, ...] | None) -> tuple[Vector, ...] | None:
+        if rows is not None:
+            R = np.array(rows)
+            if np.abs(R @ R.T - np.eye(3)).max() > _ORTHONORMAL or np.linalg.det(R) < 0.0:
+                raise ValueError("the rows of a rotation matrix are orthonormal and right-handed")
+        return rows
+
+    @model_validator(mode="after")
+    def _has_one_rotation(self) -> PoseFile:
+        if self.rpy_deg is not None and self.rotation is not None:
+            raise ValueError("give either `rpy_deg` or `rotation`")
+        return self
+
+    def pose(self) -> SE3:
+        """The pose in SI units."""
+        if self.rotation is not None:
+            R = np.array(self.rotation)
+        else:
+            roll, pitch, yaw = np.deg2rad(self.rpy_deg or (0.0, 0.0, 0.0))
+            # Not `rpyToMatrix`, which goes through quaternions and loses the last digit.
+            R = (
+                pin.utils.rotate("z", yaw)
+                @ pin.utils.rotate("y", pitch)
+                @ pin.utils.rotate("x", roll)
+            )
+        return SE3(R, np.array(self.xyz))
+
+
+class BoxFile(StrictModel):
+    """A box along the axes of its frame."""
+
+    xyz: Vector
+    """Centre [m]."""
+    size: tuple[Positive, Positive, Positive]
+    """Edge lengths [m]."""
+
+    def geom(self, name: str, colour: Colour) -> Geom:
+        """The shape in its frame."""
+        x, y, z = self.size
+        half = (x / 2.0, y / 2.0, z / 2.0)
+        return Geom(Box(half), SE3(np.eye(3), np.array(self.xyz)), name, colour)
+
+
+class BallFile(StrictModel):
+    """A ball."""
+
+    xyz: Vector
+    """Centre [m]."""
+    radius: Positive
+
+    def geom(self, name: str) -> Geom:
+        """The shape in its frame."""
+        return Geom(Sphere(self.radius), SE3(np.eye(3), np.array(self.xyz)), name)
+
+
+class CapsuleFile(StrictModel):
+    """A capsule along an axis of its frame."""
+
+    xyz: Vector
+    """Centre [m]."""
+    axis: Literal["x", "y", "z"]
+    radius: Positive
+    length: NotNegative
+    """Between the centres of the half balls [m]."""
+
+    def geom(self, name: str) -> Geom:
+        """The shape in its frame."""
+        shape = Capsule(self.radius, self.length / 2.0)
+        return Geom(shape, SE3(_AXES[self.axis], np.array(self.xyz)), name)
+
+
+class LinkCapsuleFile(CapsuleFile):
+    """A capsule of one link."""
+
+    link: Annotated[int, Field(ge=0, lt=N_LINKS)]
+    """0 is the foot."""
+
+
+class JointFile(PoseFile):
+    """A joint: its pose on the joint before it, and what it may do."""
+
+    position: tuple[Finite, Finite]
+    """Lower and upper [rad]."""
+    speed: Positive
+    """[rad/s]."""
+    acceleration: Positive
+    """[rad/s^2]."""
+
+    @field_validator("position")
+    @classmethod
+    def _is_ordered(cls, position: tuple[float, float]) -> tuple[float, float]:
+        return _ordered(position)
+
+
+def _ordered(bounds: tuple[float, float]) -> tuple[float, float]:
+    if bounds[0] >= bounds[1]:
+        raise ValueError("the lower bound comes first")
+    return bounds
+
+
+def _known_part(name: str) -> str:
+    if name not in PARTS:
+        raise ValueError(f"no part is called `{name}`; {suggest(name, PARTS)}")
+    return name
+
+
+Part: TypeAlias = Annotated[str, AfterValidator(_known_part)]
+
+
+class ArmFile(StrictModel):
+    """A serial arm of seven joints, each turning about its own z."""
+
+    joints: tuple[JointFile, JointFile, JointFile, JointFile, JointFile, JointFile, JointFile]
+    flange: PoseFile
+    """Of the hand, on the last link."""
+    ready: Seven
+    """Posture that tasks call `ready` [rad]."""
+    lag: Positive
+    """Time constant of the joint velocities [s]."""
+    collision: tuple[LinkCapsuleFile, ...]
+    may_touch: tuple[tuple[tuple[Part, ...], tuple[Part, ...]], ...]
+    """Each of the first with each of the second."""
+    reach: Seven
+    """Largest distance of a point of the arm or hand from the axis of each joint [m]."""
+    looks: str | None = None
+
+    @field_validator("ready")
+    @classmethod
+    def _is_within_limits(cls, ready: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        joints: tuple[JointFile, ...] = info.data.get("joints", ())  # missing if they are wrong
+        for number, (joint, q) in enumerate(zip(joints, ready, strict=False), start=1):
+            low, high = joint.position
+            if not low <= q <= high:
+                raise ValueError(f"joint {number} is outside of its limits {low} to {high} rad")
+        return ready
+
+
+class GripperFile(StrictModel):
+    """A parallel gripper; finger and pad are those at +y, when the pads touch."""
+
+    grasp_centre: PoseFile
+    """End effector on the flange."""
+    opening: Positive
+    """[m]."""
+    speed: Positive
+    """Of the distance between the pads [m/s]."""
+    palm: BoxFile
+    finger: BoxFile
+    pad: BoxFile
+    ball: BallFile
+    """Around palm and fingers at any opening."""
+    collision: tuple[CapsuleFile, ...]
+    """On the flange."""
+    looks: str | None = None
+
+    @field_validator("pad")
+    @classmethod
+    def _touches_the_other(cls, pad: BoxFile) -> BoxFile:
+        if not isclose(pad.xyz[1], pad.size[1] / 2.0, abs_tol=1e-9):
+            raise ValueError("the inner face of the pad lies in y = 0 when the pads touch")
+        return pad
+
+    @field_validator("ball")
+    @classmethod
+    def _is_around_the_hand(cls, ball: BallFile, info: ValidationInfo) -> BallFile:
+        boxes = [info.data.get(key) for key in ("palm", "finger", "pad")]
+        for box, wider in zip(boxes, (0.0, 0.5, 0.5), strict=True):
+            if box is None or "opening" not in info.data:  # wrong themselves
+                continue
+            offset = np.abs(np.subtract(box.xyz, ball.xyz)) + np.divide(box.size, 2.0)
+            offset[1] += wider * info.data["opening"]
+            if np.linalg.norm(offset) > ball.radius:
+                raise ValueError("palm and fingers, fully open, reach out of the ball")
+        return ball
+
+
+class IntrinsicsFile(StrictModel):
+    """A pinhole camera [px]."""
+
+    width: Annotated[int, Field(gt=0)]
+    height: Annotated[int, Field(gt=0)]
+    fx: Positive
+    fy: Positive
+    cx: Finite
+    cy: Finite
+
+
+class CameraFile(StrictModel):
+    """A stereo depth camera."""
+
+    intrinsics: IntrinsicsFile
+    rate: Positive
+    """[Hz]."""
+    depth_range: tuple[Positive, Positive]
+    """[m]."""
+    baseline: Positive
+    """[m]."""
+    body: BoxFile
+
+    @field_validator("depth_range")
+    @classmethod
+    def _is_ordered(cls, depth_range: tuple[float, float]) -> tuple[float, float]:
+        return _ordered(depth_range)
+
+
+class BaseLimitsFile(StrictModel):
+    """What the base may do."""
+
+    speed: tuple[NotNegative, NotNegative, NotNegative]
+    """Along x and y, about z [m/s, m/s, rad/s]."""
+    reverse: NotNegative
+    """Along -x [m/s]."""
+    acceleration: tuple[Positive, Positive, Positive]
+    """Along x and y, about z [m/s^2, m/s^2, rad/s^2]."""
+
+
+class BaseFile(StrictModel):
+    """A mobile base."""
+
+    drive: Literal["differential", "omnidirectional"]
+    size: tuple[Positive, Positive, Positive]
+    """Footprint along x and y, height [m]."""
+    lag: Positive
+    """Time constant of its velocity [s]."""
+    limits: BaseLimitsFile
+    looks: str | None = None
+
+    @model_validator(mode="after")
+    def _drives_as_it_can(self) -> BaseFile:
+        sideways = self.limits.speed[1]
+        if self.drive == "differential" and sideways > 0.0:
+            raise ValueError("a differential drive has no speed along y")
+        return self
+
+
+def _found(part: str, info: ValidationInfo) -> str:
+    """The path of a part's file, for its name or path; the context holds the folders to search."""
+    folders: tuple[Path, ...] = info.context  # type: ignore[assignment]
+    for path in (folders[0] / part, *(folder / "parts" / f"{part}.yaml" for folder in folders)):
+        if path.is_file():
+            return str(path)
+    names = {path.stem for folder in folders for path in (folder / "parts").glob("*.yaml")}
+    raise ValueError(f"no part is called `{part}`; {suggest(part, names)}")
+
+
+PartFile: TypeAlias = Annotated[str, AfterValidator(_found)]
+
+
+class RobotFile(StrictModel):
+    """One mobile manipulator; its parts are files of their own, by name or path."""
+
+    base: BaseFile
+    arm: PartFile
+    arm_mount: PoseFile
+    """Foot of the arm on the base."""
+    gripper: PartFile
+    camera: PartFile
+    camera_mount: PoseFile
+    """Camera on the end effector."""

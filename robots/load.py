@@ -1,0 +1,140 @@
+"""Robots by name or file.
+
+A robot file describes the base and names the files of arm, gripper and camera. Those are looked for
+next to it, in a folder `parts` next to it, and among the shipped parts.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from config import ConfigError, quoted, read_config, suggest
+from robots.description import (
+    ArmDescription,
+    BaseDescription,
+    CameraDescription,
+    GripperDescription,
+    Intrinsics,
+    Limits,
+    RobotDescription,
+)
+from robots.files import N_LINKS, ArmFile, BaseFile, CameraFile, GripperFile, PoseFile, RobotFile
+from robots.shapes import Colour
+
+SHIPPED = Path(__file__).parent
+"""The folder of the shipped robots."""
+
+_AXES = {
+    "differential": np.array([[0.0, 1.0], [0.0, 0.0], [1.0, 0.0]]),
+    "omnidirectional": np.eye(3),
+}
+"""(3, n_base) degrees of freedom of each drive: (ω, v) as in Haviland 2022, and (vx, vy, ω)."""
+
+_METAL: Colour = (225, 225, 228)
+_RUBBER: Colour = (40, 40, 44)
+_BLACK: Colour = (38, 40, 45)
+
+
+def robot_names() -> list[str]:
+    """Names of the shipped robots."""
+    return sorted(path.stem for path in SHIPPED.glob("*.yaml"))
+
+
+def load_robot(robot: str | Path) -> RobotDescription:
+    """The description of a robot; one object for equal files.
+
+    Args:
+        robot: name of a shipped robot, or path of a robot file.
+
+    Raises:
+        ConfigError: there is no such robot, or one of its files says something impossible.
+    """
+    shipped = SHIPPED / f"{robot}.yaml"
+    path = shipped if shipped.is_file() else Path(robot)
+    if not path.is_file():
+        names = robot_names()
+        raise ConfigError(
+            f"no robot is called `{robot}`; {suggest(str(robot), names)} "
+            f"The shipped robots are {quoted(names)}; the path of a robot file works too"
+        )
+    return _load(path.resolve())
+
+
+@cache
+def _load(path: Path) -> RobotDescription:
+    file = read_config(path, RobotFile, context=(path.parent, SHIPPED))
+    arm = read_config(Path(file.arm), ArmFile)
+    return RobotDescription(
+        name=path.stem,
+        base=BaseDescription(
+            axes=_AXES[file.base.drive],
+            size=file.base.size,
+            lag=file.base.lag,
+            looks=file.base.looks,
+        ),
+        bTa=file.arm_mount.pose(),
+        arm=_arm(arm),
+        gripper=_gripper(read_config(Path(file.gripper), GripperFile)),
+        camera=_camera(read_config(Path(file.camera), CameraFile), file.camera_mount),
+        limits=_limits(arm, file.base),
+    )
+
+
+def _arm(file: ArmFile) -> ArmDescription:
+    return ArmDescription(
+        joints=tuple(joint.pose() for joint in file.joints),
+        lTh=file.flange.pose(),
+        ready=np.array(file.ready),
+        lag=file.lag,
+        collision=tuple(
+            tuple(part.geom(f"link{link}") for part in file.collision if part.link == link)
+            for link in range(N_LINKS)
+        ),
+        may_touch=tuple(pair for ours, theirs in file.may_touch for pair in product(ours, theirs)),
+        reach=np.array(file.reach),
+        looks=file.looks,
+    )
+
+
+def _gripper(file: GripperFile) -> GripperDescription:
+    return GripperDescription(
+        hTe=file.grasp_centre.pose(),
+        opening=file.opening,
+        speed=file.speed,
+        palm=file.palm.geom("palm", _METAL),
+        finger=file.finger.geom("finger", _METAL),
+        pad=file.pad.geom("pad", _RUBBER),
+        tip=file.pad.xyz[2] + file.pad.size[2] / 2.0,
+        ball=file.ball.geom("hand"),
+        collision=tuple(part.geom("hand") for part in file.collision),
+        looks=file.looks,
+    )
+
+
+def _camera(file: CameraFile, mount: PoseFile) -> CameraDescription:
+    near, far = file.depth_range
+    return CameraDescription(
+        eTc=mount.pose(),
+        intrinsics=Intrinsics(**file.intrinsics.model_dump()),
+        rate=file.rate,
+        min_range=near,
+        max_range=far,
+        baseline=file.baseline,
+        body=file.body.geom("camera", _BLACK),
+    )
+
+
+def _limits(arm: ArmFile, base: BaseFile) -> Limits:
+    return Limits(
+        q_min=np.array([joint.position[0] for joint in arm.joints]),
+        q_max=np.array([joint.position[1] for joint in arm.joints]),
+        qd=np.array([joint.speed for joint in arm.joints]),
+        qdd=np.array([joint.acceleration for joint in arm.joints]),
+        base_twist=np.array(base.limits.speed),
+        base_reverse=base.limits.reverse,
+        base_acceleration=np.array(base.limits.acceleration),
+    )

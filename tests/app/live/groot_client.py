@@ -1,0 +1,108 @@
+"""A Groot2 client that speaks the protocol byte for byte, and a tree that is served to it."""
+
+import json
+import socket
+import struct
+
+import pytest
+from py_trees.common import Status
+from sample_run import TREE
+
+from app.live.groot import GrootServer
+from app.live.operator import Control, Hook, HookAction, Side
+from trees.language.branch import Branch
+
+zmq = pytest.importorskip("zmq", reason='needs pip install "frankie-task[groot]"')
+
+
+def free_pair() -> int:
+    """A free port whose neighbour is free too."""
+    while True:
+        with socket.socket() as first, socket.socket() as second:
+            first.bind(("127.0.0.1", 0))
+            port = int(first.getsockname()[1])
+            try:
+                second.bind(("127.0.0.1", port + 1))
+            except (OSError, OverflowError):
+                continue
+            return port
+
+
+PORT = free_pair()
+
+
+class Nothing(Branch):
+    """Stands for a node of the sample run; only its name matters here."""
+
+    key = "nothing"
+
+    def advance(self):
+        yield from ()
+        return Status.SUCCESS
+
+
+class Client:
+    """Sends requests as Groot2 does, and checks the head of every reply."""
+
+    def __init__(self, context) -> None:
+        self.socket = context.socket(zmq.REQ)
+        self.socket.setsockopt(zmq.RCVTIMEO, 5000)
+        self.socket.connect(f"tcp://127.0.0.1:{PORT}")
+        self.notices = context.socket(zmq.SUB)
+        self.notices.setsockopt(zmq.RCVTIMEO, 5000)
+        self.notices.setsockopt(zmq.SUBSCRIBE, b"")
+        self.notices.connect(f"tcp://127.0.0.1:{PORT + 1}")
+        self.number = 0x01020304
+
+    def ask(self, letter: bytes, body: bytes | None = None) -> list[bytes]:
+        self.number += 1
+        head = b"\x02" + letter + struct.pack("<I", self.number)
+        assert len(head) == 6
+        self.socket.send_multipart([head] if body is None else [head, body])
+        reply = self.socket.recv_multipart()
+        if reply[0] != b"error":
+            assert reply[0][:6] == head
+            assert len(reply[0]) == 22
+        return reply
+
+    def hook(self, uid: int, **more: object) -> list[bytes]:
+        described = {
+            "enabled": True,
+            "uid": uid,
+            "mode": 0,
+            "once": False,
+            "desired_status": "SKIPPED",
+            "position": 0,
+        } | more
+        return self.ask(b"I", json.dumps(described).encode())
+
+    def unlock(self, uid: int, status: str = "SKIPPED", remove: bool = False) -> list[bytes]:
+        described = {
+            "uid": uid,
+            "desired_status": status,
+            "position": 0,
+            "remove_when_done": remove,
+        }
+        return self.ask(b"U", json.dumps(described).encode())
+
+
+class ServedTree:
+    """A served tree, its hooks, and the clock of the heartbeat."""
+
+    def __init__(self) -> None:
+        self.control = Control()
+        self.now = 0.0
+        self.acted: list[tuple[str, Side]] = []
+        self.hooks = [Hook(Nothing(node.name, []), self._reached) for node in TREE]
+        self.server = GrootServer(
+            "demo", TREE, self.hooks, self.control, port=PORT, seconds=lambda: self.now
+        )
+
+    def _reached(self, hook: Hook, side: Side, act: HookAction) -> None:
+        if act.replace_with is None:
+            self.control.pause(f"before {hook.name}")
+        self.server.reached(hook, side)
+
+    def tick(self, uid: int) -> Status:
+        self.hooks[uid - 1].tick_once()
+        return self.hooks[uid - 1].status

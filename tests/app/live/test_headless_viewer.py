@@ -1,0 +1,146 @@
+"""Opens recordings and live runs in the real viewer, without a window."""
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sample_run as samples
+from recordings import recorder
+
+from app.live.monitor.glyphs import LETTERS, SYMBOLS
+from app.live.monitor.headless import HeadlessViewer, has_vulkan, headless_viewer
+from app.live.monitor.ports import Address
+
+pytestmark = pytest.mark.skipif(
+    not has_vulkan(), reason="the viewer needs Vulkan: apt-get install mesa-vulkan-drivers"
+)
+
+VIEWS = {
+    *("tree", "top-down", "graph", "now", "blackboard", "history", "log", "scene"),
+    *("depth and grasp quality", "joint velocities / limits", "base velocity"),
+    *("distance to the goal", "manipulability and slack", "loop"),
+}
+CLOSE_BEHIND = 2.0
+"""A viewer that is this close is live [s]."""
+
+
+def wait_for(what: Callable[[], Any], seconds: float = 60.0) -> Any:
+    """What `what` gives as soon as it is something."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if result := what():
+            return result
+        threading.Event().wait(0.1)
+    raise AssertionError(f"nothing came in {seconds:.0f} s")
+
+
+def assert_nothing_is_wrong(viewer: HeadlessViewer) -> None:
+    """Every view shows something and complains of nothing; tabs are opened one after the other."""
+    views = {view.name: view.view_id for view in viewer.client.get_state().views}
+    assert set(views) == VIEWS
+    layout = viewer.client.get_blueprint().blueprint
+    for view_id in views.values():
+        layout["/viewport"]["ViewportBlueprint"]["maximized"] = view_id
+        viewer.client.set_blueprint(layout, of="recording")
+        assert len(viewer.client.take_screenshot(view_id)) > 1_000
+    reports = {view.name: view.reports for view in viewer.client.get_state().views}
+    assert reports == {name: [] for name in views}
+
+
+def test_a_recording_shows_every_part_and_complains_of_none(tmp_path: Path) -> None:
+    letters = "".join(chr(code) for low, high in LETTERS for code in range(low, high + 1))
+    characters = letters + "".join(sorted(SYMBOLS)) + "🤖"
+    share = -(-len(characters) // len(samples.TREE))
+    names = [characters[start : start + share] for start in range(0, len(characters), share)]
+    path = tmp_path / "recording.rrd"
+    tree = [replace(node, name=name) for node, name in zip(samples.TREE, names, strict=True)]
+    made = recorder(path, tree=tree)
+    for snapshot in samples.run(300):
+        made.record(replace(snapshot, blackboard={"grasps tried": 3, "🤖": "a|b\n*c*"}))
+    made.close()
+    with headless_viewer() as viewer:
+        viewer.client.open(str(path))
+        wait_for(lambda: viewer.client.get_state().views)
+        for stamp in (0.5, 3.9, 5.5):
+            viewer.client.set_time("t", duration=stamp, play_state="paused")
+            assert len(viewer.client.take_screenshot()) > 50_000, "the picture is not empty"
+        assert_nothing_is_wrong(viewer)
+
+
+class LiveRun:
+    """A run in real time, from a thread of its own."""
+
+    def __init__(self, path: Path) -> None:
+        self.server = Address()
+        self.stamp = 0.0
+        self._recorder = recorder(path, server=self.server, lossless=False)
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self) -> None:
+        begun = time.monotonic()
+        for snapshot in samples.run(3000):
+            self._recorder.record(snapshot)
+            self.stamp = snapshot.stamp
+            if self._over.wait(max(begun + snapshot.stamp - time.monotonic(), 0.0)):
+                return
+
+    def end(self) -> None:
+        self._over.set()
+        self._thread.join()
+        self._recorder.close()
+        assert self._recorder.dropped == 0
+
+
+@pytest.fixture
+def live(tmp_path: Path) -> Iterator[LiveRun]:
+    run = LiveRun(tmp_path / "recording.rrd")
+    yield run
+    run.end()
+
+
+def test_a_live_run_is_shown_as_it_happens(live: LiveRun, tmp_path: Path) -> None:
+    with headless_viewer(watch=live.server.url) as viewer:
+        wait_for(lambda: viewer.cursor > 0.0)
+        for moment in (4.0, 8.0, 12.0):
+            wait_for(lambda moment=moment: live.stamp > moment)
+            wait_for(lambda: live.stamp - viewer.cursor < CLOSE_BEHIND)
+        picture = tmp_path / "live.png"
+        picture.write_bytes(viewer.client.take_screenshot())
+        assert picture.stat().st_size > 50_000
+        assert_nothing_is_wrong(viewer)
+
+
+@pytest.mark.slow
+def test_whoever_comes_late_gets_the_whole_run(live: LiveRun) -> None:
+    wait_for(lambda: live.stamp > 5.0)
+    with headless_viewer(watch=live.server.url) as viewer:
+        wait_for(lambda: live.stamp - viewer.cursor < CLOSE_BEHIND)
+        (recording,) = viewer.client.get_state().recordings
+        (begin,) = (line.start for line in recording.timelines if line.name == "t")
+        assert begin == 0
+
+
+@pytest.mark.slow
+def test_a_viewer_that_hangs_holds_up_nothing_and_catches_up(live: LiveRun) -> None:
+    with headless_viewer(watch=live.server.url) as viewer:
+        wait_for(lambda: viewer.cursor > 0.0)
+        viewer.process.send_signal(signal.SIGSTOP)
+        hung = live.stamp
+        wait_for(lambda: live.stamp > hung + 10.0)
+        viewer.process.send_signal(signal.SIGCONT)
+        wait_for(lambda: live.stamp - viewer.cursor < CLOSE_BEHIND)
+
+
+@pytest.mark.slow
+def test_the_end_of_a_run_reaches_the_viewer(live: LiveRun) -> None:
+    with headless_viewer(watch=live.server.url) as viewer:
+        wait_for(lambda: viewer.cursor > 1.0)
+        live.end()
+        wait_for(lambda: viewer.cursor == pytest.approx(live.stamp, abs=0.05))

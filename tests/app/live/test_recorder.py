@@ -1,0 +1,211 @@
+"""A recording, read back: what every part of the picture is drawn from."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sample_run as samples
+from recordings import poses, record, rows, static, with_component
+from rerun.chunk import RrdReader
+
+from app.live import SceneView, Snapshot
+from app.live.nodes import NodeInfo, NodeStatus
+from controller import robot_model
+from hw import Fault, FaultKind
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
+
+TICKS = 300
+
+
+@pytest.fixture(scope="module")
+def snapshots() -> list[Snapshot]:
+    return list(samples.run(TICKS))
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory, snapshots: list[Snapshot]) -> Path:
+    return record(tmp_path_factory.mktemp("run") / "recording.rrd", snapshots)
+
+
+def test_every_part_of_the_picture_is_in_the_file(recording: Path) -> None:
+    chunks = RrdReader(recording).stream().to_chunks()
+    links = [f"/world/robot/link{i}" for i in range(8)]
+    signals = ["joint_velocity", "base_twist", "error", "controller", "loop"]
+    parts = ("pills", "edges", "labels")
+    assert {chunk.entity_path for chunk in chunks} >= {
+        *(f"/tree/{drawing}/{part}" for drawing in ("list", "chart") for part in parts),
+        *("/tree/graph", "/status", "/now", "/blackboard", "/log"),
+        *("/world/fixtures", "/world/goal", "/world/tool", "/world/trail", "/world/grasp"),
+        *("/world/objects/0_box_1", "/world/objects/1_mug", "/world/objects/2_ball_and_bar"),
+        *("/world/robot/base", "/world/robot/hand", *links),
+        *("/world/robot/left_finger", "/world/robot/right_finger", "/world/poses"),
+        *("/world/camera", "/world/camera/depth", "/world/camera/quality", "/world/camera/grasps"),
+        *(f"/signals/{signal}" for signal in signals),
+    }
+
+
+def test_the_file_brings_its_layout(recording: Path) -> None:
+    reader = RrdReader(recording)
+    (layout,) = reader.blueprints()
+    (run,) = reader.recordings()
+    assert layout.application_id == run.application_id == "frankie-task"
+    chunks = reader.stream(store=layout).to_chunks()
+    batches = [chunk.to_record_batch() for chunk in chunks]
+    text = str([b.column(n).to_pylist() for b in batches for n in b.schema.names if ":" in n])
+    for view in ("tree", "history", "now", "log", "scene", "depth and grasp quality"):
+        assert f"'{view}'" in text
+
+
+def test_signals_have_a_row_every_tick(recording: Path, snapshots: list[Snapshot]) -> None:
+    limits = robot_model("frankie").limits.qd
+    velocities = rows(recording, "/signals/joint_velocity")
+    assert [row["tick"] for row in velocities] == list(range(TICKS))
+    np.testing.assert_allclose(
+        [row["t"] for row in velocities], [snapshot.stamp for snapshot in snapshots], atol=1e-6
+    )
+    np.testing.assert_allclose(
+        [row["scalars"] for row in velocities],
+        [snapshot.command.qd / limits for snapshot in snapshots],
+    )
+    for entity, given in {
+        "controller": [[s.signals.manipulability, s.signals.slack] for s in snapshots],
+        "loop": [[s.signals.tick_ms, 0.0] for s in snapshots],
+        "base_twist": [s.command.base_twist for s in snapshots],
+    }.items():
+        kept = [row["scalars"] for row in rows(recording, f"/signals/{entity}")]
+        np.testing.assert_allclose(kept, given, err_msg=entity)
+    errors = rows(recording, "/signals/error")
+    assert errors[100]["scalars"] == pytest.approx([2.0, 0.2, 0.1])
+
+
+def test_dropped_snapshots_show_as_a_curve(tmp_path: Path) -> None:
+    run = [snapshot for snapshot in samples.run(30) if not 10 <= snapshot.tick < 20]
+    loop = rows(record(tmp_path / "x.rrd", run), "/signals/loop")
+    assert loop[-1]["scalars"][1] == 10.0
+    names = static(tmp_path / "x.rrd", "/signals/loop", "SeriesLines:names")
+    assert names == ["tick [ms]", "dropped snapshots"]
+
+
+def test_statuses_are_kept_when_they_change(recording: Path) -> None:
+    kept = rows(recording, "/status")
+    assert [row["tick"] for row in kept] == [tick for tick, _ in samples.STATUSES]
+    for row, (_, given) in zip(kept, samples.STATUSES, strict=True):
+        names = [state.split("|")[1] if state else "INVALID" for state in row["state"]]
+        assert names == [status.value for status in given]
+    values = static(recording, "/status", "StateConfiguration:values")
+    labels = static(recording, "/status", "StateConfiguration:labels")
+    named = dict(zip(values, labels, strict=True))
+    assert named["8|RUNNING"] == "navigate to above_container"
+    assert set().union(*(row["state"] for row in kept)) - {""} <= set(named)
+
+
+def test_pills_tell_status_by_colour_and_glyph(recording: Path) -> None:
+    pills, labels = (
+        with_component(recording, "/tree/list/pills", "colors"),
+        with_component(recording, "/tree/list/labels", "labels"),
+    )
+    last = dict(zip(labels[-1]["labels"], pills[-1]["colors"], strict=True))
+    colours = {label[0]: {c for text, c in last.items() if text[0] == label[0]} for label in last}
+    assert set(colours) == set("▶✔✗·")
+    assert all(len(of_glyph) == 1 for of_glyph in colours.values())
+    assert len(set().union(*colours.values())) == 4
+    assert "✗ → pick once" in last
+    assert "✗ grasp □" in last, "a character that the viewer cannot draw must not reach it"
+
+
+def test_log_tells_transitions_with_their_reasons(recording: Path) -> None:
+    log = [(row["tick"], row["level"][0], row["text"][0]) for row in rows(recording, "/log")]
+    assert log[0] == (0, "INFO", "   0.00 s  ▶ recover: 3.00 m to go □")
+    assert (30, "WARN", "   0.60 s  ✗ region empty?: nothing held") in log
+    assert (230, "INFO", "   4.60 s  grasp locked") in log
+    assert [text for tick, _, text in log if tick == 250] == [
+        "   5.00 s  ✗ pick once: nothing held",
+        "   5.00 s  ✗ grasp □: nothing held",
+    ]
+
+
+def test_a_fault_is_logged_once_each_time_it_comes(tmp_path: Path) -> None:
+    fault = Fault(kind=FaultKind.REFLEX, text="arm reflex: contact", clearable=True)
+    run = list(samples.run(40))
+    for tick in (*range(10, 20), *range(30, 35)):
+        run[tick] = replace(run[tick], state=replace(run[tick].state, faults=(fault,)))
+    path = record(tmp_path / "x.rrd", run)
+    errors = [row["tick"] for row in rows(path, "/log") if row["level"] == ["ERROR"]]
+    assert errors == [10, 30]
+
+
+def test_the_node_under_way_is_named_with_its_message(recording: Path) -> None:
+    now = rows(recording, "/now")
+    assert now[0]["text"][0].startswith("### ▶ recover\n\n3\\.00 m to go □")
+    assert "*forever / main / until empty / pick / pick once*" in now[20]["text"][0]
+    gaps = np.diff([row["t"] for row in now])
+    assert len(now) < TICKS / 5, "a message that changes every tick is not kept every tick"
+    assert gaps.max() < 0.3
+
+
+def test_the_robot_stands_where_it_was(recording: Path, snapshots: list[Snapshot]) -> None:
+    model = robot_model("frankie")
+    for entity, pose_of in {
+        "base": lambda s: s.state.wTb,
+        "link4": lambda s: model.link_poses(s.state.wTb, s.state.q)[4],
+        "hand": lambda s: model.link_poses(s.state.wTb, s.state.q)[8],
+    }.items():
+        kept = poses(recording, f"world/robot/{entity}")
+        assert len(kept) >= TICKS / 6
+        for row in kept[::20]:
+            pose = pose_of(snapshots[row["tick"]])
+            np.testing.assert_allclose(row["translation"][0], pose.translation, atol=1e-5)
+            x, y, z, w = row["quaternion"][0]
+            back = np.array([1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)])
+            np.testing.assert_allclose(back, pose.rotation[:, 0], atol=1e-5)
+    left = poses(recording, "world/robot/left_finger")
+    right = poses(recording, "world/robot/right_finger")
+    for a, b in zip(left[::20], right[::20], strict=True):
+        gap = np.linalg.norm(np.subtract(a["translation"], b["translation"]))
+        assert gap == pytest.approx(snapshots[a["tick"]].state.gripper_width, abs=1e-6)
+
+
+def test_goal_and_grasp_are_drawn_only_while_there_is_one(
+    recording: Path, snapshots: list[Snapshot]
+) -> None:
+    goal = [(row["tick"], len(row["vectors"])) for row in rows(recording, "/world/goal")]
+    assert goal == [(0, 0), (50, 3)]
+    assert poses(recording, "world/goal")[0]["tick"] == 50
+    grasps = rows(recording, "/world/grasp")
+    assert any(row["labels"] == ["0.90 locked"] for row in grasps)
+    for row in grasps:
+        assert len(row["strips"]) == (1 if snapshots[row["tick"]].grasp is not None else 0)
+
+
+def test_objects_are_kept_when_they_move(tmp_path: Path) -> None:
+    objects_at_rest = list(samples.OBJECTS)
+    run = list(samples.run(60))
+    for tick in range(30, 60):
+        moved = objects_at_rest[0].copy()
+        moved.translation += [0.0, 0.0, 0.01 * min(tick - 29, 10)]
+        run[tick] = replace(run[tick], objects=(moved, *objects_at_rest[1:]))
+    path = record(tmp_path / "x.rrd", run)
+    lifted = poses(path, "world/objects/0_box_1")
+    assert lifted[0]["tick"] == 0
+    assert all(30 <= row["tick"] <= 40 for row in lifted[1:])
+    assert lifted[-1]["translation"][0][2] == pytest.approx(0.476 + 0.1)
+    assert len(poses(path, "world/objects/1_mug")) == 1
+
+
+def test_a_bare_robot_with_a_one_node_tree_is_recorded(tmp_path: Path) -> None:
+    node = NodeInfo(name="wait", kind="wait", depth=0)
+    run = [
+        replace(s, nodes=(NodeStatus(status=samples.RUNNING, message=""),), objects=())
+        for s in samples.run(20)
+    ]
+    path = record(tmp_path / "x.rrd", run, tree=(node,), scene=SceneView())
+    assert len(rows(path, "/signals/loop")) == 20
+    assert with_component(path, "/tree/list/labels", "labels")[0]["labels"] == ["▶ wait"]
+
+
+def test_a_run_without_a_tick_leaves_a_readable_file(tmp_path: Path) -> None:
+    path = record(tmp_path / "x.rrd", [])
+    assert static(path, "/world/fixtures", "Boxes3D:half_sizes")

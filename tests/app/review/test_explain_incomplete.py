@@ -1,0 +1,78 @@
+"""Runs whose log is incomplete: `explain` uses what there is."""
+
+import os
+import resource
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from app.core.events import EventLog
+from app.core.folder import FolderError
+from app.core.outcome import End, Outcome
+from app.review import explain
+from app.review.explanation import NoEventsError
+from trees.language import nodes_in_order
+from trees.language.composites import Sequence
+
+TASK = """\
+task: toy
+poses:
+  far: {xyz: [-40.0, 0.0, 0.7], rpy_deg: [180, 0, 0]}
+tree:
+  sequence:
+    - wait: {duration_s: 0.1}
+    - navigate: {to: far}
+"""
+
+
+def test_a_run_whose_process_was_killed(tmp_path):
+    task = tmp_path / "toy.yaml"
+    task.write_text(TASK)
+    command = [sys.executable, "-m", "app.cli", "run", task, "--record", tmp_path / "runs"]
+    process = subprocess.Popen(
+        [*map(str, command), "--speed", "real", "--view", "none"],
+        stderr=subprocess.DEVNULL,
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])},
+    )
+    try:
+        deadline = time.monotonic() + 60.0
+        log = ""
+        while '"now", "time": 1' not in log and time.monotonic() < deadline:
+            time.sleep(0.1)
+            log = "".join(p.read_text() for p in tmp_path.glob("runs/*/events.jsonl"))
+    finally:
+        process.kill()
+        process.wait()
+    (folder,) = (tmp_path / "runs").iterdir()
+    with (folder / "events.jsonl").open("a") as file:
+        file.write('{"event": "node", "ti')  # a line that the kill cut off
+    told = explain(folder)
+    assert told.outcome == "unfinished"
+    assert told.node.name == "navigate"
+    assert told.time >= 1.0
+    assert "was killed" in str(told)
+
+
+def test_a_folder_without_events_is_refused(tmp_path):
+    with pytest.raises(NoEventsError, match=r"events\.jsonl"):
+        explain(tmp_path)
+
+
+def test_a_full_disk_ends_the_log_and_not_the_run(tmp_path):
+    nodes = nodes_in_order(Sequence("sequence", []))
+    with pytest.raises(FolderError, match="/dev/full: cannot be written"):
+        EventLog(Path("/dev/full"), "toy", nodes)
+    path = tmp_path / "events.jsonl"
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with EventLog(path, "toy", nodes) as log:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 20, limits[1]))
+        try:
+            log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
+            log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert log.error is not None
+    assert explain(tmp_path).history == []  # the rest can still be read

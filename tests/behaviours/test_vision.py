@@ -1,0 +1,141 @@
+"""Looking in step with the tick and beside it: the same results, sooner or later."""
+
+import threading
+from concurrent.futures import Future
+from math import inf
+
+import numpy as np
+import pytest
+from harness import ON_TABLE, Harness, block, detector, looking_down, table_world
+from py_trees.common import Status
+
+from behaviours import Region, VisionBeside, VisionInStep
+from behaviours.grasp import Grasp
+from hw import one_thread
+
+
+def over_a_block() -> Harness:
+    harness = Harness(table_world(block()))
+    harness.reach_over(looking_down(0.65, 0.0, 0.85))
+    return harness
+
+
+class ByHand:
+    """An executor whose work is done when the test says so."""
+
+    def __init__(self) -> None:
+        self.waiting: list[tuple[Future, object, tuple]] = []
+
+    def submit(self, fn, *args):
+        future: Future = Future()
+        self.waiting.append((future, fn, args))
+        return future
+
+    def work(self) -> None:
+        future, fn, args = self.waiting.pop()
+        future.set_result(fn(*args))
+
+    def shutdown(self, **_) -> None:
+        self.waiting.clear()
+
+
+@pytest.fixture
+def beside():
+    harness, executor = over_a_block(), ByHand()
+    vision = VisionBeside(harness.robot.camera, detector(), executor)
+    harness.context.vision = vision
+    return harness, executor, vision
+
+
+def test_a_frame_is_new_in_one_tick_only_and_for_all_who_ask_in_it():
+    harness = over_a_block()
+    vision = VisionInStep(harness.robot.camera, detector())
+    vision.begin_tick()
+    frame = vision.new_frame()
+    assert frame is not None
+    assert vision.new_frame() is frame
+    vision.begin_tick()
+    assert vision.new_frame() is None
+    assert vision.frame is frame
+
+
+def test_in_step_the_result_is_there_at_once():
+    harness = over_a_block()
+    vision = VisionInStep(harness.robot.camera, detector())
+    vision.begin_tick()
+    detection = vision.detect(ON_TABLE)
+    assert detection.grasps
+    assert detection.stamp == vision.frame.stamp
+    vision.begin_tick()
+    assert vision.detect(ON_TABLE) is None
+
+
+def test_beside_the_loop_no_tick_waits_and_the_result_comes_once(beside):
+    harness, executor, vision = beside
+    for _ in range(5):
+        harness.tick(None)
+        assert vision.detect(ON_TABLE) is None
+    assert len(executor.waiting) == 1
+    executor.work()
+    harness.tick(None)
+    detection = vision.detect(ON_TABLE)
+    assert detection.grasps
+    assert vision.detect(ON_TABLE) is detection  # for every leaf of the tick
+    assert vision.frame.stamp == detection.stamp < harness.robot.camera.latest(inf).stamp + 1e-9
+    harness.tick(None)
+    assert vision.detect(ON_TABLE) is None
+
+
+def test_beside_the_loop_the_result_is_that_of_the_same_frame_in_step(beside):
+    harness, executor, vision = beside
+    vision.begin_tick()
+    vision.detect(ON_TABLE)
+    frame = harness.robot.camera.latest(inf)
+    executor.work()
+    vision.begin_tick()
+    found = vision.detect(ON_TABLE)
+    expected = detector().detect(frame, ON_TABLE)
+    assert len(found.grasps) == len(expected.grasps)
+    np.testing.assert_array_equal(
+        found.grasps[0].wTg.homogeneous, expected.grasps[0].wTg.homogeneous
+    )
+
+
+def test_a_result_for_another_region_or_of_long_ago_is_dropped(beside):
+    harness, executor, vision = beside
+    vision.begin_tick()
+    vision.detect(ON_TABLE)
+    executor.work()
+    vision.begin_tick()
+    elsewhere = Region(name="other", wTr=ON_TABLE.wTr, size=ON_TABLE.size)
+    assert vision.detect(elsewhere) is None
+    executor.work()
+    harness.run_for(None, 1.0)
+    vision.begin_tick()
+    assert vision.detect(elsewhere) is None
+    assert len(executor.waiting) == 1  # the newest frame is searched instead
+
+
+def test_a_camera_that_stopped_is_noticed(beside):
+    harness, _, vision = beside
+    vision.begin_tick()
+    vision.new_frame()
+    now = harness.clock.now()
+    assert not vision.is_blind(now)
+    assert vision.is_blind(now + 0.2)
+
+
+def test_a_grasp_succeeds_with_vision_beside_the_loop():
+    harness = over_a_block()
+    executor = one_thread()
+    harness.context.vision = VisionBeside(harness.robot.camera, detector(), executor)
+    waited = threading.Event()
+    leaf = Grasp("grasp", harness.context, within=ON_TABLE)
+    for _ in range(3000):
+        harness.tick(leaf)
+        if leaf.status is not Status.RUNNING:
+            break
+        waited.wait(0.001)  # simulated time is faster than the network
+    assert leaf.status is Status.SUCCESS
+    assert harness.world.held.name == "block"
+    harness.context.vision.close()

@@ -1,0 +1,94 @@
+"""A base that is slower backwards than forwards keeps that limit, plans with it, and arrives."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from motion import Run, assert_within_limits, run_to, tool_pose
+from pinocchio import SE3
+
+from controller import PAPER, BaseGoal, HolisticController, PoseGoal, RobotModel
+from controller.base_drive import Pose2D, drive_to, time_to_drive
+from controller.settings import ControllerSettings, DriveSettings
+from robots import load_robot, with_base_speed
+
+FRANKIE, OMNI = load_robot("frankie"), load_robot("omni")
+SLOW = 0.25
+
+
+@pytest.fixture(params=[FRANKIE, OMNI], ids=lambda robot: robot.name)
+def model(request) -> RobotModel:
+    limits = replace(request.param.limits, base_reverse=SLOW)
+    return RobotModel(replace(request.param, limits=limits))
+
+
+def base_pose(x: float, y: float, heading: float) -> SE3:
+    return SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
+
+
+def slowest(run: Run) -> float:
+    """Base velocity along x that is farthest below zero [m/s]."""
+    return min(float(command.base_twist[0]) for command in run.commands)
+
+
+@pytest.mark.parametrize("target", [(-1.5, 0.0, 0.0), (-1.0, 0.5, 0.6), (-0.12, 0.0, 0.0)])
+def test_the_base_backs_to_a_pose_no_faster_than_it_may(model, target):
+    goal = BaseGoal(wTb=base_pose(*target), reverse=True)
+    run = run_to(goal, seconds=30.0, controller=HolisticController(model))
+    assert run.arrived
+    assert_within_limits(run, model)
+    assert -SLOW <= slowest(run) < -0.1
+
+
+@pytest.mark.parametrize(
+    "wTe",
+    [
+        tool_pose(-0.6, 0.3, 0.6),
+        tool_pose(-2.0, 1.0, 0.6, yaw=np.pi, tilt=0.3),
+        tool_pose(-1.2, -0.2, 0.7, yaw=0.4),
+    ],
+)
+def test_goals_behind_are_reached_without_reversing_too_fast(model, wTe):
+    run = run_to(PoseGoal(wTe=wTe), seconds=30.0, controller=HolisticController(model))
+    assert run.arrived
+    assert_within_limits(run, model)
+
+
+def test_the_published_controller_keeps_it_too(model):
+    goal = PoseGoal(wTe=tool_pose(-2.0, 0.0, 0.6))
+    run = run_to(goal, seconds=2.0, controller=HolisticController(model, PAPER))
+    assert slowest(run) == pytest.approx(-SLOW)
+
+
+@pytest.mark.parametrize(("x", "y"), [(-3.0, 0.0), (-3.0, 1.0), (-0.1, 3.0), (3.0, 0.0)])
+def test_a_holonomic_base_goes_straight_as_fast_as_its_reverse_speed_allows(x, y):
+    model = RobotModel(replace(OMNI, limits=replace(OMNI.limits, base_reverse=SLOW)))
+    vx, vy, _ = drive_to(model, ControllerSettings(), Pose2D(x, y, 0.0))
+    assert vx * y == pytest.approx(vy * x)
+    assert vx >= -SLOW - 1e-12
+    assert vx == pytest.approx(-SLOW) or np.hypot(vx, vy) == pytest.approx(1.0)
+
+
+def test_driving_times_know_the_reverse_speed(model):
+    behind = Pose2D(-2.0, 0.0, 0.0)
+    assert time_to_drive(model, DriveSettings(), behind, reverse=True) == pytest.approx(2.0 / SLOW)
+
+
+def test_a_differential_drive_prefers_to_turn_where_backing_is_slow():
+    """The same goal behind: with one speed it backs, with a slow reverse it turns around."""
+    goal = PoseGoal(wTe=tool_pose(-2.4, 0.0, 0.6))
+    slow = RobotModel(replace(FRANKIE, limits=replace(FRANKIE.limits, base_reverse=SLOW)))
+    backed = run_to(goal, controller=HolisticController(RobotModel(FRANKIE)))
+    turned = run_to(goal, controller=HolisticController(slow))
+    assert backed.arrived
+    assert turned.arrived
+    assert slowest(backed) < -0.9
+    assert slowest(turned) > -SLOW
+    assert len(turned.reports) * 0.01 < 8.0  # 2 m backwards alone would take 8 s
+
+
+def test_another_base_speed_keeps_the_ratio_of_reverse_to_forward():
+    slow = replace(FRANKIE, limits=replace(FRANKIE.limits, base_reverse=SLOW))
+    assert with_base_speed(slow, 2.0).limits.base_reverse == pytest.approx(2.0 * SLOW)
+    assert with_base_speed(FRANKIE, 1.5).limits.base_reverse == 1.5

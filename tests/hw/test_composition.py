@@ -1,0 +1,226 @@
+"""A robot of parts that are read at different times, take their time, and fail."""
+
+import threading
+from dataclasses import dataclass, field
+from math import inf
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from pinocchio import SE3
+
+from controller import Command, robot_model
+from hw import (
+    ArmState,
+    BaseState,
+    ComposedRobot,
+    DepthImage,
+    FaultKind,
+    GripperState,
+    HardwareError,
+    SimClock,
+)
+from robots import load_robot
+
+FRANKIE = load_robot("frankie")
+SPEED, RATE = 0.5, 0.4
+"""Of the base along x [m/s], and of every joint [rad/s]."""
+
+
+@dataclass
+class Part:
+    """A driver where hardware would stand: its readings lag, its operations block."""
+
+    clock: SimClock
+    lag: float = 0.0
+    log: list[str] = field(default_factory=list)
+    unreachable: str = ""
+    gate: threading.Event = field(default_factory=threading.Event)
+    error: str = ""
+    moving = False
+
+    @property
+    def stamp(self) -> float:
+        return self.clock.now() - self.lag
+
+    def connect(self) -> None:
+        self.log.append("connect")
+        if self.unreachable:
+            raise HardwareError(self.unreachable)
+
+    def close(self) -> None:
+        self.log.append("close")
+
+    def stop(self) -> None:
+        self.log.append("stop")
+        if self.error:
+            raise HardwareError(self.error)
+
+    def recover(self) -> None:
+        self.gate.wait(5.0)
+        self.log.append("recover")
+
+    def grip(self, width: float, force: float) -> None:
+        self.gate.wait(5.0)
+        self.log.append(f"grip {width:g}")
+        if self.error:
+            raise HardwareError(self.error)
+
+
+class MovingArm(Part):
+    def read(self) -> ArmState:
+        return ArmState(
+            stamp=self.stamp, q=FRANKIE.arm.ready + RATE * self.stamp, qd=np.full(7, RATE)
+        )
+
+    def send(self, qd):
+        return qd
+
+
+class MovingBase(Part):
+    def read(self) -> BaseState:
+        wTb = pin.exp6(np.array([SPEED, 0.0, 0.0, 0.0, 0.0, RATE]) * self.stamp)
+        return BaseState(stamp=self.stamp, wTb=wTb, twist=np.array([SPEED, 0.0, RATE]))
+
+    def send(self, twist):
+        return twist
+
+
+class StillGripper(Part):
+    def read(self) -> GripperState:
+        return GripperState(stamp=self.stamp, width=0.04, moving=False)
+
+
+class SlowCamera(Part):
+    image: DepthImage | None = None
+
+    def latest(self) -> DepthImage | None:
+        return self.image
+
+
+class Assembly:
+    def __init__(self, arm_lag: float = 0.0, base_lag: float = 0.0) -> None:
+        self.clock = SimClock()
+        self.arm = MovingArm(self.clock, arm_lag)
+        self.base = MovingBase(self.clock, base_lag)
+        self.gripper = StillGripper(self.clock)
+        self.camera = SlowCamera(self.clock)
+        self.parts = (self.arm, self.base, self.gripper, self.camera)
+        self.robot = ComposedRobot(
+            FRANKIE,
+            arm=self.arm,
+            base=self.base,
+            gripper=self.gripper,
+            camera=self.camera,
+            clock=self.clock,
+        )
+
+    def run(self, until: float) -> None:
+        while self.clock.now() < until - 1e-9:
+            self.robot.read()
+            self.clock.sleep_until(self.clock.now() + 0.01)
+
+
+@pytest.mark.parametrize(("arm_lag", "base_lag"), [(0.0, 0.043), (0.031, 0.004), (0.0, 0.0)])
+def test_arm_and_base_are_of_the_same_moment(arm_lag, base_lag):
+    built = Assembly(arm_lag, base_lag)
+    built.run(0.5)
+    state = built.robot.read()
+    older = 0.5 - max(arm_lag, base_lag)
+    assert state.stamp == pytest.approx(older)
+    np.testing.assert_allclose(state.q, FRANKIE.arm.ready + RATE * older, atol=1e-9)
+    expected = pin.exp6(np.array([SPEED, 0.0, 0.0, 0.0, 0.0, RATE]) * older)
+    assert state.wTb.isApprox(expected, 1e-6)
+    assert state.stamps == pytest.approx((0.5 - arm_lag, 0.5 - base_lag, 0.5))
+
+
+def test_a_frame_is_placed_where_the_camera_was_when_it_was_captured():
+    built = Assembly(base_lag=0.02)
+    built.run(0.5)
+    captured = 0.437
+    built.camera.image = DepthImage(depth=np.ones((480, 640), np.float32), stamp=captured)
+    frame = built.robot.camera.latest(inf)
+    wTb = pin.exp6(np.array([SPEED, 0.0, 0.0, 0.0, 0.0, RATE]) * captured)
+    wTe = robot_model("frankie").wTe(wTb, FRANKIE.arm.ready + RATE * captured)
+    assert frame.wTc.isApprox(wTe * FRANKIE.camera.eTc, 1e-4)
+    assert frame.stamp == captured
+    assert built.robot.camera.latest(inf) is frame
+    assert built.robot.camera.latest(0.05) is None
+
+
+def test_operations_never_hold_up_a_reading_and_tell_when_they_have_ended():
+    built = Assembly()
+    built.robot.grip(0.02, 20.0)
+    built.robot.recover()
+    state = built.robot.read()
+    assert state.gripper_moving
+    assert state.recovering
+    assert "recover" not in built.arm.log
+    for part in built.parts:
+        part.gate.set()
+    built.robot._grips.shutdown(wait=True)
+    built.robot._recoveries.shutdown(wait=True)
+    state = built.robot.read()
+    assert not state.gripper_moving
+    assert not state.recovering
+    assert built.arm.log == built.base.log == ["recover"]
+    assert built.gripper.log == ["grip 0.02"]
+
+
+def test_a_recovery_is_not_started_twice():
+    built = Assembly()
+    built.robot.recover()
+    built.robot.recover()
+    for part in built.parts:
+        part.gate.set()
+    built.robot._recoveries.shutdown(wait=True)
+    assert built.arm.log == ["recover"]
+
+
+def test_a_grip_that_failed_is_a_fault_until_the_next_recovery():
+    built = Assembly()
+    built.gripper.error = "the fingers are blocked"
+    for part in built.parts:
+        part.gate.set()
+    built.robot.grip(0.0, 20.0)
+    built.robot._grips.shutdown(wait=True)
+    [fault] = built.robot.read().faults
+    assert fault.kind is FaultKind.OPERATION
+    assert fault.text == "grip failed: the fingers are blocked"
+    assert fault.clearable
+    built.robot.recover()
+    built.robot._recoveries.shutdown(wait=True)
+    assert built.robot.read().faults == ()
+
+
+def test_a_part_that_cannot_be_reached_is_named_and_the_others_are_let_go():
+    built = Assembly()
+    built.gripper.unreachable = "the hand does not answer at 172.16.0.2: is it switched on?"
+    with pytest.raises(HardwareError, match="the hand does not answer"), built.robot:
+        pass
+    assert built.arm.log == built.base.log == ["connect", "close"]
+    assert built.camera.log == []
+
+
+def test_stopping_reaches_every_part_even_if_one_raises():
+    built = Assembly()
+    built.base.error = "connection lost"
+    with pytest.raises(HardwareError, match="connection lost"):
+        built.robot.stop()
+    assert all("stop" in part.log for part in built.parts)
+
+
+def test_a_command_reaches_base_and_arm_and_tells_what_was_applied(monkeypatch):
+    built = Assembly()
+    monkeypatch.setattr(built.base, "send", lambda twist: 0.5 * twist)
+    command = Command(base_twist=np.array([0.2, 0.0, 0.1]), qd=np.full(7, 0.3))
+    applied = built.robot.send(command)
+    np.testing.assert_allclose(applied.base_twist, [0.1, 0.0, 0.05])
+    np.testing.assert_array_equal(applied.qd, command.qd)
+
+
+def test_a_camera_without_an_image_has_no_frame():
+    built = Assembly()
+    built.run(0.1)
+    assert built.robot.camera.latest(inf) is None
+    assert isinstance(built.robot.read().wTb, SE3)

@@ -1,0 +1,68 @@
+"""What is true of the shipped robots, against published numbers and against itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pinocchio import SE3
+
+from controller import RobotModel, SelfCollision
+from robots import RobotDescription, load_robot, robot_names, with_base_speed
+
+
+@pytest.fixture(params=robot_names())
+def robot(request: pytest.FixtureRequest) -> RobotDescription:
+    return load_robot(request.param)
+
+
+def test_the_shipped_robots_are_frankie_and_omni() -> None:
+    assert robot_names() == ["frankie", "omni"]
+
+
+def test_a_robot_is_one_object_however_often_it_is_loaded(robot: RobotDescription) -> None:
+    assert load_robot(robot.name) is robot
+
+
+def test_the_flange_is_where_the_maker_of_the_arm_has_it(robot: RobotDescription) -> None:
+    """Forearm level, hand down: all lengths of the data sheet add up along the axes."""
+    q = np.array([0.0, 0.0, 0.0, -np.pi / 2, 0.0, np.pi / 2, np.pi / 4])
+    wTh = RobotModel(robot).link_poses(SE3.Identity(), q)[8]
+    aTh = robot.bTa.actInv(wTh)
+    forward, height = 0.0825 + 0.384 + 0.088, 0.333 + 0.316 + 0.0825 - 0.107
+    np.testing.assert_allclose(aTh.translation, [forward, 0.0, height], atol=1e-12)
+    np.testing.assert_allclose(aTh.rotation, np.diag([1.0, -1.0, -1.0]), atol=1e-12)
+
+
+def test_the_camera_looks_past_the_fingers_along_the_approach(robot: RobotDescription) -> None:
+    eTc = robot.camera.eTc
+    np.testing.assert_array_equal(eTc.rotation[:, 2], [0.0, 0.0, 1.0])
+    np.testing.assert_array_equal(eTc.translation, [0.065, 0.0, -0.098])
+
+
+def test_the_ready_posture_is_allowed_and_clear(robot: RobotDescription) -> None:
+    limits, q = robot.limits, robot.arm.ready
+    assert (limits.q_min < q).all()
+    assert (q < limits.q_max).all()
+    assert SelfCollision(RobotModel(robot)).clearance(q) > 0.1
+
+
+def test_reverse_limits_only_the_way_back(robot: RobotDescription) -> None:
+    model = RobotModel(with_base_speed(robot, 0.8))
+    lower, upper = model.velocity_limits
+    np.testing.assert_array_equal(lower, -upper)
+    forward = int(np.argmax(robot.base.axes[0]))
+    assert upper[forward] == 0.8
+
+
+def test_pads_meet_at_the_grasp_centre(robot: RobotDescription) -> None:
+    gripper = robot.gripper
+    half = gripper.pad.shape.half
+    assert gripper.pad.pose.translation[1] == half[1]
+    assert gripper.tip == pytest.approx(gripper.pad.pose.translation[2] + half[2])
+
+
+def test_every_pair_that_may_touch_is_measured(robot: RobotDescription) -> None:
+    """Postures that fold the hand onto its own base are found by the pairs of the file."""
+    body = SelfCollision(RobotModel(robot))
+    folded = np.array([0.0, -1.7, 0.0, -3.0, 0.0, 0.5, 0.8])
+    assert body.clearance(folded) < 0.0

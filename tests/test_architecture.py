@@ -1,0 +1,164 @@
+"""The house: imports look down only, other rooms are entered by their face, files stay short."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+ROOMS = (
+    "config",
+    "robots",
+    "controller",
+    "perception",
+    "hw",
+    "hw.sim",
+    "behaviours",
+    "trees.language",
+    "trees",
+    "trees.draw",
+    "trees.btcpp",
+    "app.live",
+    "app.core",
+    "app.review",
+    "app.export",
+    "app.authoring",
+    "app.lab",
+    "app.commands",
+    "app",
+    "frankie_task",
+    "frankie_task_cli",
+)
+"""From the bottom up: a room may use those before it, by the names in its `__init__.py`."""
+
+LEVEL = {room: level for level, room in enumerate(ROOMS)}
+SIDE_BY_SIDE = {
+    frozenset(pair)
+    for pair in (
+        ("controller", "perception"),
+        ("trees.draw", "trees.btcpp"),
+        ("app.authoring", "app.lab"),
+    )
+}
+"""Rooms of one floor, which do not know each other."""
+LONGEST = 300
+TABLES = {"hw/sim/objects/train.py"}
+"""Files that are one table."""
+
+FILES = sorted(
+    path
+    for top in {room.partition(".")[0] for room in ROOMS}
+    for path in (
+        [ROOT / f"{top}.py"] if (ROOT / f"{top}.py").is_file() else (ROOT / top).rglob("*.py")
+    )
+)
+
+
+class Import(NamedTuple):
+    """One import of a room of ours."""
+
+    place: str
+    importer: str
+    imported: str
+    module: str
+
+
+def room_of(module: str) -> str | None:
+    """The innermost room that a module is in."""
+    parts = module.split(".")
+    candidates = (".".join(parts[:count]) for count in range(len(parts), 0, -1))
+    return next((name for name in candidates if name in LEVEL), None)
+
+
+def module_name(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def modules_imported(node: ast.AST) -> Iterator[str]:
+    """The modules that a statement imports; of `from package import module` the module."""
+    if isinstance(node, ast.Import):
+        yield from (alias.name for alias in node.names)
+    elif isinstance(node, ast.ImportFrom) and node.module:
+        for alias in node.names:
+            inner = f"{node.module}.{alias.name}"
+            path = ROOT.joinpath(*inner.split("."))
+            is_module = path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
+            yield inner if is_module else node.module
+
+
+def imports() -> Iterator[Import]:
+    for path in FILES:
+        name = module_name(path)
+        importer = room_of(name)
+        assert importer is not None
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for module in modules_imported(node):
+                if (imported := room_of(module)) is not None:
+                    place = f"{path.relative_to(ROOT)}:{getattr(node, 'lineno', 0)}"
+                    yield Import(place, importer, imported, module)
+
+
+IMPORTS = tuple(imports())
+
+
+def test_imports_only_look_down():
+    up = [
+        f"{one.place}: {one.importer} imports {one.module}"
+        for one in IMPORTS
+        if one.imported != one.importer
+        and (
+            LEVEL[one.imported] > LEVEL[one.importer]
+            or frozenset((one.imported, one.importer)) in SIDE_BY_SIDE
+        )
+        # A room may hand on what a room inside it has, and is imported with it.
+        and not one.imported.startswith(f"{one.importer}.")
+    ]
+    assert up == []
+
+
+def test_rooms_are_entered_by_their_face():
+    deep = [
+        f"{one.place}: {one.importer} imports {one.module}"
+        for one in IMPORTS
+        if one.imported != one.importer
+        and one.module != one.imported
+        # A room inside another shares the modules of the one around it.
+        and not one.importer.startswith(f"{one.imported}.")
+    ]
+    assert deep == []
+
+
+def test_there_is_no_circle_between_modules():
+    graph: dict[str, set[str]] = {module_name(path): set() for path in FILES}
+    for path in FILES:
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for node in tree.body:  # what is imported inside a function comes later
+            graph[module_name(path)] |= {m for m in modules_imported(node) if m in graph}
+    done: set[str] = set()
+
+    def circle_from(module: str, path: tuple[str, ...]) -> tuple[str, ...] | None:
+        if module in path:
+            return (*path[path.index(module) :], module)
+        if module in done:
+            return None
+        for inner in sorted(graph[module]):
+            if found := circle_from(inner, (*path, module)):
+                return found
+        done.add(module)
+        return None
+
+    circles = [circle for module in graph if (circle := circle_from(module, ()))]
+    assert circles == []
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_a_file_is_short_enough_to_be_one_idea(path):
+    if str(path.relative_to(ROOT)) in TABLES:
+        pytest.skip("a table")
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST

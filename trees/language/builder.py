@@ -1,0 +1,137 @@
+"""From a checked task to behaviours that can be ticked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from py_trees.behaviour import Behaviour
+
+from behaviours import Key
+from config import Diagnostic
+from trees.language.errors import TaskFileError
+from trees.language.keys import LateLeaf, Set, Subtree, Supply
+from trees.language.registry import SET
+from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, Task
+from trees.language.values import Argument, KeyRead
+from trees.language.vocabulary import COMPOSITES, MODIFIERS
+
+if TYPE_CHECKING:
+    from behaviours import Context
+
+LeafMaker: TypeAlias = "Callable[[LeafNode, Context, Mapping[str, object]], Behaviour]"
+"""(node, context, arguments and keys by parameter) to the leaf."""
+
+
+def real_leaf(node: LeafNode, context: Context, arguments: Mapping[str, object]) -> Behaviour:
+    """The leaf that the node's key stands for."""
+    return node.type.behaviour(node.name, context, **arguments)
+
+
+def build(task: Task, context: Context, make_leaf: LeafMaker = real_leaf) -> Behaviour:
+    """A fresh tree, ready to tick, on the context's clock.
+
+    Args:
+        task: a checked task.
+        context: what all leaves share.
+        make_leaf: makes a leaf from its node, the context and its arguments.
+
+    Raises:
+        TaskFileError: a leaf refused its parameters, or a parameter has no value.
+    """
+    for name, parameter in task.parameters.items():
+        if parameter.value is None:
+            diagnostic = Diagnostic(
+                path=task.path,
+                location=parameter.location,
+                message=f"the parameter `{name}` has no value",
+                hint="give it one",
+            )
+            raise TaskFileError([diagnostic])
+    return _Builder(context=context, make_leaf=make_leaf, path=task.path).build(task.root)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Builder:
+    """Builds the nodes of one file; each subtree has a builder, and so keys, of its own."""
+
+    context: Context
+    make_leaf: LeafMaker
+    path: Path
+    """The file, for messages."""
+    prefix: str = ""
+    """Before the names of its keys in the context."""
+    keys: dict[str, Key[object]] = field(default_factory=dict)
+    """By the names that this file gives them."""
+
+    def build(self, node: Node) -> Behaviour:
+        """The behaviours of a node and of everything below it."""
+        if isinstance(node, CompositeNode):
+            children = [self.build(child) for child in node.children]
+            behaviour: Behaviour = COMPOSITES[node.key].node(node.name, children, **node.options)
+        elif isinstance(node, SubtreeNode):
+            behaviour = self._subtree(node)
+        else:
+            behaviour = self._leaf(node)
+        for key, value in node.modifiers.items():
+            made = self.build(value) if isinstance(value, LeafNode) else value
+            behaviour = MODIFIERS[key].wrap(behaviour, made, self.context.clock.now)
+        return behaviour
+
+    def _subtree(self, node: SubtreeNode) -> Behaviour:
+        inner = _Builder(
+            context=self.context,
+            make_leaf=self.make_leaf,
+            path=node.task.path,
+            prefix=f"{self.prefix}{node.name}/",
+        )
+        return Subtree(
+            node.name,
+            inner.build(node.task.root),
+            inputs={
+                inner._key(name): self._supply(value)
+                for name, value in node.arguments.items()
+                if isinstance(value, KeyRead)
+            },
+            outputs={
+                self._key(outer.name): inner._key(name) for name, outer in node.outputs.items()
+            },
+        )
+
+    def _leaf(self, node: LeafNode) -> Behaviour:
+        supplies = {name: self._supply(value) for name, value in node.arguments.items()}
+        if node.type is SET:
+            return Set(node.name, {self._key(key): value for key, value in supplies.items()})
+        outputs = {name: self._key(key.name) for name, key in node.outputs.items()}
+
+        def make() -> Behaviour:
+            arguments = {name: supply() for name, supply in supplies.items()}
+            return self.make_leaf(node, self.context, {**arguments, **outputs})
+
+        if any(isinstance(value, KeyRead) for value in node.arguments.values()):
+            return LateLeaf(node.name, node.type.key, make)
+        try:
+            return make()
+        except ValueError as error:
+            diagnostic = Diagnostic(
+                path=self.path,
+                location=node.location,
+                message=f"`{node.type.key}` refuses its parameters: {error}",
+                hint="change them",
+            )
+            raise TaskFileError([diagnostic]) from error
+
+    def _key(self, name: str) -> Key[object]:
+        if name not in self.keys:
+            self.keys[name] = Key(name)
+            self.context.keys[self.prefix + name] = self.keys[name]
+        return self.keys[name]
+
+    def _supply(self, value: Argument) -> Supply:
+        """Gives the value, or what its key holds at the time of the call."""
+        if isinstance(value, KeyRead):
+            key = self._key(value.name)
+            return lambda: value.fitted(key.read())
+        return lambda: value

@@ -1,0 +1,193 @@
+"""From a file to a task: everything is read and checked in one pass."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from behaviours import BasePose, Posture, Region, ToolPose
+from config import Diagnostic, Diagnostics, TooManyErrorsError, YamlScalar
+from trees.language.documents import Document, read_document
+from trees.language.errors import TaskFileError
+from trees.language.flow import check_flow
+from trees.language.lint import lint
+from trees.language.named_poses import read_named_values
+from trees.language.parameters import TaskParameter, override_values, with_values
+from trees.language.parse import read_node
+from trees.language.registry import LeafType, describe_leaves, known_leaves
+from trees.language.scope import Scope
+from trees.language.subtrees import Subtrees
+from trees.language.syntax import Task
+
+if TYPE_CHECKING:
+    from behaviours import Leaf
+
+MAX_ERRORS = 100
+"""Reading ends after this number."""
+
+NO_OVERRIDES: Mapping[str, str] = MappingProxyType({})
+
+
+def load(
+    path: Path | str,
+    *,
+    leaves: Mapping[str, type[Leaf]] | None = None,
+    overrides: Mapping[str, str] = NO_OVERRIDES,
+    open_parameters: bool = False,
+) -> Task:
+    """Read a task file and its subtrees.
+
+    Args:
+        path: the file.
+        leaves: what may stand in the tree; None is all that is installed.
+        overrides: values of task parameters, as texts.
+        open_parameters: whether every `$name` of a parameter stays in the tree as a `KeyRead`,
+            whatever its default; the task can then be looked at, but not built.
+
+    Raises:
+        TaskFileError: with every diagnostic in the files.
+        LeafError: a leaf class, not the file, is at fault.
+    """
+    mode = _Mode.OPEN if open_parameters else _Mode.RUN
+    task, diagnostics = _read(Path(path), leaves, overrides, mode)
+    if task is None:
+        raise TaskFileError(diagnostics)
+    return task
+
+
+def check(
+    path: Path | str,
+    *,
+    leaves: Mapping[str, type[Leaf]] | None = None,
+    overrides: Mapping[str, str] = NO_OVERRIDES,
+) -> list[Diagnostic]:
+    """Every diagnostic of a task file and its subtrees, warnings included, in order.
+
+    At most the first hundred errors. Parameters may lack a value. Arguments and LeafError as for
+    `load`.
+    """
+    _, diagnostics = _read(Path(path), leaves, overrides, _Mode.CHECK)
+    return diagnostics
+
+
+class _Mode(Enum):
+    """What is done about the parameters of the first file."""
+
+    RUN = "every one needs a value"
+    CHECK = "one without a value is taken for any value of its type"
+    OPEN = "each stays in the tree by its name"
+
+
+def _read(
+    path: Path, leaves: Mapping[str, type[Leaf]] | None, overrides: Mapping[str, str], mode: _Mode
+) -> tuple[Task | None, list[Diagnostic]]:
+    """The task, or None if there are errors; and all diagnostics in order."""
+    leaf_types = describe_leaves(known_leaves() if leaves is None else leaves)
+    assembler = _Assembler(leaves=leaf_types, open_tree=mode is _Mode.OPEN)
+    diagnostics = Diagnostics(path, MAX_ERRORS)
+    task = None
+    try:
+        document = read_document(diagnostics)
+        if document is not None:
+            params = document.entries.get("params")
+            given = override_values(document.parameters, overrides, params, diagnostics)
+            if mode is _Mode.RUN:
+                _require_values(document, given, diagnostics)
+            subtrees = Subtrees(assemble=assembler.assemble, chain=(path,))
+            task = assembler.assemble(document, document.parameters, diagnostics, subtrees, given)
+    except TooManyErrorsError:
+        pass
+    found = diagnostics.in_order()
+    return task and replace(task, warnings=tuple(found)), found
+
+
+def _require_values(
+    document: Document, overrides: Mapping[str, YamlScalar], diagnostics: Diagnostics
+) -> None:
+    for name, parameter in document.parameters.items():
+        if parameter.type is not None and parameter.default is None and name not in overrides:
+            about = f": {parameter.description}" if parameter.description else ""
+            message = f"the parameter `{name}` has no value ({parameter.type}{about})"
+            hint = f"give `-p {name}=...`, or a `default` here"
+            diagnostics.error(parameter.location, message, hint)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Assembler:
+    """Makes tasks of the sections of files."""
+
+    leaves: Mapping[str, LeafType]
+    open_tree: bool
+    """Whether parameters stay in the tree by their names."""
+
+    def assemble(
+        self,
+        document: Document,
+        parameters: Mapping[str, TaskParameter],
+        diagnostics: Diagnostics,
+        subtrees: Subtrees,
+        overrides: Mapping[str, YamlScalar] = MappingProxyType({}),
+    ) -> Task | None:
+        """The task in a file; None if there is an error in it or in any file before.
+
+        Args:
+            document: its sections.
+            parameters: with the values that an including file gives.
+            diagnostics: of the file.
+            subtrees: reads the files that it includes.
+            overrides: values that a person gives, as the file would write them.
+        """
+        entries = document.entries
+        named = read_named_values(entries.get("poses"), entries.get("regions"), diagnostics)
+        declared = with_values(parameters, overrides, named, diagnostics)
+        if self.open_tree:
+            parameters = {name: replace(one, value=None) for name, one in declared.items()}
+        else:
+            parameters = declared
+        scope = Scope(
+            leaves=self.leaves,
+            parameters=parameters,
+            named=named,
+            diagnostics=diagnostics,
+            include=subtrees.include,
+            level=subtrees.level,
+        )
+        for parameter in declared.values():
+            scope.use(parameter.value)
+            scope.used_values.add(str(parameter.default and parameter.default.value))
+        root = read_node(entries["tree"].value, scope)
+        if root is None or diagnostics.fatal:
+            return None
+        flow = check_flow(root, parameters, document.outputs, diagnostics)
+        if flow is None:
+            return None
+        _warn_of_unused(scope)
+        lint(root, flow.facts, diagnostics)
+        return Task(
+            name=document.name,
+            description=document.description,
+            path=diagnostics.path,
+            text=document.text,
+            scene=document.scene,
+            parameters=parameters,
+            poses=named.defined(ToolPose, BasePose, Posture),
+            regions=named.defined(Region),
+            outputs=flow.outputs,
+            root=root,
+            ends=flow.ends,
+        )
+
+
+def _warn_of_unused(scope: Scope) -> None:
+    warn = scope.diagnostics.warning
+    for name, parameter in scope.parameters.items():
+        if name not in scope.used_parameters:
+            hint = f"write `${name}` somewhere, or remove it"
+            warn(parameter.location, f"the parameter `{name}` is never used", hint)
+    for name, location in scope.named.locations.items():
+        if name not in scope.used_values:
+            warn(location, f"`{name}` is never used", "name it in the tree, or remove it")
