@@ -1,10 +1,51 @@
-"""Files that people write, and what is said when they are wrong.
+"""Files that people write, and the errors and hints that they get.
 
 The bottom room: every other one may use it, and it uses none. `UserError` is the base of every
-error that a person can fix, `read_config` reads a YAML file into a checked pydantic model.
+error that a person can fix; `read_config` reads a strict YAML file into a checked pydantic model;
+`read_yaml`, `validate` and `Diagnostics` are its parts, for files that need more than a model.
 """
 
+from config.diagnostics import Diagnostic, Diagnostics, Location, Severity, TooManyErrorsError
 from config.errors import UserError, quoted, suggest
-from config.reader import ConfigError, StrictModel, read_config
+from config.reader import ConfigError, StrictModel, read_config, validate
+from config.strict_yaml import (
+    Plain,
+    YamlEntry,
+    YamlList,
+    YamlMap,
+    YamlScalar,
+    YamlValue,
+    content,
+    describe,
+    parse_scalar,
+    parse_yaml,
+    read_yaml,
+    written,
+)
 
-__all__ = ["ConfigError", "StrictModel", "UserError", "quoted", "read_config", "suggest"]
+__all__ = [
+    "ConfigError",
+    "Diagnostic",
+    "Diagnostics",
+    "Location",
+    "Plain",
+    "Severity",
+    "StrictModel",
+    "TooManyErrorsError",
+    "UserError",
+    "YamlEntry",
+    "YamlList",
+    "YamlMap",
+    "YamlScalar",
+    "YamlValue",
+    "content",
+    "describe",
+    "parse_scalar",
+    "parse_yaml",
+    "quoted",
+    "read_config",
+    "read_yaml",
+    "suggest",
+    "validate",
+    "written",
+]

@@ -1,16 +1,47 @@
-"""Configuration files: YAML in, a checked pydantic model out, every complaint with its place."""
+"""YAML in, a checked pydantic model out; every error with its location and a hint, all at once."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeAlias, TypeVar, get_args
 
-import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from config.diagnostics import Diagnostics, Location
 from config.errors import UserError, suggest
+from config.strict_yaml import (
+    YamlList,
+    YamlMap,
+    YamlScalar,
+    YamlValue,
+    content,
+    describe,
+    read_yaml,
+)
 
 Model = TypeVar("Model", bound=BaseModel)
+_Keys: TypeAlias = tuple[int | str, ...]
+
+_EXPECTED = {
+    "string_type": "text",
+    "bool_type": "true or false",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "float_type": "a number",
+    "finite_number": "a finite number",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "dict_type": "a mapping",
+    "model_type": "a mapping",
+    "model_attributes_type": "a mapping",
+    "greater_than": "a number greater than {gt:g}",
+    "greater_than_equal": "a number of at least {ge:g}",
+    "less_than": "a number less than {lt:g}",
+    "less_than_equal": "a number of at most {le:g}",
+    "literal_error": "{expected}",
+}
+"""What pydantic expects, by its type of error, in words of YAML."""
 
 
 class ConfigError(UserError):
@@ -18,80 +49,133 @@ class ConfigError(UserError):
 
 
 class StrictModel(BaseModel):
-    """A model that knows all its keys and never changes."""
+    """A model that knows all its keys, takes finite numbers only and never changes."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def read_config(path: Path, model: type[Model], context: Any = None) -> Model:
-    """What a file says, checked.
+    """The content of a YAML file, checked.
 
     Args:
-        path: a YAML file.
-        model: what it must be.
+        path: the file.
+        model: what it has to be.
         context: for the validators of the model, as `ValidationInfo.context`.
 
     Raises:
-        ConfigError: it cannot be read, is not YAML, or says something that the model forbids.
+        ConfigError: with every error in the file, a line each.
+    """
+    diagnostics = Diagnostics(path)
+    read = read_yaml(diagnostics)
+    result = None if read is None else validate(read[1], model, diagnostics, context=context)
+    if result is None or diagnostics.fatal:
+        raise ConfigError("\n".join(map(str, diagnostics.in_order())))
+    return result
+
+
+def validate(
+    value: YamlValue,
+    model: type[Model],
+    diagnostics: Diagnostics,
+    *,
+    name: str = "",
+    location: Location | None = None,
+    context: Any = None,
+) -> Model | None:
+    """A located value as a model, without conversions: text is no number.
+
+    Args:
+        value: from the file.
+        model: what it has to be.
+        diagnostics: receives every error.
+        name: of the value, for messages; empty for the whole file.
+        location: of its name, if it has one.
+        context: for the validators of the model, as `ValidationInfo.context`.
+
+    Returns:
+        None if there is an error.
     """
     try:
-        text = path.read_text(encoding="utf-8")
-        node = yaml.compose(text, Loader=yaml.SafeLoader)
-        return model.model_validate(yaml.safe_load(text), context=context)
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: cannot be read: {error}") from error
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        where = f"{mark.line + 1}:{mark.column + 1}" if mark else "1:1"
-        raise ConfigError(f"{path}:{where}: not YAML: {error.problem}") from error
-    except yaml.YAMLError as error:
-        raise ConfigError(f"{path}: not YAML: {str(error).splitlines()[0]}") from error
-    except ValidationError as error:
-        raise ConfigError(f"{path}:{_explain(node, _worst(error), model)}") from error
+        # Of its strict modes, that for JSON is the one in which a list may become a tuple.
+        text = json.dumps(content(value))
+        return model.model_validate_json(text, strict=True, context=context)
+    except ValidationError as invalid:
+        seen = set()
+        for error in invalid.errors(include_url=False):
+            at = _Position(value, location or value.location, error["loc"])
+            if at.keys not in seen:  # a union complains once for each of its members
+                seen.add(at.keys)
+                known = _known_keys(model, error["loc"][:-1])
+                where, message, hint = at.explain(error, name, known)
+                diagnostics.error(where, message, hint)
+    return None
 
 
-def _worst(error: ValidationError) -> Any:
-    """The objection to report: a misspelled key rather than the one that is missing for it."""
-    errors = error.errors()
-    return next((one for one in errors if one["type"] == "extra_forbidden"), errors[0])
+class _Position:
+    """The deepest value on the way that pydantic tells; what follows is a key that is missing.
+
+    Args:
+        root: the validated value.
+        location: of its name.
+        path: keys and indices; tags of union members among them are left out.
+    """
+
+    def __init__(self, root: YamlValue, location: Location, path: _Keys) -> None:
+        self.value = root
+        self.key_location = location
+        self.parent = ""
+        self.keys: _Keys = ()
+        for key in path:
+            if isinstance(self.value, YamlMap) and isinstance(key, str):
+                self.keys += (key,)
+                if key not in self.value.entries:
+                    break
+                entry = self.value.entries[key]
+                self.value, self.key_location, self.parent = entry.value, entry.location, key
+            elif isinstance(self.value, YamlList) and isinstance(key, int):
+                self.keys += (key,)
+                if key >= len(self.value.items):
+                    break
+                self.value = self.value.items[key]
+                self.key_location = self.value.location
+
+    def explain(self, error: Any, name: str, known: list[str]) -> tuple[Location, str, str]:
+        """Location, message and hint for an error here."""
+        path = ".".join(str(key) for key in (name, *self.keys) if key != "") or "the file"
+        type_, context = error["type"], error.get("ctx", {})
+        got = describe(self.value)
+        if type_ == "extra_forbidden":
+            return self.key_location, f"{path}: unknown key", suggest(str(self.keys[-1]), known)
+        if type_ == "missing":
+            holder = f"below `{self.parent or name}`" if self.parent or name else "at the top level"
+            return self.key_location, f"{path}: is missing", f"add it {holder}"
+        if type_ in ("too_short", "too_long"):
+            bound = context.get("min_length", context.get("max_length"))
+            message = f"{path}: expected {bound} values, got {context['actual_length']}"
+            return self.value.location, message, f"write {bound} values"
+        if type_ == "value_error":
+            text = str(context["error"])
+            message, _, hint = text.partition("; " if "; " in text else ": ")
+            return self._location, f"{path}: {message}", hint or "correct it"
+        if type_ in _EXPECTED:
+            expected = _EXPECTED[type_].format(**context).replace("'", "`")
+            return self._location, f"{path}: expected {expected}, got {got}", f"write {expected}"
+        message = error["msg"][:1].lower() + error["msg"][1:]
+        return self._location, f"{path}: {message}, got {got}", "correct it"
+
+    @property
+    def _location(self) -> Location:
+        """Of the value; of its name where that says more."""
+        is_null = isinstance(self.value, YamlScalar) and self.value.value is None
+        is_key_better = is_null or isinstance(self.value, YamlMap)
+        return self.key_location if is_key_better else self.value.location
 
 
-def _explain(root: yaml.Node | None, error: Any, model: type[BaseModel]) -> str:
-    """One line for what pydantic objects to: where it stands, what is wrong, how to fix it."""
-    location, kind = error["loc"], error["type"]
-    line, column, holder = _locate(root, location)
-    where = f"{line}:{column}: {'.'.join(str(key) for key in location) or 'the file'}"
-    if kind == "extra_forbidden":
-        return f"{where}: unknown key; {suggest(str(location[-1]), _keys(model, location[:-1]))}"
-    if kind == "missing":
-        return f"{where}: is missing: add it under {holder}"
-    message = error["msg"].removeprefix("Value error, ")
-    named = isinstance(error["input"], dict) or f"`{error['input']}`" in message
-    given = "" if named else f", not {error['input']!r}"
-    return f"{where}: {message[:1].lower()}{message[1:]}{given}"
-
-
-def _locate(root: yaml.Node | None, location: tuple[int | str, ...]) -> tuple[int, int, str]:
-    """Line and column of the deepest node on the way to a location, and that node's key."""
-    node, mark, holder = root, root.start_mark if root else None, "the top level"
-    for key in location:
-        if isinstance(node, yaml.MappingNode):
-            found = next((entry for entry in node.value if entry[0].value == key), None)
-            if found is None:
-                break
-            mark, node, holder = found[0].start_mark, found[1], str(key)
-        elif isinstance(node, yaml.SequenceNode) and isinstance(key, int) and key < len(node.value):
-            node = node.value[key]
-            mark = node.start_mark
-    return (mark.line + 1, mark.column + 1, holder) if mark else (1, 1, holder)
-
-
-def _keys(model: type[BaseModel], location: tuple[int | str, ...]) -> list[str]:
+def _known_keys(model: type[BaseModel], location: _Keys) -> list[str]:
     """The keys that are known at a location."""
     for key in location:
-        if isinstance(key, str):
-            annotation = model.model_fields[key].annotation
-            for inner in (annotation, *get_args(annotation)):
-                if isinstance(inner, type) and issubclass(inner, BaseModel):
-                    model = inner
+        field = model.model_fields.get(str(key))
+        for inner in (field.annotation, *get_args(field.annotation)) if field else ():
+            if isinstance(inner, type) and issubclass(inner, BaseModel):
+                model = inner
     return list(model.model_fields)

@@ -1,4 +1,4 @@
-"""The shipped tasks, and in `trees.language` the language that they are written in.
+"""The shipped tasks; their language is in `trees.language`.
 
 Each `*.yaml` here is a task; wherever a tree is asked for, its name stands for its file.
 """
@@ -8,14 +8,24 @@ from __future__ import annotations
 from pathlib import Path
 
 from config import UserError, quoted, suggest
+from trees.schema import SCHEMA_FILE, schema_text
+from trees.template import new_files
 
-__all__ = ["UnknownTreeError", "find", "shipped", "shipped_names"]
+__all__ = [
+    "SCHEMA_FILE",
+    "UnknownTreeError",
+    "find",
+    "new_files",
+    "schema_text",
+    "shipped",
+    "shipped_names",
+]
 
 _FOLDER = Path(__file__).parent
 
 
 class UnknownTreeError(UserError):
-    """No tree goes by this name; the text lists those that there are."""
+    """No shipped tree has this name; the text lists those that have one."""
 
 
 def shipped_names() -> tuple[str, ...]:
@@ -27,7 +37,7 @@ def shipped(name: str) -> Path:
     """The file of a shipped task.
 
     Raises:
-        UnknownTreeError: there is none of this name.
+        UnknownTreeError: there is no such task.
     """
     names = shipped_names()
     if name in names:
@@ -37,9 +47,9 @@ def shipped(name: str) -> Path:
 
 
 def find(tree: str) -> Path:
-    """The file that a person means by a path or by the name of a shipped task.
+    """The file for a path or for the name of a shipped task.
 
-    A text with a folder or an ending is a path, whether or not there is such a file.
+    A text with a folder or an ending is a path, whether or not the file exists.
 
     Raises:
         UnknownTreeError: it is neither.

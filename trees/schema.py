@@ -1,9 +1,9 @@
 """The JSON Schema of task files, with which an editor completes, explains and checks them.
 
-It is made from the tables of the language and the constructors of the leaves, in draft 07, which
-every YAML language server knows. A node is one object with all keys as properties: an editor then
-offers each key once, with its description. What a schema cannot say (exactly one node an item,
-names that are defined) is left to `frankie-task check`.
+It is made from the words and models of the language and the constructors of the leaves, in draft
+07, which every YAML language server knows. A node is one object with all keys as properties: an
+editor then offers each key once, with its description. What a schema cannot say (exactly one node
+an item, names that are defined) is left to `frankie-task check`.
 """
 
 from __future__ import annotations
@@ -14,18 +14,25 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from trees.language.documents import FILE_KEYS
-from trees.language.registry import SET, LeafType, Output, Parameter
-from trees.language.tables import WORD
-from trees.language.value_types import PARAMETER_TYPES, ValueType
-from trees.language.vocabulary import (
+from config import StrictModel
+from trees.language import (
     CHILDREN,
     COMPOSITES,
+    FILE_KEYS,
     MODIFIERS,
     NAME,
+    SET,
     SUBTREE,
+    WORD,
     CompositeWord,
+    LeafType,
     ModifierWord,
+    Output,
+    Parameter,
+    ParameterSection,
+    PoseSection,
+    RegionSection,
+    ValueType,
 )
 
 Schema: TypeAlias = dict[str, Any]
@@ -40,11 +47,10 @@ _NODE: Schema = {"$ref": "#/definitions/node"}
 _TEXT: Schema = {"type": "string"}
 _NAMED_VALUE: Schema = {
     "pattern": f"^{_REFERENCE}$",
-    "patternErrorMessage": "This is not such a value; `$name` stands for a parameter or key.",
+    "patternErrorMessage": "The value has another type; `$name` stands for a parameter or key.",
 }
 """The part of a schema that allows a reference in place of a value."""
 
-_NUMBER: Schema = {"type": ["number", "string"], **_NAMED_VALUE}
 _JSON_TYPES: Mapping[type, str] = {
     bool: "boolean",
     int: "integer",
@@ -67,7 +73,7 @@ def task_schema(leaves: Mapping[str, LeafType]) -> Schema:
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "frankie-task",
-        "description": "A task for a mobile manipulator: a behaviour tree and what it speaks of.",
+        "description": "A task for a mobile manipulator: a behaviour tree and what it refers to.",
         **_table(
             {key: {**_SECTIONS[key], "description": about} for key, about in FILE_KEYS.items()},
             required=["task", "tree"],
@@ -95,7 +101,7 @@ def _node(leaves: Mapping[str, LeafType]) -> Schema:
 
 
 def _condition(leaves: Mapping[str, LeafType]) -> Schema:
-    """What may guard a node."""
+    """What may stand after `while` or `unless`."""
     conditions = {key: leaf for key, leaf in leaves.items() if leaf.is_condition}
     return {
         **_bare(conditions),
@@ -115,14 +121,14 @@ def _bare(leaves: Mapping[str, LeafType]) -> Schema:
 
 def _leaf(leaf: LeafType) -> Schema:
     required = _required(leaf)
-    said = {
+    properties = {
         **{name: _parameter(parameter) for name, parameter in leaf.parameters.items()},
         **{name: _output(output) for name, output in leaf.outputs.items()},
     }
     values = (
         {"type": "object", "minProperties": 1, "additionalProperties": True}
         if leaf is SET
-        else _table(said, required=required)
+        else _table(properties, required=required)
     )
     nothing = [] if required or leaf is SET else ["null"]
     return {**values, "type": ["object", *nothing], "description": leaf.description}
@@ -151,10 +157,10 @@ def _about(described: Parameter | Output) -> str:
 
 def _composite(word: CompositeWord) -> Schema:
     """A list of nodes, or, if the word allows, one node or a mapping of options and children."""
-    least = {"minItems": word.least, **({"maxItems": 1} if word.only_child else {})}
+    least = {"minItems": word.least, **({} if word.most is None else {"maxItems": word.most})}
     nodes: Schema = {"type": "array", "items": _NODE, **least}
     about = {"description": f"{word.description} It takes {word.children}."}
-    if word.only_child:
+    if word.most == 1:
         return {**about, "if": {"type": "array"}, "then": nodes, "else": _NODE}
     if not word.options:
         return {**nodes, **about}
@@ -180,10 +186,10 @@ def _value(expected: ValueType) -> Schema:
         "minimum": expected.least,
         "maximum": expected.most,
     }
-    kinds = [_JSON_TYPES[kind] for kind in expected.kinds if kind in _JSON_TYPES]
-    is_text = str in expected.kinds or bool(expected.named_kinds)
+    types = [_JSON_TYPES[one] for one in expected.types if one in _JSON_TYPES]
+    is_text = str in expected.types or bool(expected.named_types)
     value = {
-        "type": [*kinds, "string"],
+        "type": [*types, "string"],
         **({} if is_text else _NAMED_VALUE),
         **{key: bound for key, bound in limits.items() if bound is not None},
     }
@@ -196,12 +202,26 @@ def _table(properties: Mapping[str, Schema], *, required: Sequence[str] = ()) ->
     return {**schema, "required": list(required)} if required else schema
 
 
-def _named(what: Schema) -> Schema:
-    """A mapping of names; an empty section is no diagnostic."""
+def _section(model: type[StrictModel]) -> Schema:
+    """The schema of a model, without what only pydantic needs."""
+    schema = model.model_json_schema()
+    properties = {
+        key: {
+            name: value
+            for name, value in about.items()
+            if name != "title" and (name, value) != ("default", None)
+        }
+        for key, about in schema["properties"].items()
+    }
+    return _table(properties, required=schema.get("required", ()))
+
+
+def _named(entry: Schema) -> Schema:
+    """A mapping of names; the section may be empty."""
     return {
         "type": ["object", "null"],
         "propertyNames": {"pattern": f"^{WORD.pattern}$"},
-        "additionalProperties": what,
+        "additionalProperties": entry,
     }
 
 
@@ -209,65 +229,23 @@ def _word() -> Schema:
     return {"type": "string", "pattern": f"^{WORD.pattern}$"}
 
 
-def _numbers(count: int, description: str) -> Schema:
-    if count == 1:
-        return {**_NUMBER, "description": description}
-    return {
-        "type": "array",
-        "items": _NUMBER,
-        "minItems": count,
-        "maxItems": count,
-        "description": description,
-    }
-
-
-_POSE = _table(
-    {
-        "xyz": _numbers(3, "Point between the finger tips, in the world [m]."),
-        "rpy_deg": _numbers(3, "Roll, pitch and yaw of the hand [°]; roll 180 looks down."),
-        "base": _numbers(2, "x and y of the base on the floor [m]."),
-        "heading_deg": _numbers(1, "Where the base faces, from the world's x axis [°]."),
-        "joints_deg": _numbers(7, "Posture of the arm, from base to hand [°]."),
-    }
-)
-_REGION = _table(
-    {
-        "centre": _numbers(3, "Middle of the box in the world [m]."),
-        "size": _numbers(3, "Full length of each edge [m]."),
-        "yaw_deg": _numbers(1, "Turn about the vertical [°]."),
-    },
-    required=["centre", "size"],
-)
-_SCALAR: Schema = {"type": ["boolean", "number", "string"]}
-_PARAMETER = _table(
-    {
-        "type": {
-            "anyOf": [{"enum": list(PARAMETER_TYPES)}, {"type": "array", "items": _SCALAR}],
-            "description": "Its type, or a list of choices; without it, that of the default.",
-        },
-        "default": {**_SCALAR, "description": "What it is unless chosen; without it, required."},
-        "description": {**_TEXT, "description": "What it is for."},
-        "min": {"type": "number", "description": "Least number allowed."},
-        "max": {"type": "number", "description": "Largest number allowed."},
-    }
-)
 _SECTIONS: Mapping[str, Schema] = {
     "task": _word(),
     "description": _TEXT,
     "scene": _TEXT,
-    "params": _named(_PARAMETER),
+    "params": _named(_section(ParameterSection)),
     "outputs": _named({"type": ["string", "null"]}),
-    "poses": _named(_POSE),
-    "regions": _named(_REGION),
+    "poses": _named(_section(PoseSection)),
+    "regions": _named(_section(RegionSection)),
     "tree": {"allOf": [_NODE]},
 }
-_GIVEN = {"type": "object", "additionalProperties": True}
+_VALUES = {"type": "object", "additionalProperties": True}
 _SUBTREE = {
     **_table(
         {
             "file": {**_TEXT, "description": "The other task file, seen from this one."},
-            "with": {**_GIVEN, "description": "Values for its parameters."},
-            "out": {**_GIVEN, "description": "For each of its outputs, the key to write it to."},
+            "with": {**_VALUES, "description": "Values for its parameters."},
+            "out": {**_VALUES, "description": "For each of its outputs, the key to write it to."},
         },
         required=["file"],
     ),

@@ -1,18 +1,17 @@
-"""The file that a new task begins with: small, commented, and sound as it is."""
+"""The file that a new task begins with: small, commented, and ready to run."""
 
 from __future__ import annotations
 
 from config import UserError
-from trees.language.registry import describe_leaves, known_leaves
-from trees.language.tables import WORD
+from trees.language import NAMING_HINT, WORD, describe_leaves, known_leaves
 from trees.schema import SCHEMA_FILE, schema_text
 
 _TASK = """\
 # yaml-language-server: $schema={schema}
 # The line above lets an editor complete and explain what you write.
-# Diagnostics, with line and column:     frankie-task check {name}.yaml
-# Try it without a robot:             frankie-task run {name}.yaml --dry
-# All that a task can be made of:     frankie-task nodes
+# Check it, with line and column:    frankie-task check {name}.yaml
+# Try it without a robot:            frankie-task run {name}.yaml --dry
+# All that a task can be made of:    frankie-task nodes
 task: {name}
 description: Look at the container from above, then come back.
 
@@ -20,7 +19,7 @@ description: Look at the container from above, then come back.
 params:
   patience_s: {{default: 2.0, description: how long to stay above the container}}
 
-# Places in the world, in metres and degrees: of the point between the finger tips (`xyz`,
+# Poses in the world, in metres and degrees: of the point between the finger tips (`xyz`,
 # `rpy_deg`; roll 180 looks down), or of the base (`base`, `heading_deg`).
 poses:
   above_container: {{xyz: [2.935, 0.0, 0.85], rpy_deg: [180, 0, 0]}}
@@ -38,20 +37,18 @@ tree:
 
 
 class BadNameError(UserError):
-    """A task cannot be called this; the text says what it can be called."""
+    """The name cannot be that of a task; the text says which can."""
 
 
 def new_files(name: str) -> dict[str, str]:
     """The texts of a new task's files by name, the task first, then the schema that it names.
 
     Raises:
-        BadNameError: the name would not do in the task file.
+        BadNameError: a task file cannot have this name.
         LeafError: an installed leaf class is at fault.
     """
     if not WORD.fullmatch(name):
-        raise BadNameError(
-            f"`{name}` cannot name a task; use letters, digits and `_`, and begin with a letter"
-        )
+        raise BadNameError(f"`{name}` cannot name a task; {NAMING_HINT}")
     return {
         f"{name}.yaml": _TASK.format(name=name, schema=SCHEMA_FILE.name),
         SCHEMA_FILE.name: schema_text(describe_leaves(known_leaves())),

@@ -1,7 +1,7 @@
 """`run --dry`: the tree in a world where every leaf ends at once, as a script says.
 
 Nothing of the robot, the simulator or the network is loaded. What is tried out is the task: which
-node runs after which outcome, what is attempted again, what the task comes to.
+node runs after which outcome, what is attempted again, how the task ends.
 """
 
 from __future__ import annotations
@@ -16,14 +16,21 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from app.core import End, Outcome, failed_node
-from behaviours.named import Key
+from behaviours import Key
 from config import UserError, quoted, suggest
 from hw import SimClock, TaskClock
-from trees.language import Task, build, load, nodes_in_order
-from trees.language.registry import SET
-from trees.language.syntax import LeafNode, SubtreeNode, nodes_below
-from trees.language.value_types import ValueType
-from trees.language.vocabulary import COMPOSITES
+from trees.language import (
+    COMPOSITES,
+    SET,
+    LeafNode,
+    SubtreeNode,
+    Task,
+    ValueType,
+    build,
+    load,
+    nodes_below,
+    nodes_in_order,
+)
 
 PERIOD = 0.1
 """Simulated time from tick to tick [s]."""
@@ -33,21 +40,21 @@ OUTCOMES: Mapping[str, Status] = {
     "failure": Status.FAILURE,
     "running": Status.RUNNING,
 }
-"""What a leaf may be told to answer."""
+"""What a leaf may be told to return."""
 
 _GLYPHS: Mapping[str, str] = {"success": "✔", "failure": "✗", "running": "▶", "invalid": "·"}
 
 _MOST_SHOWN = 200
-"""So many lines a person reads."""
+"""More lines are not read by a person."""
 
 
 class ScriptError(UserError):
-    """An outcome cannot be scripted; the text says why and what would do."""
+    """An outcome cannot be scripted; the text says why and what to write."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """What a node came to in a tick, or that a leaf began to run."""
+    """How a node ended in a tick, or that a leaf began to run."""
 
     tick: int
     stamp: float
@@ -62,43 +69,45 @@ class Step:
 
     @property
     def is_news(self) -> bool:
-        """Whether it says more than the line before: a composite without a name does not."""
+        """Whether it adds to the line before: a composite without a name does not."""
         return self.key not in COMPOSITES or self.name != self.key
 
     @property
-    def called(self) -> str:
-        """Its name, and what it is if the name is its own."""
+    def label(self) -> str:
+        """Its name, and its key if that differs."""
         return self.name if self.name == self.key else f"{self.name} ({self.key})"
 
 
 @dataclass(frozen=True, kw_only=True)
 class DryRun:
-    """What a dry run came to."""
+    """The result of a dry run."""
 
     task: str
     ended: bool
-    """Whether the tree came to an end within the ticks allowed."""
+    """Whether the tree ended within the ticks allowed."""
     outcome: Outcome
     ticks: int
     steps: tuple[Step, ...]
 
     def to_json(self) -> str:
         """One JSON object."""
-        said = asdict(self) | {"outcome": self.outcome.end.value}
-        return json.dumps(
-            said | {"reason": self.outcome.reason, "node": self.outcome.node}, indent=2
-        )
+        outcome = {
+            "outcome": self.outcome.end.value,
+            "reason": self.outcome.reason,
+            "node": self.outcome.node,
+        }
+        return json.dumps(asdict(self) | outcome, indent=2)
 
     def to_text(self) -> str:
-        """A line a step, the last line what it came to."""
-        said = [step for step in self.steps if step.is_news]
-        hidden = len(said) - _MOST_SHOWN
+        """A line a step; the last line is the result."""
+        news = [step for step in self.steps if step.is_news]
+        hidden = len(news) - _MOST_SHOWN
         lines = [
-            f"{step.stamp:8.1f} s  {_GLYPHS[step.status]} {step.called}: {step.reason}"
-            for step in said[:_MOST_SHOWN]
+            f"{step.stamp:8.1f} s  {_GLYPHS[step.status]} {step.label}: {step.reason}"
+            for step in news[:_MOST_SHOWN]
         ]
         if hidden > 0:
-            lines.append(f"{'...':>8}    {hidden} lines more; all of them with --json")
+            lines.append(f"{'...':>8}    {hidden} more lines; all of them with --json")
         where = f" (in {self.outcome.node})" if self.outcome.node else ""
         end = self.outcome.end.value if self.ended else "no end"
         lines.append(f"{self.task}, dry: {end}: {self.outcome.reason}{where}")
@@ -109,8 +118,8 @@ class Script:
     """Which outcome is next for a leaf.
 
     Args:
-        outcomes: by leaf key or node name, in turn; the last repeats. All nodes that go by it take
-            from the same list. A name counts before a key; the rest succeed.
+        outcomes: by leaf key or node name, in turn; the last repeats. All nodes of this key or name
+            take from the same list. A name counts before a key; the other leaves succeed.
     """
 
     def __init__(self, outcomes: Mapping[str, Sequence[Status]]) -> None:
@@ -118,7 +127,7 @@ class Script:
         self._taken = dict.fromkeys(outcomes, 0)
 
     def next(self, name: str, key: str) -> tuple[Status, str]:
-        """The outcome of the next tick of a leaf, and where it comes from."""
+        """The outcome of the next tick of a leaf, and its reason."""
         word = name if name in self._outcomes else key
         if word not in self._outcomes:
             return Status.SUCCESS, "not scripted"
@@ -129,15 +138,15 @@ class Script:
         return statuses[number - 1], f"scripted, {number} of {len(statuses)}{again}"
 
 
-def read_script(given: Sequence[str], task: Task) -> Script:
-    """The script that a person gives as `grasp=failure,failure,success`.
+def read_script(texts: Sequence[str], task: Task) -> Script:
+    """The script in texts such as `grasp=failure,failure,success`.
 
     Raises:
-        ScriptError: it is written wrongly, or is about a node that the tree does not have.
+        ScriptError: it is written wrongly, or the tree has no such leaf.
     """
     words = sorted({word for leaf in _leaves(task) for word in (leaf.name, leaf.type.key)})
     outcomes = {}
-    for text in given:
+    for text in texts:
         word, equals, listed = text.rpartition("=")
         if not equals or not word:
             example = "for example --outcome grasp=failure,success"
@@ -152,12 +161,12 @@ def read_script(given: Sequence[str], task: Task) -> Script:
 def _outcome(word: str, text: str) -> Status:
     if word not in OUTCOMES:
         known = ", ".join(f"`{known}`" for known in OUTCOMES)
-        raise ScriptError(f"--outcome {text}: `{word}` is no outcome; write {known}")
+        raise ScriptError(f"--outcome {text}: `{word}` is not an outcome; write {known}")
     return OUTCOMES[word]
 
 
 def _leaves(task: Task) -> Iterator[LeafNode]:
-    """The scripted leaves of a task: guards and those of other files too, `set` not."""
+    """The leaves of a task that can be scripted, with guards and other files, without `set`."""
     for node in nodes_below(task.root):
         guards = (value for value in node.modifiers.values() if isinstance(value, LeafNode))
         yield from guards
@@ -168,14 +177,14 @@ def _leaves(task: Task) -> Iterator[LeafNode]:
 
 
 class _DryLeaf(Behaviour):
-    """Answers what the script says; when it succeeds, its outputs hold zeros and empty texts."""
+    """Returns what the script says; when it succeeds, its outputs hold zeros and empty texts."""
 
     def __init__(self, node: LeafNode, script: Script, arguments: Mapping[str, object]) -> None:
         super().__init__(node.name)
         self.key = node.type.key
         self._script = script
         self._outputs = {
-            key: _nothing(node.type.outputs[name].type)
+            key: _smallest(node.type.outputs[name].type)
             for name, key in arguments.items()
             if isinstance(key, Key)
         }
@@ -189,12 +198,12 @@ class _DryLeaf(Behaviour):
         return status
 
 
-def _nothing(kind: ValueType) -> object:
+def _smallest(expected: ValueType) -> object:
     """The smallest value of a type."""
-    if kind.choices:
-        return kind.choices[0]
-    empty = kind.kinds[0]()
-    return empty if kind.least is None or not isinstance(empty, int | float) else kind.least
+    if expected.choices:
+        return expected.choices[0]
+    empty = expected.types[0]()
+    return empty if expected.least is None or not isinstance(empty, int | float) else expected.least
 
 
 def dry_run(
@@ -204,21 +213,21 @@ def dry_run(
 
     Args:
         path: the task file.
-        outcomes: what leaves answer, each `NODE=OUTCOME,OUTCOME,...`.
+        outcomes: what leaves return, each `NODE=OUTCOME,OUTCOME,...`.
         overrides: values of task parameters, as texts.
-        most_ticks: a tree that has not ended by then is given up.
+        most_ticks: a tree that has not ended by then is stopped.
 
     Raises:
         TaskFileError: the file has diagnostics.
         LeafError: a leaf class, not the file, is at fault.
-        ScriptError: an outcome is written wrongly or is about no node of the tree.
+        ScriptError: an outcome is written wrongly, or the tree has no such node.
     """
     task = load(path, overrides=overrides)
     script = read_script(outcomes, task)
     clock = SimClock()
     context = cast(Any, _DryContext(clock=TaskClock(clock)))
     root = build(task, context, lambda node, _, arguments: _DryLeaf(node, script, arguments))
-    paths = {place.node: place.path for place in nodes_in_order(root)}
+    paths = {entry.node: entry.path for entry in nodes_in_order(root)}
     steps: list[Step] = []
     were_running: set[Behaviour] = set()
     for tick in range(1, most_ticks + 1):
@@ -246,7 +255,7 @@ def dry_run(
     return DryRun(
         task=task.name,
         ended=root.status is not Status.RUNNING,
-        outcome=_came_to(root, most_ticks),
+        outcome=_outcome_of(root, most_ticks),
         ticks=tick,
         steps=tuple(steps),
     )
@@ -260,7 +269,7 @@ class _DryContext:
     keys: dict[str, Key[object]] = field(default_factory=dict)
 
 
-def _came_to(root: Behaviour, most_ticks: int) -> Outcome:
+def _outcome_of(root: Behaviour, most_ticks: int) -> Outcome:
     if root.status is Status.SUCCESS:
         return Outcome(end=End.SUCCESS, reason=root.feedback_message)
     if root.status is Status.RUNNING:

@@ -8,16 +8,19 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from config import UserError, suggest
-from trees.language.registry import (
+from config import UserError, suggest, written
+from trees.language import (
+    COMPOSITES,
+    MODIFIERS,
+    NAME,
     SET,
+    SUBTREE,
     LeafType,
     Parameter,
+    ValueType,
     describe_leaves,
     known_leaves,
 )
-from trees.language.value_types import ValueType, written
-from trees.language.vocabulary import COMPOSITES, MODIFIERS, NAME, SUBTREE
 
 _LANGUAGE = {
     NAME: "The node's name in pictures, messages and summaries; stands beside any node.",
@@ -26,7 +29,7 @@ _LANGUAGE = {
 
 
 class UnknownWordError(UserError):
-    """Nothing goes by this name; the text suggests what does."""
+    """No word has this name; the text suggests one that exists."""
 
 
 def show_all(console: Console) -> None:
@@ -36,15 +39,15 @@ def show_all(console: Console) -> None:
     actions = {key: leaf for key, leaf in leaves.items() if not leaf.is_condition}
     for title, group in (("actions", actions), ("conditions", conditions)):
         rows = ((key, _signature(leaf), leaf.description) for key, leaf in sorted(group.items()))
-        console.print(_listed(title, rows, ("", "parameters", "what it does")))
+        console.print(_table(title, rows, ("", "parameters", "what it does")))
     composites = ((key, word.children, word.description) for key, word in COMPOSITES.items())
     others = ((SUBTREE, "a task file", _LANGUAGE[SUBTREE]),)
-    console.print(_listed("composites", (*composites, *others), ("", "takes", "what it does")))
-    modifiers = ((key, _taken(word.type), word.description) for key, word in MODIFIERS.items())
+    console.print(_table("composites", (*composites, *others), ("", "takes", "what it does")))
+    modifiers = ((key, _accepted(word.type), word.description) for key, word in MODIFIERS.items())
     named = ((NAME, "text", _LANGUAGE[NAME]),)
     title = "modifiers, innermost first"
-    console.print(_listed(title, (*named, *modifiers), ("", "takes", "what it does")))
-    console.print("frankie-task nodes NAME tells all about one of them.", highlight=False)
+    console.print(_table(title, (*named, *modifiers), ("", "takes", "what it does")))
+    console.print("frankie-task nodes NAME shows one of them in full.", highlight=False)
 
 
 def show_one(name: str, console: Console) -> None:
@@ -57,25 +60,25 @@ def show_one(name: str, console: Console) -> None:
     if name in leaves:
         _show_leaf(leaves[name], console)
         return
-    said = {
+    texts = {
         **_LANGUAGE,
         **{key: f"{word.description}\nTakes {word.children}." for key, word in COMPOSITES.items()},
         **{
-            key: f"{word.description}\nTakes {_taken(word.type)}; stands beside a node."
+            key: f"{word.description}\nTakes {_accepted(word.type)}; stands beside a node."
             for key, word in MODIFIERS.items()
         },
     }
-    if name not in said:
-        hint = suggest(name, {*leaves, *said})
+    if name not in texts:
+        hint = suggest(name, {*leaves, *texts})
         raise UnknownWordError(f"no node is called `{name}`; {hint} `frankie-task nodes` lists all")
     console.print(Text(name, style="bold"))
-    console.print(Text(said[name]), soft_wrap=True)
+    console.print(Text(texts[name]), soft_wrap=True)
     if name in COMPOSITES and COMPOSITES[name].options:
         rows = (
             (key, str(option.type), written(option.default), option.description)
             for key, option in COMPOSITES[name].options.items()
         )
-        console.print(_listed("options", rows, ("", "type", "default", "meaning")))
+        console.print(_table("options", rows, ("", "type", "default", "meaning")))
 
 
 def _show_leaf(leaf: LeafType, console: Console) -> None:
@@ -89,16 +92,16 @@ def _show_leaf(leaf: LeafType, console: Console) -> None:
             for one in leaf.parameters.values()
         )
         heads = ("", "type", "unit", "default", "meaning")
-        console.print(_listed("parameters", rows, heads))
+        console.print(_table("parameters", rows, heads))
     if leaf.outputs:
         keys = (
             (one.name, str(one.type), one.unit, one.description) for one in leaf.outputs.values()
         )
         title = "outputs: name the key to write to"
-        console.print(_listed(title, keys, ("", "type", "unit", "meaning")))
+        console.print(_table(title, keys, ("", "type", "unit", "meaning")))
 
 
-def _listed(title: str, rows: Iterable[tuple[str, ...]], heads: tuple[str, ...]) -> Table:
+def _table(title: str, rows: Iterable[tuple[str, ...]], heads: tuple[str, ...]) -> Table:
     table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
     for position, head in enumerate(heads):
         table.add_column(head, no_wrap=position == 0, style="cyan" if position == 0 else "")
@@ -117,7 +120,7 @@ def _signature(leaf: LeafType) -> str:
     return f"{', '.join(given)}{arrow}".strip()
 
 
-def _taken(expected: ValueType | None) -> str:
+def _accepted(expected: ValueType | None) -> str:
     return "a condition" if expected is None else str(expected)
 
 

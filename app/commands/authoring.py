@@ -1,4 +1,4 @@
-"""The commands for whoever writes tasks: what there is to write with, pictures, other formats."""
+"""The commands for authors of tasks: the words, pictures, the schema, new tasks, export."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def nodes(
     name: Annotated[str | None, typer.Argument(help="One of them, in full.")] = None,
 ) -> None:
     """What a task can be made of: leaves, composites, modifiers, with their parameters."""
-    from app.authoring.node_reference import show_all, show_one
+    from app.authoring import show_all, show_one
 
     if name is None:
         show_all(Console())
@@ -57,8 +57,8 @@ def draw(
 @authoring.command()
 def schema(output: Output = None) -> None:
     """The JSON Schema of task files, for an editor: completion, help, diagnostics underlined."""
-    from trees.language.registry import describe_leaves, known_leaves
-    from trees.schema import schema_text
+    from trees import schema_text
+    from trees.language import describe_leaves, known_leaves
 
     text = schema_text(describe_leaves(known_leaves()))
     _deliver(text, output)
@@ -66,16 +66,16 @@ def schema(output: Output = None) -> None:
 
 @authoring.command()
 def new(
-    name: Annotated[str, typer.Argument(help="What the task is called.")],
+    name: Annotated[str, typer.Argument(help="The name of the task.")],
     folder: Annotated[Path, typer.Option("--folder", help="Where to put it.")] = Path("."),
 ) -> None:
     """Begin a task: a commented file that runs as it is, and the schema for the editor."""
-    from trees.template import new_files
+    from trees import new_files
 
     files = new_files(name)
     task, *helpers = [folder / file for file in files]
     if task.exists():
-        refuse(f"{task}: is there already; choose another name, or remove it first")
+        refuse(f"{task}: already exists; choose another name, or remove it first")
     for path, text in zip((task, *helpers), files.values(), strict=True):
         if path == task or not path.exists():
             _write(path, text)
@@ -84,7 +84,7 @@ def new(
 
 @authoring.command("export")
 def export(
-    what: Annotated[
+    names: Annotated[
         list[str], typer.Argument(help="A task; with --lerobot runs, an episode each.")
     ],
     output: Output = None,
@@ -100,14 +100,14 @@ def export(
     if lerobot is not None:
         if output is not None:
             refuse("--output: a data set goes into the folder of --lerobot; leave it out")
-        _export_runs(what, lerobot, runs, fps)
+        _export_runs(names, lerobot, runs, fps)
         return
-    if len(what) > 1:
-        refuse(f"{what[1]}: one task at a time becomes XML; add --lerobot DIR to export runs")
+    if len(names) > 1:
+        refuse(f"{names[1]}: one task at a time becomes XML; add --lerobot DIR to export runs")
     from trees.btcpp import export_xml
     from trees.language import load
 
-    text = export_xml(load(find_tree(what[0]), open_parameters=True))
+    text = export_xml(load(find_tree(names[0]), open_parameters=True))
     _deliver(text, output)
 
 
@@ -117,27 +117,6 @@ def _export_runs(names: list[str], folder: Path, runs: Path, fps: int) -> None:
 
     frames = export_lerobot([find_run(name, runs) for name in names], folder, fps)
     typer.echo(f"{folder}: {len(names)} episodes, {frames} frames")
-
-
-@authoring.command("import")
-def import_tree(
-    file: Annotated[Path, typer.Argument(help="XML of BehaviorTree.CPP 4.")],
-    folder: Annotated[
-        Path | None, typer.Option("--folder", help="Where to put the files, instead of the screen.")
-    ] = None,
-) -> None:
-    """Task files from XML of BehaviorTree.CPP 4: one a tree; what has no counterpart is refused."""
-    from trees.btcpp import import_xml
-
-    texts = import_xml(file)
-    if folder is None and len(texts) > 1:
-        refuse(f"{file}: has {len(texts)} trees, each a file; say where they go: --folder DIR")
-    paths = [folder / name if folder else None for name in texts]
-    for path in paths:
-        if path is not None and path.exists():
-            refuse(f"{path}: is there already; choose another folder, or remove it first")
-    for path, text in zip(paths, texts.values(), strict=True):
-        _deliver(text, path)
 
 
 def _deliver(text: str, output: Path | None) -> None:

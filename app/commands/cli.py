@@ -36,7 +36,7 @@ def check(
     trees: Annotated[list[str], typer.Argument(help="Task files, or names of shipped tasks.")],
 ) -> None:
     """Name every mistake in task files; ends with exit code 2 if there is one."""
-    from trees.language import Severity
+    from config import Severity
     from trees.language import check as mistakes_in
 
     console = Console()

@@ -184,7 +184,7 @@ def _run_dry(
     tree: Path, parameters: dict[str, str], outcomes: list[str], ticks: int, as_json: bool
 ) -> int:
     """Run a task without a robot, say what happened; returns the exit code."""
-    from app.authoring.dry import dry_run
+    from app.authoring import dry_run
 
     result = dry_run(tree, outcomes=outcomes, overrides=parameters, most_ticks=ticks)
     typer.echo(result.to_json() if as_json else result.to_text())

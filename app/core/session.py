@@ -21,7 +21,7 @@ from app.live import Control
 from behaviours import Context, LeafCrashedError
 from controller import Command, GoalError, HolisticController, StepReport
 from hw import Gate, HardwareError, RobotState, TaskClock, stopwatch
-from trees.language.branch import Branch
+from trees.language import Branch
 
 _LONGEST_STOP = 3.0
 """Coming to rest is given up after this [s]."""

@@ -207,16 +207,22 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
     ("text", "told"),
     [
         (GOOD.replace("count", "cuont"), "6:3: objects.cuont: unknown key; did you mean `count`?"),
-        (GOOD.replace("count: 2", "count: -1"), "6:3: objects.count: input should be greater"),
+        (
+            GOOD.replace("count: 2", "count: -1"),
+            "6:10: objects.count: expected a number of at least 0, got the number `-1`",
+        ),
         (
             GOOD.replace("count: 2", "classes: [bal]"),
             "no class of objects `bal`; did you",
         ),
         (
             GOOD.replace("count: 2", "width_mm: [70, 15]"),
-            "6:3: objects.width_mm: must be the smallest",
+            "6:13: objects.width_mm: must be the smallest",
         ),
-        (GOOD.replace("[3.0, 0.0]", "[3.0, left]"), "2:17: container.centre.1: input should be"),
+        (
+            GOOD.replace("[3.0, 0.0]", "[3.0, left]"),
+            "2:17: container.centre.1: expected a number, got the text `left`",
+        ),
         (GOOD.replace("  centre: [3.0, 0.0]", "  wall_height: 0.1"), "1:1: container.centre: is m"),
         (GOOD + "fixtures:\n  - {name: a}\n", "8:5: fixtures.0.centre: is missing"),
         (
@@ -235,17 +241,17 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
         ),
         (
             GOOD + "side_tables:\n  - {name: table, centre: [0, 0], objects: {}}\n",
-            "8:6: side_tables.0.name: is the name of other furniture: choose another one",
+            "8:12: side_tables.0.name: is the name of other furniture; choose another one",
         ),
         (
             GOOD + "side_tables:\n  - {name: a, centre: [0, 0], size: [0.2, 0.2], objects: {}}\n",
             "objects: 10 do not fit on a: lower",
         ),
-        ("table: {centre: [0, 0]}\n", "1:1: container: is missing: add it under the top level"),
-        ("table: [\n", "2:1: not YAML"),
-        ("table: \x07\n", "not YAML"),
-        ("", "1:1: the file: "),
-        ("- 1\n", "1:1: the file: "),
+        ("table: {centre: [0, 0]}\n", "1:1: container: is missing; add it at the top level"),
+        ("table: [\n", "2:1: this is not YAML: "),
+        ("table: \x07\n", "1:8: this is not YAML: "),
+        ("", "1:1: the file is empty"),
+        ("- 1\n", "1:1: the file: expected a mapping, got a list"),
         (
             GOOD.replace("0.0]\ntable", "0.0]\n  inner_size: [0.1, 0.1]\ntable"),
             "2 do not fit into the",
@@ -261,9 +267,9 @@ def test_a_bad_scene_is_told_where_and_how_to_fix_it(text: str, told: str, tmp_p
     path.write_text(text)
     with pytest.raises(SceneError) as error:
         load_scene(path, 0)
-    assert told in str(error.value)
-    assert str(path) in str(error.value)
-    assert "\n" not in str(error.value)
+    lines = str(error.value).splitlines()
+    assert any(told in line for line in lines)
+    assert all(line.startswith(str(path)) for line in lines)
 
 
 def test_a_scene_that_cannot_be_read_says_so(tmp_path: Path) -> None:

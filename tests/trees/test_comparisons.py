@@ -53,7 +53,7 @@ def test_what_is_no_number_is_refused_before_the_run(tmp_path):
     path.write_text(
         "task: toy\ntree: {sequence: [set: {v: many}, at_least: {value: $v, least: 2}]}\n"
     )
-    assert [diagnostic.what for diagnostic in check(path)] == [
+    assert [diagnostic.message for diagnostic in check(path)] == [
         "expected a number, got `$v`, which is text"
     ]
 

@@ -9,7 +9,8 @@ import pytest
 from everything import write_everything
 
 import trees
-from trees.draw import Box, Kind, boxes, mermaid, svg, text
+from trees.draw import FORMATS, Box, boxes
+from trees.draw.box import Category
 from trees.language import load
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -39,7 +40,7 @@ def test_the_text_has_a_line_a_node_with_name_arguments_and_modifiers(tmp_path):
         "      once: true\n"
         "      navigate: {to: home, speed_m_s: 0.5}\n"
     )
-    assert text(boxes(load(path, open_parameters=True).root)) == (
+    assert FORMATS["text"](boxes(load(path, open_parameters=True).root)) == (
         "→ sequence\n"
         "├─ ? pick (fallback)  [retry: $tries]\n"
         "│  ├─ ○ holding_object\n"
@@ -49,7 +50,7 @@ def test_the_text_has_a_line_a_node_with_name_arguments_and_modifiers(tmp_path):
 
 
 def test_a_subtree_is_drawn_with_what_is_in_it(everything):
-    (subtree,) = [box for box in below(everything) if box.kind is Kind.SUBTREE]
+    (subtree,) = [box for box in below(everything) if box.category is Category.SUBTREE]
     assert subtree.title == "count the shelf"
     assert subtree.arguments == (
         "parts/count.yaml",
@@ -63,9 +64,9 @@ def test_a_subtree_is_drawn_with_what_is_in_it(everything):
 @pytest.mark.parametrize("name", trees.shipped_names())
 def test_every_shipped_task_can_be_drawn(name):
     root = boxes(load(trees.shipped(name), open_parameters=True).root)
-    assert text(root).count("\n") == len(below(root))
-    assert mermaid(root).count(":::") == len(below(root))
-    ElementTree.fromstring(svg(root))
+    assert FORMATS["text"](root).count("\n") == len(below(root))
+    assert FORMATS["mermaid"](root).count(":::") == len(below(root))
+    ElementTree.fromstring(FORMATS["svg"](root))
 
 
 def rectangles(picture: ElementTree.Element) -> list[tuple[float, float, float, float]]:
@@ -79,7 +80,7 @@ def rectangles(picture: ElementTree.Element) -> list[tuple[float, float, float, 
 
 
 def test_no_two_boxes_of_the_picture_touch_and_all_lie_in_it(everything):
-    picture = ElementTree.fromstring(svg(everything))
+    picture = ElementTree.fromstring(FORMATS["svg"](everything))
     placed = rectangles(picture)
     assert len(placed) == len(below(everything))
     for number, (left, top, right, bottom) in enumerate(placed):
@@ -91,7 +92,7 @@ def test_no_two_boxes_of_the_picture_touch_and_all_lie_in_it(everything):
 
 
 def test_the_picture_says_everything_in_letters_that_fit_their_box(everything):
-    picture = ElementTree.fromstring(svg(everything))
+    picture = ElementTree.fromstring(FORMATS["svg"](everything))
     said = [element.text for element in picture.iter(f"{SVG}text")]
     for box in below(everything):
         for line in (f"{box.symbol} {box.title}", *box.arguments, *box.modifiers):
@@ -109,7 +110,7 @@ def test_a_tall_parent_beside_a_short_child_keeps_its_place(tmp_path):
     path.write_text(
         f"task: t\ntree:\n  sequence:\n    - open_gripper\n    - {tall}\n    - {tall}\n"
     )
-    placed = rectangles(ElementTree.fromstring(svg(boxes(load(path).root))))
+    placed = rectangles(ElementTree.fromstring(FORMATS["svg"](boxes(load(path).root))))
     for number, (left, top, right, bottom) in enumerate(placed):
         for other in placed[number + 1 :]:
             assert right < other[0] or other[2] < left or bottom < other[1] or other[3] < top
@@ -121,9 +122,11 @@ def test_texts_from_a_task_cannot_break_a_picture(tmp_path):
         'task: t\ntree: {name: "a\\"]-->b;<b>&`#", sequence: [{say: {text: "</text><x> %% ;"}}]}\n'
     )
     root = boxes(load(path).root)
-    said = [element.text for element in ElementTree.fromstring(svg(root)).iter(f"{SVG}text")]
+    said = [
+        element.text for element in ElementTree.fromstring(FORMATS["svg"](root)).iter(f"{SVG}text")
+    ]
     assert "text: </text><x> %% ;" in said
-    for line in mermaid(root).splitlines():
+    for line in FORMATS["mermaid"](root).splitlines():
         assert re.fullmatch(
             r"flowchart TD"
             r"|  classDef \w+ [\w#:,]+"

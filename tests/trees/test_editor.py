@@ -7,8 +7,8 @@ import shutil
 import pytest
 from language_server import VERSION, LanguageServer, find_server
 
-from trees.language.vocabulary import COMPOSITES, MODIFIERS
-from trees.schema import SCHEMA_FILE
+from trees import SCHEMA_FILE
+from trees.language import COMPOSITES, MODIFIERS
 
 SERVER = find_server()
 pytestmark = pytest.mark.skipif(

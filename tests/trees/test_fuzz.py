@@ -20,17 +20,17 @@ from tree_toys import ToyContext
 
 import trees
 from behaviours.named import Key
+from config import Diagnostic
 from trees.language import (
     COMPOSITES,
+    FILE_KEYS,
     MODIFIERS,
-    Diagnostic,
     Task,
     TaskFileError,
     build,
     known_leaves,
     load,
 )
-from trees.language.documents import FILE_KEYS
 
 HEAD = """\
 task: some_words
@@ -176,10 +176,10 @@ def judge(path: Path, rng: random.Random) -> str:
     assert diagnostics
     for diagnostic in diagnostics:
         lines = diagnostic.path.read_bytes().decode(errors="replace").splitlines()
-        assert diagnostic.place is not None
-        assert 1 <= diagnostic.place.line <= len(lines) + 1
-        assert diagnostic.place.column >= 1
-        assert diagnostic.what
+        assert diagnostic.location is not None
+        assert 1 <= diagnostic.location.line <= len(lines) + 1
+        assert diagnostic.location.column >= 1
+        assert diagnostic.message
         assert diagnostic.hint
     return "diagnostics"
 

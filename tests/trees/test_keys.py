@@ -7,7 +7,8 @@ from tree_toys import TOYS, Run
 
 from behaviours.leaf import LeafCrashedError
 from behaviours.named import Key
-from trees.language import Severity, check
+from config import Severity
+from trees.language import check
 
 
 @pytest.fixture
@@ -24,7 +25,7 @@ def diagnostics(tmp_path):
         lines = "\n".join(f"  {line}" for line in tree.strip().splitlines())
         path.write_text(f"task: toy\ntree:\n{lines}\n")
         return [
-            f"{diagnostic.place.line - 2}:{diagnostic.place.column - 2}: {diagnostic.what}"
+            f"{diagnostic.location.line - 2}:{diagnostic.location.column - 2}: {diagnostic.message}"
             for diagnostic in check(path, leaves=TOYS)
             if diagnostic.severity is severity
         ]

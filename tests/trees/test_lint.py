@@ -7,7 +7,8 @@ from tree_toys import TOYS
 from typer.testing import CliRunner
 
 from app.commands import app
-from trees.language import Severity, check
+from config import Severity
+from trees.language import check
 
 
 def warnings(folder, tree: str) -> list[str]:
@@ -17,7 +18,7 @@ def warnings(folder, tree: str) -> list[str]:
     found = check(path, leaves=TOYS)
     assert all(diagnostic.severity is Severity.WARNING for diagnostic in found), found
     return [
-        f"{diagnostic.place.line - 2}:{diagnostic.place.column - 2}: {diagnostic.what}"
+        f"{diagnostic.location.line - 2}:{diagnostic.location.column - 2}: {diagnostic.message}"
         for diagnostic in found
     ]
 
@@ -58,7 +59,7 @@ ODD = {
     ),
     "question that cannot fail": (
         f"until: [{SURE}, open_gripper]",
-        "`open_gripper` is never reached: the question `play` never fails",
+        "`open_gripper` is never reached: `play` before it never fails",
     ),
     "work that goes no further": (
         f"until: [{ACT}, {HOPELESS}, open_gripper]",
@@ -82,7 +83,7 @@ ODD = {
     ),
     "forever of what cannot fail": (
         f"forever: {SURE}",
-        "`forever` starts again after a failure, and `play` cannot fail",
+        "`forever` has no effect on `play`: it cannot fail",
     ),
     "condition asked once": (
         f"sequence: [{ASKED}, open_gripper]",

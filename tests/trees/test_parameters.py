@@ -82,21 +82,24 @@ def test_values_from_outside_that_do_not_fit(path, override, message):
 @pytest.mark.parametrize(
     ("parameter", "message"),
     [
-        ("3", "2:13: parameter `a` is a mapping, not the number `3`; write `a: {default: 3}`"),
+        ("3", "2:13: params.a: is not a mapping; write `{default: 3}`"),
         (
             "{type: nt}",
-            "2:20: parameter `a` cannot be of the type the text `nt`; did you mean `int`",
+            "2:20: params.a.type: there is no type `nt`; did you mean `int`?",
         ),
-        ("{type: [1, [2]]}", "2:20: parameter `a` has choices that are not plain; list words"),
+        ("{type: [1, [2]]}", "2:20: params.a.type: the choices are not plain values; list words"),
         ("{type: int, default: 1.5}", "2:34: the default of `a`: expected a whole number, got the"),
         ("{type: pose, default: hme}", "the default of `a`: no tool pose or base pose is called"),
         ("{default: 5, max: 3}", "2:23: the default of `a`: expected a whole number of at most 3"),
-        ("{default: x, min: 3}", "2:26: parameter `a` is no number: it has no `min`; remove it"),
-        ("{default: 1, min: 3, max: 1}", "2:26: parameter `a` has a `min` above its `max`; swap"),
-        ("{default: 1, min: low}", "2:31: `min`: expected a number, got the text `low`"),
-        ("{default: $b}", "2:23: parameter `a` has no usable default; give a number"),
-        ("{default: 1, defualt: 2}", "parameter `a` has no key `defualt`; did you mean `default`?"),
-        ("{}", "2:10: parameter `a` has neither `type` nor `default`; add a `default`"),
+        ("{default: x, min: 3}", "2:31: params.a.min: only numbers have bounds; remove it"),
+        ("{default: 1, min: 3, max: 1}", "2:39: params.a.max: is less than `min`; swap them"),
+        ("{default: 1, min: low}", "2:31: params.a.min: expected a number, got the text `low`"),
+        ("{default: $b}", "2:23: params.a.default: is no usable default; give a number"),
+        (
+            "{default: 1, defualt: 2}",
+            "2:26: params.a.defualt: unknown key; did you mean `default`",
+        ),
+        ("{}", "2:10: params.a: has neither `type` nor `default`; add a `default`"),
     ],
 )
 def test_definitions_that_are_not_sound_are_one_mistake_each(path, parameter, message):
@@ -127,34 +130,28 @@ def test_the_type_of_a_parameter_without_a_value_is_checked(path):
     path.write_text(
         "task: toy\nparams: {a: {type: text}}\ntree: {sequence: [{retry: $a, open_gripper: }]}\n"
     )
-    assert [diagnostic.what for diagnostic in check(path, leaves=TOYS)] == [
+    assert [diagnostic.message for diagnostic in check(path, leaves=TOYS)] == [
         "`retry`: expected a whole number of at least 1, got `$a`, which is text"
     ]
     path.write_text("task: toy\nparams: {a: {type: text}}\ntree: {grasp: {within: $a}}\n")
-    assert [diagnostic.what for diagnostic in check(path, leaves=TOYS)] == [
+    assert [diagnostic.message for diagnostic in check(path, leaves=TOYS)] == [
         "expected a region, got `$a`, which is text"
     ]
 
 
-def test_poses_may_be_made_of_plain_parameters_alone(path):
+def test_poses_are_numbers_and_take_no_parameters(path):
     path.write_text(
         "task: toy\nparams: {x: {default: 2.5}, p: {type: pose, default: a}}\n"
-        "poses: {a: {base: [$x, 0], heading_deg: 0}, b: {base: [$p, $y], heading_deg: 0}}\n"
-        "tree: {sequence: [navigate: {to: $p}, navigate: {to: b}]}\n"
+        "poses: {a: {base: [$x, 0], heading_deg: $x}, b: {base: [1, 0], heading_deg: 0}}\n"
+        "regions: {r: {centre: [0, 0, $x], size: [1, 1, 1]}}\n"
+        "tree:\n  sequence:\n    - navigate: {to: $p}\n    - navigate: {to: b}\n"
+        "    - {retry: $x, grasp: {within: r}}\n"
     )
-    assert [
-        str(diagnostic).removeprefix(f"{path}:") for diagnostic in check(path, leaves=TOYS)
-    ] == [
-        "3:56: `base` takes finite numbers, not `$p`; write a number",
-        "3:60: the task has no parameter `y`; known: `p`, `x`",
-    ]
-
-
-def test_poses_of_a_part_may_wait_for_numbers(path):
-    path.write_text(
-        "task: toy\nparams: {x: {type: float}}\n"
-        "poses: {a: {base: [$x, 0], heading_deg: 0}}\ntree: {navigate: {to: a}}\n"
+    found = [str(diagnostic).removeprefix(f"{path}:") for diagnostic in check(path, leaves=TOYS)]
+    assert found[0] == (
+        "3:20: poses.a: `$x` stands in place of a number; write numbers here, and choose among"
+        " poses by a parameter of type `pose`"
     )
-    assert check(path, leaves=TOYS) == []
-    task = load(path, leaves=TOYS, overrides={"x": "2"})
-    assert task.poses["a"].wTb.translation[0] == 2.0
+    assert found[1].startswith("4:30: regions.r: `$x` stands in place of a number; ")
+    assert "`p`: no tool pose" not in str(found)
+    assert "`retry`: expected a whole number" in found[-1]

@@ -12,12 +12,9 @@ from jsonschema import Draft7Validator
 
 import trees
 from behaviours import LEAVES
-from trees.language import check
-from trees.language.diagnostics import Diagnostics
-from trees.language.registry import describe_leaves
-from trees.language.source import Items, Table, Value, compose
-from trees.language.vocabulary import COMPOSITES, MODIFIERS, NAME, SUBTREE
-from trees.schema import SCHEMA_FILE, schema_text
+from config import Diagnostics, content, parse_yaml
+from trees import SCHEMA_FILE, schema_text
+from trees.language import COMPOSITES, MODIFIERS, NAME, SUBTREE, check, describe_leaves
 
 FOLDER = Path(trees.__file__).parent
 SHIPPED = sorted(FOLDER.rglob("*.yaml"))
@@ -33,17 +30,11 @@ def validator(schema) -> Draft7Validator:
     return Draft7Validator(schema)
 
 
-def content(text: str) -> Any:
-    """What a task file says, as JSON would say it; numbers and words as YAML 1.2 has them."""
-    return _plain(compose(text, Diagnostics(Path("t.yaml"))))
-
-
-def _plain(value: Value | None) -> Any:
-    if isinstance(value, Table):
-        return {key: _plain(entry.value) for key, entry in value.entries.items()}
-    if isinstance(value, Items):
-        return [_plain(item) for item in value.items]
-    return getattr(value, "value", None)
+def parsed(text: str) -> Any:
+    """The content of a task file as JSON has it; numbers and words as in YAML 1.2."""
+    document = parse_yaml(text, Diagnostics(Path("t.yaml")))
+    assert document is not None
+    return content(document)
 
 
 def test_the_committed_schema_is_what_the_command_makes():
@@ -74,7 +65,7 @@ def test_every_word_is_offered_once_with_a_text_for_the_person_who_points_at_it(
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_the_shipped_tasks_are_valid(validator, path):
-    errors = list(validator.iter_errors(content(path.read_text(encoding="utf-8"))))
+    errors = list(validator.iter_errors(parsed(path.read_text(encoding="utf-8"))))
     assert errors == []
 
 
@@ -88,7 +79,7 @@ def test_the_shipped_tasks_name_the_schema_for_the_editor(path):
 
 def test_a_task_with_every_word_is_valid(validator, tmp_path):
     assert check(write_everything(tmp_path)) == []
-    assert list(validator.iter_errors(content(EVERYTHING))) == []
+    assert list(validator.iter_errors(parsed(EVERYTHING))) == []
     text = EVERYTHING.split("\ntree:")[1]
     unused = {word for word in (*COMPOSITES, *MODIFIERS, NAME, SUBTREE) if f"{word}:" not in text}
     assert unused == set(), "a word of the language that the sample does not use yet"
@@ -138,7 +129,7 @@ WRONG = {
 def test_what_is_wrong_is_refused_where_it_stands_and_by_check_too(validator, tmp_path, wrong):
     text, where = WRONG[wrong]
     document = "".join((SOUND | {text.split(":")[0]: text}).values())
-    errors = list(validator.iter_errors(content(document)))
+    errors = list(validator.iter_errors(parsed(document)))
     assert any(list(error.path)[: len(where)] == where for error in errors), errors
     path = tmp_path / "t.yaml"
     path.write_text(document, encoding="utf-8")

@@ -173,7 +173,7 @@ def test_mistakes_are_located_in_the_file_that_they_are_in_and_told_once(folder)
         (f"subtree: {{file: {'x' * 300}.yaml}}", "xxx.yaml` leads nowhere; name a file"),
         ("subtree: {file: ../other.yaml}", "5:23: `../other.yaml` leads out of the folder of the"),
         ("subtree: {file: /etc/passwd}", "5:23: `/etc/passwd` leads out of the folder of the task"),
-        ("subtree: {file: top.yaml}", "a circle: top.yaml > top.yaml; break it"),
+        ("subtree: {file: top.yaml}", "a circle: top.yaml > top.yaml; remove"),
         ("subtree: {file: parts/part.yaml}", "5:7: `part` lacks `to` (a tool pose or a base pose:"),
         (
             "subtree: {file: parts/part.yaml, with: {to: home, tmes: 3}}",
@@ -221,8 +221,8 @@ def test_a_circle_of_files_is_told_with_its_chain(folder):
     part = "task: part\ntree: {subtree: {file: ../top.yaml}}\n"
     [found] = errors(folder, "task: top\ntree: {subtree: {file: parts/part.yaml}}\n", part)
     assert found == (
-        "parts/part.yaml:2:24: the files go round in a circle: top.yaml > part.yaml > top.yaml;"
-        " break it"
+        "parts/part.yaml:2:24: the files include each other in a circle:"
+        " top.yaml > part.yaml > top.yaml; remove one of these subtrees"
     )
 
 
@@ -298,7 +298,7 @@ tree:
     - subtree: {file: parts/part.yaml, with: {times: $n, few: $n}}
 """
     assert [line.split(";")[0] for line in errors(folder, top, part)] == [
-        "top.yaml:5:63: `few` has bounds, and what `$n` holds is known only during the run",
+        "top.yaml:5:63: `few` has bounds, and `$n` has its value only during the run",
         "parts/part.yaml:3:15: `retry` is fixed before the run, and `$times` is given a key",
     ]
 

@@ -1,11 +1,12 @@
-"""Every diagnostic is reported at its place, with the way to hint it."""
+"""Every error is reported at its location, with a hint."""
 
 from __future__ import annotations
 
 import pytest
 from tree_toys import TOYS
 
-from trees.language import Severity, TaskFileError, build, check, load
+from config import Severity
+from trees.language import TaskFileError, build, check, load
 
 HEAD = """\
 task: toy
@@ -128,7 +129,7 @@ TREE_MISTAKES = {
     ),
     "no node in an item": (
         "- name: pick",
-        "0:3: this item says nothing to do; add a node key, for example `ask`, `count`, `fallback`",
+        "0:3: this item has no node; add a node key, for example `ask`, `count`, `fallback`",
     ),
     "list for a node": (
         "- [open_gripper]",
@@ -153,7 +154,7 @@ TREE_MISTAKES = {
     ),
     "forever with two": (
         "- forever: [open_gripper, retreat_check]",
-        "0:3: `forever` takes one child, got 2; put them in a `sequence:` below it",
+        "0:3: `forever` takes one node, got 2; put them in a `sequence:` below it",
     ),
     "no attempt": (
         "- open_gripper:\n  retry: 0",
@@ -201,7 +202,7 @@ def test_mistake_in_the_tree(tmp_path, item, message):
 
 def test_a_message_is_one_line_whatever_it_quotes(tmp_path):
     [found] = errors(tmp_path, 'task: "a\\n\\e[31m b' + "c" * 1000 + '"\ntree: open_gripper\n')
-    assert found.startswith("1:7: `a [31m bccc")
+    assert found.startswith("1:7: task: `a [31m bccc")
     assert found.isprintable()
     assert len(found) < 600
 
@@ -218,41 +219,41 @@ FILE_MISTAKES = {
     "a list": ("- a", "1:1: the file is a mapping, not a list; write `task`, `tree` with their"),
     "task name": (
         "task: ../x\n" + TREE,
-        "1:7: `../x` cannot name a task; use letters, digits and `_`, and begin with a letter",
+        "1:7: task: `../x` is not a name; use letters, digits and `_`, and begin with a letter",
     ),
-    "task number": ("task: 5\n" + TREE, "1:7: `task` is a text, not the number `5`; write one"),
+    "task number": ("task: 5\n" + TREE, "1:7: task: expected text, got the number `5`; write text"),
     "poses as a list": (
         "task: toy\nposes: [a]\n" + TREE,
         "2:8: `poses` is a mapping of names, not a list; indent `name: ...` below `poses:`",
     ),
     "pose without anything": (
         "task: toy\nposes:\n  a:\n" + TREE,
-        "3:3: pose `a` does not say where it is; write one of `xyz` and `rpy_deg`,"
+        "3:3: poses.a: is empty; write one of `xyz` and `rpy_deg`,"
         " `base` and `heading_deg`, `joints_deg`",
     ),
     "pose of two kinds": (
         "task: toy\nposes: {a: {xyz: [0, 0, 0], base: [0, 0]}}\n" + TREE,
-        "2:9: pose `a` mixes keys of different kinds of pose; write one of `xyz` and",
+        "2:9: poses.a: mixes forms of pose; write one of `xyz` and",
     ),
     "half a pose": (
         "task: toy\nposes: {a: {xyz: [0, 0, 0]}}\n" + TREE,
-        "2:12: pose `a` lacks `rpy_deg`; add `rpy_deg`",
+        "2:9: poses.a: lacks `rpy_deg`; add `rpy_deg`",
     ),
     "pose in other units": (
         "task: toy\nposes: {a: {xyz: [0, 0, 0], rpy_deg: [0, 0, 0], rpy: 1}}\n" + TREE,
-        "2:49: pose `a` has no key `rpy`; did you mean `rpy_deg`?",
+        "2:49: poses.a.rpy: unknown key; did you mean `rpy_deg`?",
     ),
     "too few numbers": (
         "task: toy\nposes: {a: {joints_deg: [0, 0]}}\n" + TREE,
-        "2:25: `joints_deg` is a list of 7 numbers, not 2; write `joints_deg: [0.0, 0.0, 0.0,",
+        "2:25: poses.a.joints_deg: expected 7 values, got 2; write 7 values",
     ),
     "not a number": (
         "task: toy\nposes: {a: {xyz: [0, .nan, 0], rpy_deg: [0, 0, 0]}}\n" + TREE,
-        "2:22: `xyz` takes finite numbers, not the number `nan`; write a number",
+        "2:22: poses.a.xyz.1: expected a finite number, got the number `nan`; write a finite",
     ),
     "too large a number": (
         "task: toy\nposes: {a: {base: [0, 1e999], heading_deg: 0}}\n" + TREE,
-        "2:23: `base` takes finite numbers, not the number `inf`; write a number",
+        "2:23: poses.a.base.1: expected a finite number, got the number `inf`; write a finite",
     ),
     "redefined posture": (
         "task: toy\nposes: {ready: {base: [0, 0], heading_deg: 0}}\n" + TREE,
@@ -260,7 +261,7 @@ FILE_MISTAKES = {
     ),
     "flat region": (
         "task: toy\nregions: {a: {centre: [0, 0, 0], size: [1, 0, 1]}}\n" + TREE,
-        "2:40: region `a` has an edge that is not positive; give the full length of each edge [m]",
+        "2:40: regions.a.size: an edge is not positive; give the full length of each edge [m]",
     ),
     "region called as a pose": (
         "task: toy\nposes: {a: {base: [0, 0], heading_deg: 0}}\n"
@@ -273,11 +274,11 @@ FILE_MISTAKES = {
     ),
     "parameter without a default": (
         "task: toy\nparams: {a: {description: x}}\ntree: {open_gripper: , retry: $a}\n",
-        "2:10: parameter `a` has neither `type` nor `default`; add a `default`, or a `type`",
+        "2:10: params.a: has neither `type` nor `default`; add a `default`, or a `type`",
     ),
     "parameter without a type": (
         "task: toy\nparams: {a: {default: null}}\n" + TREE,
-        "2:23: parameter `a` has no usable default; give a number, a text, `true` or `false`",
+        "2:14: params.a.default: is no usable default; give a number, a text, `true` or `false`",
     ),
 }
 
@@ -332,10 +333,13 @@ def test_files_that_cannot_be_read(tmp_path):
     )
     latin = tmp_path / "latin.yaml"
     latin.write_bytes(b"task: toy\ndescription: H\xc3\xb6he f\xfcr\n")
-    assert only(latin) == f"{latin}:2:20: byte 0xfc is not UTF-8 text; save the file as UTF-8"
+    assert (
+        only(latin)
+        == f"{latin}:2:20: the file cannot be read: byte 0xfc is not UTF-8 text; save it as UTF-8"
+    )
     large = tmp_path / "large.yaml"
     large.write_text("#" * 64_001)
-    assert only(large) == f"{large}: the file is larger than 64 kB; split the task into subtrees"
+    assert only(large) == f"{large}: the file is larger than 64 kB; split it into smaller files"
 
 
 def test_a_leaf_may_refuse_its_parameters_when_the_tree_is_built(tmp_path):

@@ -77,7 +77,7 @@ params:
   limit_s: {default: 1.5}
   careful: {default: false}
   where: {default: a}
-poses: {a: {base: [0, 0], heading_deg: 0}, b: {base: [0, 0], heading_deg: $limit_s}}
+poses: {a: {base: [0, 0], heading_deg: 0}, b: {base: [0, 0], heading_deg: 0}}
 regions: {box: {centre: [0, 0, 0], size: [1, 1, 1]}}
 tree:
   sequence:

@@ -9,8 +9,7 @@ from typing import Literal
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from behaviours.leaf import Condition
-from behaviours.named import BasePose, Key, Posture, Region, ToolPose
+from behaviours import BasePose, BehaviourSettings, Condition, Key, Posture, Region, ToolPose
 from hw import SimClock
 from trees.language import build, load
 
@@ -29,6 +28,7 @@ class ToyContext:
     events: list[str] = field(default_factory=list)
     counted: int = 0
     keys: dict[str, object] = field(default_factory=dict)
+    settings: BehaviourSettings = field(default_factory=BehaviourSettings)
 
 
 class Toy(Behaviour):
@@ -117,7 +117,7 @@ class Grasp(Toy):
         self.side, self.tries, self.careful = side, tries, careful
 
 
-class Location(Toy):
+class Place(Toy):
     def __init__(self, name: str, context: ToyContext, *, on: Region) -> None:
         super().__init__(name, context)
 
@@ -207,7 +207,7 @@ TOYS = {
     "recover": Recover,
     "navigate": Navigate,
     "grasp": Grasp,
-    "place": Location,
+    "place": Place,
     "region_empty": RegionEmpty,
     "open_gripper": Toy,
     "retreat_check": Toy,

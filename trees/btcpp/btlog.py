@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 from py_trees.common import Status
 
-from trees.btcpp.words import STANDARD_TAGS
+from trees.btcpp.counterparts import TAGS
 from trees.language import TreeNode
 
 MAGIC = b"BTCPP4-FileLogger2"
@@ -30,7 +30,7 @@ class BtLog:
     """
 
     def __init__(self, nodes: Sequence[TreeNode]) -> None:
-        self._nodes = [place.node for place in nodes]
+        self._nodes = [entry.node for entry in nodes]
         self._before = [Status.INVALID] * len(self._nodes)
         xml = tree_xml(nodes).encode()
         self._parts = [MAGIC + struct.pack("<Bi", VERSION, len(xml)) + xml]
@@ -61,13 +61,13 @@ def tree_xml(nodes: Sequence[TreeNode]) -> str:
     tree = ElementTree.SubElement(root, "BehaviorTree", ID="Main", _fullpath="")
     above = [tree]
     models: dict[str, str] = {}
-    for number, place in enumerate(nodes, start=1):
-        node = place.node
+    for number, entry in enumerate(nodes, start=1):
+        node = entry.node
         key = str(getattr(node, "key", type(node).__name__))
-        tag = STANDARD_TAGS.get(key, key)
+        tag = TAGS.get(key, key)
         if tag == key:
             models[tag] = ("Action", "Decorator", "Control")[min(len(node.children), 2)]
-        del above[place.depth + 1 :]
+        del above[entry.depth + 1 :]
         above.append(
             ElementTree.SubElement(above[-1], tag, name=_printable(node.name), _uid=str(number))
         )
@@ -79,5 +79,5 @@ def tree_xml(nodes: Sequence[TreeNode]) -> str:
 
 
 def _printable(text: str) -> str:
-    """The text without what XML cannot say."""
+    """The text without what XML does not allow."""
     return "".join(letter if letter.isprintable() else " " for letter in text)

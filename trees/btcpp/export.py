@@ -12,33 +12,36 @@ from collections.abc import Mapping
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from trees.btcpp.places import place_text
-from trees.btcpp.ports import literal, pointed_at, pointer, port_type, survives
-from trees.btcpp.words import (
-    ANY_TYPE,
-    GUARD,
+from config import Diagnostics, Location
+from trees.btcpp.counterparts import (
     MAIN,
     PARALLEL,
     RESERVED_PORTS,
     SCRIPT,
-    STANDARD_COMPOSITES,
-    STANDARD_MODIFIERS,
-    STANDARD_TAGS,
     SUBTREE,
+    TAKEN,
     VALUE,
     parallel_counts,
+    standard_attributes,
 )
-from trees.language import Task, TaskFileError
-from trees.language.diagnostics import Diagnostics, Location
-from trees.language.parameters import TaskParameter
-from trees.language.registry import SET, LeafType
-from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode
-from trees.language.value_types import Named, ValueType
-from trees.language.values import KeyRead
-from trees.language.vocabulary import COMPOSITES, MODIFIERS
-
-_TAKEN = frozenset({MAIN, SCRIPT, SUBTREE, *STANDARD_TAGS.values(), *COMPOSITES, *MODIFIERS})
-"""What neither a task nor a leaf may be called in the XML."""
+from trees.btcpp.ports import ANY_TYPE, literal, pointed_at, pointer, port_type, survives
+from trees.btcpp.pose_text import pose_text
+from trees.language import (
+    COMPOSITES,
+    MODIFIERS,
+    SET,
+    CompositeNode,
+    KeyRead,
+    LeafNode,
+    LeafType,
+    NamedValue,
+    Node,
+    SubtreeNode,
+    Task,
+    TaskFileError,
+    TaskParameter,
+    ValueType,
+)
 
 
 def export_xml(task: Task) -> str:
@@ -51,7 +54,7 @@ def export_xml(task: Task) -> str:
         TaskFileError: something in it has no counterpart in the XML.
     """
     export = _Export()
-    required = [name for name, given in task.parameters.items() if given.default is None]
+    required = [name for name, one in task.parameters.items() if one.default is None]
     main = Element("BehaviorTree", ID=MAIN)
     SubElement(main, SUBTREE, {"ID": task.name} | {name: pointer(name) for name in required})
     export.add(task)
@@ -78,9 +81,9 @@ class _Export:
         diagnostics = Diagnostics(task.path)
         start = Location(line=1, column=1)
         others = {tree.get("ID") for tree in self.trees.values()}
-        if task.name in _TAKEN or task.name in others or task.name in self.models:
-            what = f"the name `{task.name}` of the task is taken in the exported file"
-            diagnostics.error(start, what, "give the task another name")
+        if task.name in TAKEN or task.name in others or task.name in self.models:
+            message = f"the name `{task.name}` of the task is taken in the exported file"
+            diagnostics.error(start, message, "give the task another name")
         tree = self.trees[task.path] = Element("BehaviorTree", ID=task.name)
         for key, text in (("_description", task.description), ("_scene", task.scene)):
             if text:
@@ -95,21 +98,17 @@ class _Export:
         for name, parameter in task.parameters.items():
             assert parameter.type is not None
             model.append(_parameter_port(name, parameter, parameter.type))
-            for choice in parameter.type.choices:
-                if not survives(choice, None) or ";" in literal(choice):
-                    what = f"the choice `{choice}` of `{name}` would be read as something else"
-                    diagnostics.error(parameter.place, what, "write it in another way")
-        for name, place in (*task.poses.items(), *task.regions.items()):
-            kind = port_type(ValueType(kinds=(type(place),)))
-            port = SubElement(model, "input_port", name=name, type=kind)
-            port.set("default", place_text(place))
+        for name, value in (*task.poses.items(), *task.regions.items()):
+            port = SubElement(model, "input_port", name=name)
+            port.set("type", port_type(ValueType(types=(type(value),))))
+            port.set("default", pose_text(value))
         for name, output in task.outputs.items():
             port = SubElement(model, "output_port", name=name, type=ANY_TYPE)
             port.text = output.description or None
         names = [port.get("name") for port in model]
         for name in sorted({str(name) for name in names if names.count(name) > 1}):
-            what = f"`{name}` is the name of two things, and they become ports of one tree"
-            diagnostics.error(Location(line=1, column=1), what, "rename one of them")
+            message = f"`{name}` is defined twice, and both become ports of one tree"
+            diagnostics.error(Location(line=1, column=1), message, "rename one of them")
 
     def add_leaf(self, leaf: LeafType) -> None:
         """Add the model of a leaf."""
@@ -131,8 +130,8 @@ class _Export:
     def add_word(self, category: str, key: str, ports: Mapping[str, ValueType]) -> None:
         """Add the model of a word that BehaviorTree.CPP does not have."""
         model = self.models[key] = Element(category, ID=key)
-        for name, kind in ports.items():
-            SubElement(model, "input_port", name=name, type=port_type(kind))
+        for name, expected in ports.items():
+            SubElement(model, "input_port", name=name, type=port_type(expected))
 
 
 class _Writer:
@@ -147,7 +146,7 @@ class _Writer:
     def __init__(self, *, task: Task, export: _Export, diagnostics: Diagnostics) -> None:
         self._task = task
         self._export = export
-        self._mistakes = diagnostics
+        self._diagnostics = diagnostics
 
     def node(self, node: Node, above: Element) -> None:
         """Write a node, its modifiers around it, below an element."""
@@ -164,47 +163,42 @@ class _Writer:
         """The element of a modifier; if it is switched off, the one above."""
         if value is False:
             return above
-        standard = STANDARD_MODIFIERS.get(key)
+        word = MODIFIERS[key]
+        counterpart = word.counterpart
         if isinstance(value, LeafNode):
-            if standard is None:
+            if counterpart is None:
                 self._export.add_word("Control", key, {})
-            guard = SubElement(above, standard.tag if standard else key, {GUARD: key})
+            guard = SubElement(above, counterpart.tag if counterpart else key)
             self.node(value, guard)
             return guard
-        if standard is not None and not standard.port:
-            return SubElement(above, standard.tag, dict(standard.fixed))
-        if standard is not None and isinstance(value, KeyRead) and standard.scale == 1:
-            return SubElement(above, standard.tag, {standard.port: pointer(value.name)})
-        if standard is not None and isinstance(value, int | float):
-            whole = round(value * standard.scale)
-            if whole / standard.scale == value:
-                return SubElement(above, standard.tag, {standard.port: str(whole)})
-        kind = MODIFIERS[key].type
-        self._export.add_word("Decorator", key, {} if kind is None else {VALUE: kind})
-        text = self._text(value, kind, node.place, key)
+        attributes = None if counterpart is None else standard_attributes(counterpart, value)
+        if counterpart is not None and attributes is not None:
+            return SubElement(above, counterpart.tag, attributes)
+        self._export.add_word("Decorator", key, {} if word.type is None else {VALUE: word.type})
+        text = self._text(value, word.type, node.location, key)
         return SubElement(above, key, {VALUE: text})
 
     def _composite(self, node: CompositeNode, above: Element) -> None:
-        standard = STANDARD_COMPOSITES.get(node.key)
+        counterpart = COMPOSITES[node.key].counterpart
         options = COMPOSITES[node.key].options
-        given = {key: node.options.get(key, option.default) for key, option in options.items()}
-        if standard is None:
+        values = {key: node.options.get(key, option.default) for key, option in options.items()}
+        if counterpart is None:
             self._export.add_word(
                 "Control", node.key, {key: option.type for key, option in options.items()}
             )
             attributes = {
-                key: self._text(value, options[key].type, node.place, key)
-                for key, value in given.items()
+                key: self._text(value, options[key].type, node.location, key)
+                for key, value in values.items()
             }
-        elif standard.tag == PARALLEL and isinstance(given["policy"], KeyRead):
-            what = "`policy` decides two attributes of the XML, and none can be told by a parameter"
-            self._mistakes.error(node.place, what, "write it out")
+        elif counterpart.tag == PARALLEL and isinstance(values["policy"], KeyRead):
+            message = "`policy` becomes two counts in the XML, and a parameter is only one"
+            self._diagnostics.error(node.location, message, "write the policy out")
             attributes = {}
-        elif standard.tag == PARALLEL:
-            attributes = parallel_counts(given["policy"], len(node.children))
+        elif counterpart.tag == PARALLEL:
+            attributes = parallel_counts(values["policy"], len(node.children))
         else:
-            attributes = dict(standard.fixed)
-        element = SubElement(above, standard.tag if standard else node.key)
+            attributes = dict(counterpart.fixed)
+        element = SubElement(above, counterpart.tag if counterpart else node.key)
         self._name(node, node.key, element)
         element.attrib.update(attributes)
         for child in node.children:
@@ -218,31 +212,29 @@ class _Writer:
             return
         self._export.add_leaf(node.type)
         if self._export.models[node.type.key].tag == SUBTREE:
-            what = f"the name `{node.type.key}` is taken by a task in the exported file"
-            self._mistakes.error(node.place, what, "give the task another name")
-        if node.type.key in _TAKEN or any(key in RESERVED_PORTS for key in node.type.parameters):
-            what = (
-                f"BehaviorTree.CPP has its own meaning for the key or a port of `{node.type.key}`"
-            )
-            self._mistakes.error(node.place, what, "rename it in the leaf's class")
+            message = f"the name `{node.type.key}` is taken by a task in the exported file"
+            self._diagnostics.error(node.location, message, "give the task another name")
+        if node.type.key in TAKEN or not RESERVED_PORTS.isdisjoint(node.type.parameters):
+            message = f"the key or a parameter of `{node.type.key}` is taken in BehaviorTree.CPP"
+            self._diagnostics.error(node.location, message, "rename it in the leaf's class")
         element = SubElement(above, node.type.key)
         self._name(node, node.type.key, element)
         for name, value in node.arguments.items():
-            kind = node.type.parameters[name].type
-            element.set(name, self._text(value, kind, node.place, name))
+            expected = node.type.parameters[name].type
+            element.set(name, self._text(value, expected, node.location, name))
         for name, key in node.outputs.items():
-            element.set(name, self._pointer(key.name, node.place))
+            element.set(name, self._pointer(key.name, node.location))
 
     def _script(self, node: LeafNode) -> str:
         """The assignments of a `set`."""
         parts = []
         for key, value in node.arguments.items():
-            text = self._text(value, None, node.place, key)
+            text = self._text(value, None, node.location, key)
             if value is None or "'" in text:
-                what = f"`{key}`: a script cannot write {text}"
-                self._mistakes.error(node.place, what, "write another value")
+                message = f"`{key}`: a script cannot write {text}"
+                self._diagnostics.error(node.location, message, "write another value")
             is_word = isinstance(value, bool | int | float)
-            self._pointer(key, node.place)
+            self._pointer(key, node.location)
             parts.append(f"{key} := {pointed_at(text) or (text if is_word else repr(text))}")
         return "; ".join(parts)
 
@@ -251,34 +243,38 @@ class _Writer:
         element = SubElement(above, SUBTREE, ID=node.task.name)
         self._name(node, node.task.name, element)
         for name, value in node.arguments.items():
-            kind = node.task.parameters[name].type
-            element.set(name, self._text(value, kind, node.place, name))
+            expected = node.task.parameters[name].type
+            element.set(name, self._text(value, expected, node.location, name))
         for name, key in node.outputs.items():
-            element.set(name, self._pointer(key.name, node.place))
+            element.set(name, self._pointer(key.name, node.location))
 
     def _name(self, node: Node, unnamed: str, element: Element) -> None:
         """Name the element, if the node has a name of its own."""
         if node.name != unnamed:
             element.set("name", node.name)
 
-    def _pointer(self, name: str, place: Location) -> str:
+    def _pointer(self, name: str, location: Location) -> str:
         """The attribute that stands for a parameter or key."""
         if name in self._task.poses or name in self._task.regions:
-            what = f"`{name}` is a key and a pose or region, which share one blackboard in the XML"
-            self._mistakes.error(place, what, "rename one of them")
+            message = (
+                f"`{name}` is a key and a pose or region, and the XML has one blackboard for both"
+            )
+            self._diagnostics.error(location, message, "rename one of them")
         return pointer(name)
 
-    def _text(self, value: object, kind: ValueType | None, place: Location, about: str) -> str:
+    def _text(
+        self, value: object, expected: ValueType | None, location: Location, about: str
+    ) -> str:
         """A value as the text of an attribute."""
         if isinstance(value, KeyRead):
-            return self._pointer(value.name, place)
-        if isinstance(value, Named):
+            return self._pointer(value.name, location)
+        if isinstance(value, NamedValue):
             defined = value.name in self._task.poses or value.name in self._task.regions
             return pointer(value.name) if defined else value.name
         assert value is None or isinstance(value, bool | int | float | str)
-        if not survives(value, kind):
-            what = f"`{about}`: BehaviorTree.CPP would read {literal(value)!r} as something else"
-            self._mistakes.error(place, what, "write it in another way")
+        if not survives(value, expected):
+            message = f"`{about}`: BehaviorTree.CPP would read {literal(value)!r} as something else"
+            self._diagnostics.error(location, message, "write it in another way")
         return literal(value)
 
 
@@ -286,11 +282,5 @@ def _parameter_port(name: str, parameter: TaskParameter, expected: ValueType) ->
     port = Element("input_port", name=name, type=port_type(expected))
     if parameter.default is not None:
         port.set("default", literal(parameter.default.value))
-    bounds = {"_min": expected.least, "_max": expected.most}
-    for key, bound in bounds.items():
-        if bound is not None:
-            port.set(key, f"{bound:.15g}")
-    if expected.choices:
-        port.set("_choices", ";".join(literal(choice) for choice in expected.choices))
     port.text = parameter.description or None
     return port

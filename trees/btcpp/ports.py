@@ -1,12 +1,26 @@
-"""Values as the text of XML attributes, and back: literals, and `{name}` for what has a name."""
+"""Values as the text of XML attributes: literals, and `{name}` for entries of the blackboard."""
 
 from __future__ import annotations
 
 import re
 
-from trees.btcpp.words import ANY_TYPE, PORT_TYPES
-from trees.language.source import plain
-from trees.language.value_types import PARAMETER_TYPES, Plain, ValueType
+from config import Plain, parse_scalar
+from trees.language import PARAMETER_TYPES, ValueType
+
+ANY_TYPE = "BT::AnyTypeAllowed"
+
+_PORT_TYPES = {
+    "bool": "bool",
+    "int": "int",
+    "float": "double",
+    "text": "std::string",
+    "pose": "Pose",
+    "tool_pose": "ToolPose",
+    "base_pose": "BasePose",
+    "posture": "Posture",
+    "region": "Region",
+}
+"""The name of a port's type, by the type of a parameter in a task file."""
 
 _POINTER = re.compile(r"\{\s*([A-Za-z_][A-Za-z0-9_]*)\s*\}")
 
@@ -29,31 +43,29 @@ def literal(value: Plain) -> str:
     return repr(value) if isinstance(value, float) else str(value)
 
 
-def read_literal(text: str, expected: ValueType | None) -> Plain:
-    """What an attribute says, as the value of a type; None as a type is any."""
-    value = plain(text)
-    if expected is None:
-        return value
-    is_choice = any(value == one and type(value) is type(one) for one in expected.choices)
-    number = float in expected.kinds and type(value) is int
-    return value if is_choice or number or type(value) in expected.kinds else text
-
-
 def survives(value: Plain, expected: ValueType | None) -> bool:
-    """Whether a value written as a literal is read as the same value again."""
+    """Whether the literal of a value is read as the same value.
+
+    Args:
+        value: what is written.
+        expected: the type of the port; None if it takes any.
+    """
     text = literal(value)
     if not text.isprintable() or (text.lstrip()[:1], text.rstrip()[-1:]) == ("{", "}"):
         return False
-    again = read_literal(text, expected)
-    return again == value and (type(again) is type(value) or isinstance(value, float))
+    if not isinstance(value, str):
+        return True
+    is_choice = expected is not None and value in expected.choices
+    read = parse_scalar(text)
+    # A port that takes text alone does not guess; the others read a number where they can.
+    return is_choice or read == value or (expected is not None and type(read) not in expected.types)
 
 
 def port_type(expected: ValueType) -> str:
-    """What the type of a port is called."""
-    kinds = tuple(kind for kind in expected.kinds if kind is not type(None))
-    if not kinds and expected.choices:
-        kinds = tuple({type(choice): None for choice in expected.choices})
+    """The name of a port's type."""
+    types = {one for one in expected.types if one is not type(None)}
+    types = types or {type(choice) for choice in expected.choices}
     for word, known in PARAMETER_TYPES.items():
-        if set(known.kinds) == set(kinds):
-            return PORT_TYPES[word]
+        if set(known.types) == types:
+            return _PORT_TYPES[word]
     return ANY_TYPE

@@ -1,11 +1,11 @@
 """A task as a picture: indented text for a terminal, SVG for people, Mermaid for documents.
 
-`boxes` says what is drawn; `text`, `svg` and `mermaid` draw it.
+`box` holds the content of a picture; `text`, `svg` and `mermaid` draw it.
 """
 
 from collections.abc import Callable, Mapping
 
-from trees.draw.boxes import Box, Kind, boxes
+from trees.draw.box import Box, boxes
 from trees.draw.mermaid import mermaid
 from trees.draw.svg import svg
 from trees.draw.text import text
@@ -13,4 +13,4 @@ from trees.draw.text import text
 FORMATS: Mapping[str, Callable[[Box], str]] = {"text": text, "svg": svg, "mermaid": mermaid}
 """What draws a box and all below it, by name."""
 
-__all__ = ["FORMATS", "Box", "Kind", "boxes", "mermaid", "svg", "text"]
+__all__ = ["FORMATS", "Box", "boxes"]

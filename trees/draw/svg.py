@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from html import escape
 
-from trees.draw.boxes import COLOURS, Box
+from trees.draw.box import COLOURS, Box
 
 _CHARACTER = 7.3
 """Breadth of a letter of the monospaced font at `_SIZE` [px]."""
@@ -26,7 +26,7 @@ _LONGEST = 46
 
 @dataclass(frozen=True, kw_only=True)
 class _Placed:
-    """A box and where it stands [px]."""
+    """A box and its position [px]."""
 
     box: Box
     lines: tuple[str, ...]
@@ -80,7 +80,7 @@ def _place(box: Box, depth: int, top: float) -> _Placed:
     for child in box.children:
         children.append(_place(child, depth + 1, bottom))
         bottom = max(node.top + node.height for node in children[-1].all()) + _DOWN
-    kind = () if box.kind_name == box.title else (box.kind_name,)
+    kind = () if box.key == box.title else (box.key,)
     lines = tuple(
         _shortened(line)
         for line in (f"{box.symbol} {box.title}", *kind, *box.arguments, *box.modifiers)
@@ -129,7 +129,7 @@ def _edge(parent: _Placed, child: _Placed, lefts: list[float]) -> str:
 
 
 def _drawn(node: _Placed, left: float) -> Iterator[str]:
-    colour = COLOURS[node.box.kind]
+    colour = COLOURS[node.box.category]
     yield (
         f'<rect x="{left:.1f}" y="{node.top:.1f}" width="{node.width:.1f}" '
         f'height="{node.height:.1f}" rx="5" fill="{colour.fill}" stroke="{colour.line}"/>'
@@ -148,5 +148,5 @@ def _shortened(text: str) -> str:
 
 
 def _text(text: str) -> str:
-    """The text as XML; what XML cannot say is left out."""
+    """The text as XML; what XML does not allow is left out."""
     return escape("".join(c for c in text if c.isprintable()))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from trees.draw.boxes import Box
+from trees.draw.box import Box
 
 
 def text(root: Box) -> str:
@@ -16,11 +16,11 @@ def _lines(box: Box, first: str, later: str) -> Iterator[str]:
     """The lines of a box and of all below it.
 
     Args:
-        box: what is drawn.
-        first: what stands before its own line.
-        later: what stands before the lines of its children.
+        box: the box.
+        first: the text before its own line.
+        later: the text before the lines of its children.
     """
-    kind = "" if box.kind_name == box.title else f" ({box.kind_name})"
+    kind = "" if box.key == box.title else f" ({box.key})"
     details = "".join(f"  {detail}" for detail in box.arguments)
     modifiers = "".join(f"  [{modifier}]" for modifier in box.modifiers)
     yield f"{first}{box.symbol} {box.title}{kind}{details}{modifiers}"

@@ -1,37 +1,81 @@
 """The tree language: task files in YAML, checked completely, built into py_trees behaviours.
 
-`load` reads a file into a `Task` or raises every diagnostic in it at once, each with line, column
-and how to fix it; `build` makes the tree. Leaves are classes with typed constructors (see
-`registry`), the other words of the language are listed in `vocabulary`.
+`load` reads a file into a `Task` or raises every diagnostic in it at once, each with its location
+and a hint; `build` makes the tree. Leaves are classes with typed constructors (see `registry`), the
+other words of the language are defined in `vocabulary`.
 """
 
-from trees.language.build import build
-from trees.language.diagnostics import Diagnostic, Location, Severity, TaskFileError
-from trees.language.load import check, load
-from trees.language.registry import LeafError, LeafType, describe_leaves, known_leaves
-from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, Task
+from trees.language.branch import Branch, Ticking
+from trees.language.builder import build
+from trees.language.documents import FILE_KEYS
+from trees.language.errors import LeafError, TaskFileError
+from trees.language.loader import check, load
+from trees.language.mappings import NAMING_HINT, WORD
+from trees.language.named_poses import PoseSection, RegionSection
+from trees.language.parameters import ParameterSection, TaskParameter
+from trees.language.registry import (
+    SET,
+    LeafType,
+    Output,
+    Parameter,
+    describe_leaves,
+    known_leaves,
+)
+from trees.language.syntax import (
+    CompositeNode,
+    LeafNode,
+    Node,
+    SubtreeNode,
+    Task,
+    nodes_below,
+)
 from trees.language.tree_nodes import TreeNode, nodes_in_order
-from trees.language.vocabulary import COMPOSITES, MODIFIERS
+from trees.language.value_types import PARAMETER_TYPES, NamedValue, ValueType
+from trees.language.values import Argument, KeyRead, KeyWrite
+from trees.language.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, SUBTREE
+from trees.language.word_types import CompositeWord, Counterpart, ModifierWord
 
 __all__ = [
+    "CHILDREN",
     "COMPOSITES",
+    "FILE_KEYS",
     "MODIFIERS",
+    "NAME",
+    "NAMING_HINT",
+    "PARAMETER_TYPES",
+    "SET",
+    "SUBTREE",
+    "WORD",
+    "Argument",
+    "Branch",
     "CompositeNode",
-    "Diagnostic",
+    "CompositeWord",
+    "Counterpart",
+    "KeyRead",
+    "KeyWrite",
     "LeafError",
     "LeafNode",
     "LeafType",
-    "Location",
+    "ModifierWord",
+    "NamedValue",
     "Node",
-    "Severity",
+    "Output",
+    "Parameter",
+    "ParameterSection",
+    "PoseSection",
+    "RegionSection",
     "SubtreeNode",
     "Task",
     "TaskFileError",
+    "TaskParameter",
+    "Ticking",
     "TreeNode",
+    "ValueType",
     "build",
     "check",
     "describe_leaves",
     "known_leaves",
     "load",
+    "nodes_below",
     "nodes_in_order",
 ]

@@ -1,6 +1,6 @@
-"""What every branch of a tree has in common.
+"""What all branches of a tree have in common.
 
-Composites and modifiers are py_trees behaviours that share three rules. A child that comes back
+Composites and modifiers are py_trees behaviours that share three rules. A child that returns
 INVALID has failed. A halt calls `terminate` of each running leaf once, and of no other. The
 feedback message of a branch is that of the child that decides it, with the child's name, so that
 the root says why it failed. An exception passes through untouched; a halt then still reaches every
@@ -25,7 +25,7 @@ class Branch(Composite):
     """A node with children; a subclass says in `advance` which of them to tick.
 
     Args:
-        name: the node's name in the tree; a branch called as its key counts as unnamed.
+        name: the node's name in the tree; a branch with its key as its name counts as unnamed.
         children: at least one, in the order of the file.
     """
 
@@ -40,7 +40,7 @@ class Branch(Composite):
 
     @abstractmethod
     def advance(self) -> Ticking:
-        """Tick the children whose turn it is; returns the status of the branch."""
+        """Tick the children that are due; returns the status of the branch."""
 
     def tick(self) -> Generator[Behaviour, None, None]:
         """Tick once; yields every node ticked, this one last."""
@@ -55,7 +55,7 @@ class Branch(Composite):
         yield self
 
     def run(self, child: Behaviour) -> Ticking:
-        """Tick a child; returns its status, which is FAILURE if it came back INVALID."""
+        """Tick a child; returns its status, which is FAILURE if it is INVALID."""
         self.current_child = child
         yield from child.tick()
         self.feedback_message = reason(child)
@@ -86,7 +86,7 @@ def halt(node: Behaviour) -> None:
 
 
 def reason(node: Behaviour) -> str:
-    """What a node has to say, after its name if it is a leaf or was given one."""
+    """The message of a node, after its name if it is a leaf or has a name of its own."""
     message = str(node.feedback_message or node.status.value.lower())
     unnamed = isinstance(node, Branch) and node.name == node.key
     return message if unnamed else f"{node.name}: {message}"

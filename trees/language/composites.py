@@ -1,4 +1,7 @@
-"""The composites: branches that decide which of their children run, and when."""
+"""The composites: branches that decide which of their children run, and when.
+
+The first line of each docstring is what `frankie-task nodes` and an editor show of the word.
+"""
 
 from __future__ import annotations
 

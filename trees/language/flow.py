@@ -1,39 +1,55 @@
-"""Keys: each is of one type, and is written before it is read.
+"""Follows the tree as it may run: how each node can end, and which keys are written then.
 
-The check follows the tree as it may run. A key counts as written at a node if it is on every way
-there: by `set`, or by a leaf or a subtree that has succeeded. Of a node that failed on the way
-nothing counts that it does not write on every way to its failure. Keys are never unwritten.
+Each key is of one type, and is certainly written before it is read: by `set`, or by a leaf or a
+subtree that has succeeded. Of a node that has failed, only what it writes on every way to its
+failure counts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import NamedTuple
 
-from config import suggest
-from trees.language.diagnostics import Diagnostics, Location
+from config import Diagnostics, Location, suggest
+from trees.language.ends import NEVER, Ends, Keys
 from trees.language.parameters import TaskParameter
 from trees.language.registry import SET
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, TaskOutput
 from trees.language.value_types import ValueType, type_of
-from trees.language.values import Given, KeyRead, KeyWrite
+from trees.language.values import Argument, KeyRead, KeyWrite
+from trees.language.vocabulary import COMPOSITES, MODIFIERS
 
 
-class Written(NamedTuple):
-    """The keys that are certainly written when a node has ended."""
+class Fact(NamedTuple):
+    """What is known about a node."""
 
-    success: frozenset[str]
-    failure: frozenset[str]
+    before: Keys
+    """The keys that are written when it starts; None if it is never reached."""
+    own: Ends
+    """How it can end without its modifiers."""
+    ends: Ends
 
 
-def check_keys(
+@dataclass(frozen=True, kw_only=True)
+class FlowResult:
+    """What is known about the tree of one file."""
+
+    ends: Ends
+    outputs: Mapping[str, TaskOutput]
+    """With their types."""
+    facts: Mapping[int, Fact]
+    """By `id` of the node."""
+
+
+def check_flow(
     root: Node,
     parameters: Mapping[str, TaskParameter],
     outputs: Mapping[str, TaskOutput],
     diagnostics: Diagnostics,
-) -> dict[str, TaskOutput] | None:
-    """Note every key that is read without having been written, or as what it is not.
+) -> FlowResult | None:
+    """Note every key that is read without having been written, or as another type.
 
     Args:
         root: the tree of one file.
@@ -42,7 +58,7 @@ def check_keys(
         diagnostics: of the file.
 
     Returns:
-        The outputs with their types; None if there is a diagnostic.
+        None if there is an error.
     """
     late = {
         name: parameter.type
@@ -50,22 +66,23 @@ def check_keys(
         if parameter.is_late and parameter.type is not None
     }
     flow = _Flow(parameters=parameters, diagnostics=diagnostics, types=dict(late))
-    written = flow.after(root, frozenset(late))
+    ends = flow.follow(root, frozenset(late))
     for name, output in outputs.items():
         flow.read.add(name)
         if name not in flow.types:
-            what = f"nothing in the tree writes the output `{name}`"
-            diagnostics.error(output.place, what, suggest(name, flow.writes))
-        elif name not in written.success:
-            what = f"the tree can succeed without having written the output `{name}`"
-            diagnostics.error(output.place, what, f"begin it with `set: {{{name}: ...}}`")
-    for name, place in flow.writes.items():
+            message = f"nothing in the tree writes the output `{name}`"
+            diagnostics.error(output.location, message, suggest(name, flow.writes))
+        elif ends.success is not None and name not in ends.success:
+            message = f"the tree can succeed without having written the output `{name}`"
+            diagnostics.error(output.location, message, f"begin it with `set: {{{name}: ...}}`")
+    for name, location in flow.writes.items():
         if name not in flow.read:
-            what = f"the key `{name}` is never read"
-            diagnostics.warning(place, what, f"write `${name}` somewhere, or remove it")
+            hint = f"write `${name}` somewhere, or remove it"
+            diagnostics.warning(location, f"the key `{name}` is never read", hint)
     if diagnostics.fatal:
         return None
-    return {name: replace(output, type=flow.types.get(name)) for name, output in outputs.items()}
+    typed = {name: replace(output, type=flow.types.get(name)) for name, output in outputs.items()}
+    return FlowResult(ends=ends, outputs=typed, facts=flow.facts)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,84 +96,67 @@ class _Flow:
     writes: dict[str, Location] = field(default_factory=dict)
     """Where each key is first written."""
     read: set[str] = field(default_factory=set)
+    facts: dict[int, Fact] = field(default_factory=dict)
 
-    def after(self, node: Node, before: frozenset[str]) -> Written:
-        """What is written after a node that starts when `before` is."""
+    def follow(self, node: Node, before: Keys) -> Ends:
+        """How a node can end that starts when the keys `before` are written."""
         start = before
-        for key in ("while", "unless"):
-            guard = node.modifiers.get(key)
-            if isinstance(guard, LeafNode):
-                asked = self.after(guard, start)
-                start = asked.success if key == "while" else asked.failure
+        for key, value in reversed(list(node.modifiers.items())):
+            runs_on = MODIFIERS[key].runs_on
+            if runs_on is not None and isinstance(value, LeafNode):
+                start = runs_on.of(self.follow(value, start))
         if isinstance(node, CompositeNode):
-            written = _COMPOSITES[node.key](self, node, start)
+            children = [partial(self.follow, child) for child in node.children]
+            ends = COMPOSITES[node.key].ends(children, node.options, start)
         elif isinstance(node, SubtreeNode):
-            written = self._subtree(node, start)
+            ends = self._subtree(node, start)
         else:
-            written = self._leaf(node, start)
+            ends = self._leaf(node, start)
+        own = ends if start is not None else NEVER
+        ends = own
         for key, value in node.modifiers.items():
-            if value is not False and key in _MODIFIERS:
-                written = _MODIFIERS[key](written, before)
-        return written
+            if value is not False:
+                ends = MODIFIERS[key].ends(ends, before)
+        self.facts[id(node)] = Fact(before, own, ends)
+        return ends
 
-    def sequence(self, node: CompositeNode, before: frozenset[str]) -> Written:
-        """Each child starts when the one before has succeeded."""
-        failures = []
-        for child in node.children:
-            before, failure = self.after(child, before)
-            failures.append(failure)
-        return Written(before, frozenset.intersection(*failures))
-
-    def fallback(self, node: CompositeNode, before: frozenset[str]) -> Written:
-        """Each child starts when the one before has failed."""
-        successes = []
-        for child in node.children:
-            success, before = self.after(child, before)
-            successes.append(success)
-        return Written(frozenset.intersection(*successes), before)
-
-    def parallel(self, node: CompositeNode, before: frozenset[str]) -> Written:
-        """No child can count on another."""
-        successes = [self.after(child, before).success for child in node.children]
-        everyone = node.options.get("policy", "all") in ("all", len(node.children))
-        together = frozenset.union if everyone else frozenset.intersection
-        return Written(together(*successes), before)
-
-    def _leaf(self, node: LeafNode, before: frozenset[str]) -> Written:
+    def _leaf(self, node: LeafNode, before: Keys) -> Ends:
         for value in node.arguments.values():
             self._read(value, before)
         for name, write in node.outputs.items():
-            if node.type is SET:
-                written = self._type_of(node.arguments[name])
-            else:
-                written = node.type.outputs[name].type
-            self._write(write, written)
-        names = frozenset(write.name for write in node.outputs.values())
-        return Written(before | names, before)
+            is_set = node.type is SET
+            self._write(
+                write,
+                self._type_of(node.arguments[name]) if is_set else node.type.outputs[name].type,
+            )
+        return Ends(_with(before, node.outputs), before if node.type.can_fail else None)
 
-    def _subtree(self, node: SubtreeNode, before: frozenset[str]) -> Written:
+    def _subtree(self, node: SubtreeNode, before: Keys) -> Ends:
         for value in node.arguments.values():
             self._read(value, before)
         for name, write in node.outputs.items():
             self._write(write, node.task.outputs[name].type)
-        names = frozenset(write.name for write in node.outputs.values())
-        return Written(before | names, before)
+        can = node.task.ends
+        return Ends(
+            None if can.success is None else _with(before, node.outputs),
+            None if can.failure is None else before,
+        )
 
-    def _type_of(self, value: Given) -> ValueType | None:
+    def _type_of(self, value: Argument) -> ValueType | None:
         if isinstance(value, KeyRead):
             return self.types.get(value.name)
         return type_of(value)
 
     def _write(self, write: KeyWrite, written: ValueType | None) -> None:
-        first = self.writes.setdefault(write.name, write.place)
+        first = self.writes.setdefault(write.name, write.location)
         if written is None:
             return
         known = self.types.setdefault(write.name, written)
         if known != written:
-            what = f"`{write.name}` takes {written} here, and {known} on line {first.line}"
-            self.diagnostics.error(write.place, what, "write it under another name")
+            message = f"`{write.name}` takes {written} here, and {known} on line {first.line}"
+            self.diagnostics.error(write.location, message, "write it under another name")
 
-    def _read(self, value: Given, before: frozenset[str]) -> None:
+    def _read(self, value: Argument, before: Keys) -> None:
         if not isinstance(value, KeyRead):
             return
         name = value.name
@@ -164,61 +164,18 @@ class _Flow:
         if name not in self.types:
             if name in self.writes:
                 return
-            what = f"`{value}` is neither a parameter nor a key that is written before"
+            message = f"`{value}` is neither a parameter nor a key that is written before"
             hint = suggest(name, {*self.parameters, *self.types})
-            self.diagnostics.error(value.place, what, hint)
-        elif name not in before:
-            what = f"`{value}` is not written on every way here"
+            self.diagnostics.error(value.location, message, hint)
+        elif before is not None and name not in before:
+            message = f"`{value}` is not written on every way here"
             line = self.writes[name].line
             hint = f"let line {line} succeed before, or begin with `set: {{{name}: ...}}`"
-            self.diagnostics.error(value.place, what, hint)
+            self.diagnostics.error(value.location, message, hint)
         elif not value.type.takes(self.types[name]):
-            what = f"expected {value.type}, got `{value}`, which is {self.types[name]}"
-            self.diagnostics.error(value.place, what, f"give {value.type}")
+            message = f"expected {value.type}, got `{value}`, which is {self.types[name]}"
+            self.diagnostics.error(value.location, message, f"give {value.type}")
 
 
-def _forever(flow: _Flow, node: CompositeNode, before: frozenset[str]) -> Written:
-    return Written(flow.after(node.children[0], before).success, before)
-
-
-def _until(flow: _Flow, node: CompositeNode, before: frozenset[str]) -> Written:
-    question, *work = node.children
-    asked = flow.after(question, before)
-    worked = flow.sequence(replace(node, children=tuple(work)), asked.failure)
-    return Written(asked.success, worked.failure)
-
-
-_COMPOSITES: Mapping[str, Callable[[_Flow, CompositeNode, frozenset[str]], Written]] = {
-    "sequence": _Flow.sequence,
-    "reactive_sequence": _Flow.sequence,
-    "fallback": _Flow.fallback,
-    "reactive_fallback": _Flow.fallback,
-    "parallel": _Flow.parallel,
-    "forever": _forever,
-    "until": _until,
-}
-
-
-def _failing_early(written: Written, before: frozenset[str]) -> Written:
-    return Written(written.success, before)
-
-
-def _succeeding_early(written: Written, before: frozenset[str]) -> Written:
-    return Written(before, written.failure)
-
-
-def _either(written: Written, before: frozenset[str]) -> Written:
-    both = written.success & written.failure
-    return Written(both, both)
-
-
-_MODIFIERS: Mapping[str, Callable[[Written, frozenset[str]], Written]] = {
-    "timeout_s": _failing_early,
-    "invert": lambda written, before: Written(written.failure, written.success),
-    "cooldown_s": _failing_early,
-    "while": _failing_early,
-    "unless": _succeeding_early,
-    "force_success": _either,
-    "force_failure": _either,
-}
-"""What a modifier changes; the others change nothing."""
+def _with(before: Keys, outputs: Mapping[str, KeyWrite]) -> Keys:
+    return None if before is None else before | {write.name for write in outputs.values()}

@@ -7,12 +7,11 @@ from collections.abc import Callable, Mapping
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from behaviours.leaf import LeafCrashedError
-from behaviours.named import Key
+from behaviours import Key, LeafCrashedError
 from trees.language.branch import Branch, Ticking
 
 Supply = Callable[[], object]
-"""Gives a value when it is asked."""
+"""Returns a value when it is called."""
 
 
 class Set(Behaviour):
@@ -47,8 +46,8 @@ class Subtree(Branch):
     Args:
         name: the node's name in the tree.
         child: the root of the other tree.
-        given: its keys that get a value at every start.
-        taken: the keys around it that get the values of its own when it succeeds.
+        inputs: its keys that get a value at every start.
+        outputs: the keys around it that get the values of its own when it succeeds.
     """
 
     key = "subtree"
@@ -58,22 +57,22 @@ class Subtree(Branch):
         name: str,
         child: Behaviour,
         *,
-        given: Mapping[Key[object], Supply],
-        taken: Mapping[Key[object], Key[object]],
+        inputs: Mapping[Key[object], Supply],
+        outputs: Mapping[Key[object], Key[object]],
     ) -> None:
         super().__init__(name, [child])
-        self._given = given
-        self._taken = taken
+        self._inputs = inputs
+        self._outputs = outputs
 
     def restart(self) -> None:
-        """Hand over what it is given."""
-        _write(self.name, self._given)
+        """Write its inputs."""
+        _write(self.name, self._inputs)
 
     def advance(self) -> Ticking:
-        """Tick it; a success hands its outputs over."""
+        """Tick it; a success writes its outputs."""
         status = yield from self.run(self.children[0])
         if status is Status.SUCCESS:
-            _write(self.name, {outer: inner.read for outer, inner in self._taken.items()})
+            _write(self.name, {outer: inner.read for outer, inner in self._outputs.items()})
         return status
 
 

@@ -1,4 +1,7 @@
-"""The modifiers: branches that wrap one node and change how often it runs or what it returns."""
+"""The modifiers: branches that wrap one node and change how often it runs or what it returns.
+
+The first line of each docstring is what `frankie-task nodes` and an editor show of the word.
+"""
 
 from __future__ import annotations
 
@@ -16,14 +19,16 @@ Now = Callable[[], TaskTime]
 """The time of the task."""
 
 _ROUNDING = 1e-9
-"""Stamps are sums of periods: so much keeps the count of ticks from their rounding [s]."""
+"""Stamps are sums of periods: this keeps the number of ticks independent of their rounding [s]."""
 
 
 class Timeout(Branch):
-    """Fails when its child is still running after a time; the child is then not ticked any more.
+    """Fails when the node is still running after this time; each attempt has the whole time.
+
+    The node is then not ticked any more.
 
     Args:
-        child: what may take so long.
+        child: the node.
         seconds: how long [s].
         now: the time [s].
     """
@@ -49,10 +54,10 @@ class Timeout(Branch):
 
 
 class Delay(Branch):
-    """Waits before its child starts.
+    """Waits for this time before each attempt; the timeout does not count it.
 
     Args:
-        child: what has time.
+        child: the node.
         seconds: how long [s].
         now: the time [s].
     """
@@ -78,10 +83,10 @@ class Delay(Branch):
 
 
 class Cooldown(Branch):
-    """Fails at once when it is started again too soon after its child ended or was halted.
+    """Fails at once when started sooner than this after the node's last end or halt.
 
     Args:
-        child: what needs a rest.
+        child: the node.
         seconds: how long [s].
         now: the time [s].
     """
@@ -95,11 +100,11 @@ class Cooldown(Branch):
         self._ready: TaskTime | None = None
 
     def restart(self) -> None:
-        """See whether it may start."""
+        """Compute how long it still has to rest."""
         self._resting = 0.0 if self._ready is None else self._ready - self._now()
 
     def advance(self) -> Ticking:
-        """Tick the child unless it has to rest."""
+        """Tick the child unless it is too soon."""
         if self._resting > _ROUNDING:
             self.feedback_message = f"not again for {self._resting:.1f} s"
             return Status.FAILURE
@@ -118,10 +123,10 @@ class Cooldown(Branch):
 
 
 class Invert(Branch):
-    """Succeeds when its child fails and fails when it succeeds.
+    """Swaps success and failure.
 
     Args:
-        child: what is inverted.
+        child: the node.
     """
 
     key = "invert"
@@ -138,10 +143,12 @@ class Invert(Branch):
 
 
 class Retry(Branch):
-    """Starts its child again after a failure, up to a number of attempts, one a tick.
+    """Starts the node again after a failure, up to this number of attempts.
+
+    The next attempt begins at the next tick.
 
     Args:
-        child: what is attempted.
+        child: the node.
         attempts: how many times at most.
     """
 
@@ -158,23 +165,27 @@ class Retry(Branch):
     def advance(self) -> Ticking:
         """One tick of the child; a failure is followed by a new attempt at the next tick."""
         status = yield from self.run(self.children[0])
-        said = self.feedback_message
+        message = self.feedback_message
         if status is not Status.FAILURE:
-            self.feedback_message = f"attempt {self._failures + 1} of {self._attempts}: {said}"
+            self.feedback_message = f"attempt {self._failures + 1} of {self._attempts}: {message}"
             return status
         self._failures += 1
         if self._failures < self._attempts:
-            self.feedback_message = f"attempt {self._failures} of {self._attempts} failed: {said}"
+            self.feedback_message = (
+                f"attempt {self._failures} of {self._attempts} failed: {message}"
+            )
             return Status.RUNNING
-        self.feedback_message = f"gave up after attempt {self._failures}: {said}"
+        self.feedback_message = f"gave up after attempt {self._failures}: {message}"
         return status
 
 
 class Repeat(Branch):
-    """Starts its child again after a success, a number of rounds, one a tick at most.
+    """Starts the node again after a success, until it has succeeded this number of times.
+
+    The next round begins at the next tick.
 
     Args:
-        child: what is repeated.
+        child: the node.
         rounds: how many times it has to succeed.
     """
 
@@ -199,10 +210,12 @@ class Repeat(Branch):
 
 
 class Once(Branch):
-    """Runs its child to an end a single time, and answers with that outcome ever after.
+    """Runs the node to its end a single time, and returns that outcome from then on.
+
+    A node that is halted before its end starts again.
 
     Args:
-        child: what is not to be done twice; halted before its end it starts again.
+        child: the node.
     """
 
     key = "once"
@@ -219,10 +232,10 @@ class Once(Branch):
 
 
 class ForceSuccess(Branch):
-    """Succeeds when its child ends, however it ends.
+    """Succeeds when the node ends, however it ends.
 
     Args:
-        child: whose outcome does not count.
+        child: the node.
     """
 
     key = "force_success"
@@ -241,20 +254,20 @@ class ForceSuccess(Branch):
 
 
 class ForceFailure(ForceSuccess):
-    """Fails when its child ends, however it ends."""
+    """Fails when the node ends, however it ends."""
 
     key = "force_failure"
     outcome = Status.FAILURE
 
 
 class While(ReactiveSequence):
-    """Asks a condition at every tick, and runs its child as long as the answer is yes.
+    """Asks a condition at every tick; when it fails, halts the node and fails.
 
-    Else it halts the child and fails: a reactive sequence of condition and child.
+    A reactive sequence of the condition and the node.
 
     Args:
         condition: what has to hold.
-        child: what it guards.
+        child: the node.
     """
 
     key = "while"
@@ -264,13 +277,13 @@ class While(ReactiveSequence):
 
 
 class Unless(ReactiveFallback):
-    """Asks a condition at every tick, and runs its child as long as the answer is no.
+    """Asks a condition at every tick; when it succeeds, halts the node and succeeds.
 
-    Else it halts the child and succeeds: a reactive fallback of condition and child.
+    A reactive fallback of the condition and the node.
 
     Args:
-        condition: what makes the child needless.
-        child: what it guards.
+        condition: what makes the node unnecessary.
+        child: the node.
     """
 
     key = "unless"

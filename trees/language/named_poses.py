@@ -3,165 +3,171 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Annotated
 
 import numpy as np
-import numpy.typing as npt
 import pinocchio as pin
 from pinocchio import SE3
+from pydantic import AfterValidator, Field, model_validator
 
-from behaviours.named import BasePose, Posture, Region, ToolPose
-from config import quoted
+from behaviours import BasePose, Posture, Region, ToolPose
+from config import (
+    Diagnostics,
+    Location,
+    StrictModel,
+    YamlEntry,
+    YamlList,
+    YamlMap,
+    YamlScalar,
+    YamlValue,
+    quoted,
+    validate,
+)
 from robots import load_robot
-from trees.language.diagnostics import Diagnostics, Location
-from trees.language.source import Entry, Items, Scalar, Value
-from trees.language.tables import fields, named_entries
-from trees.language.value_types import Named
-from trees.language.values import describe
+from trees.language.mappings import ABSENT, named_entries
+from trees.language.value_types import NamedValue
 
-Vector: TypeAlias = npt.NDArray[np.float64]
-
-BUILT_IN: Mapping[str, Named] = {"ready": Posture(name="ready", q=load_robot("frankie").arm.ready)}
+BUILT_IN: Mapping[str, NamedValue] = {
+    "ready": Posture(name="ready", q=load_robot("frankie").arm.ready)
+}
 """What every task file knows without defining it."""
+
+_POSE_FORMS = (("xyz", "rpy_deg"), ("base", "heading_deg"), ("joints_deg",))
+
+
+def _positive(size: list[float]) -> list[float]:
+    if min(size) <= 0.0:
+        raise ValueError("an edge is not positive; give the full length of each edge [m]")
+    return size
+
+
+_Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+_Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
+_Joints = Annotated[list[float], Field(min_length=7, max_length=7)]
+
+
+class PoseSection(StrictModel):
+    """A pose in a task file, written in one of three forms."""
+
+    xyz: _Triple = Field(
+        default=ABSENT, description="Point between the finger tips, in the world [m]."
+    )
+    rpy_deg: _Triple = Field(
+        default=ABSENT, description="Roll, pitch and yaw of the hand [°]; roll 180 looks down."
+    )
+    base: _Pair = Field(default=ABSENT, description="x and y of the base on the floor [m].")
+    heading_deg: float = Field(
+        default=ABSENT, description="Where the base faces, from the world's x axis [°]."
+    )
+    joints_deg: _Joints = Field(
+        default=ABSENT, description="Posture of the arm, from base to hand [°]."
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _empty(cls, value: object) -> object:
+        return {} if value is None else value
+
+    @model_validator(mode="after")
+    def _one_form(self) -> PoseSection:
+        given = self.model_fields_set
+        forms = [form for form in _POSE_FORMS if given & set(form)]
+        if len(forms) == 1 and (missing := [key for key in forms[0] if key not in given]):
+            raise ValueError(f"lacks {quoted(missing)}; add {quoted(missing)}")
+        if len(forms) != 1:
+            problem = "mixes forms of pose" if forms else "is empty"
+            ways = ", ".join(quoted(form).replace(", ", " and ") for form in _POSE_FORMS)
+            raise ValueError(f"{problem}; write one of {ways}")
+        return self
+
+    def make(self, name: str) -> ToolPose | BasePose | Posture:
+        """The pose: Rz(yaw) Ry(pitch) Rx(roll) for a tool, a turn about z for a base."""
+        if "xyz" in self.model_fields_set:
+            turn = pin.rpy.rpyToMatrix(np.deg2rad(self.rpy_deg))
+            return ToolPose(name=name, wTe=SE3(turn, np.array(self.xyz)))
+        if "base" in self.model_fields_set:
+            return BasePose(name=name, wTb=_upright([*self.base, 0.0], self.heading_deg))
+        return Posture(name=name, q=np.deg2rad(self.joints_deg))
+
+
+class RegionSection(StrictModel):
+    """A box in a task file."""
+
+    centre: _Triple = Field(description="Middle of the box in the world [m].")
+    size: Annotated[_Triple, AfterValidator(_positive)] = Field(
+        description="Full length of each edge [m]."
+    )
+    yaw_deg: float = Field(default=0.0, description="Turn about the vertical [°].")
+
+    def make(self, name: str) -> Region:
+        """The region."""
+        wTr = _upright(self.centre, self.yaw_deg)
+        return Region(name=name, wTr=wTr, size=np.array(self.size))
+
+
+def _upright(xyz: list[float], yaw_deg: float) -> SE3:
+    return SE3(pin.utils.rotate("z", math.radians(yaw_deg)), np.array(xyz))
 
 
 @dataclass
-class Places:
-    """The named poses, postures and regions of a file."""
+class NamedValues:
+    """The poses, postures and regions of a file."""
 
-    named: dict[str, Named] = field(default_factory=lambda: dict(BUILT_IN))
-    defined: dict[str, Location] = field(default_factory=dict)
+    values: dict[str, NamedValue] = field(default_factory=lambda: dict(BUILT_IN))
+    locations: dict[str, Location] = field(default_factory=dict)
     """Where the file defines each, whether or not the definition is sound."""
-    regions: set[str] = field(default_factory=set)
-    """Those that are defined as regions."""
+
+    def is_faulty(self, name: object) -> bool:
+        """Whether the file defines something of this name, with an error that is noted."""
+        return name in self.locations and name not in self.values
+
+    def defined(self, *types: type) -> dict[str, NamedValue]:
+        """Those of some types that the file defines."""
+        found = {name: self.values[name] for name in self.locations if name in self.values}
+        return {name: value for name, value in found.items() if isinstance(value, types)}
 
 
-def tool_pose(name: str, xyz: Vector, rpy_deg: Vector) -> ToolPose:
-    """End effector at `xyz` [m], turned by Rz(yaw) Ry(pitch) Rx(roll) [degrees]."""
-    return ToolPose(name=name, wTe=SE3(pin.rpy.rpyToMatrix(np.deg2rad(rpy_deg)), xyz))
-
-
-def base_pose(name: str, base: Vector, heading_deg: float) -> BasePose:
-    """Base at x, y [m] on the floor, heading counted from the world's x axis [degrees]."""
-    heading = pin.utils.rotate("z", math.radians(heading_deg))
-    return BasePose(name=name, wTb=SE3(heading, np.append(base, 0.0)))
-
-
-def posture(name: str, joints_deg: Vector) -> Posture:
-    """Arm joints from base to hand [degrees]."""
-    return Posture(name=name, q=np.deg2rad(joints_deg))
-
-
-def region(name: str, centre: Vector, size: Vector, yaw_deg: float = 0.0) -> Region:
-    """A box at `centre` with edges `size` [m], turned about the vertical [degrees]."""
-    turn = pin.utils.rotate("z", math.radians(yaw_deg))
-    return Region(name=name, wTr=SE3(turn, centre), size=size)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Form:
-    """One way to write a place: its keys, how many numbers each takes, and what it makes."""
-
-    required: Mapping[str, int]
-    optional: Mapping[str, int] = field(default_factory=dict)
-    make: Callable[..., Named]
-
-
-_POSES = (
-    _Form(required={"xyz": 3, "rpy_deg": 3}, make=tool_pose),
-    _Form(required={"base": 2, "heading_deg": 1}, make=base_pose),
-    _Form(required={"joints_deg": 7}, make=posture),
-)
-_REGION = _Form(required={"centre": 3, "size": 3}, optional={"yaw_deg": 1}, make=region)
-
-
-def read_places(poses: Entry | None, regions: Entry | None, diagnostics: Diagnostics) -> Places:
-    """The poses and regions of a file; unsound ones are noted as diagnostics and left out."""
-    places = Places()
-    for section, entry in (("poses", poses), ("regions", regions)):
-        for name, place, value in named_entries(entry, section, diagnostics):
+def read_named_values(
+    poses: YamlEntry | None, regions: YamlEntry | None, diagnostics: Diagnostics
+) -> NamedValues:
+    """The poses and regions of a file; errors are noted, and those entries left out."""
+    named = NamedValues()
+    sections: tuple[tuple[str, YamlEntry | None, type[PoseSection | RegionSection]], ...] = (
+        ("poses", poses, PoseSection),
+        ("regions", regions, RegionSection),
+    )
+    for section, entry, model in sections:
+        for name, location, value in named_entries(entry, section, diagnostics):
             if name in BUILT_IN:
-                hint = "choose another name"
-                diagnostics.error(place, f"`{name}` is built in and cannot be redefined", hint)
+                message = f"`{name}` is built in and cannot be redefined"
+                diagnostics.error(location, message, "choose another name")
                 continue
-            if name in places.defined:
-                what = f"`{name}` is a pose already, on line {places.defined[name].line}"
-                diagnostics.error(place, what, "choose another name")
+            if name in named.locations:
+                message = f"`{name}` is a pose already, on line {named.locations[name].line}"
+                diagnostics.error(location, message, "choose another name")
                 continue
-            places.defined[name] = place
-            if section == "regions":
-                places.regions.add(name)
-            thing = _read_place(name, place, value, section, diagnostics)
-            if thing is not None:
-                places.named[name] = thing
-    return places
+            named.locations[name] = location
+            full_name = f"{section}.{name}"
+            if references := list(_references(value)):
+                message = f"{full_name}: `{references[0].value}` stands in place of a number"
+                hint = "write numbers here, and choose among poses by a parameter of type `pose`"
+                diagnostics.error(references[0].location, message, hint)
+                continue
+            checked = validate(value, model, diagnostics, name=full_name, location=location)
+            if checked is not None:
+                named.values[name] = checked.make(name)
+    return named
 
 
-def _read_place(
-    name: str, place: Location, value: Value, section: str, diagnostics: Diagnostics
-) -> Named | None:
-    form = _REGION if section == "regions" else _pose_form(name, place, value, diagnostics)
-    if form is None:
-        return None
-    what = f"{section.removesuffix('s')} `{name}`"
-    entries = fields(value, what, diagnostics, required=form.required, optional=form.optional)
-    if entries is None:
-        return None
-    counts = {**form.required, **form.optional}
-    numbers = {
-        key: _numbers(entry.value, counts[key], key, diagnostics)
-        for key, entry in entries.items()
-        if key in counts
-    }
-    if any(number is None for number in numbers.values()):
-        return None
-    if form is _REGION and np.min(np.asarray(numbers["size"])) <= 0.0:
-        hint = "give the full length of each edge [m]"
-        diagnostics.error(
-            entries["size"].value.place, f"{what} has an edge that is not positive", hint
-        )
-        return None
-    return form.make(name, **numbers)
-
-
-def _pose_form(name: str, place: Location, value: Value, diagnostics: Diagnostics) -> _Form | None:
-    """The form that a pose is written in, told by the keys that it has."""
-    keys = set(getattr(value, "entries", ()))
-    forms = [form for form in _POSES if keys & set(form.required)]
-    if len(forms) == 1:
-        return forms[0]
-    ways = ", ".join(f"{quoted(form.required).replace(', ', ' and ')}" for form in _POSES)
-    hint = f"write one of {ways}"
-    if forms:
-        diagnostics.error(place, f"pose `{name}` mixes keys of different kinds of pose", hint)
-    else:
-        diagnostics.error(place, f"pose `{name}` does not say where it is", hint)
-    return None
-
-
-def _numbers(value: Value, count: int, key: str, diagnostics: Diagnostics) -> Vector | float | None:
-    """One finite number, or a list of `count` of them; None and a diagnostic otherwise."""
-    if count == 1:
-        return _number(value, key, diagnostics)
-    if not isinstance(value, Items) or len(value.items) != count:
-        got = f"{len(value.items)}" if isinstance(value, Items) else describe(value)
-        example = f"write `{key}: [{', '.join(['0.0'] * count)}]`"
-        diagnostics.error(value.place, f"`{key}` is a list of {count} numbers, not {got}", example)
-        return None
-    numbers = [_number(item, key, diagnostics) for item in value.items]
-    if any(number is None for number in numbers):
-        return None
-    return np.array(numbers, dtype=np.float64)
-
-
-def _number(value: Value, key: str, diagnostics: Diagnostics) -> float | None:
-    number = value.value if isinstance(value, Scalar) else None
-    if isinstance(number, int | float) and not isinstance(number, bool) and math.isfinite(number):
-        return float(number)
-    if not (isinstance(value, Scalar) and value.is_noted):
-        diagnostics.error(
-            value.place, f"`{key}` takes finite numbers, not {describe(value)}", "write a number"
-        )
-    return None
+def _references(value: YamlValue) -> Iterator[YamlScalar]:
+    """Every `$name` in a value; only the tree may have them."""
+    if isinstance(value, YamlMap):
+        for entry in value.entries.values():
+            yield from _references(entry.value)
+    elif isinstance(value, YamlList):
+        for item in value.items:
+            yield from _references(item)
+    elif isinstance(value.value, str) and value.value.startswith("$"):
+        yield value

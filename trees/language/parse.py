@@ -1,7 +1,7 @@
 """The section `tree`: located values in, checked nodes out.
 
-Reading goes on after a mistake, so that one pass finds them all; a node that cannot be understood
-is None.
+Reading goes on after an error, so that one pass finds them all; a node that cannot be understood is
+None.
 """
 
 from __future__ import annotations
@@ -9,56 +9,60 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from config import quoted, suggest
-from trees.language.arguments import note_mismatch, read_leaf
-from trees.language.diagnostics import Diagnostics, Location
-from trees.language.parameters import no_parameter
-from trees.language.scope import Scope
-from trees.language.source import Entry, Items, Scalar, Table, Value
-from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node
-from trees.language.tables import fields
-from trees.language.value_types import Named, Plain, ValueType
-from trees.language.values import KeyRead, MismatchError, convert, describe
-from trees.language.vocabulary import (
-    CHILDREN,
-    COMPOSITES,
-    MODIFIERS,
-    NAME,
-    SUBTREE,
-    CompositeWord,
+from config import (
+    Location,
+    Plain,
+    YamlEntry,
+    YamlList,
+    YamlMap,
+    YamlScalar,
+    YamlValue,
+    describe,
+    quoted,
+    suggest,
 )
+from trees.language.arguments import read_leaf
+from trees.language.mappings import fields
+from trees.language.scope import Scope
+from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node
+from trees.language.value_types import NamedValue, ValueType
+from trees.language.values import KeyRead, MismatchError, convert
+from trees.language.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, SUBTREE
+from trees.language.word_types import CompositeWord
 
 MAX_LEVELS = 100
 """Of nodes and modifiers one inside the other, over all files: a tick goes through all of them."""
 
 
-def read_node(value: Value, scope: Scope) -> Node | None:
+def read_node(value: YamlValue, scope: Scope) -> Node | None:
     """A node of the tree: a mapping with one node key, or the bare key of a leaf."""
-    if isinstance(value, Scalar) and isinstance(value.value, str):
-        entries: Mapping[str, Entry] = {
-            value.value: Entry(place=value.place, value=Scalar(place=value.place, value=None))
+    location = value.location
+    if isinstance(value, YamlScalar) and isinstance(value.value, str):
+        nothing = YamlScalar(location=location, value=None)
+        entries: Mapping[str, YamlEntry] = {
+            value.value: YamlEntry(location=location, value=nothing)
         }
-    elif isinstance(value, Table):
+    elif isinstance(value, YamlMap):
         entries = value.entries
     else:
         hint = "write `sequence:` above a list, and `node: {...}` for a single node"
-        scope.diagnostics.error(value.place, f"expected a node, got {describe(value)}", hint)
+        scope.diagnostics.error(location, f"expected a node, got {describe(value)}", hint)
         return None
-    key = _node_key(value.place, entries, scope)
+    key = _node_key(location, entries, scope)
     modifiers = _read_modifiers(entries, scope)
-    name = _read_name(entries, scope.diagnostics)
+    name = _read_name(entries, scope)
     if key is None:
         return None
     below = scope.below(1 + len(modifiers))
     if below.level > MAX_LEVELS:
-        what = f"the tree is more than {MAX_LEVELS} levels deep here, modifiers counted"
-        scope.diagnostics.error(value.place, what, "make it flatter")
+        message = f"the tree is more than {MAX_LEVELS} levels deep here, modifiers counted"
+        scope.diagnostics.error(location, message, "make it flatter")
         return None
     node = _read_core(key, entries, below)
     return node and replace(node, name=name or node.name, modifiers=modifiers)
 
 
-def _read_core(key: str, entries: Mapping[str, Entry], scope: Scope) -> Node | None:
+def _read_core(key: str, entries: Mapping[str, YamlEntry], scope: Scope) -> Node | None:
     """The node without what stands beside its key."""
     entry = entries[key]
     if key == SUBTREE:
@@ -67,52 +71,52 @@ def _read_core(key: str, entries: Mapping[str, Entry], scope: Scope) -> Node | N
         return read_leaf(entry, scope.leaves[key], entries, scope)
     word = COMPOSITES[key]
     items, options = _read_options(entry, word, scope)
-    children = _read_children(items, entry.place, key, scope)
-    if isinstance(items, Items):
+    children = _read_children(items, entry.location, word, scope)
+    if isinstance(items, YamlList):
         _check_policy(entry, options, len(items.items), scope)
     return CompositeNode(
-        place=entry.place, name=key, modifiers={}, key=key, children=children, options=options
+        location=entry.location, name=key, modifiers={}, key=key, children=children, options=options
     )
 
 
-def _node_key(place: Location, entries: Mapping[str, Entry], scope: Scope) -> str | None:
-    """The one key that says what the node is; notes every key that has no business here."""
+def _node_key(location: Location, entries: Mapping[str, YamlEntry], scope: Scope) -> str | None:
+    """The one key that says what the node is; notes every key that does not belong here."""
     nodes = (*COMPOSITES, SUBTREE, *scope.leaves)
     keys = [key for key in entries if key in nodes]
     unknown = [key for key in entries if key not in (*nodes, *MODIFIERS, NAME)]
     for key in unknown:
         if not keys:
-            what, hint = f"unknown node `{key}`", suggest(key, nodes)
+            message, hint = f"unknown node `{key}`", suggest(key, nodes)
         elif keys[0] in scope.leaves and key in scope.leaves[keys[0]].parameters:
-            what = f"`{key}` stands beside `{keys[0]}`, and is a parameter of it"
+            message = f"`{key}` stands beside `{keys[0]}`, and is a parameter of it"
             hint = f"indent it below `{keys[0]}:`"
         else:
-            what = f"unknown key `{key}` beside `{keys[0]}`"
+            message = f"unknown key `{key}` beside `{keys[0]}`"
             hint = suggest(key, (*nodes, *MODIFIERS, NAME))
-        scope.diagnostics.error(entries[key].place, what, hint)
+        scope.diagnostics.error(entries[key].location, message, hint)
     if len(keys) > 1:
-        what = f"two nodes in one item: `{keys[0]}` and `{keys[1]}`"
+        message = f"two nodes in one item: `{keys[0]}` and `{keys[1]}`"
         hint = "begin each with its own `- ` in the list of a composite"
-        scope.diagnostics.error(entries[keys[1]].place, what, hint)
+        scope.diagnostics.error(entries[keys[1]].location, message, hint)
     if not keys and not unknown:
         hint = f"add a node key, for example {quoted(sorted(nodes)[:3])}"
-        scope.diagnostics.error(place, "this item says nothing to do", hint)
+        scope.diagnostics.error(location, "this item has no node", hint)
     return keys[0] if len(keys) == 1 else None
 
 
-def _read_name(entries: Mapping[str, Entry], diagnostics: Diagnostics) -> str | None:
+def _read_name(entries: Mapping[str, YamlEntry], scope: Scope) -> str | None:
     if NAME not in entries:
         return None
     value = entries[NAME].value
-    name = value.value if isinstance(value, Scalar) else None
+    name = scope.text(value)
     if isinstance(name, str) and name.strip() and name.isprintable() and "/" not in name:
         return name
     hint = "write a line of text without `/`"
-    diagnostics.error(value.place, f"`name` cannot be {describe(value)}", hint)
+    scope.diagnostics.error(value.location, f"`name` cannot be {describe(value)}", hint)
     return None
 
 
-def _read_modifiers(entries: Mapping[str, Entry], scope: Scope) -> Modifiers:
+def _read_modifiers(entries: Mapping[str, YamlEntry], scope: Scope) -> Modifiers:
     modifiers: dict[str, Plain | KeyRead | LeafNode] = {}
     for key, word in MODIFIERS.items():
         if key in entries:
@@ -124,53 +128,56 @@ def _read_modifiers(entries: Mapping[str, Entry], scope: Scope) -> Modifiers:
             if given is not None:
                 modifiers[key] = given
     if modifiers.get("force_success") and modifiers.get("force_failure"):
-        what = "`force_success` and `force_failure` stand beside the same node"
-        scope.diagnostics.error(entries["force_failure"].place, what, "keep one of them")
+        message = "`force_success` and `force_failure` stand beside the same node"
+        scope.diagnostics.error(entries["force_failure"].location, message, "keep one of them")
     return modifiers
 
 
-def _read_fixed(key: str, value: Value, expected: ValueType, scope: Scope) -> Plain | KeyRead:
-    """A value that has to be known before the run; None and a diagnostic if it is not.
+def _read_fixed(key: str, value: YamlValue, expected: ValueType, scope: Scope) -> Plain | KeyRead:
+    """A value that has to be known before the run; None and an error if it is not.
 
     A parameter that still lacks its value stays a `KeyRead`.
     """
-    try:
-        given = convert(value, expected, {})
-    except MismatchError as mismatch:
-        note_mismatch(value, f"`{key}`: {mismatch.what}", mismatch.hint, scope)
+    resolved = scope.resolve(value)
+    if resolved is None:
         return None
-    assert not isinstance(given, Named)
+    try:
+        given = convert(resolved, expected, {})
+    except MismatchError as mismatch:
+        scope.mismatch(resolved, f"`{key}`: {mismatch.message}", mismatch.hint)
+        return None
+    assert not isinstance(given, NamedValue)
     if not isinstance(given, KeyRead):
         return given
     parameter = scope.parameters.get(given.name)
     if parameter is None:
-        what, hint = no_parameter(given.name, scope.parameters)
+        message, hint = scope.unknown_parameter(given.name)
     elif parameter.value is not None:
-        what = f"`{key}` is fixed before the run, and `{given}` is given a key"
+        message = f"`{key}` is fixed before the run, and `{given}` is given a key"
         hint = "give the parameter a value"
     elif parameter.type is not None and not expected.takes(parameter.type):
-        what = f"`{key}`: expected {expected}, got `{given}`, which is {parameter.type}"
+        message = f"`{key}`: expected {expected}, got `{given}`, which is {parameter.type}"
         hint = "give the parameter another type"
     else:
         return given
-    scope.diagnostics.error(value.place, what, hint)
+    scope.diagnostics.error(value.location, message, hint)
     return None
 
 
-def _read_guard(key: str, value: Value, scope: Scope) -> LeafNode | None:
+def _read_guard(key: str, value: YamlValue, scope: Scope) -> LeafNode | None:
     """The condition of `while` or `unless`."""
     node = read_node(value, scope)
     if node is None:
         return None
     if not isinstance(node, LeafNode) or not node.type.is_condition:
         conditions = sorted(leaf.key for leaf in scope.leaves.values() if leaf.is_condition)
-        what = f"`{key}` asks a condition, and `{_key(node)}` is none"
+        message = f"`{key}` asks a condition, and `{_key(node)}` is not one"
         hint = f"write one of {quoted(conditions)}, or put a `reactive_sequence` around"
-        scope.diagnostics.error(node.place, what, hint)
+        scope.diagnostics.error(node.location, message, hint)
         return None
     if node.modifiers:
-        what = f"the condition of `{key}` takes no modifiers"
-        scope.diagnostics.error(node.place, what, "remove them; `unless` is `while` inverted")
+        message = f"the condition of `{key}` takes no modifiers"
+        scope.diagnostics.error(node.location, message, "remove them; `unless` is `while` inverted")
         return None
     return node
 
@@ -182,16 +189,19 @@ def _key(node: Node) -> str:
 
 
 def _read_options(
-    entry: Entry, word: CompositeWord, scope: Scope
-) -> tuple[Value | None, dict[str, Plain | KeyRead]]:
+    entry: YamlEntry, word: CompositeWord, scope: Scope
+) -> tuple[YamlValue | None, dict[str, Plain | KeyRead]]:
     """The value that holds the children, and the options if the composite has any."""
     value = entry.value
     keys = {CHILDREN, *word.options} if word.options else set()
-    if not isinstance(value, Table) or keys.isdisjoint(value.entries):
+    if not isinstance(value, YamlMap) or keys.isdisjoint(value.entries):
         return value, {}
-    what = f"`{word.node.key}`"
     entries = fields(
-        value, what, scope.diagnostics, required=(CHILDREN,), optional=tuple(word.options)
+        value,
+        f"`{word.node.key}`",
+        scope.diagnostics,
+        required=(CHILDREN,),
+        optional=tuple(word.options),
     )
     if entries is None:
         return None, {}
@@ -204,40 +214,40 @@ def _read_options(
 
 
 def _check_policy(
-    entry: Entry, options: Mapping[str, Plain | KeyRead], count: int, scope: Scope
+    entry: YamlEntry, options: Mapping[str, Plain | KeyRead], count: int, scope: Scope
 ) -> None:
     """Whether as many children can succeed as have to."""
     policy = options.get("policy")
     if isinstance(policy, int) and policy > count:
-        what = f"`policy` wants {policy} children to succeed, and there are {count}"
-        scope.diagnostics.error(entry.place, what, f"write at most {count}, or `all`")
+        message = f"`policy` wants {policy} children to succeed, and there are {count}"
+        scope.diagnostics.error(entry.location, message, f"write at most {count}, or `all`")
 
 
 def _read_children(
-    value: Value | None, place: Location, key: str, scope: Scope
+    value: YamlValue | None, location: Location, word: CompositeWord, scope: Scope
 ) -> tuple[Node, ...]:
-    word = COMPOSITES[key]
+    key = word.node.key
     if value is None:
         return ()
-    is_bare = isinstance(value, Scalar) and isinstance(value.value, str)
-    if word.only_child and (is_bare or isinstance(value, Table)):
-        value = Items(place=value.place, items=(value,))
-    if isinstance(value, Scalar) and value.value is None:
-        value = Items(place=place, items=())
-    if not isinstance(value, Items):
-        what = f"the children of `{key}` are a list, not {describe(value)}"
-        scope.diagnostics.error(value.place, what, "begin each child with `- `")
-        if isinstance(value, Table):
+    is_bare = isinstance(value, YamlScalar) and isinstance(value.value, str)
+    if word.most == 1 and (is_bare or isinstance(value, YamlMap)):
+        value = YamlList(location=value.location, items=(value,))
+    if isinstance(value, YamlScalar) and value.value is None:
+        value = YamlList(location=location, items=())
+    if not isinstance(value, YamlList):
+        message = f"the children of `{key}` are a list, not {describe(value)}"
+        scope.diagnostics.error(value.location, message, "begin each child with `- `")
+        if isinstance(value, YamlMap):
             read_node(value, scope)
         return ()
     count = len(value.items)
     if count == 0:
-        scope.diagnostics.error(place, f"`{key}` is empty", "add a node below it, or remove it")
+        scope.diagnostics.error(location, f"`{key}` is empty", "add a node below it, or remove it")
     elif count < word.least:
-        what = f"`{key}` needs at least {word.least} children, got {count}"
-        scope.diagnostics.error(place, what, f"give it {word.children}")
-    elif word.only_child and count > 1:
-        what = f"`{key}` takes one child, got {count}"
-        scope.diagnostics.error(place, what, "put them in a `sequence:` below it")
+        message = f"`{key}` needs at least {word.least} children, got {count}"
+        scope.diagnostics.error(location, message, f"give it {word.children}")
+    elif word.most is not None and count > word.most:
+        message = f"`{key}` takes {word.children}, got {count}"
+        scope.diagnostics.error(location, message, "put them in a `sequence:` below it")
     children = [read_node(item, scope) for item in value.items]
     return tuple(child for child in children if child is not None)

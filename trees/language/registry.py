@@ -1,4 +1,4 @@
-"""The leaves that a task file may use, and what may be said about each.
+"""The leaves that a task file may use, and what it may give to each.
 
 A leaf class needs no registration beyond its constructor: keyword-only parameters give names,
 types and defaults, the docstring of the class their descriptions. Those annotated `Key[T]` are its
@@ -17,9 +17,8 @@ from functools import cache
 from importlib import metadata
 from typing import TYPE_CHECKING
 
-from behaviours.leaf import Condition
-from behaviours.named import Key
-from config import UserError
+from behaviours import LEAVES, Condition, Key, Leaf
+from trees.language.errors import LeafError
 from trees.language.keys import Set
 from trees.language.value_types import ValueType, read_annotation
 from trees.language.vocabulary import RESERVED
@@ -27,14 +26,9 @@ from trees.language.vocabulary import RESERVED
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from behaviours.leaf import Leaf
 
 ENTRY_POINTS = "frankie_task.behaviours"
 """Entry-point group in which other packages offer their leaves."""
-
-
-class LeafError(UserError):
-    """A leaf class cannot be used in task files; the text says which and what to change."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +39,7 @@ class Parameter:
     type: ValueType
     required: bool
     default: object = None
-    """What it is if the file does not say; no meaning if `required`."""
+    """Its value if the file gives none; no meaning if `required`."""
     description: str = ""
     unit: str = ""
     """`m/s`, `s`, ...; empty if it has none."""
@@ -75,7 +69,10 @@ class LeafType:
     """The paragraphs after that."""
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     outputs: Mapping[str, Output] = field(default_factory=dict)
-    is_condition: bool = False
+    is_condition: bool
+    takes_time: bool
+    """Whether it may run for more than a tick."""
+    can_fail: bool
 
     @property
     def described(self) -> tuple[Parameter | Output, ...]:
@@ -87,6 +84,9 @@ SET = LeafType(
     key="set",
     behaviour=Set,
     description="Writes values to keys: `set: {tries: 0}`; ends at once and cannot fail.",
+    is_condition=False,
+    takes_time=False,
+    can_fail=False,
 )
 """The one leaf that is a word of the language: its arguments have the names of the keys."""
 
@@ -97,16 +97,14 @@ def known_leaves() -> dict[str, type[Leaf]]:
     Raises:
         LeafError: a package's leaf cannot be loaded, or takes a key that is taken.
     """
-    from behaviours import LEAVES
-
     leaves = dict(LEAVES)
     for entry in metadata.entry_points(group=ENTRY_POINTS):
         try:
             leaf: type[Leaf] = entry.load()
             key = leaf.key
         except Exception as error:
-            what = f"behaviour `{entry.name}` of `{entry.value}` cannot be loaded: {error}"
-            raise LeafError(f"{what}; fix or uninstall its package") from error
+            message = f"behaviour `{entry.name}` of `{entry.value}` cannot be loaded: {error}"
+            raise LeafError(f"{message}; fix or uninstall its package") from error
         if key in leaves:
             raise LeafError(f"`{entry.value}` takes the key `{key}`, which is taken; rename it")
         leaves[key] = leaf
@@ -114,7 +112,7 @@ def known_leaves() -> dict[str, type[Leaf]]:
 
 
 def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
-    """What task files may say about each leaf, by key; `set` is always among them.
+    """What task files may give to each leaf, by key; `set` is always among them.
 
     Raises:
         LeafError: a class does not keep to the contract of a leaf.
@@ -137,6 +135,8 @@ def _describe(key: str, leaf: type[Leaf]) -> LeafType:
         parameters={one.name: one for one in described if isinstance(one, Parameter)},
         outputs={one.name: one for one in described if isinstance(one, Output)},
         is_condition=issubclass(leaf, Condition),
+        takes_time=not issubclass(leaf, Condition),
+        can_fail=True,
     )
 
 
@@ -164,9 +164,9 @@ def _parameters(
 def _parameter(declared: inspect.Parameter, hint: object, text: str) -> Parameter | Output:
     name, required = declared.name, declared.default is inspect.Parameter.empty
     unit = _unit(name, text)
-    written = _written_type(hint)
-    if written is not None:
-        return Output(name=name, type=written, required=required, description=text, unit=unit)
+    output_type = _output_type(hint)
+    if output_type is not None:
+        return Output(name=name, type=output_type, required=required, description=text, unit=unit)
     return Parameter(
         name=name,
         type=read_annotation(hint),
@@ -177,7 +177,7 @@ def _parameter(declared: inspect.Parameter, hint: object, text: str) -> Paramete
     )
 
 
-def _written_type(hint: object) -> ValueType | None:
+def _output_type(hint: object) -> ValueType | None:
     """T of `Key[T]` or `Key[T] | None`; None for other annotations."""
     is_union = typing.get_origin(hint) in (typing.Union, types.UnionType)
     parts = [part for part in typing.get_args(hint) if part is not types.NoneType]
@@ -204,9 +204,9 @@ _UNITS: Mapping[str, str] = {
 
 def _unit(name: str, text: str) -> str:
     """The unit that the end of the description gives in brackets, or that of the name."""
-    told = re.search(r"\[([^\]]+)\]$", text)
-    if told:
-        return told[1].replace("^2", "²").replace("deg", "°")
+    unit = re.search(r"\[([^\]]+)\]$", text)
+    if unit:
+        return unit[1].replace("^2", "²").replace("deg", "°")
     return next((unit for ending, unit in _UNITS.items() if name.endswith(ending)), "")
 
 

@@ -1,4 +1,4 @@
-"""What a task file says, checked and with every name and parameter resolved."""
+"""A task file, checked and with every name and parameter resolved."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
 
-from trees.language.diagnostics import Diagnostic, Location
+from config import Diagnostic, Location, Plain
+from trees.language.ends import Ends
 from trees.language.parameters import TaskParameter
 from trees.language.registry import LeafType
-from trees.language.value_types import Named, Plain, ValueType
-from trees.language.values import Given, KeyRead, KeyWrite
+from trees.language.value_types import NamedValue, ValueType
+from trees.language.values import Argument, KeyRead, KeyWrite
 
 Modifiers: TypeAlias = "Mapping[str, Plain | KeyRead | LeafNode]"
 """Values by key, in the order in which they wrap, innermost first; that of a guard is a condition.
@@ -24,11 +25,11 @@ A `KeyRead` stands only in a task that was loaded with open parameters.
 class LeafNode:
     """A leaf and its arguments."""
 
-    place: Location
+    location: Location
     name: str
     modifiers: Modifiers
     type: LeafType
-    arguments: Mapping[str, Given]
+    arguments: Mapping[str, Argument]
     """What the file gives; the leaf's own defaults are not filled in. Of `set`, keys and values."""
     outputs: Mapping[str, KeyWrite] = field(default_factory=dict)
     """The key that each named output is written to."""
@@ -38,27 +39,27 @@ class LeafNode:
 class CompositeNode:
     """A composite and its children."""
 
-    place: Location
+    location: Location
     name: str
     modifiers: Modifiers
     key: str
     children: tuple[Node, ...]
     options: Mapping[str, Plain | KeyRead] = field(default_factory=dict)
-    """What the file says besides, as the policy of `parallel`."""
+    """Besides its children, as the policy of `parallel`."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SubtreeNode:
     """The tree of another file, with values for its parameters."""
 
-    place: Location
+    location: Location
     name: str
     modifiers: Modifiers
     file: str
     """As the including file names it."""
     task: Task
     """The other file, read with these arguments."""
-    arguments: Mapping[str, Given]
+    arguments: Mapping[str, Argument]
     """Values of its parameters; `KeyRead` names a key of the including file."""
     outputs: Mapping[str, KeyWrite] = field(default_factory=dict)
     """The key of the including file that takes each of its outputs."""
@@ -77,9 +78,9 @@ def nodes_below(node: Node) -> Iterator[Node]:
 
 @dataclass(frozen=True, kw_only=True)
 class TaskOutput:
-    """A key that an including file may take over."""
+    """A key whose value an including file may read."""
 
-    place: Location
+    location: Location
     description: str
     type: ValueType | None = None
     """What the tree writes to it; None before the tree is read."""
@@ -95,15 +96,17 @@ class Task:
     text: str
     """The file as it was read."""
     scene: str
-    """The simulated scene that it is written for; empty if any will do."""
+    """The simulated scene that it is written for; empty if it is written for none."""
     parameters: Mapping[str, TaskParameter]
-    poses: Mapping[str, Named]
+    poses: Mapping[str, NamedValue]
     """What the file defines: tool poses, base poses and postures."""
-    regions: Mapping[str, Named]
+    regions: Mapping[str, NamedValue]
     outputs: Mapping[str, TaskOutput]
     root: Node
+    ends: Ends
+    """How its tree can end."""
     warnings: tuple[Diagnostic, ...] = ()
-    """What is probably not meant, and does not keep the task from running."""
+    """What is probably a mistake, and does not keep the task from running."""
 
     @property
     def files(self) -> tuple[Path, ...]:

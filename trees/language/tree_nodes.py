@@ -26,13 +26,13 @@ def nodes_in_order(root: Behaviour) -> list[TreeNode]:
     return list(_below(TreeNode(root.name, root, 0)))
 
 
-def _below(place: TreeNode) -> Iterator[TreeNode]:
-    yield place
+def _below(parent: TreeNode) -> Iterator[TreeNode]:
+    yield parent
     taken: set[str] = set()
-    for child in place.node.children:
+    for child in parent.node.children:
         name, number = child.name, 1
         while name in taken:
             number += 1
             name = f"{child.name} {number}"
         taken.add(name)
-        yield from _below(TreeNode(f"{place.path}/{name}", child, place.depth + 1))
+        yield from _below(TreeNode(f"{parent.path}/{name}", child, parent.depth + 1))

@@ -7,17 +7,30 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from config import quoted, suggest
-from trees.language.diagnostics import Location
-from trees.language.source import Items, Reference, Scalar, Value
-from trees.language.value_types import NAMED_KINDS, Named, Plain, ValueType, written
+from config import Location, Plain, YamlScalar, YamlValue, describe, quoted, suggest
+from trees.language.value_types import NAMED_TYPES, NamedValue, ValueType
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reference:
+    """A `$name` in the tree: a parameter, or a key."""
+
+    location: Location
+    name: str
+    value: Plain | NamedValue = None
+    """What it stands for; None if that is known only while the task runs."""
+
+    @property
+    def origin(self) -> str:
+        """The end of a message that quotes the value."""
+        return f", the value of `${self.name}`"
 
 
 @dataclass(frozen=True, kw_only=True)
 class KeyRead:
     """A `$name` whose value is known only while the task runs."""
 
-    place: Location
+    location: Location
     name: str
     type: ValueType
     """What is expected of it."""
@@ -27,7 +40,7 @@ class KeyRead:
 
     def fitted(self, value: object) -> object:
         """The value as the reader expects it: a whole number may stand for any number."""
-        whole = type(value) is int and int not in self.type.kinds
+        whole = type(value) is int and int not in self.type.types
         return float(value) if whole and isinstance(value, int) else value
 
 
@@ -35,11 +48,11 @@ class KeyRead:
 class KeyWrite:
     """The key that an output is written to."""
 
-    place: Location
+    location: Location
     name: str
 
 
-Given: TypeAlias = Plain | Named | KeyRead
+Argument: TypeAlias = Plain | NamedValue | KeyRead
 """What a parameter may be given."""
 
 
@@ -47,16 +60,18 @@ class MismatchError(Exception):
     """A value is not of the type expected.
 
     Args:
-        what: what is wrong.
+        message: what is wrong.
         hint: how to fix it.
     """
 
-    def __init__(self, what: str, hint: str) -> None:
-        self.what, self.hint = what, hint
-        super().__init__(f"{what}; {hint}")
+    def __init__(self, message: str, hint: str) -> None:
+        self.message, self.hint = message, hint
+        super().__init__(f"{message}; {hint}")
 
 
-def convert(value: Value, expected: ValueType, named: Mapping[str, Named]) -> Given:
+def convert(
+    value: YamlValue | Reference, expected: ValueType, named: Mapping[str, NamedValue]
+) -> Argument:
     """A located value as the Python value that is expected.
 
     Args:
@@ -68,72 +83,73 @@ def convert(value: Value, expected: ValueType, named: Mapping[str, Named]) -> Gi
         MismatchError: it is something else.
     """
     if isinstance(value, Reference):
-        return _referred(value, expected)
-    if not isinstance(value, Scalar):
+        given = value.value
+        if given is None:
+            return KeyRead(location=value.location, name=value.name, type=expected)
+        if isinstance(given, NamedValue):
+            if isinstance(given, expected.named_types):
+                return given
+            raise _mismatch(expected, value)
+    elif isinstance(value, YamlScalar):
+        given = value.value
+    else:
         raise MismatchError(f"expected {expected}, got {describe(value)}", "write a single value")
-    given = value.value
     for choice in expected.choices:
         if given == choice and type(given) is type(choice):
             return choice
-    if isinstance(given, str) and expected.named_kinds:
+    if isinstance(given, str) and expected.named_types:
         found = named.get(given)
-        if isinstance(found, expected.named_kinds):
+        if isinstance(found, expected.named_types):
             return found
-        if str not in expected.kinds:
-            raise _no_such_name(value, given, expected, named)
+        if str not in expected.types:
+            origin = value.origin if isinstance(value, Reference) else ""
+            raise _no_such_name(given, origin, expected, named)
     if isinstance(given, int | float) and not isinstance(given, bool):
         return _number(value, given, expected)
-    if type(given) in expected.kinds:
+    if type(given) in expected.types:
         return given
-    raise MismatchError(f"expected {expected}, got {describe(value)}", f"write {expected}")
+    raise _mismatch(expected, value)
 
 
-def _number(value: Scalar, number: float, expected: ValueType) -> float:
+def _number(value: YamlScalar | Reference, number: float, expected: ValueType) -> float:
     """An int or a float, as the type wants it."""
-    is_kind = type(number) in expected.kinds
-    if not is_kind and float not in expected.kinds:
-        raise MismatchError(f"expected {expected}, got {describe(value)}", f"write {expected}")
+    is_type = type(number) in expected.types
+    if not is_type and float not in expected.types:
+        raise _mismatch(expected, value)
     if not math.isfinite(number):
-        raise MismatchError(f"expected {expected}, got {describe(value)}", "write a finite number")
+        raise _mismatch(expected, value, "write a finite number")
     if not expected.within(number):
-        raise MismatchError(f"expected {expected}, got {describe(value)}", f"write {expected}")
-    return number if is_kind else float(number)
+        raise _mismatch(expected, value)
+    return number if is_type else float(number)
 
 
-def _referred(reference: Reference, expected: ValueType) -> Given:
-    if reference.value is None:
-        return KeyRead(place=reference.place, name=reference.name, type=expected)
-    if isinstance(reference.value, expected.named_kinds):
-        return reference.value
-    raise MismatchError(f"expected {expected}, got {describe(reference)}", f"write {expected}")
+def _mismatch(
+    expected: ValueType, value: YamlScalar | Reference, hint: str | None = None
+) -> MismatchError:
+    message = f"expected {expected}, got {described(value)}"
+    return MismatchError(message, hint or f"write {expected}")
 
 
-def describe(value: Value) -> str:
-    """What a value is, for a person who expected something else."""
-    if isinstance(value, Items):
-        return "a list"
-    if isinstance(value, Reference):
-        if value.value is None:
-            return f"`${value.name}`"
-        kind = NAMED_KINDS[type(value.value)]
-        return f"the {kind} `{value.value.name}`, the value of `${value.name}`"
-    if not isinstance(value, Scalar):
-        return "a mapping"
-    kind = {str: "the text ", int: "the number ", float: "the number "}.get(type(value.value), "")
-    origin = f", the value of `${value.parameter}`" if value.parameter else ""
-    return f"{kind}`{written(value.value)}`{origin}"
+def described(value: YamlValue | Reference) -> str:
+    """What a value is, for a person who should have written something else."""
+    if not isinstance(value, Reference):
+        return describe(value)
+    if value.value is None:
+        return f"`${value.name}`"
+    if isinstance(value.value, NamedValue):
+        return f"the {NAMED_TYPES[type(value.value)]} `{value.value.name}`{value.origin}"
+    return describe(YamlScalar(location=value.location, value=value.value)) + value.origin
 
 
 def _no_such_name(
-    value: Scalar, name: str, expected: ValueType, named: Mapping[str, Named]
+    name: str, origin: str, expected: ValueType, named: Mapping[str, NamedValue]
 ) -> MismatchError:
-    fitting = [word for word, thing in named.items() if isinstance(thing, expected.named_kinds)]
-    kinds = " or ".join(NAMED_KINDS[kind] for kind in expected.named_kinds)
+    fitting = [word for word, value in named.items() if isinstance(value, expected.named_types)]
+    types = " or ".join(NAMED_TYPES[one] for one in expected.named_types)
     known = f"known: {quoted(sorted(fitting))}" if fitting else "the file defines none yet"
     if name in named:
-        what = f"`{name}` is a {NAMED_KINDS[type(named[name])]}, expected {expected}"
-        return MismatchError(what, known)
+        message = f"`{name}` is a {NAMED_TYPES[type(named[name])]}, expected {expected}"
+        return MismatchError(message, known)
     near = suggest(name, fitting)
     hint = f"{near} ({known})" if near.startswith("did you mean") else known
-    origin = f", the value of `${value.parameter}`" if value.parameter else ""
-    return MismatchError(f"no {kinds} is called `{name}`{origin}", hint)
+    return MismatchError(f"no {types} is called `{name}`{origin}", hint)

@@ -1,69 +1,34 @@
-"""The words of the language: composites and modifiers, each with what it takes and makes."""
+"""The words of the language: composites and modifiers, each with all that is known about it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any
 
 from py_trees.behaviour import Behaviour
 
 from trees.language import composites, modifiers
 from trees.language.branch import Branch
+from trees.language.ends import (
+    InOrder,
+    Need,
+    Outcome,
+    Source,
+    side_by_side,
+    until_first_succeeds,
+    until_success,
+)
 from trees.language.modifiers import Now
-from trees.language.value_types import Plain, ValueType
+from trees.language.value_types import ValueType
+from trees.language.word_types import CompositeWord, Counterpart, ModifierWord, Option
 
-
-@dataclass(frozen=True, kw_only=True)
-class Option:
-    """What may be said about a composite besides its children."""
-
-    type: ValueType
-    default: Plain
-    description: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class CompositeWord:
-    """A key whose value is one node or a list of nodes.
-
-    With options it may also be a mapping of those and `children`.
-    """
-
-    node: type[Branch]
-    least: int = 1
-    """How many children it needs."""
-    only_child: bool = False
-    """Whether it takes a single child, which may then stand without a list."""
-    children: str = "one or more nodes"
-    """What its children are."""
-    options: Mapping[str, Option] = field(default_factory=dict)
-
-    @property
-    def description(self) -> str:
-        """What it does, in a line."""
-        return (self.node.__doc__ or "").splitlines()[0]
-
-
-@dataclass(frozen=True, kw_only=True)
-class ModifierWord:
-    """A key that stands beside a node and wraps it."""
-
-    type: ValueType | None
-    """What it takes; None is a condition, written as a node."""
-    wrap: Callable[[Behaviour, Any, Now], Behaviour]
-    """(node, value or built condition, clock) to the wrapped node."""
-    description: str
-
-    @property
-    def is_guard(self) -> bool:
-        """Whether its value is a condition."""
-        return self.type is None
-
-
-_SECONDS = ValueType(kinds=(float,), above=0.0)
-_COUNT = ValueType(kinds=(int,), least=1)
-_FLAG = ValueType(kinds=(bool,))
+_SECONDS = ValueType(types=(float,), above=0.0)
+_COUNT = ValueType(types=(int,), least=1)
+_FLAG = ValueType(types=(bool,))
+_POLICY = Option(
+    type=ValueType(types=(int,), choices=("all", "any"), least=1),
+    default="all",
+    description="How many children have to succeed; it fails when this number is out of reach.",
+)
 
 CHILDREN = "children"
 """The key of the children where a composite has options."""
@@ -71,22 +36,97 @@ CHILDREN = "children"
 COMPOSITES: Mapping[str, CompositeWord] = {
     word.node.key: word
     for word in (
-        CompositeWord(node=composites.Sequence),
-        CompositeWord(node=composites.Fallback),
-        CompositeWord(node=composites.ReactiveSequence),
-        CompositeWord(node=composites.ReactiveFallback),
+        CompositeWord(
+            node=composites.Sequence,
+            ends=InOrder(Outcome.SUCCESS),
+            is_reactive=False,
+            takes_time=False,
+            needs=Need.NOTHING,
+            children="one or more nodes",
+            least=1,
+            most=None,
+            options={},
+            symbol="→",
+            counterpart=Counterpart("Sequence"),
+        ),
+        CompositeWord(
+            node=composites.Fallback,
+            ends=InOrder(Outcome.FAILURE),
+            is_reactive=False,
+            takes_time=False,
+            needs=Need.NOTHING,
+            children="one or more nodes",
+            least=1,
+            most=None,
+            options={},
+            symbol="?",
+            counterpart=Counterpart("Fallback"),
+        ),
+        CompositeWord(
+            node=composites.ReactiveSequence,
+            ends=InOrder(Outcome.SUCCESS),
+            is_reactive=True,
+            takes_time=False,
+            needs=Need.NOTHING,
+            children="one or more nodes",
+            least=1,
+            most=None,
+            options={},
+            symbol="⇉",
+            counterpart=Counterpart("ReactiveSequence"),
+        ),
+        CompositeWord(
+            node=composites.ReactiveFallback,
+            ends=InOrder(Outcome.FAILURE),
+            is_reactive=True,
+            takes_time=False,
+            needs=Need.NOTHING,
+            children="one or more nodes",
+            least=1,
+            most=None,
+            options={},
+            symbol="⁇",
+            counterpart=Counterpart("ReactiveFallback"),
+        ),
         CompositeWord(
             node=composites.Parallel,
-            options={
-                "policy": Option(
-                    type=ValueType(kinds=(int,), choices=("all", "any"), least=1),
-                    default="all",
-                    description="How many children have to succeed; it fails when so many cannot.",
-                )
-            },
+            ends=side_by_side,
+            is_reactive=False,
+            takes_time=False,
+            needs=Need.NOTHING,
+            children="one or more nodes",
+            least=1,
+            most=None,
+            options={"policy": _POLICY},
+            symbol="‖",
+            counterpart=Counterpart("Parallel"),
         ),
-        CompositeWord(node=composites.Forever, only_child=True, children="one node"),
-        CompositeWord(node=composites.Until, least=2, children="a question, then the work to do"),
+        CompositeWord(
+            node=composites.Forever,
+            ends=until_success,
+            is_reactive=False,
+            takes_time=True,
+            needs=Need.FAILURE,
+            children="one node",
+            least=1,
+            most=1,
+            options={},
+            symbol="∞",
+            counterpart=Counterpart("RetryUntilSuccessful", fixed=(("num_attempts", "-1"),)),
+        ),
+        CompositeWord(
+            node=composites.Until,
+            ends=until_first_succeeds,
+            is_reactive=False,
+            takes_time=True,
+            needs=Need.NOTHING,
+            children="a question, then the work to do",
+            least=2,
+            most=None,
+            options={},
+            symbol="↻",
+            counterpart=None,
+        ),
     )
 }
 
@@ -98,59 +138,125 @@ def _flag(make: Callable[[Behaviour], Branch]) -> Callable[[Behaviour, bool, Now
 
 MODIFIERS: Mapping[str, ModifierWord] = {
     "timeout_s": ModifierWord(
-        type=_SECONDS,
+        node=modifiers.Timeout,
         wrap=lambda node, seconds, now: modifiers.Timeout(node, seconds, now),
-        description="Fails the node when it still runs after this time, in each attempt anew.",
+        type=_SECONDS,
+        succeeds=(Source.SUCCESS,),
+        fails=(Source.FAILURE, Source.EARLY),
+        runs_on=None,
+        takes_time=False,
+        needs=Need.TIME,
+        counterpart=Counterpart("Timeout", port="msec", scale=1000),
     ),
     "delay_s": ModifierWord(
-        type=_SECONDS,
+        node=modifiers.Delay,
         wrap=lambda node, seconds, now: modifiers.Delay(node, seconds, now),
-        description="Waits so long before each attempt; the timeout does not count it.",
+        type=_SECONDS,
+        succeeds=(Source.SUCCESS,),
+        fails=(Source.FAILURE,),
+        runs_on=None,
+        takes_time=True,
+        needs=Need.NOTHING,
+        counterpart=Counterpart("Delay", port="delay_msec", scale=1000),
     ),
     "invert": ModifierWord(
-        type=_FLAG,
+        node=modifiers.Invert,
         wrap=_flag(modifiers.Invert),
-        description="Swaps success and failure.",
+        type=_FLAG,
+        succeeds=(Source.FAILURE,),
+        fails=(Source.SUCCESS,),
+        runs_on=None,
+        takes_time=False,
+        needs=Need.NOTHING,
+        counterpart=Counterpart("Inverter"),
     ),
     "retry": ModifierWord(
-        type=_COUNT,
+        node=modifiers.Retry,
         wrap=lambda node, attempts, now: modifiers.Retry(node, attempts),
-        description="How often the node is attempted at most, until it succeeds.",
+        type=_COUNT,
+        succeeds=(Source.SUCCESS,),
+        fails=(Source.FAILURE,),
+        runs_on=None,
+        takes_time=True,
+        needs=Need.FAILURE,
+        counterpart=Counterpart("RetryUntilSuccessful", port="num_attempts"),
     ),
     "repeat": ModifierWord(
-        type=_COUNT,
+        node=modifiers.Repeat,
         wrap=lambda node, rounds, now: modifiers.Repeat(node, rounds),
-        description="How often the node has to succeed, one time after the other.",
+        type=_COUNT,
+        succeeds=(Source.SUCCESS,),
+        fails=(Source.FAILURE,),
+        runs_on=None,
+        takes_time=True,
+        needs=Need.NOTHING,
+        counterpart=Counterpart("Repeat", port="num_cycles"),
     ),
     "once": ModifierWord(
-        type=_FLAG,
+        node=modifiers.Once,
         wrap=_flag(modifiers.Once),
-        description="Runs the node to an end a single time, and answers with that outcome after.",
+        type=_FLAG,
+        succeeds=(Source.SUCCESS,),
+        fails=(Source.FAILURE,),
+        runs_on=None,
+        takes_time=False,
+        needs=Need.NOTHING,
+        counterpart=Counterpart("RunOnce", fixed=(("then_skip", "false"),)),
     ),
     "cooldown_s": ModifierWord(
-        type=_SECONDS,
+        node=modifiers.Cooldown,
         wrap=lambda node, seconds, now: modifiers.Cooldown(node, seconds, now),
-        description="Fails at once when started again sooner than this after the last end or halt.",
+        type=_SECONDS,
+        succeeds=(Source.SUCCESS,),
+        fails=(Source.FAILURE, Source.EARLY),
+        runs_on=None,
+        takes_time=False,
+        needs=Need.NOTHING,
+        counterpart=None,
     ),
     "unless": ModifierWord(
-        type=None,
+        node=modifiers.Unless,
         wrap=lambda node, condition, now: modifiers.Unless(condition, node),
-        description="Asks a condition at every tick; when it holds, halts the node and succeeds.",
+        type=None,
+        succeeds=(Source.SUCCESS, Source.EARLY),
+        fails=(Source.FAILURE,),
+        runs_on=Outcome.FAILURE,
+        takes_time=False,
+        needs=Need.NOTHING,
+        counterpart=Counterpart("ReactiveFallback"),
     ),
     "while": ModifierWord(
-        type=None,
+        node=modifiers.While,
         wrap=lambda node, condition, now: modifiers.While(condition, node),
-        description="Asks a condition at every tick; when it is lost, halts the node and fails.",
+        type=None,
+        succeeds=(Source.SUCCESS,),
+        fails=(Source.FAILURE, Source.EARLY),
+        runs_on=Outcome.SUCCESS,
+        takes_time=False,
+        needs=Need.NOTHING,
+        counterpart=Counterpart("ReactiveSequence"),
     ),
     "force_success": ModifierWord(
-        type=_FLAG,
+        node=modifiers.ForceSuccess,
         wrap=_flag(modifiers.ForceSuccess),
-        description="Succeeds however the node ends.",
+        type=_FLAG,
+        succeeds=(Source.SUCCESS, Source.FAILURE),
+        fails=(),
+        runs_on=None,
+        takes_time=False,
+        needs=Need.FAILURE,
+        counterpart=Counterpart("ForceSuccess"),
     ),
     "force_failure": ModifierWord(
-        type=_FLAG,
+        node=modifiers.ForceFailure,
         wrap=_flag(modifiers.ForceFailure),
-        description="Fails however the node ends.",
+        type=_FLAG,
+        succeeds=(),
+        fails=(Source.SUCCESS, Source.FAILURE),
+        runs_on=None,
+        takes_time=False,
+        needs=Need.SUCCESS,
+        counterpart=Counterpart("ForceFailure"),
     ),
 }
 """Innermost first: this order holds whatever the order in the file."""

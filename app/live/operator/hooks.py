@@ -15,8 +15,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from config import UserError, quoted, suggest
-from trees.language import TreeNode
-from trees.language.branch import Branch, Ticking
+from trees.language import Branch, Ticking, TreeNode
 
 
 class UnknownNodeError(UserError):

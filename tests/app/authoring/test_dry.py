@@ -119,7 +119,7 @@ def test_a_tree_that_never_ends_is_given_up_and_said_so(dry):
         500,
     )
     assert code == 1
-    assert "lines more" in out
+    assert "more lines" in out
     assert "no end: still running after 500 ticks" in out.splitlines()[-1]
 
 
@@ -149,7 +149,7 @@ def test_json_has_every_step(dry):
     [
         (["--outcome", "grap=failure"], "no leaf `grap`; did you mean `grasp`?"),
         (["--outcome", "get it=failure"], "no leaf `get it`"),
-        (["--outcome", "grasp=fails"], "`fails` is no outcome; write `success`, `failure`"),
+        (["--outcome", "grasp=fails"], "`fails` is not an outcome; write `success`, `failure`"),
         (["--outcome", "grasp"], "write a node and its outcomes"),
         (["-p", "trys=3"], "no parameter `trys`"),
         (["--watch"], "--watch"),

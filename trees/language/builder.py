@@ -1,4 +1,4 @@
-"""From what a task file says to behaviours that can be ticked."""
+"""From a checked task to behaviours that can be ticked."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from py_trees.behaviour import Behaviour
 
-from behaviours.named import Key
-from trees.language.diagnostics import Diagnostic, TaskFileError
+from behaviours import Key
+from config import Diagnostic
+from trees.language.errors import TaskFileError
 from trees.language.keys import LateLeaf, Set, Subtree, Supply
 from trees.language.registry import SET
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, Task
-from trees.language.values import Given, KeyRead
+from trees.language.values import Argument, KeyRead
 from trees.language.vocabulary import COMPOSITES, MODIFIERS
 
 if TYPE_CHECKING:
-    from behaviours.context import Context
+    from behaviours import Context
 
 LeafMaker: TypeAlias = "Callable[[LeafNode, Context, Mapping[str, object]], Behaviour]"
 """(node, context, arguments and keys by parameter) to the leaf."""
@@ -42,10 +43,13 @@ def build(task: Task, context: Context, make_leaf: LeafMaker = real_leaf) -> Beh
     """
     for name, parameter in task.parameters.items():
         if parameter.value is None:
-            what = f"the parameter `{name}` has no value"
-            raise TaskFileError(
-                [Diagnostic(path=task.path, place=parameter.place, what=what, hint="give it one")]
+            diagnostic = Diagnostic(
+                path=task.path,
+                location=parameter.location,
+                message=f"the parameter `{name}` has no value",
+                hint="give it one",
             )
+            raise TaskFileError([diagnostic])
     return _Builder(context=context, make_leaf=make_leaf, path=task.path).build(task.root)
 
 
@@ -86,12 +90,14 @@ class _Builder:
         return Subtree(
             node.name,
             inner.build(node.task.root),
-            given={
+            inputs={
                 inner._key(name): self._supply(value)
                 for name, value in node.arguments.items()
                 if isinstance(value, KeyRead)
             },
-            taken={self._key(outer.name): inner._key(name) for name, outer in node.outputs.items()},
+            outputs={
+                self._key(outer.name): inner._key(name) for name, outer in node.outputs.items()
+            },
         )
 
     def _leaf(self, node: LeafNode) -> Behaviour:
@@ -109,8 +115,12 @@ class _Builder:
         try:
             return make()
         except ValueError as error:
-            what = f"`{node.type.key}` refuses its parameters: {error}"
-            diagnostic = Diagnostic(path=self.path, place=node.place, what=what, hint="change them")
+            diagnostic = Diagnostic(
+                path=self.path,
+                location=node.location,
+                message=f"`{node.type.key}` refuses its parameters: {error}",
+                hint="change them",
+            )
             raise TaskFileError([diagnostic]) from error
 
     def _key(self, name: str) -> Key[object]:
@@ -119,8 +129,8 @@ class _Builder:
             self.context.keys[self.prefix + name] = self.keys[name]
         return self.keys[name]
 
-    def _supply(self, value: Given) -> Supply:
-        """Gives the value, or what its key holds at that time."""
+    def _supply(self, value: Argument) -> Supply:
+        """Gives the value, or what its key holds at the time of the call."""
         if isinstance(value, KeyRead):
             key = self._key(value.name)
             return lambda: value.fitted(key.read())

@@ -9,29 +9,25 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from trees.language.diagnostics import Diagnostic, Diagnostics, TaskFileError, TooManyErrorsError
+from behaviours import BasePose, Posture, Region, ToolPose
+from config import Diagnostic, Diagnostics, TooManyErrorsError, YamlScalar
 from trees.language.documents import Document, read_document
-from trees.language.flow import check_keys
+from trees.language.errors import TaskFileError
+from trees.language.flow import check_flow
 from trees.language.lint import lint
-from trees.language.named_poses import read_places
-from trees.language.parameters import (
-    TaskParameter,
-    given_texts,
-    substitute,
-    with_values,
-)
+from trees.language.named_poses import read_named_values
+from trees.language.parameters import TaskParameter, override_values, with_values
 from trees.language.parse import read_node
 from trees.language.registry import LeafType, describe_leaves, known_leaves
 from trees.language.scope import Scope
-from trees.language.source import Entry, Scalar
 from trees.language.subtrees import Subtrees
 from trees.language.syntax import Task
 
 if TYPE_CHECKING:
-    from behaviours.leaf import Leaf
+    from behaviours import Leaf
 
-MOST_ERRORS = 100
-"""So many are worth reading at once."""
+MAX_ERRORS = 100
+"""Reading ends after this number."""
 
 NO_OVERRIDES: Mapping[str, str] = MappingProxyType({})
 
@@ -71,8 +67,8 @@ def check(
 ) -> list[Diagnostic]:
     """Every diagnostic of a task file and its subtrees, warnings included, in order.
 
-    The first hundred, if there are so many. Parameters may lack a value. Arguments and LeafError as
-    for `load`.
+    At most the first hundred errors. Parameters may lack a value. Arguments and LeafError as for
+    `load`.
     """
     _, diagnostics = _read(Path(path), leaves, overrides, _Mode.CHECK)
     return diagnostics
@@ -92,12 +88,13 @@ def _read(
     """The task, or None if there are errors; and all diagnostics in order."""
     leaf_types = describe_leaves(known_leaves() if leaves is None else leaves)
     assembler = _Assembler(leaves=leaf_types, open_tree=mode is _Mode.OPEN)
-    diagnostics = Diagnostics(path, MOST_ERRORS)
+    diagnostics = Diagnostics(path, MAX_ERRORS)
     task = None
     try:
         document = read_document(diagnostics)
         if document is not None:
-            given = given_texts(document.parameters, overrides, document.params, diagnostics)
+            params = document.entries.get("params")
+            given = override_values(document.parameters, overrides, params, diagnostics)
             if mode is _Mode.RUN:
                 _require_values(document, given, diagnostics)
             subtrees = Subtrees(assemble=assembler.assemble, chain=(path,))
@@ -109,13 +106,14 @@ def _read(
 
 
 def _require_values(
-    document: Document, given: Mapping[str, Scalar], diagnostics: Diagnostics
+    document: Document, overrides: Mapping[str, YamlScalar], diagnostics: Diagnostics
 ) -> None:
     for name, parameter in document.parameters.items():
-        if parameter.type is not None and parameter.default is None and name not in given:
+        if parameter.type is not None and parameter.default is None and name not in overrides:
             about = f": {parameter.description}" if parameter.description else ""
-            what = f"the parameter `{name}` has no value ({parameter.type}{about})"
-            diagnostics.error(parameter.place, what, f"give `-p {name}=...`, or a `default` here")
+            message = f"the parameter `{name}` has no value ({parameter.type}{about})"
+            hint = f"give `-p {name}=...`, or a `default` here"
+            diagnostics.error(parameter.location, message, hint)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,7 +130,7 @@ class _Assembler:
         parameters: Mapping[str, TaskParameter],
         diagnostics: Diagnostics,
         subtrees: Subtrees,
-        given: Mapping[str, Scalar] = MappingProxyType({}),
+        overrides: Mapping[str, YamlScalar] = MappingProxyType({}),
     ) -> Task | None:
         """The task in a file; None if there is an error in it or in any file before.
 
@@ -141,69 +139,55 @@ class _Assembler:
             parameters: with the values that an including file gives.
             diagnostics: of the file.
             subtrees: reads the files that it includes.
-            given: values by a person, as the file would write them.
+            overrides: values that a person gives, as the file would write them.
         """
-        used: set[str] = set()
-
-        def resolved(key: str) -> Entry | None:
-            entry = document.sections.get(key)
-            if entry is None:
-                return None
-            keys = key == "tree"
-            value = substitute(entry.value, parameters, used, diagnostics, keys=keys)
-            return replace(entry, value=value)
-
-        # Poses may be made of plain parameters, and parameters may be poses.
-        parameters = with_values(parameters, given, None, diagnostics)
-        places = read_places(resolved("poses"), resolved("regions"), diagnostics)
-        parameters = with_values(parameters, given, places.named, diagnostics)
-        declared = parameters
+        entries = document.entries
+        named = read_named_values(entries.get("poses"), entries.get("regions"), diagnostics)
+        declared = with_values(parameters, overrides, named, diagnostics)
         if self.open_tree:
             parameters = {name: replace(one, value=None) for name, one in declared.items()}
+        else:
+            parameters = declared
         scope = Scope(
             leaves=self.leaves,
             parameters=parameters,
-            places=places,
+            named=named,
             diagnostics=diagnostics,
             include=subtrees.include,
             level=subtrees.level,
         )
         for parameter in declared.values():
             scope.use(parameter.value)
-            scope.used.add(str(parameter.default and parameter.default.value))
-        tree = resolved("tree")
-        root = None if tree is None else read_node(tree.value, scope)
+            scope.used_values.add(str(parameter.default and parameter.default.value))
+        root = read_node(entries["tree"].value, scope)
         if root is None or diagnostics.fatal:
             return None
-        outputs = check_keys(root, parameters, document.outputs, diagnostics)
-        if outputs is None:
+        flow = check_flow(root, parameters, document.outputs, diagnostics)
+        if flow is None:
             return None
-        _warn_of_unused(parameters, used, scope)
-        lint(root, diagnostics)
-        defined = {name: places.named[name] for name in places.defined}
+        _warn_of_unused(scope)
+        lint(root, flow.facts, diagnostics)
         return Task(
             name=document.name,
             description=document.description,
-            path=document.path,
+            path=diagnostics.path,
             text=document.text,
             scene=document.scene,
             parameters=parameters,
-            poses={key: thing for key, thing in defined.items() if key not in places.regions},
-            regions={key: thing for key, thing in defined.items() if key in places.regions},
-            outputs=outputs,
+            poses=named.defined(ToolPose, BasePose, Posture),
+            regions=named.defined(Region),
+            outputs=flow.outputs,
             root=root,
+            ends=flow.ends,
         )
 
 
-def _warn_of_unused(parameters: Mapping[str, TaskParameter], used: set[str], scope: Scope) -> None:
-    for name, parameter in parameters.items():
-        if name not in used:
-            what = f"the parameter `{name}` is never used"
-            scope.diagnostics.warning(
-                parameter.place, what, f"write `${name}` somewhere, or remove it"
-            )
-    for name, place in scope.places.defined.items():
-        if name not in scope.used:
-            scope.diagnostics.warning(
-                place, f"`{name}` is never used", "name it in the tree, or remove it"
-            )
+def _warn_of_unused(scope: Scope) -> None:
+    warn = scope.diagnostics.warning
+    for name, parameter in scope.parameters.items():
+        if name not in scope.used_parameters:
+            hint = f"write `${name}` somewhere, or remove it"
+            warn(parameter.location, f"the parameter `{name}` is never used", hint)
+    for name, location in scope.named.locations.items():
+        if name not in scope.used_values:
+            warn(location, f"`{name}` is never used", "name it in the tree, or remove it")

@@ -1,4 +1,4 @@
-"""What is drawn of a task: a box a node, with its name, its arguments and its modifiers."""
+"""The picture of a task: one box per node, with its name, its arguments and its modifiers."""
 
 from __future__ import annotations
 
@@ -8,15 +8,22 @@ from enum import Enum
 from types import MappingProxyType
 from typing import NamedTuple
 
-from trees.language.registry import SET
-from trees.language.syntax import CompositeNode, LeafNode, Node
-from trees.language.value_types import written
-from trees.language.values import Given, KeyRead, KeyWrite
-from trees.language.vocabulary import SUBTREE
+from config import written
+from trees.language import (
+    COMPOSITES,
+    SET,
+    SUBTREE,
+    Argument,
+    CompositeNode,
+    KeyRead,
+    KeyWrite,
+    LeafNode,
+    Node,
+)
 
 
-class Kind(Enum):
-    """What a node is, told apart by colour."""
+class Category(Enum):
+    """What a node is; each has a colour."""
 
     COMPOSITE = "composite"
     ACTION = "action"
@@ -31,28 +38,17 @@ class Colour(NamedTuple):
     line: str
 
 
-COLOURS: Mapping[Kind, Colour] = MappingProxyType(
+COLOURS: Mapping[Category, Colour] = MappingProxyType(
     {
-        Kind.COMPOSITE: Colour("#e8eefc", "#4a6fc4"),
-        Kind.ACTION: Colour("#e6f5ec", "#2f8f57"),
-        Kind.CONDITION: Colour("#fdf3dc", "#c08a1e"),
-        Kind.SUBTREE: Colour("#f1e8fa", "#8352b8"),
+        Category.COMPOSITE: Colour("#e8eefc", "#4a6fc4"),
+        Category.ACTION: Colour("#e6f5ec", "#2f8f57"),
+        Category.CONDITION: Colour("#fdf3dc", "#c08a1e"),
+        Category.SUBTREE: Colour("#f1e8fa", "#8352b8"),
     }
 )
 
-_SYMBOLS: Mapping[str, str] = MappingProxyType(
-    {
-        "sequence": "→",
-        "reactive_sequence": "⇉",
-        "fallback": "?",
-        "reactive_fallback": "⁇",
-        "parallel": "‖",
-        "forever": "∞",
-        "until": "↻",
-    }
-)
-_SYMBOL_OF_KIND: Mapping[Kind, str] = MappingProxyType(
-    {Kind.COMPOSITE: "◇", Kind.ACTION: "•", Kind.CONDITION: "○", Kind.SUBTREE: "▣"}
+_SYMBOLS: Mapping[Category, str] = MappingProxyType(
+    {Category.ACTION: "•", Category.CONDITION: "○", Category.SUBTREE: "▣"}
 )
 
 
@@ -60,8 +56,8 @@ _SYMBOL_OF_KIND: Mapping[Kind, str] = MappingProxyType(
 class Box:
     """One node as it is drawn."""
 
-    kind: Kind
-    kind_name: str
+    category: Category
+    key: str
     """The node's key in the task file."""
     title: str
     """Its name, which is its key unless the file says otherwise."""
@@ -78,43 +74,44 @@ def boxes(node: Node) -> Box:
         key if value is True else _pair(key, value) for key, value in node.modifiers.items()
     )
     if isinstance(node, LeafNode):
-        kind = Kind.CONDITION if node.type.is_condition else Kind.ACTION
+        category = Category.CONDITION if node.type.is_condition else Category.ACTION
         key = node.type.key
         children: tuple[Box, ...] = ()
         outputs = {} if node.type is SET else node.outputs  # its arguments are its outputs
         arguments = [*_pairs(node.arguments), *_written_keys(outputs)]
     elif isinstance(node, CompositeNode):
-        kind, key = Kind.COMPOSITE, node.key
+        category, key = Category.COMPOSITE, node.key
         children = tuple(boxes(child) for child in node.children)
         arguments = [*_pairs(node.options)]
     else:
-        kind, key = Kind.SUBTREE, SUBTREE
+        category, key = Category.SUBTREE, SUBTREE
         children = (boxes(node.task.root),)
         arguments = [node.file, *_pairs(node.arguments), *_written_keys(node.outputs)]
+    symbol = COMPOSITES[key].symbol if category is Category.COMPOSITE else _SYMBOLS[category]
     return Box(
-        kind=kind,
-        kind_name=key,
+        category=category,
+        key=key,
         title=node.name,
-        symbol=_SYMBOLS.get(key, _SYMBOL_OF_KIND[kind]),
+        symbol=symbol,
         arguments=tuple(arguments),
         modifiers=modifiers,
         children=children,
     )
 
 
-def _pairs(values: Mapping[str, Given]) -> Iterable[str]:
+def _pairs(values: Mapping[str, Argument]) -> Iterable[str]:
     return (_pair(key, value) for key, value in values.items())
 
 
 def _pair(key: str, value: object) -> str:
-    return f"{key}: {_said(value)}"
+    return f"{key}: {_short(value)}"
 
 
 def _written_keys(outputs: Mapping[str, KeyWrite]) -> Iterable[str]:
     return (f"{output} → ${key.name}" for output, key in outputs.items())
 
 
-def _said(value: object) -> str:
+def _short(value: object) -> str:
     """A value as the task file has it, in short."""
     if isinstance(value, LeafNode):
         arguments = ", ".join(_pairs(value.arguments))

@@ -1,0 +1,255 @@
+"""Strict YAML: a small, safe part of YAML 1.2 in which every value knows its location.
+
+Scalars follow the YAML 1.2 core schema (`no` is text, `1e-3` a number). Anchors, aliases, tags,
+repeated keys and further documents are errors; size and depth are bounded.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import yaml
+
+from config.diagnostics import Diagnostics, Location
+
+MAX_BYTES = 64_000
+"""A task of a thousand nodes is smaller, and is read within a second."""
+MAX_DEPTH = 64
+
+Plain: TypeAlias = bool | int | float | str | None
+"""What a YAML scalar means."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class YamlScalar:
+    """A single value."""
+
+    location: Location
+    value: Plain
+
+
+@dataclass(frozen=True, kw_only=True)
+class YamlList:
+    """A sequence of values."""
+
+    location: Location
+    items: tuple[YamlValue, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class YamlEntry:
+    """One key of a mapping and its value."""
+
+    location: Location
+    """Of the key."""
+    value: YamlValue
+
+
+@dataclass(frozen=True, kw_only=True)
+class YamlMap:
+    """A mapping; its keys are text."""
+
+    location: Location
+    entries: Mapping[str, YamlEntry]
+
+
+YamlValue: TypeAlias = YamlScalar | YamlList | YamlMap
+
+# A decimal of more than 18 digits is a float: no use needs it whole, and it stays cheap to read.
+_SCALARS: tuple[tuple[re.Pattern[str], Callable[[str], Plain]], ...] = (
+    (re.compile(r"null|Null|NULL|~|"), lambda text: None),
+    (re.compile(r"true|True|TRUE"), lambda text: True),
+    (re.compile(r"false|False|FALSE"), lambda text: False),
+    (re.compile(r"[-+]?[0-9]{1,18}"), int),
+    (re.compile(r"0o[0-7]{1,18}"), lambda text: int(text, 8)),
+    (re.compile(r"0x[0-9a-fA-F]{1,15}"), lambda text: int(text, 16)),
+    (re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?"), float),
+    (re.compile(r"[-+]?(\.inf|\.Inf|\.INF)"), lambda text: float(text.replace(".", ""))),
+    (re.compile(r"\.nan|\.NaN|\.NAN"), lambda text: float("nan")),
+)
+
+_YAML_HINTS = {
+    r"'\t'": "indent with spaces, not with tabs",
+    "mapping values are not allowed": "check the indentation, and quote text that contains `: `",
+    "expected <block end>": "line the item up with the others of its list or mapping",
+    "it nests deeper": "split it, or check that every bracket is closed",
+    "unexpected end of stream": "close the quote or bracket that is still open",
+}
+
+
+def parse_scalar(text: str) -> Plain:
+    """What an unquoted YAML 1.2 core scalar means."""
+    for pattern, convert in _SCALARS:
+        if pattern.fullmatch(text):
+            return convert(text)
+    return text
+
+
+def written(value: Plain) -> str:
+    """A value as YAML writes it."""
+    if value is None or isinstance(value, bool):
+        return {None: "null", True: "true", False: "false"}[value]
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def describe(value: YamlValue) -> str:
+    """What a value is, for a person who should have written something else."""
+    if isinstance(value, YamlList):
+        return "a list"
+    if isinstance(value, YamlMap):
+        return "a mapping"
+    types = {str: "the text ", int: "the number ", float: "the number "}
+    return f"{types.get(type(value.value), '')}`{written(value.value)}`"
+
+
+def content(value: YamlValue) -> Any:
+    """The value as Python lists, dicts and scalars, without locations."""
+    if isinstance(value, YamlList):
+        return [content(item) for item in value.items]
+    if isinstance(value, YamlMap):
+        return {key: content(entry.value) for key, entry in value.entries.items()}
+    return value.value
+
+
+def read_yaml(diagnostics: Diagnostics) -> tuple[str, YamlValue] | None:
+    """The text of the file that the diagnostics are about, and its content.
+
+    Returns:
+        None, and an error in the diagnostics, if it cannot be read, is empty, or is not strict
+        YAML.
+    """
+    text = _read_text(diagnostics.path, diagnostics)
+    document = None if text is None else parse_yaml(text, diagnostics)
+    return None if text is None or document is None else (text, document)
+
+
+def _read_text(path: Path, diagnostics: Diagnostics) -> str | None:
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        diagnostics.error(None, "there is no such file", "check the path")
+        return None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        diagnostics.error(None, f"the file cannot be read ({reason})", "name a readable file")
+        return None
+    if len(data) > MAX_BYTES:
+        message = f"the file is larger than {MAX_BYTES // 1000} kB"
+        diagnostics.error(None, message, "split it into smaller files")
+        return None
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = data[: error.start]
+        line_start = before.rfind(b"\n") + 1
+        column = len(before[line_start:].decode("utf-8", errors="replace")) + 1
+        diagnostics.error(
+            Location(line=before.count(b"\n") + 1, column=column),
+            f"the file cannot be read: byte 0x{data[error.start]:02x} is not UTF-8 text",
+            "save it as UTF-8",
+        )
+        return None
+
+
+def parse_yaml(text: str, diagnostics: Diagnostics) -> YamlValue | None:
+    """The one document in `text`, or None and an error if it is empty or not strict YAML."""
+    try:
+        loader = yaml.SafeLoader(text)
+        return _Composer(_events(loader), diagnostics).document()
+    except yaml.reader.ReaderError as error:
+        before = text[: int(error.position)]
+        location = Location(line=before.count("\n") + 1, column=len(before) - before.rfind("\n"))
+        message = f"this is not YAML: character {chr(error.character)!r} is not allowed"
+        diagnostics.error(location, message, "remove it, or write it as an escape in double quotes")
+    except yaml.MarkedYAMLError as error:
+        problem = error.problem or "it ends too early"
+        hint = next(
+            (hint for part, hint in _YAML_HINTS.items() if part in problem),
+            "check the indentation and the quotes here and on the line above",
+        )
+        location = _location(error.problem_mark or error.context_mark)
+        diagnostics.error(location, f"this is not YAML: {problem}", hint)
+    except (ValueError, OverflowError):
+        # The scanner converts escapes and version numbers without checking their range.
+        message = "this is not YAML: a number or an escape is out of range"
+        diagnostics.error(
+            _location(loader.get_mark()), message, "correct it or write it as plain text"
+        )
+    return None
+
+
+def _events(loader: yaml.SafeLoader) -> Iterator[yaml.Event]:
+    while loader.check_event():
+        yield loader.get_event()  # type: ignore[no-untyped-call]
+
+
+def _location(mark: Any) -> Location:
+    return Location(line=mark.line + 1, column=mark.column + 1)
+
+
+class _Composer:
+    """Turns parser events into located values."""
+
+    def __init__(self, events: Iterator[yaml.Event], diagnostics: Diagnostics) -> None:
+        self._events = events
+        self._diagnostics = diagnostics
+
+    def document(self) -> YamlValue | None:
+        documents: list[YamlValue] = []
+        for event in self._events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                if documents:
+                    location = _location(event.start_mark)
+                    message = "a second document starts here"
+                    self._diagnostics.error(location, message, "keep one document per file")
+                    break
+                documents.append(self._value(next(self._events), 1))
+        if documents:
+            return documents[0]
+        start = Location(line=1, column=1)
+        self._diagnostics.error(start, "the file is empty", "write its keys and their values")
+        return None
+
+    def _value(self, event: yaml.Event, depth: int) -> YamlValue:
+        location = _location(event.start_mark)
+        if depth > MAX_DEPTH:
+            raise yaml.MarkedYAMLError(
+                problem=f"it nests deeper than {MAX_DEPTH} levels",
+                problem_mark=event.start_mark,  # type: ignore[arg-type]
+            )
+        if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
+            message = "anchors and aliases are not supported"
+            self._diagnostics.error(location, message, "write the value out")
+        if tag := getattr(event, "tag", None):
+            self._diagnostics.error(location, f"the tag {tag!r} is not supported", "remove it")
+        if isinstance(event, yaml.SequenceStartEvent):
+            return YamlList(location=location, items=tuple(self._items(depth)))
+        if isinstance(event, yaml.MappingStartEvent):
+            return YamlMap(location=location, entries=self._entries(depth))
+        if isinstance(event, yaml.ScalarEvent):
+            value = parse_scalar(event.value) if event.style is None else event.value
+            return YamlScalar(location=location, value=value)
+        return YamlScalar(location=location, value=None)
+
+    def _items(self, depth: int) -> Iterator[YamlValue]:
+        while not isinstance(event := next(self._events), yaml.SequenceEndEvent):
+            yield self._value(event, depth + 1)
+
+    def _entries(self, depth: int) -> dict[str, YamlEntry]:
+        entries: dict[str, YamlEntry] = {}
+        while not isinstance(event := next(self._events), yaml.MappingEndEvent):
+            key = self._value(event, depth + 1)
+            value = self._value(next(self._events), depth + 1)
+            if not isinstance(key, YamlScalar) or not isinstance(key.value, str):
+                self._diagnostics.error(key.location, "this key is not a word", "give it a name")
+            elif key.value in entries:
+                first = entries[key.value].location.line
+                message = f"the key `{key.value}` appears twice, first on line {first}"
+                self._diagnostics.error(key.location, message, "keep one of them")
+            else:
+                entries[key.value] = YamlEntry(location=key.location, value=value)
+        return entries

@@ -1,0 +1,138 @@
+"""Configuration files: what a model gets, and what a person is told, all at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import pytest
+from pydantic import Field, field_validator
+
+from config import ConfigError, StrictModel, read_config
+
+
+class Wheel(StrictModel):
+    radius_m: Annotated[float, Field(gt=0.0)]
+    side: Literal["left", "right"] = "left"
+
+
+class Cart(StrictModel):
+    name: str
+    wheels: tuple[Wheel, ...] = ()
+    spare: Wheel | None = None
+    size: tuple[float, float] = (1.0, 1.0)
+    load: list[float] = Field(default=[0.0, 0.0], min_length=2, max_length=2)
+    is_electric: bool = False
+    seats: int = 0
+
+    @field_validator("name")
+    @classmethod
+    def _short(cls, name: str) -> str:
+        if len(name) > 8:
+            raise ValueError("is too long; write at most 8 letters")
+        return name
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "cart.yaml"
+
+
+def test_a_file_becomes_a_model(path):
+    path.write_text(
+        "name: no\nwheels:\n- {radius_m: 1e-1}\n- {radius_m: 2, side: right}\nsize: [1, 2.5]\n"
+        "spare: null\nis_electric: true\nseats: 0x10\n"
+    )
+    cart = read_config(path, Cart)
+    assert cart.name == "no"
+    assert [(wheel.radius_m, wheel.side) for wheel in cart.wheels] == [(0.1, "left"), (2, "right")]
+    assert (cart.size, cart.spare, cart.is_electric, cart.seats) == ((1.0, 2.5), None, True, 16)
+
+
+WRONG = {
+    "an unknown key": ("nmae: x\nname: y", "1:1: nmae: unknown key; did you mean `name`?"),
+    "an unknown key below": (
+        "name: x\nwheels: [{radius_m: 1, radius: 2}]",
+        "2:24: wheels.0.radius: unknown key; did you mean `radius_m`?",
+    ),
+    "a missing key": ("seats: 1", "1:1: name: is missing; add it at the top level"),
+    "a missing key below": (
+        "name: x\nspare: {side: left}",
+        "2:1: spare.radius_m: is missing; add it below `spare`",
+    ),
+    "a missing key of an item": (
+        "name: x\nwheels:\n- side: left",
+        "3:3: wheels.0.radius_m: is missing; add it below `wheels`",
+    ),
+    "text for a number": (
+        "name: x\nseats: '3'",
+        "2:8: seats: expected a whole number, got the text `3`; write a whole number",
+    ),
+    "a number for text": ("name: 3", "1:7: name: expected text, got the number `3`; write text"),
+    "yes, which is text": (
+        "name: x\nis_electric: yes",
+        "2:14: is_electric: expected true or false, got the text `yes`; write true or false",
+    ),
+    "a part of a whole number": (
+        "name: x\nseats: 2.5",
+        "2:8: seats: expected a whole number, got the number `2.5`; write a whole number",
+    ),
+    "no number": (
+        "name: x\nsize: [1, .nan]",
+        "2:11: size.1: expected a finite number, got the number `nan`; write a finite number",
+    ),
+    "out of bounds": (
+        "name: x\nspare: {radius_m: 0}",
+        "2:19: spare.radius_m: expected a number greater than 0, got the number `0`; write a",
+    ),
+    "not one of the choices": (
+        "name: x\nspare: {radius_m: 1, side: up}",
+        "2:28: spare.side: expected `left` or `right`, got the text `up`; write `left` or `right`",
+    ),
+    "too few numbers": (
+        "name: x\nload: [1]",
+        "2:7: load: expected 2 values, got 1; write 2 values",
+    ),
+    "too many numbers": (
+        "name: x\nsize: [1, 2, 3]",
+        "2:7: size: expected 2 values, got 3; write 2 values",
+    ),
+    "one number for two": ("name: x\nsize: 1", "2:7: size: expected a list, got the number `1`;"),
+    "a list for a mapping": ("- name: x", "1:1: the file: expected a mapping, got a list; write"),
+    "a complaint of the model": (
+        "name: wheelbarrow",
+        "1:7: name: is too long; write at most 8 letters",
+    ),
+    "a key twice": ("name: x\nname: y", "2:1: the key `name` appears twice, first on line 1;"),
+    "an alias": ("name: &a x", "1:7: anchors and aliases are not supported; write the value out"),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_an_error_has_a_location_and_a_hint(path, wrong):
+    text, message = WRONG[wrong]
+    path.write_text(text + "\n")
+    with pytest.raises(ConfigError) as raised:
+        read_config(path, Cart)
+    [line] = str(raised.value).splitlines()
+    assert line.startswith(f"{path}:{message}")
+
+
+def test_all_errors_of_a_file_come_at_once_in_its_order(path):
+    path.write_text("seats: many\nwheels: [{radius_m: -1}, 3]\nspare: {}\ncolour: red\n")
+    with pytest.raises(ConfigError) as raised:
+        read_config(path, Cart)
+    lines = [line.removeprefix(f"{path}:") for line in str(raised.value).splitlines()]
+    assert [line.split(": ")[:2] for line in lines] == [
+        ["1:1", "name"],
+        ["1:8", "seats"],
+        ["2:21", "wheels.0.radius_m"],
+        ["2:26", "wheels.1"],
+        ["3:1", "spare.radius_m"],
+        ["4:1", "colour"],
+    ]
+
+
+def test_a_missing_file_is_an_error_of_the_user(tmp_path):
+    with pytest.raises(ConfigError, match=r"none.yaml: there is no such file; check the path"):
+        read_config(tmp_path / "none.yaml", Cart)

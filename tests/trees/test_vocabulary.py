@@ -1,0 +1,141 @@
+"""A word of the language cannot be defined in part, and every check knows every word."""
+
+from __future__ import annotations
+
+import itertools
+import random
+from dataclasses import fields
+
+import pytest
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from trees.language import COMPOSITES, MODIFIERS
+from trees.language.ends import Ends
+from trees.language.registry import SET, LeafType
+
+WORDS = {**COMPOSITES, **MODIFIERS}
+DEFINED = [(key, field.name) for key, word in WORDS.items() for field in fields(word)]
+
+
+@pytest.mark.parametrize(("key", "missing"), DEFINED, ids=lambda value: value)
+def test_a_word_with_a_part_missing_cannot_be_defined(key, missing):
+    word = WORDS[key]
+    parts = {field.name: getattr(word, field.name) for field in fields(word)}
+    assert type(word)(**parts) == word
+    del parts[missing]
+    with pytest.raises(TypeError, match=rf"missing 1 required .* '{missing}'"):
+        type(word)(**parts)
+
+
+@pytest.mark.parametrize("missing", ["is_condition", "takes_time", "can_fail"])
+def test_a_leaf_says_how_it_can_end(missing):
+    parts = {field.name: getattr(SET, field.name) for field in fields(SET)}
+    del parts[missing]
+    with pytest.raises(TypeError, match=missing):
+        LeafType(**parts)
+
+
+@pytest.mark.parametrize("word", WORDS.values(), ids=WORDS)
+def test_every_word_is_described_in_a_line(word):
+    assert word.description.endswith((".", ";"))
+    assert 20 < len(word.description) < 100
+
+
+# What a word says of its ends is what its behaviour does
+
+
+class Dice(Behaviour):
+    """Ends in one of some ways, and notes that it has."""
+
+    def __init__(self, name: str, ways: list[Status], rng: random.Random, ended: list) -> None:
+        super().__init__(name)
+        self.ways, self.rng, self.ended = ways, rng, ended
+
+    def update(self) -> Status:
+        status = self.rng.choice([*self.ways, Status.RUNNING])
+        if status is not Status.RUNNING:
+            self.ended.append((self.name, status))
+        return status
+
+
+POSSIBLE = {"S": [Status.SUCCESS], "F": [Status.FAILURE], "SF": [Status.SUCCESS, Status.FAILURE]}
+
+
+def claimed(ways: str, name: str):
+    """The ends of a child that can end in these ways and then has written a key, as followed."""
+
+    def follow(before):
+        if before is None:
+            return Ends(None, None)
+        return Ends(
+            before | {f"{name} S"} if "S" in ways else None,
+            before | {f"{name} F"} if "F" in ways else None,
+        )
+
+    return follow
+
+
+def observe(make, count: int, ways: tuple[str, ...]) -> list[tuple[Status, set[str]]]:
+    """How a branch has ended in some runs of two rounds, and what was written by then."""
+    seen = []
+    for run in range(40):
+        ended: list = []
+        rng = random.Random(run)
+        children = [Dice(f"c{i}", POSSIBLE[ways[i]], rng, ended) for i in range(count)]
+        branch = make(children)
+        for _ in range(60):
+            branch.tick_once()
+            if branch.status is not Status.RUNNING:
+                written = {f"{name} {'SF'[status is Status.FAILURE]}" for name, status in ended}
+                seen.append((branch.status, written))
+                if len(seen) % 2 == 0:
+                    break
+        branch.stop(Status.INVALID)
+    return seen
+
+
+def judge(ends: Ends, seen: list[tuple[Status, set[str]]]) -> None:
+    for status, written in seen:
+        keys = ends.success if status is Status.SUCCESS else ends.failure
+        assert keys is not None, f"{status}, which is called impossible"
+        assert keys <= written, f"{keys - written} called written at {status}"
+    for status, keys in ((Status.SUCCESS, ends.success), (Status.FAILURE, ends.failure)):
+        reached = [written for outcome, written in seen if outcome is status]
+        if keys is not None and seen:
+            assert reached, f"{status} is called possible, and was never seen"
+
+
+@pytest.mark.parametrize("ways", list(itertools.product(POSSIBLE, repeat=3)), ids="-".join)
+@pytest.mark.parametrize("key", COMPOSITES)
+def test_a_composite_ends_as_its_definition_says(key, ways):
+    word = COMPOSITES[key]
+    count = word.most or 3
+    policies = [{}] if not word.options else [{}, *({"policy": one} for one in ("all", "any", 2))]
+    for options in policies:
+        children = [claimed(ways[i], f"c{i}") for i in range(count)]
+        ends = word.ends(children, options, frozenset())
+        seen = observe(lambda made, o=options: word.node(key, made, **o), count, ways)
+        judge(ends, seen)
+
+
+@pytest.mark.parametrize("ways", POSSIBLE)
+@pytest.mark.parametrize("key", MODIFIERS)
+def test_a_modifier_ends_as_its_definition_says(key, ways):
+    word = MODIFIERS[key]
+    clock = itertools.count()
+
+    def make(children):
+        node, *guard = children
+        if word.type is None:
+            return word.wrap(node, guard[0], float)
+        value = True if word.type.types == (bool,) else 3
+        return word.wrap(node, value, lambda: float(next(clock)) / 2)
+
+    before = frozenset()
+    start = before
+    if word.runs_on is not None:
+        start = word.runs_on.of(claimed("SF", "c1")(before))
+    ends = word.ends(claimed(ways, "c0")(start), before)
+    count = 1 if word.runs_on is None else 2
+    judge(ends, observe(make, count, (ways, "SF")))

@@ -1,0 +1,77 @@
+"""Reading mappings: known keys, and errors about unknown and missing ones."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any
+
+from config import (
+    Diagnostics,
+    Location,
+    YamlEntry,
+    YamlMap,
+    YamlScalar,
+    YamlValue,
+    describe,
+    quoted,
+    suggest,
+)
+
+WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+"""What a parameter, key, pose, region or task may be named."""
+
+ABSENT: Any = None
+"""The default of a field that may be left out, but not be null."""
+
+NAMING_HINT = "use letters, digits and `_`, and begin with a letter"
+
+
+def fields(
+    value: YamlValue,
+    subject: str,
+    diagnostics: Diagnostics,
+    *,
+    required: Collection[str] = (),
+    optional: Collection[str] = (),
+) -> Mapping[str, YamlEntry] | None:
+    """The entries of a mapping with known keys; None and an error if one is missing.
+
+    Args:
+        value: the mapping.
+        subject: what it describes, for messages.
+        diagnostics: receives the errors.
+        required: keys that must be there.
+        optional: keys that may be there.
+    """
+    if not isinstance(value, YamlMap):
+        hint = f"write {quoted(required or optional)} with their values below it"
+        diagnostics.error(value.location, f"{subject} is a mapping, not {describe(value)}", hint)
+        return None
+    known = (*required, *optional)
+    for key in [key for key in value.entries if key not in known]:
+        message = f"{subject} has no key `{key}`"
+        diagnostics.error(value.entries[key].location, message, suggest(key, known))
+    missing = [key for key in required if key not in value.entries]
+    if missing:
+        message = f"{subject} lacks {quoted(missing)}"
+        diagnostics.error(value.location, message, f"add {quoted(missing)}")
+    return None if missing else value.entries
+
+
+def named_entries(
+    entry: YamlEntry | None, section: str, diagnostics: Diagnostics
+) -> Iterator[tuple[str, Location, YamlValue]]:
+    """Name, location and value of each entry of a section; an empty section has none."""
+    if entry is None or (isinstance(entry.value, YamlScalar) and entry.value.value is None):
+        return
+    if not isinstance(entry.value, YamlMap):
+        message = f"`{section}` is a mapping of names, not {describe(entry.value)}"
+        diagnostics.error(entry.value.location, message, f"indent `name: ...` below `{section}:`")
+        return
+    for name, named in entry.value.entries.items():
+        if WORD.fullmatch(name):
+            yield name, named.location, named.value
+        else:
+            message = f"`{name}` cannot be a name in `{section}`"
+            diagnostics.error(named.location, message, NAMING_HINT)
