@@ -39,7 +39,7 @@ def view(
     web: Annotated[bool, typer.Option("--web", help="In the browser.")] = False,
 ) -> None:
     """Open the recording of a run in the Rerun viewer."""
-    from app.core.folder import RECORDING
+    from app.core import RECORDING
     from app.live import open_in_viewer
     from app.review import find_run
 

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import yaml
 
-from app.core.folder import COMMANDS, STATES
+from app.core import COMMANDS, STATES
 from app.review import read_run
 from config import UserError
 

@@ -10,8 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.core.events import EVENTS, Event, read_events
-from app.core.outcome import End
+from app.core import EVENTS, End, Event, read_events
 from app.review.finished import UNFINISHED, RunRecord, read_run
 from config import UserError
 

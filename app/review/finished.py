@@ -10,7 +10,7 @@ from typing import Any
 
 from rich.table import Table
 
-from app.core.folder import RECORDING, SUMMARY
+from app.core import RECORDING, SUMMARY
 from config import UserError
 
 RUNS = Path("runs")

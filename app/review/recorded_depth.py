@@ -53,9 +53,7 @@ def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:
                     if best is None or distance <= best[0]:
                         best = distance, row
     except (OSError, RuntimeError, ValueError) as error:
-        raise NoDepthError(
-            f"{recording}: cannot be read as a recording ({error}){_HINT}"
-        ) from error
+        raise NoDepthError(f"{recording}: not a recording ({error}){_HINT}") from error
     if best is None:
         raise NoDepthError(f"{recording}: the recording has no depth images{_HINT}")
     depth = _decoded(best[1])

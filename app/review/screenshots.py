@@ -15,7 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from app.core.folder import RECORDING
+from app.core import RECORDING
 from app.live import Address, HeadlessViewer, headless_viewer
 from hw import stopwatch
 
