@@ -34,6 +34,7 @@ ROOMS = (
     "app.lab.grasps",
     "app.lab.bench",
     "app.commands",
+    "app",
     "frankie_task",
     "frankie_task_cli",
 )
