@@ -9,7 +9,7 @@ import pytest
 import rerun as rr
 from typer.testing import CliRunner
 
-from app.cli import app
+from app.commands import app
 from app.lab.grasps.closed_loop import HELD, empty_container, heldout_container
 from app.lab.grasps.cornell import CAMERA, agree, overlap, read_folder, rectangle
 from app.lab.grasps.evaluate import interval

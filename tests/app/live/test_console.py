@@ -10,7 +10,7 @@ from harness import looking_down
 from sample_run import snapshot
 from typer.testing import CliRunner
 
-from app.cli import app
+from app.commands import app
 from app.core.setup import VisionForm, open_setup
 from app.live.console import ControlOptions, OperatorConsole
 from controller import PoseGoal
