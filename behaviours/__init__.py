@@ -12,13 +12,14 @@ from behaviours.drive import Drive
 from behaviours.follow import Follow
 from behaviours.grasp import Grasp
 from behaviours.gripper import HoldingObject, OpenGripper
+from behaviours.key import Key
 from behaviours.leaf import Condition, Leaf, LeafCrashedError
 from behaviours.log import Carried, TaskLog
 from behaviours.look_at import LookAt
 from behaviours.move_arm import MoveArm
-from behaviours.named import BasePose, Key, Posture, Region, ToolPose
 from behaviours.navigate import Navigate
 from behaviours.place import Place
+from behaviours.poses import BasePose, Posture, Region, ToolPose
 from behaviours.progress import Progress
 from behaviours.recover import Recover
 from behaviours.region_empty import RegionEmpty

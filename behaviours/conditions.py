@@ -11,8 +11,8 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Condition
-from behaviours.named import BasePose, Posture, Region, ToolPose
 from behaviours.occupancy import Occupancy
+from behaviours.poses import BasePose, Posture, Region, ToolPose
 from hw import DepthFrame
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 from pinocchio import SE3
 
+from behaviours.key import Key
 from behaviours.log import TaskLog
-from behaviours.named import Key
 from behaviours.settings import BehaviourSettings
 from behaviours.vision import Vision
 from controller import MotionGoal, RobotModel, StepReport

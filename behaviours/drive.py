@@ -13,7 +13,7 @@ from py_trees.common import Status
 from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.named import BasePose
+from behaviours.poses import BasePose
 from controller import BaseGoal
 
 

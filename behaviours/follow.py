@@ -13,8 +13,8 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.named import Region
 from behaviours.occupancy import Occupancy, Segment
+from behaviours.poses import Region
 from behaviours.progress import Progress
 from controller import PoseGoal
 

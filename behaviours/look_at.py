@@ -10,7 +10,7 @@ from behaviours.aiming import camera_pose, hand_for, is_at_rest, turned_towards
 from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.named import Region, ToolPose
+from behaviours.poses import Region, ToolPose
 from controller import PoseGoal
 
 

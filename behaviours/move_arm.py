@@ -10,7 +10,7 @@ from py_trees.common import Status
 from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.named import Posture
+from behaviours.poses import Posture
 from controller import PostureGoal
 
 

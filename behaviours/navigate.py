@@ -9,7 +9,7 @@ from py_trees.common import Status
 from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.named import BasePose, ToolPose
+from behaviours.poses import BasePose, ToolPose
 from controller import BaseGoal, MotionGoal, PoseGoal
 
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from behaviours.named import Region
+from behaviours.poses import Region
 from behaviours.settings import OccupancySettings
 from hw import DepthFrame
 from perception import OCCUPIED_HEIGHT, WALL_MARGIN, world_points

@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.named import Posture
+from behaviours.poses import Posture
 from behaviours.progress import Progress
 from controller import PoseGoal, PostureGoal
 

@@ -9,7 +9,7 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.named import Region
+from behaviours.poses import Region
 
 
 class RegionEmpty(Leaf):

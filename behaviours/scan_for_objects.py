@@ -11,9 +11,10 @@ from py_trees.common import Status
 from behaviours.aiming import camera_pose, hand_for, straight_down
 from behaviours.approach import Approach
 from behaviours.context import Context
+from behaviours.key import Key
 from behaviours.leaf import Leaf
-from behaviours.named import Key, Region
 from behaviours.occupancy import Occupancy
+from behaviours.poses import Region
 from controller import PoseGoal
 
 

@@ -19,7 +19,7 @@ from py_trees.common import Status
 from tree_toys import ToyContext
 
 import trees
-from behaviours.named import Key
+from behaviours.key import Key
 from config import Diagnostic
 from trees.language import (
     COMPOSITES,

@@ -6,7 +6,7 @@ import pytest
 from tree_toys import TOYS, Toy
 
 from behaviours import LEAVES
-from behaviours.named import Key
+from behaviours.key import Key
 from trees.language import COMPOSITES, MODIFIERS, LeafError, describe_leaves
 
 

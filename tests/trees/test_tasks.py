@@ -9,7 +9,7 @@ import pytest
 from tree_toys import TOYS, Play, ToyContext
 
 import trees
-from behaviours.named import Posture
+from behaviours.poses import Posture
 from robots import load_robot
 from trees.language import LeafError, Task, build, check, load, nodes_in_order
 

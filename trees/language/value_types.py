@@ -1,7 +1,7 @@
 """The types of values that a task file can give.
 
 A type is read from an annotation: numbers, text, truth values, `Literal` choices, the poses,
-postures and regions of `behaviours.named`, `None`, and unions of those.
+postures and regions of `behaviours.poses`, `None`, and unions of those.
 """
 
 from __future__ import annotations
