@@ -21,7 +21,7 @@ def pick_place(
     json: Json = None,
 ) -> None:
     """Run the main task for several seeds and print a row for each."""
-    from app.core.launch import RunOptions
+    from app.core import RunOptions
     from app.lab import bench
 
     first, dash, last = seeds.partition("-")

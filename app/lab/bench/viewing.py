@@ -21,11 +21,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.table import Table
 
-from app.core.folder import RECORDING
-from app.core.measurements import Measurements
-from app.core.session import Session, Tick
-from app.core.setup import Setup, VisionForm, open_setup
-from app.core.snapshots import Snapshots, scene_view
+from app.core import (
+    RECORDING,
+    Measurements,
+    Session,
+    Setup,
+    Snapshots,
+    Tick,
+    VisionForm,
+    open_setup,
+    scene_view,
+)
 from app.lab import machine
 from app.live import Address, Control, Recorder, headless_viewer, tree_view
 from controller import robot_model
