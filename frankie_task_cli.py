@@ -34,6 +34,10 @@ def main() -> None:
     if (line := foreign_package()) is not None:
         print(line, file=sys.stderr)
         sys.exit(_EXIT_BAD_INPUT)
-    from app.cli import main as command_line
+    from app.commands import main as command_line
 
     command_line()
+
+
+if __name__ == "__main__":
+    main()

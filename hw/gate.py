@@ -87,7 +87,8 @@ class Gate:
         if not command.is_finite():
             return Refusal.NOT_FINITE
         limits, dt = self._limits, self._period
-        if _exceeds(command.base_twist, limits.base_twist) or _exceeds(command.qd, limits.qd):
+        base_speed = limits.base_speed(command.base_twist)
+        if _exceeds(command.base_twist, base_speed) or _exceeds(command.qd, limits.qd):
             return Refusal.SPEED
         if _exceeds(
             command.base_twist - self.applied.base_twist, limits.base_acceleration * dt

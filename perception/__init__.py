@@ -1,27 +1,52 @@
-"""Grasps from depth: GG-CNN proposes, a check of the hand against the measured depth disposes.
+"""From a depth frame to a tracked grasp.
 
-`GraspDetector` turns one depth frame into ranked grasps in the world, `GraspTracker` follows one of
-them from frame to frame until the camera is so near that the goal had better not move any more.
-Frames come in by shape alone (`Frame`, `Workspace`), so that any camera will do.
+`GraspDetector` turns one depth frame into ranked grasps in the world: a network proposes
+candidates, which are refined and tested for feasibility on the measured depth. `GraspTracker`
+tracks one grasp over frames. The networks and their training are in `perception.networks`, a room
+with a face of its own, because it imports torch; this one does not.
 """
 
 from perception.detector import OCCUPIED_HEIGHT, WALL_MARGIN, GraspDetector
-from perception.frame import Frame, Intrinsics, Workspace
+from perception.frame import Workspace
 from perception.geometry import world_points
 from perception.grasp import Detection, GraspEstimate
-from perception.maps import WeightsError
-from perception.tracker import GraspTracker
+from perception.grasp_feasibility import assess
+from perception.height_map import HeightMap, build_height_map
+from perception.network_io import (
+    ANGLE_BINS,
+    INPUT_SIZE,
+    OUTPUT_STRIDE,
+    WeightsError,
+)
+from perception.preprocess import METRES_PER_PIXEL, Crop, central_crop, prepare
+from perception.samples import Labels, Sample, Shard
+from perception.table_plane import NoTableError, camera_above_table
+from perception.tracker import GraspTracker, TrackerSettings
 
 __all__ = [
+    "ANGLE_BINS",
+    "INPUT_SIZE",
+    "METRES_PER_PIXEL",
     "OCCUPIED_HEIGHT",
+    "OUTPUT_STRIDE",
     "WALL_MARGIN",
+    "Crop",
     "Detection",
-    "Frame",
     "GraspDetector",
     "GraspEstimate",
     "GraspTracker",
-    "Intrinsics",
+    "HeightMap",
+    "Labels",
+    "NoTableError",
+    "Sample",
+    "Shard",
+    "TrackerSettings",
     "WeightsError",
     "Workspace",
+    "assess",
+    "build_height_map",
+    "camera_above_table",
+    "central_crop",
+    "prepare",
     "world_points",
 ]

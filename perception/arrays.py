@@ -1,4 +1,4 @@
-"""Names for the kinds of arrays that perception passes around."""
+"""Array types of perception."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 Array: TypeAlias = npt.NDArray[np.float64]
-"""Geometry."""
+"""Geometry in double precision."""
 Image: TypeAlias = npt.NDArray[np.float32]
-"""Depth, heights, maps."""
+"""Depth, heights and network maps in single precision."""
 FloatArray: TypeAlias = npt.NDArray[np.floating]
-"""Either."""
+"""Either of them."""
 Mask: TypeAlias = npt.NDArray[np.bool_]
-"""Yes or no for each element."""
+"""One boolean per element."""
 Indices: TypeAlias = npt.NDArray[np.int64]
-"""Positions in another array."""
+"""Indices into another array."""

@@ -13,34 +13,39 @@ from perception.arrays import Array, Image, Mask
 from perception.frame import Frame, Workspace
 from perception.geometry import Camera, closing_direction, grasp_pose, world_points
 from perception.grasp import Detection, GraspEstimate
-from perception.height_map import HeightMap, height_map
-from perception.maps import SIZE, STRIDE
-from perception.preprocess import NoDepthError, Prepared, central_square, measured, prepare
+from perception.height_map import HeightMap, build_height_map
+from perception.network_io import INPUT_SIZE, OUTPUT_STRIDE
+from perception.preprocess import NoDepthError, Prepared, central_crop, prepare, valid_depth
 from perception.refine import ALL_DIRECTIONS, refine
+from robots import GripperDescription
 
 if TYPE_CHECKING:
-    from perception.propose import Proposals, Proposer
+    from perception.networks import Proposals, Proposer
 
-LEAST_HEIGHT = 0.008
-"""What stands less than this above the floor is not grasped [m]."""
+MIN_OBJECT_HEIGHT = 0.008
+"""Surfaces lower than this above the floor are not grasped [m]."""
 OCCUPIED_HEIGHT = 0.010
-"""What stands less than this above the floor does not occupy it [m]."""
+"""Surfaces lower than this above the floor do not count as occupied [m]."""
 WALL_MARGIN = 0.008
-"""How far inside the workspace's sides a grasp or an object has to be [m]."""
-_SPARSE = 3  # every so many cells are counted where it is about areas
+"""Smallest distance of a grasp or an object to the sides of the workspace [m]."""
+_MIN_VALID = 0.02  # smallest share of pixels with a depth in a usable frame
+_MAX_CAMERA_AXIS_Z = -0.5  # the optical axis is within 60 degrees of straight down
+_LEVEL_BIN = 0.005  # of the histogram of heights that finds the largest level surface [m]
+_AREA_STEP = 3  # only every third row and column is counted for areas [cells]
+_ANGLE_STEP = 0.005  # to either side of a grasp, to see its direction in the image [m]
 
 
 class GraspDetector:
-    """GG-CNN on a depth frame, with its proposals checked against the measured depth.
+    """A grasp network whose candidates are refined and tested against the measured depth.
 
     Args:
-        weights: a file of them, which also tells the network; None takes those that come with the
-            package.
-        network: which of the shipped networks proposes; None takes the best. Not with `weights`.
-        proposer: a network made ready elsewhere, instead of both.
+        weights: a weights file; None takes shipped weights.
+        network: name of a shipped network; None takes the default. Not with `weights`.
+        gripper: the hand that grasps.
+        proposer: a network that is ready for inference, instead of `weights` and `network`.
 
     Raises:
-        WeightsError: the weights cannot be used.
+        WeightsError: the weights are missing or do not fit.
     """
 
     def __init__(
@@ -48,51 +53,57 @@ class GraspDetector:
         weights: Path | None = None,
         network: str | None = None,
         *,
+        gripper: GripperDescription,
         proposer: Proposer | None = None,
     ) -> None:
+        self._gripper = gripper
         if proposer is None:
-            from perception.propose import Proposer  # torch takes a second to import
-            from perception.weights import SHIPPED, load_network, shipped_network
+            # Not at the top: torch takes a second to import.
+            from perception.networks import (
+                DEFAULT_NETWORK,
+                Proposer,
+                load_network,
+                shipped_network,
+            )
 
             proposer = Proposer(
-                load_network(weights) if weights else shipped_network(network or SHIPPED[0])
+                load_network(weights) if weights else shipped_network(network or DEFAULT_NETWORK)
             )
-        self.propose = proposer
+        self.proposer = proposer
 
     def detect(self, frame: Frame, workspace: Workspace | None = None) -> Detection:
         """Find grasps from straight above.
 
         Args:
-            frame: what the camera saw, and from where.
-            workspace: where grasps are wanted; None takes what stands out of the largest level
-                surface in sight.
+            frame: depth image with the camera's model and pose.
+            workspace: where to grasp; None is everywhere above the largest level surface.
 
         Returns:
-            Grasps, best first, or none and why. A frame that cannot be used is such a reason too.
+            Grasps, best first, or none and the reason, which may be an unusable frame.
         """
         if reason := _unusable(frame):
-            return _nothing(frame, reason)
+            return _no_grasp(frame, reason)
         depth = np.asarray(frame.depth, dtype=np.float32)
-        square = central_square(
+        crop = central_crop(
             depth.shape, frame.intrinsics, _support_depth(depth, frame.wTc, workspace)
         )
         try:
-            prepared = prepare(depth, square, frame.intrinsics, frame.wTc)
+            prepared = prepare(depth, crop, frame.intrinsics, frame.wTc)
         except NoDepthError:
-            return _nothing(frame, "no depth was measured in the middle of the image")
+            return _no_grasp(frame, "no depth was measured in the middle of the image")
 
-        u = np.arange(square.size, dtype=float)[None, :] + square.u0
-        v = np.arange(square.size, dtype=float)[:, None] + square.v0
-        scene = height_map(prepared.native, frame.intrinsics, frame.wTc, u, v)
+        u = np.arange(crop.size, dtype=float)[None, :] + crop.u0
+        v = np.arange(crop.size, dtype=float)[:, None] + crop.v0
+        scene = build_height_map(prepared.native, frame.intrinsics, frame.wTc, u, v)
         floor = _level(scene) if workspace is None else workspace.floor
         allowed = _allowed(prepared, frame, workspace, floor)
         occupied = _occupied_area(scene, workspace, floor)
-        crop = (float(square.u0), float(square.v0), float(square.size))
+        covered = (float(crop.u0), float(crop.v0), float(crop.size))
 
         if not allowed.any():
-            return _nothing(frame, "nothing stands out in the workspace", crop, occupied)
-        proposals = self.propose(prepared.network_input, allowed)
-        grasps = _grasps(frame, prepared, scene, proposals, workspace, floor)
+            return _no_grasp(frame, "nothing stands out in the workspace", covered, occupied)
+        proposals = self.proposer.propose(prepared.network_input, allowed)
+        grasps = _grasps(frame, prepared, scene, proposals, workspace, floor, self._gripper)
         if grasps:
             reason = ""
         elif len(proposals.candidates.quality) == 0:
@@ -103,14 +114,14 @@ class GraspDetector:
             grasps=grasps,
             reason=reason,
             quality=proposals.quality,
-            crop=crop,
+            crop=covered,
             occupied_area=occupied,
             stamp=frame.stamp,
         )
 
 
 def _unusable(frame: Frame) -> str:
-    """Why nothing can be made of a frame; empty if something can."""
+    """Why a frame is unusable; empty if it is usable."""
     depth = np.asarray(frame.depth)
     if depth.ndim != 2 or min(depth.shape, default=0) < 16:
         return f"the depth image has shape {depth.shape}, not (H, W) of 16 pixels or more"
@@ -118,18 +129,18 @@ def _unusable(frame: Frame) -> str:
         return f"the depth image holds {depth.dtype}, not metres"
     if not np.isfinite(frame.wTc.homogeneous).all():
         return "the camera's pose is not finite"
-    if frame.wTc.rotation[2, 2] > -0.5:
+    if frame.wTc.rotation[2, 2] > _MAX_CAMERA_AXIS_Z:
         return "the camera does not look down"
-    valid = measured(depth)
+    valid = valid_depth(depth)
     count = np.count_nonzero(valid)
-    if count < 0.02 * valid.size:
+    if count < _MIN_VALID * valid.size:
         return "hardly any depth was measured"
     if np.count_nonzero(depth == depth.flat[valid.argmax()]) >= count:
         return "the depth is the same in every pixel"
     return ""
 
 
-def _nothing(
+def _no_grasp(
     frame: Frame,
     reason: str,
     crop: tuple[float, float, float] = (0.0, 0.0, 0.0),
@@ -138,7 +149,7 @@ def _nothing(
     return Detection(
         grasps=(),
         reason=reason,
-        quality=np.zeros((SIZE, SIZE), dtype=np.float32),
+        quality=np.zeros((INPUT_SIZE, INPUT_SIZE), dtype=np.float32),
         crop=crop,
         occupied_area=occupied,
         stamp=frame.stamp,
@@ -146,25 +157,25 @@ def _nothing(
 
 
 def _support_depth(depth: Image, wTc: SE3, workspace: Workspace | None) -> float:
-    """Depth of what the objects stand on, where the optical axis meets it [m]."""
+    """Depth of the support surface along the optical axis [m]."""
     if workspace is not None:
         along_axis = float((workspace.floor - wTc.translation[2]) / wTc.rotation[2, 2])
         if along_axis > 0.0:
             return along_axis
-    return float(np.median(depth[measured(depth)]))
+    return float(np.median(depth[valid_depth(depth)]))
 
 
 def _level(scene: HeightMap) -> float:
     """Height of the largest level surface [m]."""
-    bins = np.rint(scene.heights / 0.005).astype(np.int64)
+    bins = np.rint(scene.heights / _LEVEL_BIN).astype(np.int64)
     lowest = int(bins.min())
     counts = np.bincount((bins - lowest).ravel()[:: max(1, bins.size // 20000)])
-    level = (int(counts.argmax()) + lowest) * 0.005
-    return float(np.median(scene.heights[np.abs(scene.heights - level) < 0.005]))
+    level = (int(counts.argmax()) + lowest) * _LEVEL_BIN
+    return float(np.median(scene.heights[np.abs(scene.heights - level) < _LEVEL_BIN]))
 
 
 def _well_inside(workspace: Workspace, points: Array) -> Mask:
-    """Which of the (N, 3) points lie inside, and `WALL_MARGIN` from the upright sides too."""
+    """Which of the (N, 3) points lie inside and at least `WALL_MARGIN` from the upright sides."""
     inside = np.ones(len(points), dtype=np.bool_)
     for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
         inside &= workspace.contains(points + WALL_MARGIN * np.array([dx, dy, 0.0]))
@@ -172,24 +183,26 @@ def _well_inside(workspace: Workspace, points: Array) -> Mask:
 
 
 def _allowed(prepared: Prepared, frame: Frame, workspace: Workspace | None, floor: float) -> Mask:
-    """(300, 300) where the network's quality counts."""
-    middle = np.arange(STRIDE // 2, SIZE, STRIDE)
+    """(300, 300) where a grasp may be: the depth was measured, inside the workspace."""
+    middle = np.arange(OUTPUT_STRIDE // 2, INPUT_SIZE, OUTPUT_STRIDE)
     grid = np.stack(np.meshgrid(middle, middle), axis=-1).astype(float)
-    pixel = prepared.square.to_image(grid)
+    pixel = prepared.crop.to_image(grid)
     depth = prepared.depth[np.ix_(middle, middle)]
     points = world_points(depth, frame.intrinsics, frame.wTc, pixel[..., 0], pixel[..., 1])
-    allowed = points[..., 2] >= floor + LEAST_HEIGHT
+    allowed = points[..., 2] >= floor + MIN_OBJECT_HEIGHT
     if workspace is not None:
         allowed[allowed] = _well_inside(workspace, points[allowed])
-    enlarged = cv2.resize(allowed.astype(np.uint8), (SIZE, SIZE), interpolation=cv2.INTER_NEAREST)
+    enlarged = cv2.resize(
+        allowed.astype(np.uint8), (INPUT_SIZE, INPUT_SIZE), interpolation=cv2.INTER_NEAREST
+    )
     mask: Mask = enlarged.astype(np.bool_) & ~prepared.missing
     return mask
 
 
 def _occupied_area(scene: HeightMap, workspace: Workspace | None, floor: float) -> float:
-    heights = scene.heights[::_SPARSE, ::_SPARSE]
+    heights = scene.heights[::_AREA_STEP, ::_AREA_STEP]
     row, column = np.nonzero(heights >= floor + OCCUPIED_HEIGHT)
-    side = _SPARSE * scene.cell
+    side = _AREA_STEP * scene.cell
     if workspace is None:
         return float(len(row) * side**2)
     x, y = scene.origin[0] + column * side, scene.origin[1] + row * side
@@ -204,25 +217,26 @@ def _grasps(
     proposals: Proposals,
     workspace: Workspace | None,
     floor: float,
+    gripper: GripperDescription,
 ) -> tuple[GraspEstimate, ...]:
     candidates = proposals.candidates
     if len(candidates.quality) == 0:
         return ()
-    pixel = prepared.square.to_image(candidates.pixel)
-    column, row = np.clip(np.rint(candidates.pixel).astype(np.int64), 0, SIZE - 1).T
+    pixel = prepared.crop.to_image(candidates.pixel)
+    column, row = np.clip(np.rint(candidates.pixel).astype(np.int64), 0, INPUT_SIZE - 1).T
     points = world_points(
         prepared.depth[row, column], frame.intrinsics, frame.wTc, pixel[:, 0], pixel[:, 1]
     )
     direction = closing_direction(
         frame.intrinsics, frame.wTc, pixel, candidates.angle, points[:, 2]
     )
-    proposed = (points[:, 0], points[:, 1], direction, candidates.quality, floor)
-    found = refine(scene, *proposed, directions=proposals.directions)
+    at = (points[:, 0], points[:, 1], direction, candidates.quality, floor, gripper)
+    found = refine(scene, *at, directions=proposals.directions)
     if len(found.score) == 0 and proposals.directions < ALL_DIRECTIONS:
-        found = refine(scene, *proposed, directions=ALL_DIRECTIONS)
+        found = refine(scene, *at, directions=ALL_DIRECTIONS)
     camera = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)
     centre = np.stack([found.x, found.y, found.top], axis=1)
-    along = 0.005 * np.stack(
+    along = _ANGLE_STEP * np.stack(
         [np.cos(found.direction), np.sin(found.direction), np.zeros(len(found.x))], axis=1
     )
     pixel = camera.project(centre)

@@ -1,4 +1,4 @@
-"""What perception is given, described by shape alone so that any camera's frame will do."""
+"""The input of perception, as protocols, so that a frame of any camera can be used."""
 
 from __future__ import annotations
 
@@ -8,29 +8,11 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-
-class Intrinsics(Protocol):
-    """Pinhole camera: pixel (u, v) of a point (x, y, z) is (fx x/z + cx, fy y/z + cy)."""
-
-    @property
-    def fx(self) -> float:
-        """Focal length along u [px]."""
-
-    @property
-    def fy(self) -> float:
-        """Focal length along v [px]."""
-
-    @property
-    def cx(self) -> float:
-        """Principal point, u [px]."""
-
-    @property
-    def cy(self) -> float:
-        """Principal point, v [px]."""
+from robots import Intrinsics
 
 
 class Frame(Protocol):
-    """A depth image, its camera and where that was; `hw.DepthFrame` is one."""
+    """A depth image with the camera's model and pose; `hw.DepthFrame` is one."""
 
     @property
     def depth(self) -> npt.NDArray[np.float32]:
@@ -50,11 +32,11 @@ class Frame(Protocol):
 
 
 class Workspace(Protocol):
-    """Where grasps are wanted; `behaviours.Region` is one."""
+    """A volume in which to grasp; `behaviours.Region` is one."""
 
     def contains(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
         """Which of the (N, 3) world points [m] lie inside: (N,) booleans."""
 
     @property
     def floor(self) -> float:
-        """Height of what the objects stand on, in the world [m]."""
+        """Height of the support surface in the world [m]."""

@@ -1,4 +1,4 @@
-"""Where pixels are in the world, and where things of the world are in the image."""
+"""From pixels to world points and back."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, FloatArray, Image
-from perception.frame import Intrinsics
+from robots import Intrinsics
 
 
 def world_points(
@@ -42,9 +42,15 @@ def world_maps(
     v: Array,
     axes: Sequence[int] = (0, 1, 2),
 ) -> list[FloatArray]:
-    """Some of x, y and z in the world of pixels [m], as precise as `depth` is.
+    """World coordinates of pixels as separate arrays [m], in the precision of `depth`.
 
-    Arguments are those of `world_points`, and which axes of the world are wanted.
+    Args:
+        depth: see `world_points`.
+        intrinsics: see `world_points`.
+        wTc: see `world_points`.
+        u: see `world_points`.
+        v: see `world_points`.
+        axes: which of x (0), y (1) and z (2) to compute.
     """
     x = ((u - intrinsics.cx) / intrinsics.fx).astype(depth.dtype)
     y = ((v - intrinsics.cy) / intrinsics.fy).astype(depth.dtype)
@@ -69,8 +75,8 @@ class Camera:
         camera = self.intrinsics
         return np.stack([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy], axis=1)
 
-    def meet(self, pixel: Array, height: Array) -> Array:
-        """(N, 3) where the rays of (N, 2) pixels meet the planes at (N,) heights."""
+    def at_height(self, pixel: Array, height: Array) -> Array:
+        """(N, 3) points where the rays of (N, 2) pixels meet horizontal planes at (N,) heights."""
         camera = self.intrinsics
         ray = np.stack(
             [
@@ -81,14 +87,14 @@ class Camera:
             axis=1,
         )
         ray = ray @ self.wTc.rotation.T
-        reach = (height - self.wTc.translation[2]) / ray[:, 2]
-        return np.asarray(self.wTc.translation + ray * reach[:, None])
+        distance = (height - self.wTc.translation[2]) / ray[:, 2]
+        return np.asarray(self.wTc.translation + ray * distance[:, None])
 
 
 def closing_direction(
     intrinsics: Intrinsics, wTc: SE3, pixel: Array, angle: Array, height: Array
 ) -> Array:
-    """Directions in the horizontal plane that directions in the image show.
+    """Horizontal closing directions from their angles in the image.
 
     Args:
         intrinsics: the camera's pinhole model.
@@ -102,12 +108,12 @@ def closing_direction(
     """
     camera = Camera(intrinsics=intrinsics, wTc=wTc)
     step = 4.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    line = camera.meet(pixel + step, height) - camera.meet(pixel - step, height)
+    line = camera.at_height(pixel + step, height) - camera.at_height(pixel - step, height)
     return np.arctan2(line[:, 1], line[:, 0])
 
 
 def grasp_pose(x: float, y: float, z: float, direction: float, wTc: SE3) -> SE3:
-    """Grasp from straight above, of the two equal ones that which turns the camera less.
+    """A grasp from straight above; of the two equivalent ones, the one that turns the camera less.
 
     Args:
         x: centre in the world [m].

@@ -1,116 +1,139 @@
-"""Would the hand fit, and would the fingers hold? Answered on a height map alone.
+"""Grasp feasibility: whether the hand fits and the fingers hold, on a height map.
 
-For a grasp from straight above, the scene between and beside the fingers is looked at along seven
-lines in the closing direction, spread over the finger's width. On each line the solid run around
-the grasp's centre is what the pads will close on; whatever else is higher than the finger tips must
-leave room for the fingers, and whatever is higher than the palm room for the palm.
+For a grasp from straight above, the scene is sampled along lines in the closing direction, spread
+over the width of the fingers. On each line the solid run around the grasp centre is the body that
+the pads close on. Everything else above the finger tips must leave room for the fingers, and
+everything above the palm must leave room for the palm.
 
-The same check labels training scenes, where heights are exact, and refines what the network
-proposes, where they were measured.
+The same check labels training scenes, where heights are exact, and refines the candidates of a
+network, where they are measured.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 
 import cv2
 import numpy as np
 
 from perception.arrays import Array, Image, Mask
-from perception.height_map import HeightMap, look_up
+from perception.hand_dimensions import PALM_SPACING, HandDimensions, hand_dimensions
+from perception.height_map import CELL, HeightMap, look_up
+from perception.line_profile import ALONG, contact_edge, flare, free_distances, runs
+from robots import GripperDescription
 
-MAX_OPENING = 0.08
-"""Between the pads of the open hand [m]."""
 DEPTHS = (0.014, 0.022, 0.030)
-"""How deep below the surface the grasp's centre may go, but never below half the height [m]."""
+"""Depths of the grasp centre below the surface that are tried, at most half the height [m]."""
 FLOOR_CLEARANCE = 0.011
-"""Least height of the grasp's centre above what the objects stand on [m]."""
-TIP = 0.0084
-"""How far the finger tips reach beyond the grasp's centre [m]."""
-PALM = 0.037
-"""How far the palm stays behind the grasp's centre [m]."""
+"""Smallest height of the grasp centre above the floor [m]."""
 FRICTION = 0.5
-"""Coefficient of friction that a contact may count on."""
+"""Coefficient of friction that a grasp may rely on."""
 
-_STEP = 0.0015
-_ALONG = np.arange(-42, 43, dtype=np.float32) * np.float32(_STEP)
-_CENTRE = len(_ALONG) // 2
-_ACROSS = np.array([-10.5, -7.0, -3.5, 0.0, 3.5, 7.0, 10.5], dtype=np.float32) * np.float32(1e-3)
-_PAD = slice(1, 6)  # the lines that meet the pads; the outer two meet only the fingers
-_MIDDLE = 2  # of the lines that meet the pads
-_PALM_ALONG = np.linspace(-0.096, 0.096, 13)
-_PALM_ACROSS = np.array([-24.0, -8.0, 8.0, 24.0]) * 1e-3
-_PALM_CELLS = 11  # side of the square around each sample [cells]
+_PALM_CELLS = ceil(PALM_SPACING / CELL)  # side of the square around each palm point [cells]
 
-_CONTACT_BELOW = 0.006  # contact is looked for this far below the grasp's centre [m]
-_CONTACT_ABOVE = 0.004  # ... and compared with this far above it
-_FINGER_ABOVE = 0.007  # from this far above the grasp's centre fingers are as thick as below
-_PAD_THICKNESS = 0.008
-_FINGER_THICKNESS = 0.0158
-_MARGIN = 0.002  # between a finger and its neighbour [m]
-_CLEARANCE = 0.004  # least room on either side of the object before closing [m]
-_WISHED_ROOM = 0.008  # beyond that, where there is more
-_PALM_CLEARANCE = 0.003
-_LEAST_ENGAGEMENT = 0.006
-_CONTACT_ZONE = 0.003  # edge points this near to the outermost belong to the contact [m]
+_CONTACT_BELOW = 0.006  # the body is measured this far below the grasp centre, near the tips [m]
+_CONTACT_ABOVE = 0.004  # ... and this far above it, to see how it widens towards the tips [m]
+_FINGER_CLEARANCE = 0.002  # between an open finger and its neighbour [m]
+_PALM_CLEARANCE = 0.003  # between the palm and what is under it [m]
+_MIN_ROOM = 0.004  # on either side of the object before closing, for errors of the arm [m]
+_EXTRA_ROOM = 0.008  # beyond that, where it is free [m]
+_OPENING_RESERVE = 0.002  # of the full opening that is not used [m]
+_MIN_WIDTH = 0.003  # of an object; less is noise [m]
+_DEPTH_COST = 0.03  # a deeper grasp must be better by this share: the map hides what is below
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Ramp:
+    """A factor of the score: 0 below `worst`, from there `least` rising to 1 at `good`."""
+
+    worst: float
+    good: float
+    least: float = 0.0
+
+    def __call__(self, value: Array) -> Array:
+        rising = self.least + (1.0 - self.least) * (value - self.worst) / (self.good - self.worst)
+        return np.where(value < self.worst, 0.0, np.minimum(rising, 1.0))
+
+
+_CONE = float(np.arctan(FRICTION))  # half angle of the friction cone [rad]
+_ENGAGEMENT = _Ramp(worst=0.006, good=0.014, least=0.3)  # height of the object beside the pads [m]
+_LIFT = _Ramp(worst=-0.016, good=-0.003, least=0.1)  # by which the palm raises the grasp, < 0 [m]
+_OPENING_LEFT = _Ramp(worst=0.0, good=0.006, least=0.2)  # full opening less the width [m]
+_ROOM_LEFT = _Ramp(worst=0.0, good=0.006, least=0.5)  # beyond what the open fingers need [m]
+_SLOPE = _Ramp(worst=-1.5 * _CONE, good=-0.3 * _CONE)  # of the steeper contact edge, < 0 [rad]
+_TAPER = _Ramp(worst=-_CONE, good=-0.3 * _CONE)  # half the angle between the edges, < 0 [rad]
+_SKEW = _Ramp(worst=-_CONE, good=-0.5 * _CONE)  # of the line through the contacts, < 0 [rad]
+_FLARE = _Ramp(worst=-1.2 * FRICTION, good=-0.25 * FRICTION)  # widening towards the tips, < 0
+_CONTACT_LINES = _Ramp(worst=1.0, good=3.0, least=0.1)  # lines that the smaller contact is on
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Assessment:
-    """What became of N grasps. Where `score` is 0 the other numbers mean nothing."""
+    """The feasibility of N grasps. Where `score` is 0 the other values are undefined."""
 
     score: Array
-    """(N,) 0 = will not work, 1 = as good as can be."""
+    """(N,) 0 is infeasible, 1 is best."""
     x: Array
-    """(N,) centre between the contacts [m]."""
+    """(N,) grasp centre, midway between the contacts, in the world [m]."""
     y: Array
     """(N,) [m]."""
     z: Array
-    """(N,) height of the grasp's centre [m]."""
+    """(N,) height of the grasp centre [m]."""
     top: Array
     """(N,) height of the surface at the grasp [m]."""
     width: Array
-    """(N,) between the contacts, along the closing direction [m]."""
+    """(N,) distance between the contacts along the closing direction [m]."""
     opening: Array
-    """(N,) between the pads while the hand comes down, so that both fingers stay free [m]."""
+    """(N,) distance between the pads for the descent, at which the fingers touch nothing [m]."""
     offset: Array
-    """(N,) by how far the centre moved, along the closing direction [m]."""
+    """(N,) displacement of the centre along the closing direction [m]."""
     turn: Array
-    """(N,) by how much the closing direction should turn to meet both contacts squarely [rad]."""
+    """(N,) turn of the closing direction that makes it normal to the contacts [rad]."""
 
 
-def assess(scene: HeightMap, x: Array, y: Array, direction: Array, floor: float) -> Assessment:
-    """Judge grasps from straight above, each at the best of `DEPTHS`.
+def assess(
+    scene: HeightMap,
+    x: Array,
+    y: Array,
+    direction: Array,
+    floor: float,
+    gripper: GripperDescription,
+) -> Assessment:
+    """Assess grasps from straight above, each at the best of `DEPTHS`.
 
     Args:
         scene: heights, measured or exact.
         x: (N,) grasp centres in the world [m].
         y: (N,) [m].
         direction: (N,) closing direction in the world, from x towards y [rad].
-        floor: height of what the objects stand on [m].
+        floor: height of the support surface [m].
+        gripper: the hand.
     """
+    hand = hand_dimensions(gripper)
     cosine, sine = np.cos(direction), np.sin(direction)
     top = scene.at(x, y).astype(float)
-    along, across = _ALONG[None, None, :], _ACROSS[None, :, None]
+    along, across = ALONG[None, None, :], hand.lines[None, :, None]
     c, s = (a.astype(np.float32)[:, None, None] for a in (cosine, sine))
     east, north = (a.astype(np.float32)[:, None, None] for a in (x, y))
     heights = scene.at(east + c * along - s * across, north + s * along + c * across)
-    lowest = _highest_under_palm(scene, x, y, cosine, sine) + _PALM_CLEARANCE - PALM
-    half_way = np.maximum(0.5 * (top + floor), floor + FLOOR_CLEARANCE)
-    # All depths at once: for so few grasps numpy's calls take longer than their work.
-    many = len(DEPTHS)
+    under_palm = _highest_under_palm(scene, hand, x, y, cosine, sine)
+    lowest = under_palm + _PALM_CLEARANCE - hand.palm
+    deepest = np.maximum(0.5 * (top + floor), floor + FLOOR_CLEARANCE)
+    # All depths at once: with so few grasps the overhead of numpy's calls dominates.
+    n = len(DEPTHS)
     found = _assess_at(
-        np.concatenate([heights] * many),
-        np.tile(top, many),
-        np.concatenate([np.maximum(top - depth, half_way) for depth in DEPTHS]),
-        np.tile(lowest, many),
+        np.concatenate([heights] * n),
+        np.tile(top, n),
+        np.concatenate([np.maximum(top - depth, deepest) for depth in DEPTHS]),
+        np.tile(lowest, n),
+        hand,
     )
-    # Where depths are equally good the shallowest wins: what is hidden below it does not matter.
-    scores = found.score.reshape(many, -1) * (1.0 - 0.03 * np.arange(many))[:, None]
+    scores = found.score.reshape(n, -1) * (1.0 - _DEPTH_COST * np.arange(n))[:, None]
     best = scores.argmax(axis=0), np.arange(len(top))
 
     def chosen(name: str) -> Array:
-        values: Array = getattr(found, name).reshape(many, -1)[best]
+        values: Array = getattr(found, name).reshape(n, -1)[best]
         return values
 
     offset = chosen("offset")
@@ -129,7 +152,7 @@ def assess(scene: HeightMap, x: Array, y: Array, direction: Array, floor: float)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _AtDepth:
-    """What `Assessment` says, for one depth; all (N,)."""
+    """The fields of `Assessment` at one depth each; all (N,)."""
 
     score: Array
     z: Array
@@ -139,55 +162,59 @@ class _AtDepth:
     turn: Array
 
 
-def _assess_at(heights: Image, top: Array, deep: Array, lowest: Array) -> _AtDepth:
-    """Judge grasps at one depth each.
+def _assess_at(
+    heights: Image, top: Array, deep: Array, lowest: Array, hand: HandDimensions
+) -> _AtDepth:
+    """Assess grasps at one depth each.
 
     Args:
-        heights: (N, across, along) about each grasp, in the world [m].
-        top: (N,) of the surface at the grasp [m].
-        deep: (N,) where the grasp's centre should go [m].
-        lowest: (N,) no lower may it go, for the palm [m].
+        heights: (N, across, along) around each grasp, in the world [m].
+        top: (N,) height of the surface at the grasp [m].
+        deep: (N,) desired height of the grasp centre [m].
+        lowest: (N,) height below which the palm would collide [m].
+        hand: dimensions of the hand.
     """
     z = np.maximum(deep, lowest)
-    engagement = top - (z - TIP)
+    engagement = top - (z - hand.tip)
     level = z.astype(np.float32)[:, None, None]
     low = heights > level - np.float32(_CONTACT_BELOW)
-    left, right, solid = _runs(low)
+    left, right, solid = runs(low)
     body_first = np.where(solid, left, np.inf).min(axis=1)
     body_last = np.where(solid, right, -np.inf).max(axis=1)
-    left, right, solid = left[:, _PAD], right[:, _PAD], solid[:, _PAD]
+    pads = hand.pad_lines
+    left, right, solid = left[:, pads], right[:, pads], solid[:, pads]
     first = np.where(solid, left, np.inf).min(axis=1)
     last = np.where(solid, right, -np.inf).max(axis=1)
-    whole = solid[:, _MIDDLE] & (body_first > _ALONG[0]) & (body_last < _ALONG[-1])
+    whole = solid[:, solid.shape[1] // 2] & (body_first > ALONG[0]) & (body_last < ALONG[-1])
     first, last, body_first, body_last = (
         np.where(whole, end, 0.0) for end in (first, last, body_first, body_last)
     )
     width, offset = last - first, 0.5 * (first + last)
 
-    high = heights > level + np.float32(_FINGER_ABOVE)
-    spare, opening = _room(low, high, body_first, body_last, offset)
+    high = heights > level + np.float32(hand.finger)
+    spare, opening = _room(low, high, body_first, body_last, offset, hand)
 
-    turn_left, lines_left, at_left = _edge(left, solid, first)
-    turn_right, lines_right, at_right = _edge(right, solid, last)
+    across = hand.lines[None, pads]
+    turn_left, lines_left, at_left = contact_edge(left, solid, first, across)
+    turn_right, lines_right, at_right = contact_edge(right, solid, last, across)
     above = np.minimum(z + _CONTACT_ABOVE, top - 0.002)
-    flare = _flare(heights[:, _PAD] > above.astype(np.float32)[:, None, None], first, last)
-    flare /= np.maximum(above - (z - _CONTACT_BELOW), 1e-3)
+    widening = flare(heights[:, pads] > above.astype(np.float32)[:, None, None], first, last)
+    widening /= np.maximum(above - (z - _CONTACT_BELOW), 1e-3)
 
     skew = np.arctan2(np.abs(at_right - at_left), np.maximum(width, 1e-3))
     steepest = np.maximum(np.abs(turn_left), np.abs(turn_right))
     taper = 0.5 * np.abs(turn_left - turn_right)
-    cone = np.arctan(FRICTION)
     factors = (
-        _fade(engagement, _LEAST_ENGAGEMENT, 0.014, least=0.3),
-        _fade(deep - z, -0.016, -0.003, least=0.1),
-        _fade(MAX_OPENING - 0.002 - width, 0.0, 0.006, least=0.2),
-        _fade(spare, 0.0, 0.006, least=0.5),
-        _fade(-steepest, -1.5 * cone, -0.3 * cone),
-        _fade(-taper, -cone, -0.3 * cone),
-        _fade(-skew, -cone, -0.5 * cone),
-        _fade(-flare, -1.2 * FRICTION, -0.25 * FRICTION),
-        _fade(np.minimum(lines_left, lines_right), 1.0, 3.0, least=0.1),
-        whole & (width > 0.003),
+        _ENGAGEMENT(engagement),
+        _LIFT(deep - z),
+        _OPENING_LEFT(hand.opening - _OPENING_RESERVE - width),
+        _ROOM_LEFT(spare),
+        _SLOPE(-steepest),
+        _TAPER(-taper),
+        _SKEW(-skew),
+        _FLARE(-widening),
+        _CONTACT_LINES(np.minimum(lines_left, lines_right)),
+        whole & (width > _MIN_WIDTH),
     )
     return _AtDepth(
         score=np.prod(np.stack([np.asarray(f, dtype=float) for f in factors]), axis=0),
@@ -199,16 +226,15 @@ def _assess_at(heights: Image, top: Array, deep: Array, lowest: Array) -> _AtDep
     )
 
 
-def _fade(value: Array, worst: float, good: float, least: float = 0.0) -> Array:
-    """0 below `worst`, from there `least` rising to 1 at `good`."""
-    rising = least + (1.0 - least) * (value - worst) / (good - worst)
-    return np.where(value < worst, 0.0, np.minimum(rising, 1.0))
-
-
-def _highest_under_palm(scene: HeightMap, x: Array, y: Array, cosine: Array, sine: Array) -> Array:
+def _highest_under_palm(
+    scene: HeightMap, hand: HandDimensions, x: Array, y: Array, cosine: Array, sine: Array
+) -> Array:
+    """(N,) largest height under the palm [m]."""
     square = np.ones((_PALM_CELLS, _PALM_CELLS), dtype=np.uint8)
     highest = np.asarray(cv2.dilate(scene.heights, square), dtype=np.float32)
-    along, across = (grid.ravel()[None, :] for grid in np.meshgrid(_PALM_ALONG, _PALM_ACROSS))
+    along, across = (
+        grid.ravel()[None, :] for grid in np.meshgrid(hand.palm_along, hand.palm_across)
+    )
     c, s = cosine[:, None], sine[:, None]
     under = look_up(
         highest,
@@ -220,76 +246,33 @@ def _highest_under_palm(scene: HeightMap, x: Array, y: Array, cosine: Array, sin
     return np.asarray(under.max(axis=1), dtype=float)
 
 
-def _runs(occupied: Mask) -> tuple[Array, Array, Mask]:
-    """Ends of the solid run around the middle of each line [m], and whether there is one.
-
-    A run that does not end on the line ends where the line does.
-    """
-    free = ~occupied
-    to_right = free[..., _CENTRE:]
-    right = np.where(to_right.any(-1), to_right.argmax(-1), to_right.shape[-1])
-    to_left = free[..., _CENTRE::-1]
-    left = np.where(to_left.any(-1), to_left.argmax(-1), to_left.shape[-1])
-    return -(left - 0.5) * _STEP, (right - 0.5) * _STEP, occupied[..., _CENTRE]
-
-
 def _room(
-    low: Mask, high: Mask, body_first: Array, body_last: Array, centre: Array
+    low: Mask,
+    high: Mask,
+    body_first: Array,
+    body_last: Array,
+    centre: Array,
+    hand: HandDimensions,
 ) -> tuple[Array, Array]:
-    """How much farther than needed the fingers could open, and how far they should [m].
+    """The room of each finger beyond what it needs, and the opening for the descent [m].
 
     Args:
         low: (N, across, along) what is in the way of the pads.
         high: (N, across, along) what is in the way of the fingers above them.
-        body_first: (N,) where the body between the fingers begins along the closing direction [m].
-        body_last: (N,) where it ends [m].
-        centre: (N,) where the middle between the fingers is [m].
+        body_first: (N,) start of the body between the fingers, along the closing direction [m].
+        body_last: (N,) its end [m].
+        centre: (N,) middle between the fingers [m].
+        hand: dimensions of the hand.
     """
-    needed = np.maximum(body_last - centre, centre - body_first) + _CLEARANCE
+    needed = np.maximum(body_last - centre, centre - body_first) + _MIN_ROOM
     free = np.minimum.reduce(
         [
             distance - thickness
-            for occupied, thickness in ((low, _PAD_THICKNESS), (high, _FINGER_THICKNESS))
-            for distance in _free(np.asarray(occupied.any(axis=1)), body_first, body_last, centre)
+            for occupied, thickness in ((low, hand.pad_thickness), (high, hand.finger_thickness))
+            for distance in free_distances(
+                np.asarray(occupied.any(axis=1)), body_first, body_last, centre
+            )
         ]
     )
-    spare = np.minimum(free - _MARGIN, 0.5 * MAX_OPENING) - needed
-    return spare, 2.0 * (needed + np.minimum(0.5 * spare, _WISHED_ROOM))
-
-
-def _free(blocked: Mask, body_first: Array, body_last: Array, centre: Array) -> tuple[Array, Array]:
-    """Distances from the centre to the first thing beyond the body, to either side [m].
-
-    Args:
-        blocked: (N, along) whether anything is in the way of the fingers.
-        body_first: (N,) where the body begins along the closing direction [m].
-        body_last: (N,) where it ends [m].
-        centre: (N,) from where to measure [m].
-    """
-    beyond = np.where(blocked & (body_last[:, None] < _ALONG), _ALONG, np.inf).min(axis=1)
-    before = np.where(blocked & (body_first[:, None] > _ALONG), _ALONG, -np.inf).max(axis=1)
-    return beyond - 0.5 * _STEP - centre, centre - before - 0.5 * _STEP
-
-
-def _edge(ends: Array, solid: Mask, outermost: Array) -> tuple[Array, Array, Array]:
-    """Slope of the contact edge [rad], how many lines it is on, and where across it is [m]."""
-    weight = (solid & (np.abs(ends - outermost[:, None]) < _CONTACT_ZONE)).astype(float)
-    lines = weight.sum(axis=1)
-    total = np.maximum(lines, 1.0)
-    across = _ACROSS[None, _PAD]
-    centre = (weight * across).sum(axis=1) / total
-    mean = (weight * ends).sum(axis=1) / total
-    spread = (weight * (across - centre[:, None]) ** 2).sum(axis=1)
-    slope = (weight * (across - centre[:, None]) * (ends - mean[:, None])).sum(axis=1)
-    slope = np.where(lines >= 2, slope / np.maximum(spread, 1e-9), 0.0)
-    return np.arctan(slope), lines, centre
-
-
-def _flare(above: Mask, first: Array, last: Array) -> Array:
-    """By how much the body is wider at the tips than higher up, on its worse side [m]."""
-    left, right, solid = _runs(above)
-    left = np.where(solid, left, np.inf).min(axis=1)
-    right = np.where(solid, right, -np.inf).max(axis=1)
-    some = solid.any(axis=1)
-    flare = np.maximum(left - first, last - right)
-    return np.where(some, flare, 1.0)
+    spare = np.minimum(free - _FINGER_CLEARANCE, 0.5 * hand.opening) - needed
+    return spare, 2.0 * (needed + np.minimum(0.5 * spare, _EXTRA_ROOM))

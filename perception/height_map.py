@@ -1,4 +1,4 @@
-"""How high the scene is, seen from straight above, on a regular grid of the world."""
+"""A height map of the scene: its upper surface on a regular grid of the world."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, Image
-from perception.frame import Intrinsics
 from perception.geometry import world_maps
 from perception.preprocess import fill
+from robots import Intrinsics
 
 CELL = 0.0015
 """Side of a cell [m]."""
-REACH = 0.36
-"""Points farther than this from the camera, along x or y of the world, are left out [m]."""
+MAX_OFFSET = 0.36
+"""Points farther than this from the camera along x or y of the world are left out, which bounds the
+size of the map [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,14 +32,14 @@ class HeightMap:
     """Side of a cell [m]."""
 
     def at(self, x: Array | Image, y: Array | Image) -> Image:
-        """Heights at world positions of any shape [m]; outside the grid those of its rim."""
+        """Heights at world positions of any shape [m]; outside the grid, those of its border."""
         return look_up(self.heights, self.origin, self.cell, x, y)
 
 
 def look_up(values: Image, origin: Array, cell: float, x: Array | Image, y: Array | Image) -> Image:
-    """Values of the cells at world positions [m]; outside the grid those of its rim."""
+    """Values of the cells at world positions [m]; outside the grid, those of its border."""
     rows, columns = values.shape
-    # Half a cell is added so that cutting off rounds to the nearest.
+    # Half a cell is added so that truncation rounds to the nearest.
     column = (x - (origin[0] - 0.5 * cell)) * (1.0 / cell)
     row = (y - (origin[1] - 0.5 * cell)) * (1.0 / cell)
     column = np.clip(column, 0, columns - 1).astype(np.int32)
@@ -47,11 +48,13 @@ def look_up(values: Image, origin: Array, cell: float, x: Array | Image, y: Arra
     return found
 
 
-def height_map(depth: Image, intrinsics: Intrinsics, wTc: SE3, u: Array, v: Array) -> HeightMap:
-    """The upper surface of what was measured.
+def build_height_map(
+    depth: Image, intrinsics: Intrinsics, wTc: SE3, u: Array, v: Array
+) -> HeightMap:
+    """The upper surface of a depth image.
 
-    What nothing was measured of lies hidden behind something higher, so it takes the lower of its
-    two neighbours in the row. A small median then takes single wrong points away.
+    A cell without a point is hidden behind something higher, so it takes the lower of its two
+    neighbours in the row. A 3x3 median then removes single outliers.
 
     Args:
         depth: (H, W) without holes [m].
@@ -60,10 +63,10 @@ def height_map(depth: Image, intrinsics: Intrinsics, wTc: SE3, u: Array, v: Arra
         u: (1, W) columns in the full image [px].
         v: (H, 1) rows in the full image [px].
     """
-    # About the camera single precision is exact to a micrometre.
+    # Relative to the camera, single precision is exact to a micrometre.
     here = SE3(wTc.rotation, np.array([0.0, 0.0, wTc.translation[2]]))
     x, y, z = (each.ravel() for each in world_maps(depth, intrinsics, here, u, v))
-    near = (np.abs(x) < REACH) & (np.abs(y) < REACH)
+    near = (np.abs(x) < MAX_OFFSET) & (np.abs(y) < MAX_OFFSET)
     if not near.any():
         near[0] = True
     if not near.all():

@@ -1,13 +1,12 @@
-"""From a depth image to what the network sees: a square of constant scale, level and without holes.
+"""From a depth image to the network's input: a crop of constant scale, levelled and filled.
 
-The network knows no scale: its widths are in pixels and its depth has lost its mean. So the square
-is cut such that one network pixel always covers the same length at the depth of what the objects
-stand on, as far as the image is large enough. Nor does it know how the camera is tilted: depth is
-replaced by how far below the camera a pixel lies, which is the depth if the camera looks straight
-down.
+A network cannot infer scale: its widths are in pixels and the mean depth is subtracted. The crop is
+therefore sized so that one input pixel always covers the same length at the depth of the support
+surface, as far as the image is large enough. Nor can it infer the camera's tilt: depth is replaced
+by the vertical distance below the camera, which equals the depth if the camera looks straight down.
 
-A stereo camera misses mainly what lies in the shadow of a nearer surface beside it. What is hidden
-there is the background, so a hole takes the farther of its two neighbours in the row.
+A stereo camera mostly misses the shadow of a nearer surface. The background lies hidden there, so a
+hole takes the farther of its two neighbours in the row.
 """
 
 from __future__ import annotations
@@ -19,29 +18,29 @@ import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, Image, Mask
-from perception.frame import Intrinsics
 from perception.geometry import world_maps
-from perception.maps import SIZE
+from perception.network_io import INPUT_SIZE
+from robots import Intrinsics
 
 METRES_PER_PIXEL = 0.0015
-"""Length that one network pixel covers at the depth of what the objects stand on [m]."""
-FARTHEST = 5.0
-"""Farther is not believed [m]."""
+"""Length that one input pixel covers at the depth of the support surface [m]."""
+MAX_DEPTH = 5.0
+"""Larger readings are taken as missing [m]."""
 
 
 class NoDepthError(ValueError):
-    """There is not a single depth to go by."""
+    """No pixel has a depth."""
 
 
-def measured(depth: Image) -> Mask:
-    """Where a depth image [m] holds something to be believed; not where it is not a number."""
-    believed: Mask = (depth > 0.0) & (depth < FARTHEST)
-    return believed
+def valid_depth(depth: Image) -> Mask:
+    """Which pixels of a depth image [m] hold a usable depth; NaN is none."""
+    valid: Mask = (depth > 0.0) & (depth < MAX_DEPTH)
+    return valid
 
 
 @dataclass(frozen=True, kw_only=True)
-class Square:
-    """A square of the full image."""
+class Crop:
+    """A square part of the full image."""
 
     u0: int
     """Left column [px]."""
@@ -52,104 +51,99 @@ class Square:
 
     @property
     def scale(self) -> float:
-        """Pixels of the full image to a network pixel."""
-        return self.size / SIZE
+        """Full-image pixels per input pixel."""
+        return self.size / INPUT_SIZE
 
     def to_image(self, pixel: Array) -> Array:
-        """Full-image (u, v) of network pixels (u, v), whatever their leading shape."""
+        """Full-image (u, v) of input pixels (..., 2)."""
         image: Array = (pixel + 0.5) * self.scale - 0.5 + np.array([self.u0, self.v0])
         return image
-
-    def to_network(self, pixel: Array) -> Array:
-        """Network (u, v) of full-image pixels (u, v), whatever their leading shape."""
-        network: Array = (pixel - np.array([self.u0, self.v0]) + 0.5) / self.scale - 0.5
-        return network
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Prepared:
-    """A square of a depth image, ready for the network."""
+    """A crop of a depth image, ready for the network."""
 
-    square: Square
+    crop: Crop
     depth: Image
     """(300, 300) depth without holes [m]."""
     below: Image
-    """(300, 300) how far below the camera that is [m]."""
+    """(300, 300) vertical distance below the camera [m]."""
     missing: Mask
-    """(300, 300) where that depth was filled in."""
+    """(300, 300) where `depth` was filled in."""
     native: Image
-    """(size, size) depth without holes at the camera's own resolution [m]."""
+    """(size, size) depth without holes at the camera's resolution [m]."""
 
     @property
     def network_input(self) -> Image:
-        """(300, 300) level depth less its mean, clipped to [-1, 1] [m]."""
+        """(300, 300) `below` less its mean, clipped to [-1, 1] [m]."""
         clipped: Image = np.clip(self.below - self.below.mean(), -1.0, 1.0)
         return clipped
 
 
-def central_square(shape: tuple[int, int], intrinsics: Intrinsics, depth: float) -> Square:
-    """The square about the image's centre with the network's scale at a depth.
+def central_crop(shape: tuple[int, int], intrinsics: Intrinsics, depth: float) -> Crop:
+    """The crop about the image centre that has the network's scale at a depth.
 
     Args:
         shape: (H, W) of the image.
         intrinsics: the camera's pinhole model.
-        depth: distance along the optical axis of what the objects stand on [m].
+        depth: of the support surface, along the optical axis [m].
     """
     height, width = shape
-    wanted = SIZE * METRES_PER_PIXEL * intrinsics.fx / max(depth, 1e-3)
-    size = int(np.clip(round(wanted), min(SIZE // 2, height, width), min(height, width)))
-    return Square(u0=(width - size) // 2, v0=(height - size) // 2, size=size)
+    wanted = INPUT_SIZE * METRES_PER_PIXEL * intrinsics.fx / max(depth, 1e-3)
+    size = int(np.clip(round(wanted), min(INPUT_SIZE // 2, height, width), min(height, width)))
+    return Crop(u0=(width - size) // 2, v0=(height - size) // 2, size=size)
 
 
-def prepare(depth: Image, square: Square, intrinsics: Intrinsics, wTc: SE3) -> Prepared:
-    """Cut a square out, fill its holes, bring it to the network's size and level it.
+def prepare(depth: Image, crop: Crop, intrinsics: Intrinsics, wTc: SE3) -> Prepared:
+    """Crop a depth image, fill its holes, resize it to the network's input and level it.
 
     Args:
-        depth: (H, W) depth [m]; what is not `measured` is missing.
-        square: which part of it.
+        depth: (H, W) depth [m]; pixels without `valid_depth` are missing.
+        crop: which part of it.
         intrinsics: the camera's pinhole model.
         wTc: camera in the world.
 
     Raises:
-        NoDepthError: the square holds no depth at all.
+        NoDepthError: no pixel of the crop has a depth.
     """
-    part = depth[square.v0 : square.v0 + square.size, square.u0 : square.u0 + square.size]
-    missing = ~measured(part)
+    part = depth[crop.v0 : crop.v0 + crop.size, crop.u0 : crop.u0 + crop.size]
+    missing = ~valid_depth(part)
     native = fill(part, missing)
-    interpolation = cv2.INTER_AREA if square.size > SIZE else cv2.INTER_LINEAR
+    interpolation = cv2.INTER_AREA if crop.size > INPUT_SIZE else cv2.INTER_LINEAR
     resized: Image = np.asarray(
-        cv2.resize(native, (SIZE, SIZE), interpolation=interpolation), dtype=np.float32
+        cv2.resize(native, (INPUT_SIZE, INPUT_SIZE), interpolation=interpolation), dtype=np.float32
     )
-    pixels = np.arange(SIZE, dtype=float)
-    u, v = square.to_image(np.stack([pixels, pixels], axis=1)).T
+    pixels = np.arange(INPUT_SIZE, dtype=float)
+    u, v = crop.to_image(np.stack([pixels, pixels], axis=1)).T
     camera = SE3(wTc.rotation, np.zeros(3))
     (up,) = world_maps(resized, intrinsics, camera, u[None, :], v[:, None], axes=(2,))
     return Prepared(
-        square=square,
+        crop=crop,
         depth=resized,
         below=-up,
         missing=cv2.resize(
-            missing.astype(np.uint8), (SIZE, SIZE), interpolation=cv2.INTER_NEAREST
+            missing.astype(np.uint8), (INPUT_SIZE, INPUT_SIZE), interpolation=cv2.INTER_NEAREST
         ).astype(np.bool_),
         native=native,
     )
 
 
 def fill(depth: Image, missing: Mask) -> Image:
-    """Give each missing pixel the larger value of its nearest neighbours left and right.
+    """Fill each missing pixel with the larger of its nearest neighbours left and right.
 
     Args:
         depth: (H, W).
-        missing: (H, W) where `depth` means nothing.
+        missing: (H, W) which pixels to fill.
 
     Returns:
-        A copy without holes. A row without any value takes those of the nearest row that has some.
+        A copy without holes. A row without a value is copied from the nearest row with one.
 
     Raises:
-        NoDepthError: everything is missing.
+        NoDepthError: all pixels are missing.
     """
     if missing.all():
-        raise NoDepthError("a depth image without any depth cannot be filled")
+        raise NoDepthError("no pixel of the depth image has a depth")
     filled: Image = np.array(depth, dtype=np.float32)
     pixel = np.flatnonzero(missing)
     if len(pixel) == 0:

@@ -1,7 +1,7 @@
-"""Local search around what the network proposes: turn, centre, and keep what the hand can do.
+"""Local search around the network's candidates for grasps that are feasible.
 
-Every proposal is tried in some directions, the network's own counting most, and the best few again
-after moving to the middle between their contacts and turning square to them.
+Every candidate is assessed in several closing directions, those near its own preferred. The best
+are assessed again after centring between their contacts and turning perpendicular to them.
 """
 
 from __future__ import annotations
@@ -13,24 +13,26 @@ import numpy as np
 from perception.arrays import Array, Indices
 from perception.grasp_feasibility import Assessment, assess
 from perception.height_map import HeightMap
+from robots import GripperDescription
 
 ALL_DIRECTIONS = 12
-"""So many closing directions leave none out."""
+"""Closing directions that cover the half turn, in steps of 15°."""
 TURN_COST = 0.3
-"""Share of its score that a grasp loses at right angles to the network's direction."""
+"""Share of its score that a grasp loses at right angles to its candidate's direction."""
 SECOND_ROUND = 8
-"""How many of the first round are tried again, centred and turned."""
+"""Number of grasps that are assessed again, as they are and turned."""
 MAX_TURN = 0.3
-"""No further does a grasp turn to be square to its contacts [rad]."""
+"""Largest turn towards the normal of the contacts [rad]."""
 SAME_DISTANCE = 0.010
-"""Grasps nearer than this ... [m]"""
+"""Two grasps at less than this distance [m] ..."""
 SAME_ANGLE = np.radians(25.0)
-"""... and turned by less than this are the same, and the better one stays [rad]."""
+"""... and angle [rad] are duplicates; the better one is kept."""
+_CENTRED = 0.010  # offset from the contacts' middle at which a score is down to a fifth [m]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RefinedGrasps:
-    """Grasps that passed the check, best first."""
+    """Feasible grasps, best first."""
 
     x: Array
     """(N,) centre in the world [m]."""
@@ -43,9 +45,9 @@ class RefinedGrasps:
     direction: Array
     """(N,) closing direction in the world, from x towards y [rad]."""
     width: Array
-    """(N,) opening that the object needs [m]."""
+    """(N,) distance between the contacts [m]."""
     opening: Array
-    """(N,) between the pads while the hand comes down, so that the fingers touch nothing [m]."""
+    """(N,) distance between the pads for the descent, at which the fingers touch nothing [m]."""
     score: Array
     """(N,) 0 to 1."""
 
@@ -57,39 +59,41 @@ def refine(
     direction: Array,
     quality: Array,
     floor: float,
+    gripper: GripperDescription,
     *,
     directions: int = ALL_DIRECTIONS,
     count: int = 8,
 ) -> RefinedGrasps:
-    """Check proposals on the measured heights and improve them.
+    """Refine candidates on the measured heights.
 
     Args:
         scene: measured heights.
-        x: (N,) proposed centres in the world [m].
+        x: (N,) centres of the candidates in the world [m].
         y: (N,) [m].
-        direction: (N,) proposed closing directions, from x towards y [rad].
-        quality: (N,) how good the network holds them to be, 0 to 1.
-        floor: height of what the objects stand on [m].
-        directions: how many are tried at each proposal, evenly from the proposed one on.
-        count: how many to give at most.
+        direction: (N,) their closing directions, from x towards y [rad].
+        quality: (N,) their quality by the network, 0 to 1.
+        floor: height of the support surface [m].
+        gripper: the hand.
+        directions: number tried at each candidate, evenly over the half turn from its own on.
+        count: largest number of grasps.
     """
     turns = np.arange(directions) * np.pi / directions
     tried = (direction[:, None] + turns[None, :]).ravel()
     x, y, proposed, prior = (
         np.repeat(values, directions) for values in (x, y, direction, np.sqrt(quality))
     )
-    first = assess(scene, x, y, tried, floor)
+    first = assess(scene, x, y, tried, floor, gripper)
     score = first.score * prior * _preference(tried - proposed)
     best = np.argsort(-score, kind="stable")[:SECOND_ROUND]
     best = best[score[best] > 0.0]
 
     again = np.concatenate([best, best])
     turn = np.concatenate([np.zeros(len(best)), np.clip(first.turn[best], -MAX_TURN, MAX_TURN)])
-    second = assess(scene, first.x[again], first.y[again], tried[again] + turn, floor)
+    second = assess(scene, first.x[again], first.y[again], tried[again] + turn, floor, gripper)
     both = _joined(first, best, second)
     origin = np.concatenate([best, again])
     tried = np.concatenate([tried[best], tried[again] + turn])
-    off_centre = np.clip(1.2 - np.abs(both.offset) / 0.010, 0.1, 1.0)
+    off_centre = np.clip(1.2 - np.abs(both.offset) / _CENTRED, 0.1, 1.0)
     score = both.score * prior[origin] * _preference(tried - proposed[origin]) * off_centre
     kept = _distinct(both, tried, score, count)
     return RefinedGrasps(
@@ -105,7 +109,7 @@ def refine(
 
 
 def _preference(turn: Array) -> Array:
-    """1 for the network's own direction, less the more a grasp is turned from it."""
+    """1 for the candidate's own direction, less for a grasp turned from it."""
     preference: Array = 1.0 - TURN_COST * np.sin(turn) ** 2
     return preference
 
@@ -119,7 +123,7 @@ def _joined(first: Assessment, best: Indices, second: Assessment) -> Assessment:
 
 
 def _distinct(grasps: Assessment, direction: Array, score: Array, count: int) -> list[int]:
-    """Indices, best first, without those that are nearly a better one."""
+    """Indices of the best, best first, without duplicates of a better one."""
     kept: list[int] = []
     for index in np.argsort(-score, kind="stable"):
         if score[index] <= 0.0 or len(kept) == count:

@@ -1,71 +1,81 @@
-"""Following one grasp from frame to frame, in the world, until it is so near that it is fixed.
+"""Tracks one grasp over frames, in the world, until the camera is so near that it is locked.
 
-Three states: nothing followed, following, locked. While following, the grasp is smoothed with the
-candidate nearest to it, wherever that is in the ranking, so that a better looking one elsewhere
-does not pull the hand to and fro; only one that is clearly better for several frames in a row does.
+The tracker is empty, following or locked. While following, the grasp is smoothed with the candidate
+nearest to it, whatever its rank, so that changes of the ranking do not move the goal. It switches
+only to a candidate that is clearly better for several frames in a row.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pinocchio import SE3, exp3, log3
 
 from perception.grasp import Detection, GraspEstimate
 
-NEAR_DISTANCE = 0.03
-"""A candidate this near to the followed grasp ... [m]"""
-NEAR_ANGLE = np.radians(30.0)
-"""... and turned by no more than this is the same grasp [rad]."""
-SMOOTHING = 0.4
-"""Share of the newest frame in the followed grasp."""
-LOST_AFTER = 8
-"""Frames without a near candidate after which the grasp is lost."""
-CLEARLY_BETTER = 1.4
-"""Another grasp has to be so many times as good as the followed one ..."""
-SWITCH_AFTER = 4
-"""... for so many frames in a row to be followed instead."""
-REJECTED_DISTANCE = 0.015
-"""A candidate this near to a grasp that failed ... [m]"""
-REJECTED_ANGLE = np.radians(20.0)
-"""... and turned by no more than this is avoided [rad]."""
-REMEMBERED = 32
-"""How many failed grasps are remembered."""
 
+@dataclass(frozen=True, kw_only=True)
+class TrackerSettings:
+    """When a candidate is the tracked grasp, and when the tracker switches."""
+
+    near_distance: float = 0.03
+    """Largest horizontal distance of a candidate that is the tracked grasp [m]."""
+    near_angle: float = float(np.radians(30.0))
+    """Largest angle between such a candidate and the tracked grasp [rad]."""
+    smoothing: float = 0.4
+    """Weight of the newest frame in the tracked grasp, 0 to 1."""
+    lost_after: int = 8
+    """Frames in a row without such a candidate until the grasp is lost."""
+    switch_ratio: float = 1.4
+    """A better candidate has at least this times the quality of the tracked grasp ..."""
+    switch_after: int = 4
+    """... in this many frames in a row, until the tracker switches to it."""
+    rejected_distance: float = 0.015
+    """Largest horizontal distance of a candidate to a failed grasp for it to be avoided [m]."""
+    rejected_angle: float = float(np.radians(20.0))
+    """Largest angle between such a candidate and the failed grasp [rad]."""
+    remembered: int = 32
+    """Number of failed grasps that are remembered."""
+
+
+_DEFAULT = TrackerSettings()
+_TURN_WEIGHT = 0.2 / np.pi  # a right angle counts as much as a distance of 0.1 m [m/rad]
 _HALF_TURN = SE3(np.diag([-1.0, -1.0, 1.0]), np.zeros(3))
 
 
 class GraspTracker:
-    """Follows one grasp.
+    """Tracks one grasp.
 
     Args:
-        lock_distance: once the camera is nearer to the grasp than this, it stays as it is [m].
+        lock_distance: distance of the camera to the grasp below which the grasp is locked [m].
+        settings: of following, switching and rejecting.
     """
 
-    def __init__(self, lock_distance: float = 0.25) -> None:
+    def __init__(self, lock_distance: float = 0.25, settings: TrackerSettings = _DEFAULT) -> None:
         self.lock_distance = lock_distance
+        self.settings = settings
         self.reason = ""
-        """Why the last `update` gave nothing; empty when it gave a grasp."""
-        self._rejected: deque[SE3] = deque(maxlen=REMEMBERED)
+        """Why the last `update` returned None; empty when it returned a grasp."""
+        self._rejected: deque[SE3] = deque(maxlen=settings.remembered)
         self.reset()
 
     @property
     def locked(self) -> bool:
-        """Whether the followed grasp is fixed."""
+        """Whether the tracked grasp is locked."""
         return self._locked
 
     def reset(self) -> None:
-        """Follow nothing; failed grasps stay remembered."""
-        self._followed: GraspEstimate | None = None
+        """Drop the tracked grasp; failed grasps stay remembered."""
+        self._tracked: GraspEstimate | None = None
         self._locked = False
-        self._unseen = 0
-        self._outdone = 0
+        self._frames_missed = 0
+        self._frames_outdone = 0
 
     def reject(self, wTg: SE3) -> None:
-        """Remember a grasp that failed; candidates like it are avoided from now on."""
+        """Remember a failed grasp; similar candidates are avoided from now on."""
         self._rejected.append(wTg)
 
     def forget(self) -> None:
@@ -73,79 +83,79 @@ class GraspTracker:
         self._rejected.clear()
 
     def update(self, detection: Detection, wTc: SE3) -> GraspEstimate | None:
-        """Take in one frame.
+        """Update with one frame.
 
         Args:
-            detection: what was found in it.
-            wTc: camera in the world when it was captured.
+            detection: the grasps found in it.
+            wTc: camera in the world at capture.
 
         Returns:
-            The followed grasp, or None, and then `reason` says why.
+            The tracked grasp; None if there is none, and `reason` says why.
         """
         if not self._locked:
             self._follow([g for g in detection.grasps if not self._is_rejected(g)], detection)
-        if self._followed is None:
+        if self._tracked is None:
             return None
         self.reason = ""
-        distance = np.linalg.norm(self._followed.wTg.translation - wTc.translation)
+        distance = np.linalg.norm(self._tracked.wTg.translation - wTc.translation)
         self._locked = self._locked or bool(distance < self.lock_distance)
-        return self._followed
+        return self._tracked
 
     def _follow(self, candidates: Sequence[GraspEstimate], detection: Detection) -> None:
-        if self._followed is None:
+        if self._tracked is None:
             if candidates:
-                self._adopt(candidates[0])
+                self._track(candidates[0])
             else:
                 self.reason = detection.reason or "all grasps in sight have failed before"
             return
-        followed = self._followed
-        near = [c for c in candidates if _alike(c.wTg, followed.wTg, NEAR_DISTANCE, NEAR_ANGLE)]
+        s, tracked = self.settings, self._tracked
+        near = [c for c in candidates if _alike(c.wTg, tracked.wTg, s.near_distance, s.near_angle)]
         if near:
-            self._unseen = 0
-            self._followed = followed = _blend(
-                followed, min(near, key=lambda c: _difference(c.wTg, followed.wTg))
-            )
+            self._frames_missed = 0
+            nearest = min(near, key=lambda c: _difference(c.wTg, tracked.wTg))
+            self._tracked = tracked = _blend(tracked, nearest, s.smoothing)
         else:
-            self._unseen += 1
-            if self._unseen >= LOST_AFTER:
+            self._frames_missed += 1
+            if self._frames_missed >= s.lost_after:
                 self.reset()
-                self.reason = f"the grasp was not seen again in {LOST_AFTER} frames"
+                self.reason = f"the grasp was not seen again in {s.lost_after} frames"
                 return
         best = candidates[0] if candidates else None
-        if best is None or best in near or best.quality < CLEARLY_BETTER * followed.quality:
-            self._outdone = 0
+        if best is None or best in near or best.quality < s.switch_ratio * tracked.quality:
+            self._frames_outdone = 0
             return
-        self._outdone += 1
-        if self._outdone >= SWITCH_AFTER:
-            self._adopt(best)
+        self._frames_outdone += 1
+        if self._frames_outdone >= s.switch_after:
+            self._track(best)
 
-    def _adopt(self, grasp: GraspEstimate) -> None:
+    def _track(self, grasp: GraspEstimate) -> None:
         self.reset()
-        self._followed = grasp
+        self._tracked = grasp
 
     def _is_rejected(self, grasp: GraspEstimate) -> bool:
+        s = self.settings
         return any(
-            _alike(grasp.wTg, failed, REJECTED_DISTANCE, REJECTED_ANGLE)
+            _alike(grasp.wTg, failed, s.rejected_distance, s.rejected_angle)
             for failed in self._rejected
         )
 
 
-def _blend(followed: GraspEstimate, newest: GraspEstimate) -> GraspEstimate:
-    """The newest estimate, its pose and width drawn towards the followed one's."""
-    target = _same_way_round(newest.wTg, followed.wTg)
-    start = followed.wTg
+def _blend(tracked: GraspEstimate, newest: GraspEstimate, weight: float) -> GraspEstimate:
+    """The newest estimate with pose, width and quality smoothed exponentially by its weight."""
+    target = _same_way_round(newest.wTg, tracked.wTg)
+    start = tracked.wTg
     turn = log3(start.rotation.T @ target.rotation)
     wTg = SE3(
-        start.rotation @ exp3(SMOOTHING * turn),
-        start.translation + SMOOTHING * (target.translation - start.translation),
+        start.rotation @ exp3(weight * turn),
+        start.translation + weight * (target.translation - start.translation),
     )
-    width = followed.width + SMOOTHING * (newest.width - followed.width)
-    quality = followed.quality + SMOOTHING * (newest.quality - followed.quality)
+    width = tracked.width + weight * (newest.width - tracked.width)
+    quality = tracked.quality + weight * (newest.quality - tracked.quality)
     return replace(newest, wTg=wTg, width=width, quality=quality)
 
 
 def _same_way_round(wTg: SE3, reference: SE3) -> SE3:
-    """A grasp, or the equal one with its fingers exchanged: whichever is turned less."""
+    """A grasp or its equivalent with the fingers exchanged, whichever is turned less."""
     exchanged = wTg * _HALF_TURN
     return min((wTg, exchanged), key=lambda pose: _turn(pose, reference))
 
@@ -160,6 +170,6 @@ def _alike(a: SE3, b: SE3, distance: float, angle: float) -> bool:
 
 
 def _difference(a: SE3, b: SE3) -> float:
-    """How unlike two grasps are; a right angle counts as 0.1 m."""
+    """Distance of two grasps, turns included [m]."""
     apart = float(np.linalg.norm(a.translation - b.translation))
-    return apart + 0.2 / np.pi * _turn(_same_way_round(a, b), b)
+    return apart + _TURN_WEIGHT * _turn(_same_way_round(a, b), b)

@@ -37,6 +37,11 @@ class Limits:
     base_acceleration: Array
     """(3,) base accelerations along x, y and about z [m/s^2, m/s^2, rad/s^2]."""
 
+    def base_speed(self, twist: Array) -> Array:
+        """(3,) largest speeds of the base in the directions of a twist (3,) [m/s, m/s, rad/s]."""
+        along_x = self.base_reverse if twist[0] < 0.0 else self.base_twist[0]
+        return np.array([along_x, *self.base_twist[1:]])
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ArmDescription:

@@ -22,7 +22,8 @@ from robots.description import (
     Limits,
     RobotDescription,
 )
-from robots.files import N_LINKS, ArmFile, BaseFile, CameraFile, GripperFile, PoseFile, RobotFile
+from robots.schema import N_LINKS, ArmFile, BaseFile, CameraFile, GripperFile, RobotFile
+from robots.schema_geometry import PoseFile
 from robots.shapes import Colour
 
 SHIPPED = Path(__file__).parent

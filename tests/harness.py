@@ -29,7 +29,7 @@ ON_TABLE = Region(
 @cache
 def detector() -> GraspDetector:
     """The real one, loaded once."""
-    return GraspDetector()
+    return GraspDetector(gripper=load_robot("frankie").gripper)
 
 
 def block(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ ROOMS = (
     "robots",
     "controller",
     "perception",
+    "perception.networks",
     "hw",
     "hw.sim",
     "behaviours",
@@ -29,6 +31,8 @@ ROOMS = (
     "app.export",
     "app.authoring",
     "app.lab",
+    "app.lab.grasps",
+    "app.lab.bench",
     "app.commands",
     "app",
     "frankie_task",
@@ -43,6 +47,7 @@ SIDE_BY_SIDE = {
         ("controller", "perception"),
         ("trees.draw", "trees.btcpp"),
         ("app.authoring", "app.lab"),
+        ("app.lab.grasps", "app.lab.bench"),
     )
 }
 """Rooms of one floor, which do not know each other."""
@@ -80,6 +85,18 @@ def module_name(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
+@cache
+def exports(module: str) -> frozenset[str]:
+    """The names in `__all__` of a package of ours."""
+    face = ROOT.joinpath(*module.split("."), "__init__.py")
+    if not face.is_file():
+        return frozenset()
+    for node in ast.parse(face.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+            return frozenset(ast.literal_eval(node.value))
+    return frozenset()
+
+
 def modules_imported(node: ast.AST) -> Iterator[str]:
     """The modules that a statement imports; of `from package import module` the module."""
     if isinstance(node, ast.Import):
@@ -89,7 +106,8 @@ def modules_imported(node: ast.AST) -> Iterator[str]:
             inner = f"{node.module}.{alias.name}"
             path = ROOT.joinpath(*inner.split("."))
             is_module = path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
-            yield inner if is_module else node.module
+            # A name that a face exports may be that of a module behind it.
+            yield inner if is_module and alias.name not in exports(node.module) else node.module
 
 
 def imports() -> Iterator[Import]:

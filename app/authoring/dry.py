@@ -15,8 +15,7 @@ from typing import Any, cast
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from app.core.outcome import End, Outcome
-from app.core.session import failed_node
+from app.core import End, Outcome, failed_node
 from behaviours.named import Key
 from config import UserError, quoted, suggest
 from hw import SimClock, TaskClock

@@ -13,7 +13,7 @@ from app.commands.refuse import find_tree, refuse
 from config import UserError
 
 if TYPE_CHECKING:
-    from app.core.launch import Result
+    from app.core import Result
 
 
 class Speed(StrEnum):
@@ -120,8 +120,7 @@ def run(
         refuse("--watch: a dry run ends at once, and there is nothing to watch; leave it out")
     if dry:
         raise typer.Exit(_run_dry(find_tree(tree), parameters, outcome or [], ticks, as_json))
-    from app.core.launch import RunOptions, run_task
-    from app.core.setup import VisionForm
+    from app.core import RunOptions, VisionForm, run_task
     from app.live import ControlOptions, View, ViewOptions
 
     options = RunOptions(
@@ -147,7 +146,7 @@ def run(
         ),
     )
     if watch:
-        from app.core.on_save import run_on_save
+        from app.core import run_on_save
 
         result = run_on_save(options, show=lambda result: _show(result, as_json), say=_say)
     else:

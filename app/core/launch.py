@@ -35,6 +35,7 @@ from app.live import (
 from controller import robot_model
 from hw import Truth, WorldOptions, stopwatch
 from perception import GraspDetector
+from robots import load_robot
 from trees.btcpp import BtLog
 from trees.language import Task, TreeNode, build, load, nodes_in_order
 
@@ -97,7 +98,8 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
         paced=options.paced,
         beside=options.vision is VisionForm.BESIDE,
     )
-    detector = GraspDetector(options.weights, options.network)
+    gripper = load_robot(options.robot).gripper
+    detector = GraspDetector(options.weights, options.network, gripper=gripper)
     with open_setup(options.robot, options.world, world, detector, options.vision) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         room = OperatorConsole(

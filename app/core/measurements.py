@@ -45,7 +45,7 @@ class Measurements:
         self._states.append(np.array([*base, *state.q, *state.qd, state.gripper_width]))
         margin = float(np.minimum(state.q - limits.q_min, limits.q_max - state.q).min())
         joint_share = float((np.abs(state.qd) / limits.qd).max())
-        allowed = np.maximum(limits.base_twist, _ROUNDING)
+        allowed = np.maximum(limits.base_speed(state.base_twist), _ROUNDING)
         base_share = float((np.abs(state.base_twist) / allowed).max())
         self.smallest_margin = min(self.smallest_margin, margin)
         self.highest_speed = max(self.highest_speed, joint_share, base_share)

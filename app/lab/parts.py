@@ -1,4 +1,4 @@
-"""Where the time of a step goes: the functions that it is made of, timed while they run."""
+"""CPU time of the parts of a step, by timing the functions that it calls."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 
 Functions: TypeAlias = Mapping[str, tuple[tuple[Any, str], ...]]
-"""The functions of every part, by where they are looked up."""
-Answer = TypeVar("Answer")
+"""The functions of every part, as (owner, attribute) where they are looked up."""
+Result = TypeVar("Result")
 
 
 class PartTimer:
-    """Notes how long the parts of a step take, in processor time of the thread.
+    """Measures the parts of a step in CPU time of the thread.
 
     Args:
-        functions: what the parts are.
+        functions: of every part.
     """
 
     def __init__(self, functions: Functions) -> None:
@@ -27,23 +27,23 @@ class PartTimer:
         self._inner = [0]
         self._steps: list[dict[str, int]] = []
 
-    def step(self, work: Callable[[], Answer]) -> Answer:
-        """Do one step; its parts are only noted while `watching`."""
+    def step(self, work: Callable[[], Result]) -> Result:
+        """Do one step; its parts are measured only while `watching`."""
         self._now = dict.fromkeys(self._functions, 0)
         begun = thread_time_ns()
-        answer = work()
+        result = work()
         total = thread_time_ns() - begun
         self._steps.append(self._now | {"rest": total - sum(self._now.values())})
-        return answer
+        return result
 
     def medians(self) -> dict[str, float]:
-        """Median time of every part [µs]."""
+        """Median time of every part, and of the rest of the step [µs]."""
         names = (*self._functions, "rest")
         return {name: float(np.median([s[name] for s in self._steps]) / 1e3) for name in names}
 
     @contextmanager
     def watching(self) -> Iterator[None]:
-        """The parts are timed as long as this lasts."""
+        """Measure the parts inside of this context."""
         places = [
             (part, *place) for part, functions in self._functions.items() for place in functions
         ]
@@ -57,15 +57,15 @@ class PartTimer:
                 setattr(owner, name, function)
 
     def _timed(self, part: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        """The function, its time added to the part; what is timed inside it counts there."""
+        """The function with its time added to the part, less that of measured functions inside."""
 
         def timed(*arguments: Any, **named: Any) -> Any:
             self._inner.append(0)
             begun = thread_time_ns()
-            answer = function(*arguments, **named)
+            result = function(*arguments, **named)
             spent = thread_time_ns() - begun
             self._now[part] += spent - self._inner.pop()
             self._inner[-1] += spent
-            return answer
+            return result
 
         return timed

@@ -1,4 +1,4 @@
-"""The same work on every core of this computer, or on a cluster."""
+"""The same work on many items, on all cores or on a cluster."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 _BATCH = 5
-"""Pieces of work that are sent together."""
+"""Items sent to a process at once."""
 
 
 class ClusterError(UserError):
@@ -28,19 +28,19 @@ def run_all(
     workers: int = 1,
     cluster: str | None = None,
 ) -> Iterator[tuple[int, R]]:
-    """Do some work on every item.
+    """Do the same work on every item.
 
     Args:
-        work: a function of a module, so that other processes can find it.
-        items: what it is done on.
-        workers: processes; 1 stays in this one.
+        work: a function at module level, so that other processes can import it.
+        items: arguments of the work.
+        workers: number of processes; 1 is this one.
         cluster: address of a dask.distributed scheduler to use instead.
 
     Yields:
-        The number of an item and its result, in the order in which they are done.
+        The index of an item and its result, in the order of completion.
 
     Raises:
-        ClusterError: `distributed` is not installed, or nobody answers at the address.
+        ClusterError: `distributed` is not installed, or no scheduler answers at the address.
     """
     batches = [range(i, min(i + _BATCH, len(items))) for i in range(0, len(items), _BATCH)]
     if cluster is not None:

@@ -58,7 +58,15 @@ def make(folder: Path) -> list[Path]:
 def _live(path: Path, record: Path) -> Path:
     """The whole viewer while a task runs; then stop the run."""
     server = Address()
-    command = [sys.executable, "-m", "app.cli", "run", "pick_place", "--record", str(record)]
+    command = [
+        sys.executable,
+        "-m",
+        "frankie_task_cli",
+        "run",
+        "pick_place",
+        "--record",
+        str(record),
+    ]
     command += ["--view", "web", "--view-port", str(server.port), "--speed", "real"]
     with subprocess.Popen(command) as run:
         try:

@@ -1,5 +1,7 @@
 """The gate lets good commands through untouched and turns every other into braking."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pinocchio import SE3
@@ -58,6 +60,16 @@ def test_a_good_command_passes_unchanged(gate, wire):
     assert gate.send(good, reading(), 0.0) is good
     assert wire.sent == [good]
     assert not any(gate.refusals.values())
+
+
+def test_a_reverse_speed_of_its_own_is_kept(wire):
+    gate = Gate(wire, replace(LIMITS, base_reverse=0.01), DT)
+    assert gate.send(command((-0.012, 0.0, 0.0)), reading(), 0.0).base_twist[0] == 0.0
+    assert gate.refusals[Refusal.SPEED] == 1
+    slow = command((-0.009, 0.0, 0.0))
+    assert gate.send(slow, reading(), 0.0) is slow
+    forward = command((0.006, 0.0, 0.0))
+    assert gate.send(forward, reading(), 0.0) is forward
 
 
 def spun_up(gate: Gate) -> None:

@@ -16,7 +16,7 @@ from perception.grasp_feasibility import DEPTHS
 from robots import Box, Geom, load_robot
 
 ROBOT = load_robot("frankie")
-CAMERA = ROBOT.camera.intrinsics
+GRIPPER, CAMERA = ROBOT.gripper, ROBOT.camera.intrinsics
 FLOOR = 0.456
 WORKSPACE = Region(
     name="container",
@@ -34,7 +34,7 @@ def box_world(yaw: float = 0.5, x: float = 3.03, y: float = -0.02) -> World:
     """A box of 120 x 40 x 50 mm in a container."""
     part = Geom(Box((0.06, 0.02, 0.025)), SE3.Identity())
     turn = exp3(np.array([0.0, 0.0, yaw]))
-    thing = SimObject(
+    obj = SimObject(
         name="box", parts=(part,), mass=0.2, pose=SE3(turn, np.array([x, y, FLOOR + 0.025]))
     )
     fixtures = [
@@ -44,7 +44,7 @@ def box_world(yaw: float = 0.5, x: float = 3.03, y: float = -0.02) -> World:
         for sign in (1, -1):
             centre = np.array([3.0 + sign * dx, sign * dy, FLOOR + 0.025])
             fixtures.append(Geom(Box((hx, hy, 0.025)), SE3(np.eye(3), centre), "wall"))
-    return World(fixtures, [thing])
+    return World(fixtures, [obj])
 
 
 def frame(world: World, wTc: SE3, seed: int = 0) -> DepthFrame:
@@ -55,7 +55,7 @@ def frame(world: World, wTc: SE3, seed: int = 0) -> DepthFrame:
 
 @pytest.fixture(scope="module")
 def detector() -> GraspDetector:
-    return GraspDetector()
+    return GraspDetector(gripper=GRIPPER)
 
 
 def test_closing_directions_are_exact_for_a_tilted_camera() -> None:
@@ -99,9 +99,8 @@ def test_the_shipped_weights_grasp_a_box_across(
     assert abs((turn + np.pi / 2) % np.pi - np.pi / 2) < np.deg2rad(12)
     assert best.width == pytest.approx(0.04, abs=0.006)
     assert best.stamp == 4.5
-    hand = Hand(ROBOT.gripper, best.wTg)
-    assert world.collision(hand, best.opening) is None
-    assert world.close_fingers(hand, best.opening, 20.0).holding == "box"
+    assert world.collision(best.wTg, best.opening) is None
+    assert world.close_fingers(Hand(GRIPPER, best.wTg), best.opening, 20.0).holding == "box"
     assert [g.quality for g in found.grasps] == sorted(g.quality for g in found.grasps)[::-1]
 
 
@@ -215,4 +214,4 @@ def test_nonsense_depth_is_survived(detector: GraspDetector, seed: int) -> None:
 
 def test_missing_weights_are_said_so(tmp_path: Path) -> None:
     with pytest.raises(WeightsError, match="no such weights file"):
-        GraspDetector(tmp_path / "nothing.safetensors")
+        GraspDetector(tmp_path / "nothing.safetensors", gripper=GRIPPER)

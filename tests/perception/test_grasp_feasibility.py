@@ -1,15 +1,21 @@
-"""The check of the hand, on hand-made height maps with known answers."""
+"""Grasp feasibility on synthetic height maps with known answers."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from pinocchio import SE3
 
-from perception.grasp_feasibility import DEPTHS, FLOOR_CLEARANCE, MAX_OPENING, PALM, TIP, assess
-from perception.height_map import CELL, HeightMap, height_map
+from perception.grasp_feasibility import DEPTHS, FLOOR_CLEARANCE, assess
+from perception.hand_dimensions import hand_dimensions
+from perception.height_map import CELL, HeightMap, build_height_map
 from perception.refine import refine
+from robots import Box, Geom, GripperDescription, Intrinsics, load_robot
 
+GRIPPER = load_robot("frankie").gripper
+HAND = hand_dimensions(GRIPPER)
+UP = np.array([0.0, 0.0, 1.0])
 FLOOR = 0.456
 SIZE = 241
 ORIGIN = np.array([-CELL * (SIZE // 2)] * 2)
@@ -40,74 +46,101 @@ def scene(*parts: np.ndarray) -> HeightMap:
     return HeightMap(heights=heights.astype(np.float32), origin=ORIGIN)
 
 
-def judge(
-    where: HeightMap, direction_deg: float, x: float = 0.0, y: float = 0.0
+def feasibility(
+    where: HeightMap,
+    direction_deg: float,
+    x: float = 0.0,
+    y: float = 0.0,
+    gripper: GripperDescription = GRIPPER,
 ) -> dict[str, float]:
     one = np.ones(1)
-    found = assess(where, x * one, y * one, np.deg2rad(direction_deg) * one, FLOOR)
+    found = assess(where, x * one, y * one, np.deg2rad(direction_deg) * one, FLOOR, gripper)
     return {name: float(getattr(found, name)[0]) for name in found.__dataclass_fields__}
 
 
 def test_across_a_box_is_good_and_along_it_is_too_wide() -> None:
     where = scene(box(0, 0, 0.12, 0.04, 0.05, yaw_deg=30))
-    across = judge(where, 120)
+    across = feasibility(where, 120)
     assert across["score"] > 0.9
     assert across["width"] == pytest.approx(0.04, abs=0.003)
     assert across["top"] == pytest.approx(FLOOR + 0.05, abs=1e-4)
     assert across["z"] == pytest.approx(FLOOR + 0.05 - DEPTHS[0], abs=1e-4)
-    assert judge(where, 30)["score"] == 0.0
+    assert feasibility(where, 30)["score"] == 0.0
+
+
+def test_the_dimensions_are_those_of_the_franka_hand_with_margins() -> None:
+    assert HAND.opening == 0.08
+    assert HAND.tip == pytest.approx(0.008 + 0.0004)
+    assert HAND.palm == pytest.approx(0.0369 + 0.0001)
+    assert HAND.pad_thickness == pytest.approx(0.008)
+    assert HAND.finger_thickness == pytest.approx(0.01575 + 0.00005)
+    assert HAND.lines == pytest.approx(1e-3 * np.array([-10.5, -7, -3.5, 0, 3.5, 7, 10.5]))
+    assert HAND.lines[HAND.pad_lines] == pytest.approx(1e-3 * np.array([-7, -3.5, 0, 3.5, 7]))
+    assert max(HAND.palm_along) + 0.008 >= 0.102
+    assert max(HAND.palm_across) + 0.008 >= 0.0316
+
+
+def test_another_gripper_is_assessed_with_its_own_dimensions() -> None:
+    where = scene(box(0, 0, 0.12, 0.04, 0.05))
+    assert feasibility(where, 90)["score"] > 0.9
+    narrow = replace(GRIPPER, opening=0.04)
+    assert feasibility(where, 90, gripper=narrow)["score"] == 0.0
+    low_palm = replace(GRIPPER, palm=Geom(Box((0.03, 0.1, 0.05)), SE3(np.eye(3), -0.06 * UP)))
+    raised = feasibility(where, 90, gripper=low_palm)
+    assert raised["z"] + 0.01 > FLOOR + 0.05
+    assert raised["z"] > feasibility(where, 90)["z"]
 
 
 def test_no_grasp_is_too_deep_for_the_palm() -> None:
     for height in (0.04, 0.07, 0.10):
-        found = judge(scene(box(0, 0, 0.04, 0.04, height)), 90)
-        assert found["z"] + PALM > FLOOR + height
+        found = feasibility(scene(box(0, 0, 0.04, 0.04, height)), 90)
+        assert found["z"] + HAND.palm > FLOOR + height
 
 
 def test_round_things_are_grasped_deeper_than_upright_ones() -> None:
-    upright = judge(scene(box(0, 0, 0.05, 0.05, 0.05)), 0)
-    round_one = judge(scene(ball(0, 0, 0.03)), 0)
+    upright = feasibility(scene(box(0, 0, 0.05, 0.05, 0.05)), 0)
+    round_one = feasibility(scene(ball(0, 0, 0.03)), 0)
     assert upright["z"] == pytest.approx(FLOOR + 0.05 - DEPTHS[0], abs=1e-4)
     assert round_one["z"] <= FLOOR + 0.06 - DEPTHS[1] + 1e-4
     assert round_one["score"] > 0.5
 
 
 def test_the_centre_moves_to_the_middle_between_the_contacts() -> None:
-    off = judge(scene(box(0, 0, 0.12, 0.04, 0.05)), 90, x=0.01, y=0.008)
+    off = feasibility(scene(box(0, 0, 0.12, 0.04, 0.05)), 90, x=0.01, y=0.008)
     assert off["y"] == pytest.approx(0.0, abs=0.0016)
     assert off["x"] == pytest.approx(0.01, abs=1e-9)
 
 
 @pytest.mark.parametrize("skew_deg", [-15, 15])
 def test_the_turn_makes_the_closing_direction_square(skew_deg: float) -> None:
-    found = judge(scene(box(0, 0, 0.12, 0.04, 0.05)), 90 + skew_deg)
+    found = feasibility(scene(box(0, 0, 0.12, 0.04, 0.05)), 90 + skew_deg)
     assert np.rad2deg(found["turn"]) == pytest.approx(-skew_deg, abs=4)
 
 
 def test_low_things_are_taken_just_above_the_floor() -> None:
-    found = judge(scene(box(0, 0, 0.1, 0.03, 0.02)), 90)
+    found = feasibility(scene(box(0, 0, 0.1, 0.03, 0.02)), 90)
     assert found["z"] == pytest.approx(FLOOR + FLOOR_CLEARANCE, abs=1e-4)
-    assert found["z"] - TIP > FLOOR
+    assert found["z"] - HAND.tip > FLOOR
     assert found["score"] > 0.5
-    assert judge(scene(box(0, 0, 0.1, 0.03, 0.005)), 90)["score"] == 0.0
+    assert feasibility(scene(box(0, 0, 0.1, 0.03, 0.005)), 90)["score"] == 0.0
 
 
 def test_a_ball_is_good_from_everywhere_and_a_flat_cone_from_nowhere() -> None:
     for direction in (0, 37, 90):
-        assert judge(scene(ball(0, 0, 0.03)), direction)["score"] > 0.6
-        assert judge(scene(cone(0.035, 0.03)), direction)["score"] < 0.1
+        assert feasibility(scene(ball(0, 0, 0.03)), direction)["score"] > 0.6
+        assert feasibility(scene(cone(0.035, 0.03)), direction)["score"] < 0.1
 
 
 def test_the_bare_floor_and_the_air_beside_an_object_are_nothing() -> None:
     where = scene(box(0, 0, 0.1, 0.04, 0.05))
-    assert judge(scene(), 0)["score"] == 0.0
-    assert judge(where, 90, y=0.05)["score"] == 0.0
+    assert feasibility(scene(), 0)["score"] == 0.0
+    assert feasibility(where, 90, y=0.05)["score"] == 0.0
 
 
 @pytest.mark.parametrize(("gap", "fits"), [(0.010, False), (0.030, True)])
 def test_a_neighbour_must_leave_room_for_a_finger(gap: float, fits: bool) -> None:
     neighbour = box(0, 0.02 + gap + 0.03, 0.1, 0.06, 0.05)
-    found = judge(scene(box(0, 0, 0.1, 0.04, 0.05), neighbour), 90)
+    found = feasibility(scene(box(0, 0, 0.1, 0.04, 0.05), neighbour), 90)
     assert (found["score"] > 0) == fits
     if fits:
         finger_outside = found["opening"] / 2 + 0.0158
@@ -116,32 +149,32 @@ def test_a_neighbour_must_leave_room_for_a_finger(gap: float, fits: bool) -> Non
 
 
 def test_a_lone_object_is_approached_with_room_to_spare() -> None:
-    found = judge(scene(box(0, 0, 0.1, 0.04, 0.05)), 90)
-    assert found["width"] + 0.015 < found["opening"] <= MAX_OPENING
+    found = feasibility(scene(box(0, 0, 0.1, 0.04, 0.05)), 90)
+    assert found["width"] + 0.015 < found["opening"] <= GRIPPER.opening
 
 
 def test_the_palm_stays_above_tall_neighbours_or_gives_up() -> None:
     tall = box(0, 0.09, 0.04, 0.03, 0.06)
-    raised = judge(scene(box(0, 0, 0.1, 0.04, 0.04), tall), 90)
-    assert raised["z"] + PALM > FLOOR + 0.06
+    raised = feasibility(scene(box(0, 0, 0.1, 0.04, 0.04), tall), 90)
+    assert raised["z"] + HAND.palm > FLOOR + 0.06
     assert raised["score"] > 0
     taller = box(0, 0.09, 0.04, 0.03, 0.10)
-    assert judge(scene(box(0, 0, 0.1, 0.04, 0.04), taller), 90)["score"] == 0.0
+    assert feasibility(scene(box(0, 0, 0.1, 0.04, 0.04), taller), 90)["score"] == 0.0
     # Turned so that the palm is not above it, the same grasp works.
     square = scene(box(0, 0, 0.04, 0.04, 0.04), taller)
-    assert judge(square, 90)["score"] == 0.0
-    assert judge(square, 0)["score"] > 0
+    assert feasibility(square, 90)["score"] == 0.0
+    assert feasibility(square, 0)["score"] > 0
 
 
 def test_a_wall_beside_the_fingers_counts_as_much_as_an_object() -> None:
     wall = box(0, 0.05, 0.3, 0.006, 0.05)
-    assert judge(scene(box(0, 0.02, 0.1, 0.04, 0.03), wall), 90, y=0.02)["score"] == 0.0
+    assert feasibility(scene(box(0, 0.02, 0.1, 0.04, 0.03), wall), 90, y=0.02)["score"] == 0.0
 
 
 def test_refining_turns_a_bad_proposal_into_a_good_one() -> None:
     where = scene(box(0.02, 0.01, 0.13, 0.04, 0.05, yaw_deg=20))
     one = np.ones(1)
-    found = refine(where, 0.03 * one, 0.02 * one, np.deg2rad(65) * one, 0.8 * one, FLOOR)
+    found = refine(where, 0.03 * one, 0.02 * one, np.deg2rad(65) * one, 0.8 * one, FLOOR, GRIPPER)
     turn = (np.rad2deg(found.direction[0]) - 110 + 90) % 180 - 90
     assert abs(turn) < 8
     off_axis = -(found.x[0] - 0.02) * np.sin(np.deg2rad(20)) + (found.y[0] - 0.01) * np.cos(
@@ -155,14 +188,12 @@ def test_refining_nothing_or_the_impossible_gives_nothing() -> None:
     one = np.ones(1)
     empty = np.zeros(0)
     where = scene(box(0, 0, 0.2, 0.15, 0.05))
-    assert len(refine(where, 0 * one, 0 * one, 0 * one, one, FLOOR).score) == 0
-    assert len(refine(where, empty, empty, empty, empty, FLOOR).score) == 0
+    assert len(refine(where, 0 * one, 0 * one, 0 * one, one, FLOOR, GRIPPER).score) == 0
+    assert len(refine(where, empty, empty, empty, empty, FLOOR, GRIPPER).score) == 0
 
 
 def test_height_maps_of_a_tilted_camera_are_level() -> None:
     """A plane seen obliquely is a level map at its height, whatever the depths."""
-    from robots import Intrinsics
-
     camera = Intrinsics(width=200, height=200, fx=200.0, fy=200.0, cx=99.5, cy=99.5)
     tilt = 0.3
     rotation = np.diag([1.0, -1.0, -1.0]) @ np.array(
@@ -172,6 +203,6 @@ def test_height_maps_of_a_tilted_camera_are_level() -> None:
     u, v = np.meshgrid(np.arange(200.0), np.arange(200.0))
     rays = np.stack([(u - 99.5) / 200, (v - 99.5) / 200, np.ones_like(u)], -1) @ rotation.T
     depth = ((FLOOR - 0.9) / rays[..., 2]).astype(np.float32)
-    found = height_map(depth, camera, wTc, u, v)
+    found = build_height_map(depth, camera, wTc, u, v)
     assert found.heights == pytest.approx(FLOOR, abs=1e-5)
     assert np.asarray(found.at(np.array([1.0]), np.array([2.0])))[0] == pytest.approx(FLOOR)

@@ -8,16 +8,15 @@ import pytest
 import torch
 from safetensors.torch import save_file
 
-from perception.angle_bins import AngleBinNetwork
-from perception.ggcnn import GGCNN, GGCNN2, evaluate, rewritten
-from perception.maps import BINS, WeightsError
-from perception.propose import Proposer
-from perception.weights import (
+from perception.network_io import ANGLE_BINS, WeightsError
+from perception.networks.angle_bins import AngleBinNetwork
+from perception.networks.ggcnn import GGCNN, evaluate, subpixel_form
+from perception.networks.proposer import Proposer
+from perception.networks.weights import (
     NETWORKS,
-    SHIPPED,
     load_network,
-    name_of,
-    read_story,
+    network_name,
+    read_metadata,
     save_network,
     shipped_network,
 )
@@ -62,21 +61,10 @@ def test_the_layers_have_the_published_sizes(network: GGCNN) -> None:
     assert maps.shape == (1, 4, 300, 300)
 
 
-def test_the_successor_has_the_published_layers_and_size() -> None:
-    network = GGCNN2().eval()
-    assert sum(p.numel() for p in network.parameters()) == 66_676
-    names = {name.removesuffix(".weight") for name in network.state_dict() if "weight" in name}
-    layers = {f"features.{i}" for i in (0, 2, 5, 7, 10, 12, 15, 18)}
-    heads = {f"{head}_output" for head in ("pos", "cos", "sin", "width")}
-    assert names == layers | heads
-    with torch.inference_mode():
-        assert network(torch.zeros(1, 1, 300, 300)).shape == (1, 4, 300, 300)
-
-
-def test_angle_bins_answer_every_third_pixel_with_every_direction() -> None:
+def test_angle_bins_cover_every_third_pixel_with_every_direction() -> None:
     with torch.inference_mode():
         answer = AngleBinNetwork().eval()(torch.zeros(1, 1, 300, 300))
-    assert answer.shape == (1, 2 * BINS, 100, 100)
+    assert answer.shape == (1, 2 * ANGLE_BINS, 100, 100)
 
 
 @pytest.mark.parametrize("name", NETWORKS)
@@ -88,8 +76,8 @@ def test_the_fast_form_equals_the_plain_one(name: str) -> None:
             torch.nn.init.uniform_(module.running_mean, -0.1, 0.1)
             torch.nn.init.uniform_(module.running_var, 0.5, 2.0)
     image = np.random.default_rng(0).normal(0.0, 0.2, (300, 300)).astype(np.float32)
-    plain = Proposer(network, plain=True).answer(image)
-    fast = Proposer(network).answer(image)
+    plain = Proposer(network, plain=True).infer(image)
+    fast = Proposer(network).infer(image)
     assert np.abs(fast - plain).max() < 2e-5 * max(1.0, np.abs(plain).max())
 
 
@@ -97,7 +85,7 @@ def test_gradients_of_the_fast_form_reach_the_published_parameters(network: GGCN
     image = torch.randn(1, 1, 60, 60, generator=torch.Generator().manual_seed(0))
     plain = torch.autograd.grad(network(image).square().sum(), list(network.parameters()))
     fast = torch.autograd.grad(
-        evaluate(rewritten(network), image).square().sum(), list(network.parameters())
+        evaluate(subpixel_form(network), image).square().sum(), list(network.parameters())
     )
     for a, b in zip(plain, fast, strict=True):
         assert torch.allclose(a, b, rtol=1e-3, atol=1e-4 * float(a.abs().max()))
@@ -105,7 +93,7 @@ def test_gradients_of_the_fast_form_reach_the_published_parameters(network: GGCN
 
 def test_a_proposer_keeps_the_callers_threads(network: GGCNN) -> None:
     before = torch.get_num_threads()
-    Proposer(network).answer(np.zeros((300, 300), dtype=np.float32))
+    Proposer(network).infer(np.zeros((300, 300), dtype=np.float32))
     assert torch.get_num_threads() == before
 
 
@@ -115,10 +103,10 @@ def test_weights_survive_a_file_and_tell_their_network(name: str, tmp_path: Path
     network = NETWORKS[name]()
     save_network(network, path, {"data": {"images": 10}})
     loaded = load_network(path)
-    assert name_of(loaded) == name
+    assert network_name(loaded) == name
     for tensor, value in network.state_dict().items():
         assert torch.equal(value, loaded.state_dict()[tensor])
-    assert read_story(path) == {"data": {"images": 10}}
+    assert read_metadata(path) == {"data": {"images": 10}}
 
 
 def test_a_published_style_state_dict_loads(network: GGCNN, tmp_path: Path) -> None:
@@ -127,15 +115,15 @@ def test_a_published_style_state_dict_loads(network: GGCNN, tmp_path: Path) -> N
     loaded = load_network(path)
     assert isinstance(loaded, GGCNN)
     assert torch.equal(loaded.conv1.weight, network.conv1.weight)
-    assert read_story(path) == {}
+    assert read_metadata(path) == {}
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", NETWORKS)
 def test_shipped_weights_load_and_know_how_they_were_made(name: str) -> None:
-    assert name_of(shipped_network(name)) == name
-    story = read_story(Path("perception/weights") / f"{name}.safetensors")
-    assert story["recipe"]["network"] == name
-    assert story["valid_of_unseen"]["single"] > 0.8
+    assert network_name(shipped_network(name)) == name
+    metadata = read_metadata(Path("perception/weights") / f"{name}.safetensors")
+    assert metadata["recipe"]["network"] == name
+    assert metadata["valid_of_unseen"]["single"] > 0.8
 
 
 def test_an_unknown_network_is_told_the_known_ones() -> None:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from pinocchio import SE3, exp3
 
-from perception.maps import BINS, WIDTH_SCALE
+from perception.network_io import ANGLE_BINS, WIDTH_SCALE
 from perception.postprocess import bin_candidates, find_candidates, grasp_maps
-from perception.preprocess import METRES_PER_PIXEL, Square, central_square, fill, prepare
+from perception.preprocess import METRES_PER_PIXEL, Crop, central_crop, fill, prepare
 from robots import Intrinsics
 
 CAMERA = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)
@@ -16,26 +16,31 @@ ALL = np.ones((300, 300), dtype=np.bool_)
 
 @pytest.mark.parametrize("depth", [0.36, 0.45, 0.6])
 def test_the_scale_is_constant_where_the_image_is_large_enough(depth: float) -> None:
-    square = central_square((480, 640), CAMERA, depth)
-    assert square.scale * depth / CAMERA.fx == pytest.approx(METRES_PER_PIXEL, rel=0.01)
-    assert square.u0 + square.size / 2 == pytest.approx(320, abs=1)
+    crop = central_crop((480, 640), CAMERA, depth)
+    assert crop.scale * depth / CAMERA.fx == pytest.approx(METRES_PER_PIXEL, rel=0.01)
+    assert crop.u0 + crop.size / 2 == pytest.approx(320, abs=1)
 
 
 @pytest.mark.parametrize("depth", [0.01, 0.2, 100.0])
-def test_the_square_stays_inside_the_image(depth: float) -> None:
-    square = central_square((480, 640), CAMERA, depth)
-    assert square.u0 >= 0
-    assert square.v0 >= 0
-    assert square.u0 + square.size <= 640
-    assert square.v0 + square.size <= 480
+def test_the_crop_stays_inside_the_image(depth: float) -> None:
+    crop = central_crop((480, 640), CAMERA, depth)
+    assert crop.u0 >= 0
+    assert crop.v0 >= 0
+    assert crop.u0 + crop.size <= 640
+    assert crop.v0 + crop.size <= 480
 
 
-def test_pixels_go_to_the_image_and_back() -> None:
-    square = Square(u0=100, v0=50, size=360)
-    pixel = np.array([[0.0, 0.0], [123.4, 299.0]])
-    assert square.to_network(square.to_image(pixel)) == pytest.approx(pixel)
-    # The outer corner of the first network pixel is the outer corner of the square.
-    assert square.to_image(np.array([-0.5, -0.5])) == pytest.approx([99.5, 49.5])
+def test_the_outer_corners_of_the_input_are_those_of_the_crop() -> None:
+    crop = Crop(u0=100, v0=50, size=360)
+    corners = crop.to_image(np.array([[-0.5, -0.5], [299.5, 299.5]]))
+    assert corners == pytest.approx(np.array([[99.5, 49.5], [459.5, 409.5]]))
+
+
+def to_input(crop: Crop, u: float, v: float) -> np.ndarray:
+    """The input pixel (u, v) that shows a pixel of the full image."""
+    pixel = (np.array([u, v]) - [crop.u0, crop.v0] + 0.5) / crop.scale - 0.5
+    assert crop.to_image(pixel) == pytest.approx([u, v])
+    return np.rint(pixel).astype(int)
 
 
 def test_a_shadow_beside_an_object_is_filled_with_the_background() -> None:
@@ -52,7 +57,7 @@ def test_a_shadow_beside_an_object_is_filled_with_the_background() -> None:
 
 
 def test_filling_nothing_at_all_is_refused() -> None:
-    with pytest.raises(ValueError, match="without any depth"):
+    with pytest.raises(ValueError, match="no pixel of the depth image"):
         fill(np.zeros((3, 3), dtype=np.float32), np.ones((3, 3), dtype=np.bool_))
 
 
@@ -61,14 +66,14 @@ def test_preparing_keeps_depth_marks_holes_and_takes_the_mean_away() -> None:
     depth[200:280, 300:340] = 0.40
     depth[100:140, 240:280] = np.nan
     depth[150:160, 240:280] = 0.0
-    square = central_square(depth.shape, CAMERA, 0.45)
-    prepared = prepare(depth, square, CAMERA, SE3(DOWN, np.zeros(3)))
-    u, v = np.rint(square.to_network(np.array([320.0, 240.0]))).astype(int)
+    crop = central_crop(depth.shape, CAMERA, 0.45)
+    prepared = prepare(depth, crop, CAMERA, SE3(DOWN, np.zeros(3)))
+    u, v = to_input(crop, 320.0, 240.0)
     assert prepared.depth[v, u] == pytest.approx(0.40)
-    u, v = np.rint(square.to_network(np.array([260.0, 120.0]))).astype(int)
+    u, v = to_input(crop, 260.0, 120.0)
     assert prepared.missing[v, u]
     assert prepared.depth[v, u] == pytest.approx(0.45)
-    assert prepared.missing.sum() == pytest.approx(50 * 40 / square.scale**2, rel=0.1)
+    assert prepared.missing.sum() == pytest.approx(50 * 40 / crop.scale**2, rel=0.1)
     assert abs(float(prepared.network_input.mean())) < 1e-5
     assert np.ptp(prepared.network_input) == pytest.approx(0.05, rel=1e-4)
 
@@ -142,18 +147,18 @@ def test_a_tilted_camera_gives_a_level_image() -> None:
     v, u = np.mgrid[0:480, 0:640].astype(float)
     ray = np.stack([(u - 319.5) / 383.0, (v - 239.5) / 383.0, np.ones_like(u)], -1) @ rotation.T
     depth = (-0.5 / ray[..., 2]).astype(np.float32)
-    square = central_square(depth.shape, CAMERA, 0.5)
-    prepared = prepare(depth, square, CAMERA, SE3(rotation, np.array([1.0, 2.0, 3.0])))
+    crop = central_crop(depth.shape, CAMERA, 0.5)
+    prepared = prepare(depth, crop, CAMERA, SE3(rotation, np.array([1.0, 2.0, 3.0])))
     assert np.ptp(prepared.depth) > 0.1
     assert prepared.below == pytest.approx(0.5, abs=2e-3)
     assert np.abs(prepared.network_input).max() < 2e-3
 
 
 def _answer(u: float, v: float, bin_: float, width: float) -> np.ndarray:
-    """What the angle-bin network says of one good grasp at a network pixel, and nothing else."""
+    """Output of the angle-bin network with one good grasp at an input pixel."""
     rows, columns = np.mgrid[0:100, 0:100]
     distance = ((columns * 3 + 1 - u) ** 2 + (rows * 3 + 1 - v) ** 2) / 9.0
-    turn = (np.arange(BINS) - bin_ + BINS / 2) % BINS - BINS / 2
+    turn = (np.arange(ANGLE_BINS) - bin_ + ANGLE_BINS / 2) % ANGLE_BINS - ANGLE_BINS / 2
     quality = np.exp(-0.5 * distance[..., None] / 4.0 - 0.5 * (turn / 1.5) ** 2)
     quality = np.clip(quality, 1e-4, 0.95)
     widths = np.full_like(quality, width / WIDTH_SCALE)
@@ -165,7 +170,7 @@ def test_the_best_direction_and_place_are_found_between_the_bins(bin_: float) ->
     everywhere = np.ones((100, 100), dtype=np.bool_)
     found, quality = bin_candidates(_answer(130.0, 88.0, bin_, 24.0), everywhere)
     assert found.pixel[0] == pytest.approx([130.0, 88.0], abs=0.7)
-    turn = (-found.angle[0] - bin_ * np.pi / BINS + np.pi / 2) % np.pi - np.pi / 2
+    turn = (-found.angle[0] - bin_ * np.pi / ANGLE_BINS + np.pi / 2) % np.pi - np.pi / 2
     assert abs(np.rad2deg(turn)) < 3.0
     assert found.width[0] == pytest.approx(24.0, rel=1e-5)
     row, column = np.unravel_index(quality.argmax(), quality.shape)
@@ -177,7 +182,7 @@ def test_two_good_directions_at_one_place_are_two_candidates() -> None:
     everywhere = np.ones((100, 100), dtype=np.bool_)
     found, _ = bin_candidates(np.maximum(one, other), everywhere)
     assert len(found.quality) == 2
-    assert sorted(np.rint(-found.angle * BINS / np.pi)) == [2, 10]
+    assert sorted(np.rint(-found.angle * ANGLE_BINS / np.pi)) == [2, 10]
 
 
 def test_bins_are_silent_where_no_grasp_is_allowed() -> None:

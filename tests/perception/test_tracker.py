@@ -5,8 +5,9 @@ import pytest
 from pinocchio import SE3, exp3
 
 from perception import Detection, GraspEstimate, GraspTracker
-from perception.tracker import LOST_AFTER, SWITCH_AFTER
+from perception.tracker import TrackerSettings
 
+SETTINGS = TrackerSettings()
 DOWN = np.diag([1.0, -1.0, -1.0])
 
 
@@ -15,6 +16,7 @@ def grasp(x: float, y: float, yaw_deg: float = 0.0, quality: float = 0.6) -> Gra
     return GraspEstimate(
         wTg=SE3(turn @ DOWN, np.array([x, y, 0.48])),
         width=0.04,
+        opening=0.06,
         quality=quality,
         stamp=0.0,
         pixel=(0.0, 0.0),
@@ -66,7 +68,7 @@ def test_a_ranking_that_jumps_to_and_fro_does_not_move_the_goal() -> None:
 def test_a_single_frame_that_looks_much_better_elsewhere_does_not_either() -> None:
     tracker = GraspTracker()
     tracker.update(seen(grasp(0.0, 0.0, quality=0.4)), FAR)
-    for _ in range(SWITCH_AFTER - 1):
+    for _ in range(SETTINGS.switch_after - 1):
         tracker.update(seen(grasp(0.0, 0.0, quality=0.4), grasp(0.2, 0.0, quality=0.9)), FAR)
     followed = tracker.update(seen(grasp(0.0, 0.0, quality=0.4)), FAR)
     assert position(followed)[0] == pytest.approx(0.0)
@@ -75,7 +77,7 @@ def test_a_single_frame_that_looks_much_better_elsewhere_does_not_either() -> No
 def test_one_that_stays_clearly_better_is_followed_instead() -> None:
     tracker = GraspTracker()
     tracker.update(seen(grasp(0.0, 0.0, quality=0.4)), FAR)
-    for _ in range(SWITCH_AFTER):
+    for _ in range(SETTINGS.switch_after):
         followed = tracker.update(
             seen(grasp(0.0, 0.0, quality=0.4), grasp(0.2, 0.0, quality=0.9)), FAR
         )
@@ -127,10 +129,10 @@ def test_near_the_grasp_the_goal_is_locked_and_moves_no_more() -> None:
 def test_a_grasp_that_is_not_seen_again_is_lost_with_a_reason() -> None:
     tracker = GraspTracker()
     tracker.update(seen(grasp(0.0, 0.0)), FAR)
-    for _ in range(LOST_AFTER - 1):
+    for _ in range(SETTINGS.lost_after - 1):
         assert tracker.update(seen(reason="nothing stands out"), FAR) is not None
     assert tracker.update(seen(reason="nothing stands out"), FAR) is None
-    assert str(LOST_AFTER) in tracker.reason
+    assert str(SETTINGS.lost_after) in tracker.reason
     assert tracker.update(seen(reason="nothing stands out"), FAR) is None
     assert tracker.reason == "nothing stands out"
     assert tracker.update(seen(grasp(0.1, 0.1)), FAR) is not None
@@ -141,7 +143,7 @@ def test_being_seen_again_in_time_starts_the_count_anew() -> None:
     tracker = GraspTracker()
     tracker.update(seen(grasp(0.0, 0.0)), FAR)
     for _ in range(5):
-        for _ in range(LOST_AFTER - 1):
+        for _ in range(SETTINGS.lost_after - 1):
             tracker.update(seen(), FAR)
         assert tracker.update(seen(grasp(0.0, 0.0)), FAR) is not None
 

@@ -6,33 +6,35 @@ import numpy as np
 import pytest
 import torch
 
-from perception.angle_bins import AngleBinNetwork
-from perception.ggcnn import GGCNN
-from perception.maps import BINS, CELLS, SIZE, STRIDE
+from perception.network_io import ANGLE_BINS, GRID_SIZE, INPUT_SIZE, OUTPUT_STRIDE
+from perception.networks.angle_bins import AngleBinNetwork
+from perception.networks.ggcnn import GGCNN
+from perception.networks.training import RoundReport, TrainingSettings, train
 from perception.samples import WINDOW, Labels, Sample, SampleStream, Shard
-from perception.training import Recipe, Report, train
 
-RECIPE = Recipe(seed=1, rounds=2, steps=3, batch=2, held=1)
+SETTINGS = TrainingSettings(seed=1, rounds=2, steps=3, batch=2, in_memory=1)
 
 
 def bar(u: int, v: int, angle: float, length: int = 70, width: int = 16) -> Sample:
     """A bar on a table: 50 mm high, its long side at an angle against v; good to close across."""
-    rows, columns = np.mgrid[0:SIZE, 0:SIZE]
+    rows, columns = np.mgrid[0:INPUT_SIZE, 0:INPUT_SIZE]
     along = (columns - u) * np.cos(angle) - (rows - v) * np.sin(angle)
     across = (columns - u) * np.sin(angle) + (rows - v) * np.cos(angle)
     on = (np.abs(along) < length / 2) & (np.abs(across) < width / 2)
     image = np.where(on, -0.05, 0.0).astype(np.float32)
-    middle = on[1::STRIDE, 1::STRIDE] & (np.abs(across[1::STRIDE, 1::STRIDE]) < 4)
+    middle = on[1::OUTPUT_STRIDE, 1::OUTPUT_STRIDE] & (
+        np.abs(across[1::OUTPUT_STRIDE, 1::OUTPUT_STRIDE]) < 4
+    )
     cell = np.flatnonzero(middle)
-    best = (angle + np.pi / 2) * BINS / np.pi
-    turn = (np.arange(BINS) - best + BINS / 2) % BINS - BINS / 2
+    best = (angle + np.pi / 2) * ANGLE_BINS / np.pi
+    turn = (np.arange(ANGLE_BINS) - best + ANGLE_BINS / 2) % ANGLE_BINS - ANGLE_BINS / 2
     quality = np.repeat(np.exp(-0.5 * turn**2)[None], len(cell), axis=0)
     return Sample(
         image=image,
         labels=Labels(
             cell=cell.astype(np.int16),
             quality=quality.astype(np.float32),
-            width=np.full((len(cell), BINS), width, dtype=np.float32),
+            width=np.full((len(cell), ANGLE_BINS), width, dtype=np.float32),
         ),
     )
 
@@ -57,9 +59,9 @@ def test_a_shard_keeps_what_was_put_in(tmp_path: Path) -> None:
         assert loaded.image[index] * 1e-4 == pytest.approx(sample.image, abs=1e-4)
         quality, width, on_object = loaded.dense(index)
         cells = sample.labels.cell
-        flat = quality.reshape(-1, BINS)
+        flat = quality.reshape(-1, ANGLE_BINS)
         assert flat[cells] == pytest.approx(sample.labels.quality, abs=0.003)
-        assert width.reshape(-1, BINS)[cells] == pytest.approx(sample.labels.width, abs=0.3)
+        assert width.reshape(-1, ANGLE_BINS)[cells] == pytest.approx(sample.labels.width, abs=0.3)
         assert on_object.sum() == len(cells)
         assert flat.sum() == pytest.approx(flat[cells].sum())
     assert not list(tmp_path.glob("*.part"))
@@ -73,20 +75,20 @@ def test_however_a_window_is_turned_closing_stays_across_the_bar(tmp_path: Path)
         batch = stream.draw(1)
         assert batch.image.shape == (1, 1, WINDOW, WINDOW)
         rows, columns = np.nonzero(batch.quality[0].max(axis=0) > 0.5)
-        on_bar = batch.image[0, 0][STRIDE * rows + 1, STRIDE * columns + 1]
+        on_bar = batch.image[0, 0][OUTPUT_STRIDE * rows + 1, OUTPUT_STRIDE * columns + 1]
         assert np.mean(on_bar < -0.03) > 0.9  # labels lie on the bar, also after zooming
         if len(rows) < 12:
             continue
         long_axis = np.linalg.eigh(np.cov(np.stack([columns, rows])))[1][:, 1]
         best = batch.quality[0][:, rows, columns].mean(axis=1).argmax()
-        angle = best * np.pi / BINS
+        angle = best * np.pi / ANGLE_BINS
         assert abs(np.array([np.cos(angle), -np.sin(angle)]) @ long_axis) < 0.35
         seen.add(int(best))
     assert len(seen) >= 4  # two ways round, mirrored or not
 
 
 def test_a_stream_repeats_itself_and_visits_every_shard(shards: list[Path]) -> None:
-    first, second = (SampleStream(shards, seed=3, held=1) for _ in range(2))
+    first, second = (SampleStream(shards, seed=3, in_memory=1) for _ in range(2))
     for _ in range(4):
         for a, b in zip(first.draw(3), second.draw(3), strict=True):
             assert np.array_equal(a, b)
@@ -94,7 +96,7 @@ def test_a_stream_repeats_itself_and_visits_every_shard(shards: list[Path]) -> N
     load = Shard.load
     try:
         Shard.load = lambda path: loaded.append(path.name) or load(path)  # type: ignore[method-assign]
-        stream = SampleStream(shards, seed=3, held=1)
+        stream = SampleStream(shards, seed=3, in_memory=1)
         for _ in range(6):
             stream.draw(4)
     finally:
@@ -106,8 +108,8 @@ def test_a_stream_repeats_itself_and_visits_every_shard(shards: list[Path]) -> N
 def test_training_learns(network: type, shards: list[Path]) -> None:
     torch.set_num_threads(1)
     torch.manual_seed(0)
-    reports: list[Report] = []
-    recipe = Recipe(seed=1, rounds=4, steps=12, batch=2, learning_rate=8e-3, held=3)
+    reports: list[RoundReport] = []
+    recipe = TrainingSettings(seed=1, rounds=4, steps=12, batch=2, learning_rate=8e-3, in_memory=3)
     train(network(), shards[:2], shards[2:], recipe, report=reports.append)
     assert len(reports) == 4
     assert reports[-1].loss < 0.8 * reports[0].loss
@@ -122,20 +124,20 @@ def test_an_interrupted_training_ends_with_the_same_weights(
     class StoppedError(Exception):
         pass
 
-    def stop(report: Report) -> None:
+    def stop(report: RoundReport) -> None:
         raise StoppedError
 
     def fresh() -> AngleBinNetwork:
         torch.manual_seed(5)
         return AngleBinNetwork()
 
-    whole = train(fresh(), shards[:2], shards[2:], RECIPE).network
+    whole = train(fresh(), shards[:2], shards[2:], SETTINGS).network
     checkpoint = tmp_path / "c"
     with pytest.raises(StoppedError):
-        train(fresh(), shards[:2], shards[2:], RECIPE, checkpoint=checkpoint, report=stop)
-    reports: list[Report] = []
+        train(fresh(), shards[:2], shards[2:], SETTINGS, checkpoint=checkpoint, report=stop)
+    reports: list[RoundReport] = []
     resumed = train(
-        fresh(), shards[:2], shards[2:], RECIPE, checkpoint=checkpoint, report=reports.append
+        fresh(), shards[:2], shards[2:], SETTINGS, checkpoint=checkpoint, report=reports.append
     ).network
     assert [each.round for each in reports] == [2]
     for a, b in zip(whole.state_dict().values(), resumed.state_dict().values(), strict=True):
@@ -144,19 +146,21 @@ def test_an_interrupted_training_ends_with_the_same_weights(
 
 def test_a_checkpoint_of_another_recipe_is_refused(shards: list[Path], tmp_path: Path) -> None:
     checkpoint = tmp_path / "c"
-    train(AngleBinNetwork(), shards[:1], shards[2:], RECIPE, checkpoint=checkpoint)
-    other = Recipe(seed=2, rounds=2, steps=3, batch=2, held=1)
+    train(AngleBinNetwork(), shards[:1], shards[2:], SETTINGS, checkpoint=checkpoint)
+    other = TrainingSettings(seed=2, rounds=2, steps=3, batch=2, in_memory=1)
     with pytest.raises(ValueError, match="another recipe"):
         train(AngleBinNetwork(), shards[:1], shards[2:], other, checkpoint=checkpoint)
 
 
 def test_training_ends_when_it_does_not_become_better(shards: list[Path]) -> None:
     torch.set_num_threads(1)
-    reports: list[Report] = []
-    recipe = Recipe(seed=1, rounds=9, steps=1, batch=1, learning_rate=1e-9, patience=1, held=1)
+    reports: list[RoundReport] = []
+    recipe = TrainingSettings(
+        seed=1, rounds=9, steps=1, batch=1, learning_rate=1e-9, patience=1, in_memory=1
+    )
     train(AngleBinNetwork(), shards[:1], shards[2:], recipe, report=reports.append)
     assert len(reports) < 9
 
 
 def test_labels_cover_the_image() -> None:
-    assert CELLS * STRIDE == SIZE
+    assert GRID_SIZE * OUTPUT_STRIDE == INPUT_SIZE

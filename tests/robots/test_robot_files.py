@@ -65,7 +65,7 @@ def test_an_unknown_robot_is_refused_with_the_nearest_name() -> None:
         ),
         ("parts/panda.yaml", "-1.7628, 1.7628", "1.7628, -1.7628", "7:56: joints.1.position: the"),
         ("parts/panda.yaml", "axis: x", "axis: w", "collision.0.axis: input should be 'x', 'y'"),
-        ("parts/panda.yaml", "link3, link5", "link3, link9", "no part is called `link9`; did"),
+        ("parts/panda.yaml", "link3, link5", "link3, link9", "no link is called `link9`; did"),
         ("parts/franka_hand.yaml", "[0.0, 0.0040,", "[0.0, 0.0050,", "pad: the inner face"),
         ("parts/franka_hand.yaml", "radius: 0.14", "radius: 0.12", "ball: palm and fingers"),
         ("parts/d435.yaml", "[0.175, 3.0]", "[3.0, 0.175]", "depth_range: the lower bound"),

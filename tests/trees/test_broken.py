@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from app.cli import app
+from app.commands import app
 from trees.language import check
 
 FOLDER = Path(__file__).parent / "broken"

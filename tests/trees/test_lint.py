@@ -6,7 +6,7 @@ import pytest
 from tree_toys import TOYS
 from typer.testing import CliRunner
 
-from app.cli import app
+from app.commands import app
 from trees.language import Severity, check
 
 

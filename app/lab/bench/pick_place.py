@@ -8,9 +8,8 @@ from dataclasses import asdict, replace
 
 from rich.table import Table
 
-from app.core.launch import RunOptions, run_task
-from app.core.summary import Summary
-from app.lab.machine import machine
+from app.core import RunOptions, Summary, run_task
+from app.lab import machine
 
 
 def run_pick_place(

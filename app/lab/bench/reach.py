@@ -13,10 +13,10 @@ import numpy as np
 from pinocchio import SE3
 from rich.table import Table
 
+from app.lab import run_all
 from app.lab.bench.configuration import Configuration
 from app.lab.bench.evaluation import Evaluator, Trial
 from app.lab.bench.motion import run_motion
-from app.lab.workers import run_all
 from controller import Array, PoseGoal
 
 

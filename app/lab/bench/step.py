@@ -18,10 +18,10 @@ import numpy as np
 from pinocchio import SE3
 from rich.table import Table
 
+from app.lab import PartTimer
 from app.lab.bench.configuration import Configuration
 from app.lab.bench.motion import Controller, run_motion
 from app.lab.bench.published import PublishedStep
-from app.lab.parts import PartTimer
 from controller import (
     STEP_PARTS,
     Array,

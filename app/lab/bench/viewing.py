@@ -21,16 +21,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.table import Table
 
-from app.core.folder import RECORDING
-from app.core.measurements import Measurements
-from app.core.session import Session, Tick
-from app.core.setup import Setup, VisionForm, open_setup
-from app.core.snapshots import Snapshots, scene_view
-from app.lab.machine import machine
+from app.core import (
+    RECORDING,
+    Measurements,
+    Session,
+    Setup,
+    Snapshots,
+    Tick,
+    VisionForm,
+    open_setup,
+    scene_view,
+)
+from app.lab import machine
 from app.live import Address, Control, Recorder, headless_viewer, tree_view
 from controller import robot_model
 from hw import WorldOptions, stopwatch
 from perception import GraspDetector
+from robots import load_robot
 from trees.language import build, load, nodes_in_order
 
 if TYPE_CHECKING:
@@ -99,7 +106,7 @@ def measure_watching(tree: Path, seconds: float, done: Callable[[], None]) -> li
     Raises:
         ViewError: the viewer does not start.
     """
-    detector = GraspDetector()
+    detector = GraspDetector(gripper=load_robot(_ROBOT).gripper)
     results = []
     for watcher in Watcher:
         results.append(_run(tree, seconds, watcher, detector))

@@ -1,8 +1,8 @@
-"""How often a grasp succeeds when the camera comes down on it, as it does on the robot.
+"""Closed-loop evaluation: how often a grasp holds when the camera approaches it frame by frame.
 
-The wrist camera approaches the tracked grasp frame by frame until it is locked; then the hand goes
-straight down and closes. The grasp holds if nothing is touched on the way and the contacts carry
-the object, which is then taken away. Three attempts are made before an object is given up.
+The wrist camera approaches the tracked grasp until it is locked; then the hand descends and closes.
+The grasp holds if the hand touches nothing on the way and the contacts carry the object, which is
+then removed. An object is given up after three attempts.
 """
 
 from __future__ import annotations
@@ -12,95 +12,109 @@ from dataclasses import dataclass
 import numpy as np
 from pinocchio import SE3
 
-from app.lab.grasps.scenes import FIRST_SEED, HELD_OUT, ROBOT, kind_of, nearest_object, noise
-from behaviours.named import Region
+from app.lab.grasps.scenes import (
+    EVALUATION_SEED,
+    HELDOUT_CLASSES,
+    OBJECT_WIDTHS,
+    ROBOT,
+    camera_noise,
+    class_of,
+    nearest_object,
+)
+from behaviours import Region
 from hw import DepthFrame
 from hw.sim import D435Noise, DepthRenderer, Hand, Objects, World, build_world, read_scene
-from perception import Detection, GraspDetector, GraspEstimate, GraspTracker, Workspace
+from perception import GraspDetector, GraspEstimate, GraspTracker
 
 ATTEMPTS = 3
-"""Made for each object."""
+"""At each object."""
 OBJECTS = 8
 """In a container."""
 HELD = "held"
-"""How an attempt ended well."""
+"""End of a successful attempt."""
 
-_STANDOFF = 0.12
-_FRAMES = 40
-_APPROACH = 0.2  # share of the remaining way in one frame
+_STANDOFF = 0.12  # of the tool above the grasp while the camera approaches [m]
+_FRAMES = 40  # of an approach at most
+_APPROACH = 0.2  # share of the remaining distance per frame
+_DESCENT_STEPS = 25  # poses at which collisions are checked
+_FORCE = 20.0  # of the closing fingers [N]
 
 CONTAINER = Region(
     name="container",
     wTr=SE3(np.eye(3), np.array([3.0, 0.0, 0.556])),
     size=np.array([0.44, 0.36, 0.20]),
 )
-"""Where things lie in the scene `household`."""
-_ABOVE = SE3(np.diag([1.0, -1.0, -1.0]), np.array([2.935, 0.0, 0.85]))
+"""The inside of the container of the scene `household`."""
+_START = SE3(np.diag([1.0, -1.0, -1.0]), np.array([2.935, 0.0, 0.85]))  # wTe, above it
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pick:
-    """What became of one object, or of the search for the next one."""
+    """The attempts at one object."""
 
-    kind: str
-    """Of the object that was held in the end, or that the last grasp was nearest to."""
+    object_class: str
+    """Of the object that was held, or the one nearest to the last grasp."""
     ends: tuple[str, ...]
-    """How each attempt ended; the last is `HELD` if the object was picked."""
+    """The end of each attempt; the last is `HELD` if the object was picked."""
 
     @property
     def held(self) -> bool:
-        """Whether it was picked."""
+        """Whether the object was picked."""
         return self.ends[-1] == HELD
 
 
-def unseen_container(seed: int) -> World:
-    """A container of objects of kinds that nothing was learnt from."""
+def heldout_container(seed: int) -> World:
+    """A container with objects of held-out classes."""
     scene = read_scene("household").model_copy(
-        update={"objects": Objects(count=OBJECTS, classes=HELD_OUT, width_mm=(5.0, 70.0))}
+        update={"objects": Objects(count=OBJECTS, classes=HELDOUT_CLASSES, width_mm=OBJECT_WIDTHS)}
     )
-    return build_world(scene, np.random.default_rng((FIRST_SEED, seed)))
+    return build_world(scene, np.random.default_rng((EVALUATION_SEED, seed)))
 
 
 def empty_container(world: World, detector: GraspDetector, seed: int) -> list[Pick]:
-    """Grasp until nothing is left; what cannot be picked is taken away after `ATTEMPTS`."""
-    rng = np.random.default_rng((FIRST_SEED, seed, 1))
-    camera = noise(rng.random())
+    """Pick until nothing is left; an object that was not picked in `ATTEMPTS` is removed."""
+    rng = np.random.default_rng((EVALUATION_SEED, seed, 1))
+    noise = camera_noise(rng.random())
     tracker = GraspTracker()
     picks: list[Pick] = []
     while world.objects:
         ends: list[str] = []
-        last = world.objects[0]
+        target = world.objects[0]
         while len(ends) < ATTEMPTS and HELD not in ends:
-            grasp = come_near(world, detector, tracker, camera, rng)
+            grasp = approach_grasp(world, detector, tracker, noise, rng)
             if grasp is None:
                 ends.append(f"no grasp: {tracker.reason}")
                 tracker.forget()
                 continue
-            last = nearest_object(world, grasp.wTg.translation)
-            ends.append(execute(world, grasp))
+            target = nearest_object(world, grasp.wTg.translation)
+            ends.append(execute_grasp(world, grasp))
             tracker.reject(grasp.wTg)
-        gone = world.held or last
+        removed = world.held or target
         world.held = None
-        world.objects.remove(gone)
+        world.objects.remove(removed)
         tracker.forget()
-        picks.append(Pick(kind=kind_of(gone), ends=tuple(ends)))
+        picks.append(Pick(object_class=class_of(removed), ends=tuple(ends)))
     return picks
 
 
-def come_near(
+def approach_grasp(
     world: World,
     detector: GraspDetector,
     tracker: GraspTracker,
-    camera: D435Noise,
+    noise: D435Noise,
     rng: np.random.Generator,
 ) -> GraspEstimate | None:
-    """Follow one grasp from above the container until it is locked; None if there is none."""
+    """Approach the tracked grasp from above the container until it is locked.
+
+    Returns:
+        The grasp; None if there is none, and the tracker says why.
+    """
     tracker.reset()
-    wTe = _ABOVE
+    wTe = _START
     grasp = None
     for _ in range(_FRAMES):
-        detection = look(world, wTe, detector, CONTAINER, camera, rng)
-        grasp = tracker.update(detection, wTe * ROBOT.camera.eTc)
+        frame = wrist_frame(world, wTe, noise, rng)
+        grasp = tracker.update(detector.detect(frame, CONTAINER), frame.wTc)
         if tracker.locked:
             break
         if grasp is not None:
@@ -109,27 +123,23 @@ def come_near(
     return grasp
 
 
-def look(
-    world: World,
-    wTe: SE3,
-    detector: GraspDetector,
-    workspace: Workspace | None,
-    camera: D435Noise,
-    rng: np.random.Generator,
-) -> Detection:
-    """What is found in one noisy frame from the wrist."""
-    wTc = wTe * ROBOT.camera.eTc
+def wrist_frame(world: World, wTe: SE3, noise: D435Noise, rng: np.random.Generator) -> DepthFrame:
+    """A noisy frame of the wrist camera, with the open hand in it."""
+    camera, wTc = ROBOT.camera, wTe * ROBOT.camera.eTc
     hand = Hand(ROBOT.gripper, wTe).shapes(ROBOT.gripper.opening)
-    depth = DepthRenderer(ROBOT.camera.intrinsics).render([*world.shapes(), *hand], wTc)
-    depth = camera.apply(depth, ROBOT.camera, rng)
-    frame = DepthFrame(depth=depth, intrinsics=ROBOT.camera.intrinsics, wTc=wTc, stamp=0.0)
-    return detector.detect(frame, workspace)
+    depth = DepthRenderer(camera.intrinsics).render([*world.shapes(), *hand], wTc)
+    depth = noise.apply(depth, camera, rng)
+    return DepthFrame(depth=depth, intrinsics=camera.intrinsics, wTc=wTc, stamp=0.0)
 
 
-def execute(world: World, grasp: GraspEstimate) -> str:
-    """Go down, close, and say how it ended: `HELD`, or what went wrong."""
-    for height in np.linspace(_STANDOFF, 0.0, 25):
+def execute_grasp(world: World, grasp: GraspEstimate) -> str:
+    """Descend and close.
+
+    Returns:
+        `HELD`, or the reason of the failure.
+    """
+    for height in np.linspace(_STANDOFF, 0.0, _DESCENT_STEPS):
         wTe = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -height]))
         if hit := world.collision(Hand(ROBOT.gripper, wTe), grasp.opening):
             return f"touched {'a wall' if 'wall' in hit else 'an object'} on the way down"
-    return world.close_fingers(Hand(ROBOT.gripper, grasp.wTg), grasp.opening, 20.0).reason.value
+    return world.close_fingers(Hand(ROBOT.gripper, grasp.wTg), grasp.opening, _FORCE).reason.value

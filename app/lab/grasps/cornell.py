@@ -1,14 +1,14 @@
 """The rectangle metric on a folder in the format of the Cornell grasping data set.
 
-A grasp counts if its rectangle overlaps a positive one by more than a quarter (intersection over
-union) and is turned from it by less than 30 degrees (Jiang, Moseson and Saxena, "Efficient grasping
-from RGBD images", ICRA 2011). Only depth is used.
+A grasp is correct if its rectangle overlaps a positive one by more than a quarter (intersection
+over union) and the angle between them is less than 30 degrees (Jiang, Moseson and Saxena,
+"Efficient grasping from RGBD images", ICRA 2011). Only depth is used.
 
-This judges a network alone, without the check against measured heights. The data set's camera looks
-at the table from the side, 1.2 m away; its pose is taken from the plane of the table. The image is
-levelled by it, and its square is cut such that a network pixel covers the length that it covers on
-the robot, `METRES_PER_PIXEL`: that is the scale which the networks here have learnt. People drew
-rectangles as wide as the hand opens, so room for the fingers is added to what the object needs.
+This evaluates a network alone, without the feasibility check. The camera of the data set views the
+table from the side, at 1.2 m; its pose is estimated from the plane of the table. The image is
+levelled with it and cropped such that an input pixel covers `METRES_PER_PIXEL`, the scale of the
+training images. The rectangles of the data set are as wide as the opening of the hand, so room for
+the fingers is added to the width of the object.
 """
 
 from __future__ import annotations
@@ -16,47 +16,57 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
 from config import ConfigError
-from perception.maps import SIZE
-from perception.preprocess import METRES_PER_PIXEL, Square, prepare
-from perception.propose import Proposer
-from perception.table import NoTableError, camera_above_table
+from perception import (
+    INPUT_SIZE,
+    METRES_PER_PIXEL,
+    Crop,
+    NoTableError,
+    camera_above_table,
+    prepare,
+)
 from robots import Intrinsics
+
+if TYPE_CHECKING:
+    from perception.networks import Proposer
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-LEAST_OVERLAP = 0.25
-MOST_TURN = np.radians(30.0)
+MIN_OVERLAP = 0.25
+"""Of a correct grasp, as intersection over union."""
+MAX_TURN = np.radians(30.0)
+"""Of a correct grasp [rad]."""
 CAMERA = Intrinsics(width=640, height=480, fx=570.0, fy=570.0, cx=319.5, cy=239.5)
-"""The data set's camera, near enough."""
+"""The camera of the data set, approximately."""
 ROOM = 0.024
-"""What the rectangles of the data set leave free on either side of an object, roughly [m]."""
+"""Typical distance between an object and the ends of its rectangles in the data set [m]."""
 
 _SHAPE = (CAMERA.height, CAMERA.width)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CornellImage:
-    """A depth image and the rectangles that people drew."""
+    """A depth image and its labels."""
 
     name: str
     depth: npt.NDArray[np.float32]
     """(480, 640) along the optical axis [m]; NaN where missing."""
     rectangles: tuple[Array, ...]
-    """(4, 2) corners (u, v); the first edge is along the closing direction."""
+    """(4, 2) corners (u, v) of each positive rectangle; its first edge is along the closing
+    direction."""
 
 
 def read_folder(folder: Path) -> Iterator[CornellImage]:
-    """Every image of a folder and of the folders in it.
+    """Every image of a folder and its subfolders.
 
     Raises:
-        ConfigError: there is none, or one cannot be read.
+        ConfigError: there is no image, or one cannot be read.
     """
     labels = sorted(folder.rglob("pcd*cpos.txt"))
     if not labels:
@@ -74,7 +84,7 @@ def read_folder(folder: Path) -> Iterator[CornellImage]:
 
 
 def _depth(stem: Path) -> npt.NDArray[np.float32]:
-    """From `…d.tiff` [m] if there is one, else from the point cloud `….txt` [mm]."""
+    """Depth from `…d.tiff` [m] if it exists, else from the point cloud `….txt` [mm]."""
     image = stem.with_name(stem.name + "d.tiff")
     depth = np.full(_SHAPE, np.nan, dtype=np.float32)
     if image.is_file():
@@ -89,25 +99,25 @@ def _depth(stem: Path) -> npt.NDArray[np.float32]:
         depth.ravel()[index.astype(int)] = np.sqrt(x**2 + y**2 + z**2) / 1000.0
     depth[~(depth > 0.0)] = np.nan
     v, u = np.mgrid[0 : CAMERA.height, 0 : CAMERA.width]
-    # The files hold distances from the camera, not along its axis.
+    # The files contain distances from the camera, not depths along its axis.
     x, y = (u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy
     return np.asarray(depth / np.sqrt(1.0 + x**2 + y**2), dtype=np.float32)
 
 
 def _rectangles(path: Path) -> tuple[Array, ...]:
-    """Rectangles of a label file, without those that have a corner missing."""
+    """Rectangles of a label file, except those with a missing corner."""
     corners = np.array([line.split() for line in path.read_text().split("\n") if line.strip()])
     whole = corners[: len(corners) // 4 * 4].astype(float).reshape(-1, 4, 2)
     return tuple(each for each in whole if np.isfinite(each).all())
 
 
 def matches(proposer: Proposer, image: CornellImage, *, room: float = ROOM) -> bool:
-    """Whether a network's best grasp is one of the positive rectangles.
+    """Whether a network's best grasp agrees with a positive rectangle.
 
     Args:
         proposer: the network.
-        image: what it sees, in a square about the labels.
-        room: added on either side of the network's width [m]; 0 for a network that has learnt from
+        image: cropped around its labels.
+        room: added on either side of the network's width [m]; 0 for a network that was trained on
             rectangles like these.
     """
     try:
@@ -116,24 +126,24 @@ def matches(proposer: Proposer, image: CornellImage, *, room: float = ROOM) -> b
         return False
     u, v = np.concatenate(image.rectangles).mean(axis=0)
     distance = float(np.nanmedian(image.depth))
-    size = round(SIZE * METRES_PER_PIXEL * CAMERA.fx / distance)
-    square = Square(
+    size = round(INPUT_SIZE * METRES_PER_PIXEL * CAMERA.fx / distance)
+    crop = Crop(
         u0=int(np.clip(u - size / 2, 0, CAMERA.width - size)),
         v0=int(np.clip(v - size / 2, 0, CAMERA.height - size)),
         size=size,
     )
-    prepared = prepare(image.depth, square, CAMERA, wTc)
-    found = proposer(prepared.network_input, ~prepared.missing).candidates
+    prepared = prepare(image.depth, crop, CAMERA, wTc)
+    found = proposer.propose(prepared.network_input, ~prepared.missing).candidates
     if len(found.quality) == 0:
         return False
-    u, v = square.to_image(found.pixel[:1])[0]
-    width = (float(found.width[0]) + 2.0 * room / METRES_PER_PIXEL) * square.scale
-    mine = rectangle(u, v, float(found.angle[0]), width, width / 2.0)
-    return any(agree(mine, other) for other in image.rectangles)
+    u, v = crop.to_image(found.pixel[:1])[0]
+    width = (float(found.width[0]) + 2.0 * room / METRES_PER_PIXEL) * crop.scale
+    best = rectangle(u, v, float(found.angle[0]), width, width / 2.0)
+    return any(agree(best, other) for other in image.rectangles)
 
 
 def rectangle(u: float, v: float, angle: float, width: float, height: float) -> Array:
-    """(4, 2) corners of a grasp; `angle` of the closing direction counts from u towards v."""
+    """(4, 2) corners of a grasp with a closing direction at an angle from u towards v [px, rad]."""
     along = 0.5 * width * np.array([np.cos(angle), np.sin(angle)])
     across = 0.5 * height * np.array([-np.sin(angle), np.cos(angle)])
     centre = np.array([u, v])
@@ -142,9 +152,9 @@ def rectangle(u: float, v: float, angle: float, width: float, height: float) -> 
 
 
 def agree(a: Array, b: Array) -> bool:
-    """Whether two rectangles are the same grasp."""
+    """Whether two rectangles agree by the rectangle metric."""
     turn = abs((_angle(a) - _angle(b) + np.pi / 2.0) % np.pi - np.pi / 2.0)
-    return bool(turn < MOST_TURN) and overlap(a, b) > LEAST_OVERLAP
+    return bool(turn < MAX_TURN) and overlap(a, b) > MIN_OVERLAP
 
 
 def _angle(corners: Array) -> float:

@@ -1,4 +1,4 @@
-"""`frankie-task grasp eval`: how good the grasps are on what was never learnt from, in figures."""
+"""`frankie-task grasp eval`: success rates of the grasps on objects of held-out classes."""
 
 from __future__ import annotations
 
@@ -11,72 +11,72 @@ from pathlib import Path
 from typing import TypeVar
 
 import cv2
-import torch
 from rich.table import Table
 
-from app.lab.grasps.closed_loop import OBJECTS, Pick, empty_container, unseen_container
+from app.lab import machine, progress, run_all
+from app.lab.grasps.closed_loop import OBJECTS, Pick, empty_container, heldout_container
 from app.lab.grasps.cornell import ROOM, CornellImage, matches, read_folder
-from app.lab.grasps.images import CATEGORIES, Judged, judge_image, scenery_of
+from app.lab.grasps.images import CATEGORIES, ImageResult, evaluate_image, evaluation_image
 from app.lab.grasps.picture import overlay, side_by_side
+from app.lab.grasps.scenes import ROBOT
 from app.lab.grasps.step_time import approach, time_steps
-from app.lab.machine import machine
-from app.lab.progress import progress
-from app.lab.workers import run_all
 from perception import GraspDetector
-from perception.weights import read_story
 
 _DRAWN = 24  # failures at most
+_Z = 1.96  # quantile of the normal distribution for 95 %
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Proposing:
-    """Which network is judged; see `GraspDetector`."""
+class NetworkChoice:
+    """The network to evaluate; see `GraspDetector`."""
 
     weights: Path | None = None
     network: str | None = None
 
     def detector(self) -> GraspDetector:
-        """Ready for use on one thread; made once a process."""
+        """A detector on one thread; made once per process."""
         return _detector(self)
 
 
 @lru_cache(maxsize=2)
-def _detector(proposing: Proposing) -> GraspDetector:
+def _detector(choice: NetworkChoice) -> GraspDetector:
+    import torch
+
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
-    return GraspDetector(proposing.weights, proposing.network)
+    return GraspDetector(choice.weights, choice.network, gripper=ROBOT.gripper)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Evaluation:
-    """Everything that was measured."""
+    """All results."""
 
     network: str
-    images: tuple[Judged, ...]
+    images: tuple[ImageResult, ...]
     picks: tuple[Pick, ...]
     cornell: tuple[bool, ...]
     step_median_ms: float
-    """Processor time from a frame to grasps in the world."""
+    """CPU time from a frame to grasps in the world."""
 
     def valid(self, category: str) -> list[bool]:
-        """Of every image of a category, whether its best grasp is valid."""
+        """For every image of a category, whether its best grasp is valid."""
         return [each.valid for each in self.images if each.category == category]
 
     @property
     def first_attempt(self) -> list[bool]:
-        """Of every object, whether the first attempt held it."""
+        """For every object, whether it was held at the first attempt."""
         return [pick.held and len(pick.ends) == 1 for pick in self.picks]
 
     @property
     def within_three(self) -> list[bool]:
-        """Of every object, whether one of three attempts held it."""
+        """For every object, whether it was held within three attempts."""
         return [pick.held for pick in self.picks]
 
     def to_json(self) -> dict[str, object]:
-        """What `--json` writes."""
+        """For `--json`."""
         return {
             "network": self.network,
             "images": len(self.images),
@@ -100,59 +100,61 @@ class Evaluation:
         }
 
 
-def evaluate(
-    proposing: Proposing, *, images: int, objects: int, cornell: Path | None, workers: int
+def evaluate_grasps(
+    choice: NetworkChoice, *, images: int, objects: int, cornell: Path | None, workers: int
 ) -> Evaluation:
-    """Measure everything.
+    """Evaluate a network on images, in the closed loop and on the Cornell data set.
 
     Args:
-        proposing: the network.
-        images: how many; half of them single objects, half clutter.
-        objects: how many to pick in the closed loop, rounded up to whole containers.
+        choice: the network.
+        images: number of images, half of single objects, half of clutter.
+        objects: number of objects to pick in the closed loop, rounded up to whole containers.
         cornell: a folder in the format of the Cornell grasping data set.
-        workers: processes.
+        workers: number of processes.
 
     Raises:
-        WeightsError: the network has no usable weights.
-        ConfigError: the folder has no usable images.
+        WeightsError: the weights are missing or do not fit.
+        ConfigError: the folder has no readable images.
     """
-    detector = proposing.detector()
+    detector = choice.detector()
     folder = tuple(read_folder(cornell)) if cornell else ()
     wanted = [(category, seed) for seed in range(-(-images // 2)) for category in CATEGORIES]
-    judged = _all("images", partial(_image, proposing), wanted[:images], workers, lambda j: j.valid)
+    results = _all("images", partial(_image, choice), wanted[:images], workers, lambda r: r.valid)
     containers = range(-(-objects // OBJECTS))
     emptied = _all(
         "containers",
-        partial(_container, proposing),
+        partial(_container, choice),
         containers,
         workers,
         lambda picks: all(pick.held for pick in picks),
     )
     return Evaluation(
-        network=str(proposing.weights) if proposing.weights else detector.propose.name,
-        images=tuple(judged),
+        network=str(choice.weights) if choice.weights else detector.proposer.name,
+        images=tuple(results),
         picks=tuple(pick for picks in emptied for pick in picks),
         cornell=tuple(
-            _all("Cornell", partial(_rectangles, proposing), folder, workers, lambda good: good)
+            _all("Cornell", partial(_rectangles, choice), folder, workers, lambda good: good)
         ),
         step_median_ms=time_steps({"": detector}, approach(20))[0].median,
     )
 
 
-def _image(proposing: Proposing, item: tuple[str, int]) -> Judged:
+def _image(choice: NetworkChoice, item: tuple[str, int]) -> ImageResult:
     category, seed = item
-    return judge_image(proposing.detector(), seed, category)
+    return evaluate_image(choice.detector(), seed, category)
 
 
-def _container(proposing: Proposing, seed: int) -> list[Pick]:
-    return empty_container(unseen_container(seed), proposing.detector(), seed)
+def _container(choice: NetworkChoice, seed: int) -> list[Pick]:
+    return empty_container(heldout_container(seed), choice.detector(), seed)
 
 
-def _rectangles(proposing: Proposing, image: CornellImage) -> bool:
-    weights = proposing.weights
-    from_elsewhere = weights is not None and "recipe" not in read_story(weights)
-    room = 0.0 if from_elsewhere else ROOM  # published networks have learnt from such rectangles
-    return matches(proposing.detector().propose, image, room=room)
+def _rectangles(choice: NetworkChoice, image: CornellImage) -> bool:
+    from perception.networks import read_metadata
+
+    weights = choice.weights
+    published = weights is not None and "recipe" not in read_metadata(weights)
+    room = 0.0 if published else ROOM  # published networks were trained on such rectangles
+    return matches(choice.detector().proposer, image, room=room)
 
 
 def _all(
@@ -162,7 +164,7 @@ def _all(
     workers: int,
     good: Callable[[Result], bool],
 ) -> list[Result]:
-    """Results in the order of the items, with a bar."""
+    """Results in the order of the items, with a progress bar."""
     results: dict[int, Result] = {}
     if items:
         with progress(name, len(items)) as advance:
@@ -173,42 +175,42 @@ def _all(
 
 
 def share(outcomes: Sequence[bool]) -> float | None:
-    """Share of good outcomes; None if there are none at all."""
+    """Share of good outcomes; None without outcomes."""
     return sum(outcomes) / len(outcomes) if outcomes else None
 
 
 def interval(outcomes: Sequence[bool]) -> tuple[float, float]:
-    """Limits between which the true share lies in 95 of 100 cases (Wilson, 1927)."""
-    n, z = len(outcomes), 1.96
+    """95 % confidence interval of the share of good outcomes (Wilson, 1927)."""
+    n, z = len(outcomes), _Z
     p = sum(outcomes) / n
     centre = (p + z * z / (2 * n)) / (1 + z * z / n)
     half = z / (1 + z * z / n) * sqrt(p * (1 - p) / n + z * z / (4 * n * n))
     return max(0.0, centre - half), min(1.0, centre + half)
 
 
-def _groups(images: Iterable[Judged]) -> dict[str, dict[str, list[bool]]]:
-    """Whether grasps are valid, by what may matter."""
+def _groups(images: Iterable[ImageResult]) -> dict[str, dict[str, list[bool]]]:
+    """Validity of the grasps, grouped by properties of the image."""
     groups: dict[str, dict[str, list[bool]]] = {
         "camera height": {},
         "tilt": {},
         "noise": {},
-        "kind": {},
+        "class": {},
     }
-    for each in sorted(images, key=lambda each: (each.height, each.target)):
+    for each in sorted(images, key=lambda each: (each.height, each.target_class)):
         labels = {
             "camera height": f"{0.1 * int(10 * each.height):.1f} m",
             "tilt": f"to {5 * int(degrees(each.tilt) / 5) + 5:2d}°",
-            "noise": ("low", "middle", "high")[min(int(3 * each.trouble), 2)],
-            "kind": each.target or "none found",
+            "noise": ("low", "middle", "high")[min(int(3 * each.noise_level), 2)],
+            "class": each.target_class or "none found",
         }
         for name, label in labels.items():
             groups[name].setdefault(label, []).append(each.valid)
     return {name: dict(sorted(found.items())) for name, found in groups.items()}
 
 
-def table(evaluation: Evaluation) -> Table:
-    """The figures, each with the interval in which it lies in 95 of 100 cases."""
-    shown = Table("measured", "good", "of", "share", "95 of 100", title=evaluation.network)
+def evaluation_table(evaluation: Evaluation) -> Table:
+    """All shares with their confidence intervals."""
+    shown = Table("measured", "good", "of", "share", "95 % interval", title=evaluation.network)
     rows: list[tuple[str, Sequence[bool]]] = [
         ("best grasp valid, single objects", evaluation.valid("single")),
         ("best grasp valid, clutter", evaluation.valid("clutter")),
@@ -231,15 +233,15 @@ def table(evaluation: Evaluation) -> Table:
     return shown
 
 
-def draw_failures(proposing: Proposing, evaluation: Evaluation, out: Path) -> int:
-    """Pictures of images whose best grasp fails, side by side; returns how many."""
+def draw_failures(choice: NetworkChoice, evaluation: Evaluation, out: Path) -> int:
+    """Draw images whose best grasp fails, side by side; returns their number."""
     failed = [each for each in evaluation.images if not each.valid][:_DRAWN]
     pictures = []
     for each in failed:
-        scenery = scenery_of(each.seed, each.category)
-        detection = proposing.detector().detect(scenery.frame, scenery.region)
-        caption = f"{each.category} {each.seed}, {each.target}: {each.end}"
-        frame = scenery.frame
+        image = evaluation_image(each.seed, each.category)
+        frame = image.frame
+        detection = choice.detector().detect(frame, image.region)
+        caption = f"{each.category} {each.seed}, {each.target_class}: {each.end}"
         pictures.append(overlay(frame.depth, frame.intrinsics, detection, caption))
     if pictures:
         cv2.imwrite(str(out), side_by_side(pictures))

@@ -1,8 +1,8 @@
-"""How often the best grasp of one image is valid, on kinds of object that nothing was learnt from.
+"""How often the best grasp in an image is valid, on objects of held-out classes.
 
-Valid is what succeeds on the exact geometry: the open hand touches nothing on its way straight
-down, and what the fingers close on is held (antipodal within both friction cones, and its weight
-carried).
+A grasp is valid if it succeeds on the exact geometry: the open hand touches nothing on its way
+straight down, and the fingers hold what they close on (antipodal within both friction cones, with
+its weight carried).
 """
 
 from __future__ import annotations
@@ -12,18 +12,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.lab.grasps.closed_loop import execute
+from app.lab.grasps.closed_loop import HELD, execute_grasp
 from app.lab.grasps.scenes import (
-    FIRST_SEED,
-    HELD_OUT,
+    EVALUATION_SEED,
+    HELDOUT_CLASSES,
     ROBOT,
     View,
-    kind_of,
+    class_of,
+    clutter_count,
     nearest_object,
     random_view,
     random_world,
 )
-from behaviours.named import Region
+from behaviours import Region
 from hw import DepthFrame
 from hw.sim import DepthRenderer, World
 from perception import GraspDetector
@@ -33,80 +34,80 @@ CATEGORIES = ("single", "clutter")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Judged:
-    """What became of the best grasp of one image."""
+class ImageResult:
+    """The result of executing the best grasp in one image."""
 
     seed: int
     category: str
     """`single` or `clutter`."""
-    kinds: tuple[str, ...]
     height: float
     """Of the camera above the floor [m]."""
     tilt: float
-    """[rad]."""
-    trouble: float
-    """Noise, 0 to 1."""
+    """Of the optical axis from straight down [rad]."""
+    noise_level: float
+    """0 to 1."""
     end: str
-    """`held`, or what went wrong."""
-    target: str
-    """Kind of the object nearest to the grasp; empty if there was none."""
+    """`HELD`, or the reason of the failure."""
+    target_class: str
+    """Of the object nearest to the grasp; empty if no grasp was found."""
 
     @property
     def valid(self) -> bool:
         """Whether the grasp held."""
-        return self.end == "held"
+        return self.end == HELD
 
 
-def judge_images(detector: GraspDetector, category: str, seeds: Iterable[int]) -> list[Judged]:
-    """Judge the best grasp of one image for every seed."""
-    return [judge_image(detector, seed, category) for seed in seeds]
+def evaluate_images(
+    detector: GraspDetector, category: str, seeds: Iterable[int]
+) -> list[ImageResult]:
+    """Evaluate the best grasp in one image per seed."""
+    return [evaluate_image(detector, seed, category) for seed in seeds]
 
 
-def valid_rate(judged: Sequence[Judged]) -> float:
+def valid_rate(results: Sequence[ImageResult]) -> float:
     """Share of the images whose best grasp is valid."""
-    return sum(each.valid for each in judged) / len(judged)
+    return sum(each.valid for each in results) / len(results)
 
 
-def judge_image(detector: GraspDetector, seed: int, category: str) -> Judged:
-    """Make an image, take its best grasp and execute it."""
-    scenery = scenery_of(seed, category)
-    detection = detector.detect(scenery.frame, scenery.region)
-    end, target = f"no grasp: {detection.reason}", ""
-    kinds = tuple(kind_of(o) for o in scenery.world.objects)
+def evaluate_image(detector: GraspDetector, seed: int, category: str) -> ImageResult:
+    """Render an image, find its best grasp and execute it."""
+    image = evaluation_image(seed, category)
+    detection = detector.detect(image.frame, image.region)
+    end, target_class = f"no grasp: {detection.reason}", ""
     if detection.grasps:
         best = detection.grasps[0]
-        target = kind_of(nearest_object(scenery.world, best.wTg.translation))
-        end = execute(scenery.world, best)
-    return Judged(
+        target_class = class_of(nearest_object(image.world, best.wTg.translation))
+        end = execute_grasp(image.world, best)
+    return ImageResult(
         seed=seed,
         category=category,
-        kinds=kinds,
-        height=scenery.view.height,
-        tilt=scenery.view.tilt,
-        trouble=scenery.view.trouble,
+        height=image.view.height,
+        tilt=image.view.tilt,
+        noise_level=image.view.noise_level,
         end=end,
-        target=target,
+        target_class=target_class,
     )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Scenery:
-    """An image to judge, and what it shows."""
+class EvaluationImage:
+    """A rendered image and its scene."""
 
     world: World
     region: Region
+    """In which to grasp."""
     view: View
     frame: DepthFrame
 
 
-def scenery_of(seed: int, category: str) -> Scenery:
-    """The image of a seed; the same seed and category give the same."""
-    rng = np.random.default_rng((FIRST_SEED, CATEGORIES.index(category), seed))
-    world, region = random_world(
-        rng, HELD_OUT, 1 if category == "single" else int(rng.integers(2, 11))
-    )
+def evaluation_image(seed: int, category: str) -> EvaluationImage:
+    """Render the image that seed and category determine."""
+    rng = np.random.default_rng((EVALUATION_SEED, CATEGORIES.index(category), seed))
+    count = 1 if category == "single" else clutter_count(rng)
+    world, region = random_world(rng, HELDOUT_CLASSES, count)
     view = random_view(world, rng)
-    depth = DepthRenderer(ROBOT.camera.intrinsics).render(world.shapes(), view.wTc)
-    depth = view.noise.apply(depth, ROBOT.camera, rng)
-    frame = DepthFrame(depth=depth, intrinsics=ROBOT.camera.intrinsics, wTc=view.wTc, stamp=0.0)
-    return Scenery(world=world, region=region, view=view, frame=frame)
+    camera = ROBOT.camera
+    depth = DepthRenderer(camera.intrinsics).render(world.shapes(), view.wTc)
+    depth = view.noise.apply(depth, camera, rng)
+    frame = DepthFrame(depth=depth, intrinsics=camera.intrinsics, wTc=view.wTc, stamp=0.0)
+    return EvaluationImage(world=world, region=region, view=view, frame=frame)

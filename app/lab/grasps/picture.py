@@ -1,4 +1,4 @@
-"""Pictures of what was seen and what would be grasped, for people."""
+"""Pictures of depth images and the grasps found in them."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from perception import Detection, GraspEstimate
 from robots import Intrinsics
 
 Picture: TypeAlias = npt.NDArray[np.uint8]
-"""(H, W, 3), blue first as OpenCV has it."""
+"""(H, W, 3) blue, green, red, as in OpenCV."""
 
 _BEST, _OTHER, _TEXT = (60, 60, 240), (200, 180, 60), (255, 255, 255)
-_SHOWN = 5  # grasps
-_LINE, _LETTER = 18, 9  # of the caption [px]
+_SHOWN = 5  # number of grasps
+_LINE, _LETTER = 18, 9  # height of a line and width of a letter of the caption [px]
+_PAD_HALF = 0.010  # half of the drawn length of a finger pad [m]
 
 
 def depth_picture(depth: npt.NDArray[np.float32]) -> Picture:
-    """A depth image from near (bright) to far; missing depth is blue."""
+    """A depth image from near (bright) to far (dark); missing depth is blue."""
     known = np.isfinite(depth) & (depth > 0.0)
     low, high = np.percentile(depth[known], (1, 99)) if known.any() else (0.0, 1.0)
     scaled = np.clip((high - np.where(known, depth, high)) / max(high - low, 1e-3), 0.0, 1.0)
@@ -35,13 +36,13 @@ def depth_picture(depth: npt.NDArray[np.float32]) -> Picture:
 def overlay(
     depth: npt.NDArray[np.float32], intrinsics: Intrinsics, detection: Detection, caption: str = ""
 ) -> Picture:
-    """A depth image, the quality over it, the best grasps as rectangles, and a caption below.
+    """A depth image with the quality and the best grasps drawn over it, and a caption below.
 
     Args:
         depth: (H, W) [m].
-        intrinsics: the camera's.
-        detection: what was found in it.
-        caption: what stands below; the reason, if there is no grasp, when empty.
+        intrinsics: of the camera.
+        detection: the grasps found in it.
+        caption: text below; if empty, the reason why there is no grasp.
     """
     picture = depth_picture(depth)
     u, v, size = (round(x) for x in detection.crop)
@@ -71,14 +72,14 @@ def _draw(
     intrinsics: Intrinsics,
     colour: tuple[int, int, int],
 ) -> None:
-    """A rectangle as wide as the hand opens; its sides in bold are the finger pads."""
+    """A rectangle as wide as the opening; its thick sides are the finger pads."""
     u, v = grasp.pixel
     row, column = np.clip(np.rint((v, u)).astype(int), 0, np.array(depth.shape) - 1)
     distance = depth[row, column]
     if not np.isfinite(distance) or distance <= 0.0:
         distance = float(np.nanmedian(depth))
     along = 0.5 * grasp.opening * intrinsics.fx / distance
-    across = 0.010 * intrinsics.fx / distance
+    across = _PAD_HALF * intrinsics.fx / distance
     direction = np.array([np.cos(grasp.angle), np.sin(grasp.angle)])
     normal = np.array([-direction[1], direction[0]])
     centre = np.array([u, v])
@@ -93,7 +94,7 @@ def _draw(
 
 
 def side_by_side(pictures: Sequence[Picture], columns: int = 4) -> Picture:
-    """Pictures of one width in rows; lower ones are filled up below."""
+    """Pictures of equal width in rows, padded at the bottom to equal height."""
     height = max(len(picture) for picture in pictures)
     full = [np.pad(p, ((0, height - len(p)), (0, 0), (0, 0))) for p in pictures]
     padded = [*full, *[np.zeros_like(full[0])] * (-len(full) % columns)]

@@ -1,4 +1,4 @@
-"""Recipes: YAML files that say how weights are made, from the first scene to the last step."""
+"""Training recipes: YAML files with the network, the data and the settings of a training."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from pydantic import Field
 from config import ConfigError, StrictModel, read_config, suggest
 
 RECIPES = Path(__file__).parent / "recipes"
-"""Where the shipped recipes lie."""
+"""Folder of the shipped recipes."""
 
 Count = Annotated[int, Field(ge=1)]
 Seed = Annotated[int, Field(ge=0)]
 
 
 class Data(StrictModel):
-    """What is learnt from."""
+    """The rendered images."""
 
     images: Count = 16384
     validation_images: Count = 1024
-    """Of other scenes; they decide when learning ends."""
+    """Of other scenes; they decide when training stops."""
     seed: Seed = 0
 
 
 class Learning(StrictModel):
-    """How long and how fast; see `perception.training.Recipe`."""
+    """Length and speed of the training; see `perception.networks.TrainingSettings`."""
 
     seed: Seed = 0
     rounds: Count = 16
@@ -39,19 +39,19 @@ class Learning(StrictModel):
 class TrainingRecipe(StrictModel):
     """A recipe file."""
 
-    network: Literal["bins", "ggcnn", "ggcnn2"]
+    network: Literal["bins", "ggcnn"]
     data: Data = Data()
     learning: Learning = Learning()
 
 
 def read_recipe(name: str) -> TrainingRecipe:
-    """A shipped recipe, or one's own.
+    """Read a recipe.
 
     Args:
-        name: of a shipped recipe, or path of a file.
+        name: of a shipped recipe, or path of a recipe file.
 
     Raises:
-        ConfigError: there is none, or it is not a good one.
+        ConfigError: there is no such recipe, or its file is not valid.
     """
     path = Path(name)
     if not path.is_file():
@@ -59,6 +59,6 @@ def read_recipe(name: str) -> TrainingRecipe:
     if not path.is_file():
         names = sorted(each.stem for each in RECIPES.glob("*.yaml"))
         raise ConfigError(
-            f"no recipe is called `{name}`; {suggest(name, names)} A file will do too"
+            f"no recipe is called `{name}`; {suggest(name, names)} A recipe file works too"
         )
     return read_config(path, TrainingRecipe)

@@ -1,7 +1,7 @@
-"""Scenes for the grasp network to learn from and be judged on: what lies there, and how it is seen.
+"""Random scenes to train and evaluate the grasp networks on, and random views of them.
 
-Objects lie alone or in clutter, in a container of random size and height or on a bare surface; the
-wrist camera looks from a random height and tilt, with the noise of a good or of a bad day.
+Objects lie alone or in clutter, in a container of random size or on a bare surface; the wrist
+camera looks from a random height and tilt, with a random level of noise.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3, exp3
 
-from behaviours.named import Region
+from behaviours import Region
 from hw.sim import (
     HELDOUT,
     HOUSEHOLD,
@@ -33,31 +33,35 @@ from robots import load_robot
 
 Array = npt.NDArray[np.float64]
 
-FLOOR = 0.456
-"""Height of what the objects stand on [m]."""
 ROBOT = load_robot("frankie")
-"""The robot that looks at the scenes and grasps in them."""
-LEARNT: tuple[str, ...] = (*HOUSEHOLD, *TRAIN)
-"""The kinds of object that are learnt from."""
-HELD_OUT: tuple[str, ...] = tuple(HELDOUT)
-"""The kinds of object that are judged on."""
-
-FIRST_SEED = 1_000_000
-"""What is judged on is made from seeds that begin with this number, and never learnt from."""
+"""The robot whose camera sees the scenes and whose gripper grasps in them."""
+FLOOR = 0.456
+"""Height of the support surface [m]."""
+OBJECT_WIDTHS = (5.0, 70.0)
+"""Range of the smallest width by which the objects can be grasped [mm]."""
+TRAINING_CLASSES: tuple[str, ...] = (*HOUSEHOLD, *TRAIN)
+"""Classes of the objects in training scenes."""
+HELDOUT_CLASSES: tuple[str, ...] = tuple(HELDOUT)
+"""Classes of the objects in evaluation scenes; none is in training scenes."""
+EVALUATION_SEED = 1_000_000
+"""First number of the seeds of evaluation scenes; training scenes have smaller ones."""
 
 _HEIGHT = (0.24, 0.65)  # of the camera above the floor [m]
-_TILT = (0.0, np.radians(15.0))
-_STEEP_HEIGHT = (0.4, 0.9)
+_TILT = (0.0, np.radians(15.0))  # of the optical axis from straight down [rad]
+_STEEP_HEIGHT = (0.4, 0.9)  # the same for steep views [m]
 _STEEP_TILT = (np.radians(15.0), np.radians(50.0))
-_BESIDE = 0.12  # the camera looks this far beside an object at most, along x or y [m]
-
+_OFF_TARGET = 0.12  # largest offset of the view from an object, along x and along y [m]
+_BARE = 0.3  # share of the scenes without a container wall
+_ON_TABLE = 0.5  # share of the scenes with a large surface around
+_SINGLE = 0.25  # share of the training scenes with one object
+_CLUTTER = (2, 11)  # number of objects in the others, the upper bound excluded
 
 _AROUND = Fixture(name="around", centre=(0.0, 0.0, FLOOR - 0.011), size=(2.0, 2.0, 0.02))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class View:
-    """How a scene is seen."""
+    """A camera that looks at a scene."""
 
     wTc: SE3
     """Camera in the world."""
@@ -65,26 +69,26 @@ class View:
     """Of the camera above the floor [m]."""
     tilt: float
     """Of the optical axis from straight down [rad]."""
-    trouble: float
-    """How noisy it is: 0 on the best day of the camera, 1 on the worst."""
+    noise_level: float
+    """From 0, the least noise of the camera, to 1, the most."""
     noise: D435Noise
 
 
 def random_world(
-    rng: np.random.Generator, kinds: Sequence[str], count: int
+    rng: np.random.Generator, classes: Sequence[str], count: int
 ) -> tuple[World, Region]:
-    """Some objects about the origin, in a container or on a bare surface, high up or on a table.
+    """Objects around the origin, in a container or on a bare surface, on a pedestal or a table.
 
     Args:
-        rng: where the randomness comes from.
-        kinds: names of `hw.sim.OBJECT_CLASSES`.
-        count: how many objects.
+        rng: random generator.
+        classes: of the objects.
+        count: number of objects.
 
     Returns:
-        The world, and where in it things are to be grasped: inside the walls.
+        The world and the region in which to grasp: inside the walls.
     """
     while True:
-        bare, on_table = rng.random() < 0.3, rng.random() < 0.5
+        bare, on_table = rng.random() < _BARE, rng.random() < _ON_TABLE
         inner = rng.uniform((0.32, 0.30), (0.56, 0.50))
         scene = Scene(
             container=Container(
@@ -95,11 +99,11 @@ def random_world(
             ),
             table=Table(centre=(0.0, 3.0)),
             fixtures=(_AROUND,) if on_table else (),
-            objects=Objects(count=count, classes=tuple(kinds), width_mm=(5.0, 70.0)),
+            objects=Objects(count=count, classes=tuple(classes), width_mm=OBJECT_WIDTHS),
         )
         try:
             world = build_world(scene, rng)
-        except SceneError:  # these objects do not fit; others will
+        except SceneError:  # these objects do not fit: draw others
             continue
         region = Region(
             name="inside",
@@ -109,54 +113,60 @@ def random_world(
         return world, region
 
 
-def random_count(rng: np.random.Generator) -> int:
-    """How many objects: one or, more often, up to ten."""
-    return 1 if rng.random() < 0.25 else int(rng.integers(2, 11))
+def clutter_count(rng: np.random.Generator) -> int:
+    """A random number of objects in clutter: two to ten."""
+    return int(rng.integers(*_CLUTTER))
+
+
+def training_count(rng: np.random.Generator) -> int:
+    """A random number of objects in a training scene: one, or more often clutter."""
+    return 1 if rng.random() < _SINGLE else clutter_count(rng)
 
 
 def random_view(world: World, rng: np.random.Generator, *, steep: bool = False) -> View:
-    """The camera looking at one of the objects, or beside it.
+    """A view of one of the objects or of the surface next to it.
 
     Args:
-        world: what to look at.
-        rng: where the randomness comes from.
-        steep: from farther away and the side, as no wrist camera does; else from above.
+        world: the scene.
+        rng: random generator.
+        steep: from farther away and at 15 to 50 degrees, beyond the wrist camera's; else at less
+            than 15 degrees.
     """
     height = rng.uniform(*(_STEEP_HEIGHT if steep else _HEIGHT))
     target = world.objects[rng.integers(len(world.objects))].pose.translation
-    x, y = target[:2] + rng.uniform(-_BESIDE, _BESIDE, 2) * min(height / _HEIGHT[1], 1.0)
+    x, y = target[:2] + rng.uniform(-_OFF_TARGET, _OFF_TARGET, 2) * min(height / _HEIGHT[1], 1.0)
     tilt = rng.uniform(*(_STEEP_TILT if steep else _TILT))
     tilt_about, yaw = rng.uniform(-np.pi, np.pi, 2)
     down = exp3(np.array([np.pi, 0.0, 0.0]))
     lean = exp3(tilt * np.array([np.cos(tilt_about), np.sin(tilt_about), 0.0]))
     turn = exp3(np.array([0.0, 0.0, yaw]))
-    # The tilted camera stands where the middle of its image still shows the place.
+    # A tilted camera stands back, so that its optical axis meets the target.
     axis = lean @ np.array([0.0, 0.0, -1.0])
     x, y = np.array([x, y]) + axis[:2] / axis[2] * height
-    trouble = rng.random()
+    noise_level = rng.random()
     return View(
         wTc=SE3(lean @ turn @ down, np.array([x, y, FLOOR + height])),
         height=height,
         tilt=tilt,
-        trouble=trouble,
-        noise=noise(trouble),
+        noise_level=noise_level,
+        noise=camera_noise(noise_level),
     )
 
 
-def noise(trouble: float) -> D435Noise:
-    """The camera's noise, from the best day (0) to the worst (1)."""
+def camera_noise(level: float) -> D435Noise:
+    """The camera's noise, from the least (0) to the most (1)."""
     return D435Noise(
-        disparity_noise=0.04 + 0.10 * trouble,
-        edge_loss=0.4 + 0.5 * trouble,
-        speckle=0.002 + 0.020 * trouble,
+        disparity_noise=0.04 + 0.10 * level,
+        edge_loss=0.4 + 0.5 * level,
+        speckle=0.002 + 0.020 * level,
     )
 
 
-def nearest_object(world: World, place: Array) -> SimObject:
-    """The object whose centre of mass is nearest to a (3,) point of the world [m]."""
-    return min(world.objects, key=lambda o: float(np.linalg.norm(o.pose.translation - place)))
+def nearest_object(world: World, point: Array) -> SimObject:
+    """The object whose frame is nearest to a (3,) point of the world [m]."""
+    return min(world.objects, key=lambda o: float(np.linalg.norm(o.pose.translation - point)))
 
 
-def kind_of(thing: SimObject) -> str:
-    """Kind of a simulated object, whose name is that and a number."""
-    return thing.name.rpartition(" ")[0]
+def class_of(obj: SimObject) -> str:
+    """Class of a simulated object, whose name is the class and a number."""
+    return obj.name.rpartition(" ")[0]

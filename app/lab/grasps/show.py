@@ -1,4 +1,4 @@
-"""`frankie-task grasp show`: grasps in a depth image of anybody's camera."""
+"""`frankie-task grasp show`: grasps in a depth image of any camera."""
 
 from __future__ import annotations
 
@@ -11,27 +11,26 @@ import numpy.typing as npt
 from app.lab.grasps.picture import overlay
 from config import ConfigError
 from hw import DepthFrame
-from perception import GraspDetector
-from perception.table import NoTableError, camera_above_table
+from perception import GraspDetector, NoTableError, camera_above_table
 from robots import Intrinsics
 
-_D435_FOCAL = 0.6  # of a D435's depth image, in image widths
+_D435_FOCAL = 0.6  # focal length of a D435 in image widths
 
 
 def show_grasps(
     image: Path, out: Path, *, focal: float | None, at: float | None, detector: GraspDetector
 ) -> str:
-    """Draw the grasps of a depth image; the table in it tells where the camera is.
+    """Draw the grasps of a depth image; the camera's pose is estimated from the table in it.
 
     Args:
-        image: the file; an .rrd recording will do, too.
-        out: where the picture goes (.png).
-        focal: of the camera [px]; None for that of a D435.
-        at: time in a recording [s]; None takes the last image.
-        detector: finds them.
+        image: a depth image or an .rrd recording.
+        out: the picture to write (.png).
+        focal: focal length of the camera [px]; None is that of a D435.
+        at: time in a recording [s]; None is the last image.
+        detector: finds the grasps.
 
     Returns:
-        What was found, for people.
+        A summary in words.
 
     Raises:
         ConfigError: the image cannot be read or shows no table, or the picture cannot be written.
@@ -49,40 +48,38 @@ def show_grasps(
     try:
         wTc = camera_above_table(np.where(depth > 0.0, depth, np.float32(np.nan)), camera)
     except NoTableError as error:
-        raise ConfigError(
-            f"{image}: {error}; show a depth image of things that lie on a table"
-        ) from error
+        raise ConfigError(f"{image}: {error}; give a depth image of objects on a table") from error
     detection = detector.detect(DepthFrame(depth=depth, intrinsics=camera, wTc=wTc, stamp=0.0))
-    said = f"no grasp: {detection.reason}"
+    summary = f"no grasp: {detection.reason}"
     if detection.grasps:
         best = detection.grasps[0]
         x, y, z = wTc.actInv(best.wTg).translation
-        said = (
+        summary = (
             f"{len(detection.grasps)} grasps; the best: {1000 * best.width:.0f} mm wide, quality "
             f"{best.quality:.2f}, at x {x:.3f} y {y:.3f} z {z:.3f} m from the camera"
         )
-    picture = overlay(depth, camera, detection, said)
+    picture = overlay(depth, camera, detection, summary)
     try:
         written = cv2.imwrite(str(out), picture)
     except cv2.error:
         written = False
     if not written:
-        raise ConfigError(f"{out}: cannot be written; name a .png file in a folder that exists")
-    return f"{said}\n{out}"
+        raise ConfigError(f"{out}: cannot be written; give a .png file in an existing folder")
+    return f"{summary}\n{out}"
 
 
 def _recorded(path: Path, at: float | None) -> tuple[npt.NDArray[np.float32], float | None]:
-    """Depth [m] out of a recording, and its camera's focal length if that was recorded."""
+    """Depth [m] from a recording, and the camera's focal length [px] if it was recorded."""
     from app.review import recorded_depth
 
     return recorded_depth(path, at)
 
 
 def read_depth(path: Path) -> npt.NDArray[np.float32]:
-    """A depth image [m] from a file; whole numbers are millimetres.
+    """Read a depth image [m]; integers are millimetres.
 
     Raises:
-        ConfigError: there is no such file, or it is not a depth image.
+        ConfigError: the file is missing or not a depth image.
     """
     if not path.is_file():
         raise ConfigError(f"{path}: no such file; give a depth image as .npy, .png or .tiff")
@@ -94,10 +91,10 @@ def read_depth(path: Path) -> npt.NDArray[np.float32]:
     except (OSError, ValueError, cv2.error) as error:
         raise ConfigError(f"{path}: cannot be read: {error}") from error
     if values is None or values.ndim != 2 or values.dtype == np.uint8:
-        shape = "nothing readable" if values is None else f"{values.dtype} of shape {values.shape}"
+        content = "no image" if values is None else f"{values.dtype} of shape {values.shape}"
         raise ConfigError(
-            f"{path}: holds {shape}, not a depth image; give (H, W) of 16-bit millimetres or of "
-            "floating metres"
+            f"{path}: contains {content}, not a depth image; give an (H, W) array of 16-bit "
+            "millimetres or of metres as floats"
         )
     metres = 1e-3 if np.issubdtype(values.dtype, np.integer) else 1.0
     return np.asarray(values * metres, dtype=np.float32)

@@ -1,7 +1,7 @@
-"""How long perception takes, from a frame of the wrist camera to grasps in the world.
+"""CPU time of a perception step, from a frame of the wrist camera to grasps in the world.
 
-Every contender sees every frame, one after the other in an order that is drawn anew, on one thread.
-Times are the thread's processor time, which other processes do not lengthen.
+Every detector gets every frame, in an order that is drawn for each frame, on one thread. Times are
+CPU times of the thread, which other processes do not affect.
 """
 
 from __future__ import annotations
@@ -9,39 +9,41 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from inspect import getmodule
 from time import thread_time_ns
 
 import cv2
 import numpy as np
-import torch
 from pinocchio import SE3
 from rich.table import Table
 
-import perception.detector
-from app.lab.grasps.closed_loop import CONTAINER
+from app.lab import Functions, PartTimer
+from app.lab.grasps.closed_loop import CONTAINER, wrist_frame
 from app.lab.grasps.scenes import ROBOT
-from app.lab.parts import Functions, PartTimer
 from hw import DepthFrame
-from hw.sim import D435Noise, DepthRenderer, Hand, load_scene
+from hw.sim import D435Noise, load_scene
 from perception import GraspDetector
-from perception.propose import Proposer
-from perception.weights import SHIPPED, shipped_network
-
-PARTS: Functions = {
-    "prepare": ((perception.detector, "prepare"),),
-    "height map": ((perception.detector, "height_map"),),
-    "network": ((Proposer, "answer"),),
-    "candidates": ((Proposer, "__call__"),),
-    "check and refine": ((perception.detector, "refine"),),
-}
-"""The functions that a step is made of."""
 
 _ROUNDS = 3
 
 
+def _parts() -> Functions:
+    """The functions that a step consists of, where the detector looks them up."""
+    from perception.networks import Proposer
+
+    detector = getmodule(GraspDetector)
+    return {
+        "prepare": ((detector, "prepare"),),
+        "height map": ((detector, "build_height_map"),),
+        "network": ((Proposer, "infer"),),
+        "candidates": ((Proposer, "propose"),),
+        "refine": ((detector, "refine"),),
+    }
+
+
 @dataclass(frozen=True, kw_only=True)
 class StepTimes:
-    """Processor time of somebody's steps [ms]."""
+    """CPU time of the steps of one detector [ms]."""
 
     name: str
     steps: int
@@ -52,7 +54,7 @@ class StepTimes:
 
 @dataclass(frozen=True, kw_only=True)
 class PerceptionResult:
-    """Everybody's times; the first is the default."""
+    """Times of all detectors; the first is the default."""
 
     times: tuple[StepTimes, ...]
     parts: Mapping[str, float]
@@ -66,44 +68,42 @@ class PerceptionResult:
 
 
 def approach(frames: int) -> list[DepthFrame]:
-    """What the wrist camera sees on its way down into a full container, with noise."""
+    """Noisy frames of the wrist camera on its way down into a full container."""
     world = load_scene("household", 0)
     rng, noise = np.random.default_rng(0), D435Noise()
-    renderer = DepthRenderer(ROBOT.camera.intrinsics)
-    seen = []
-    for height in np.linspace(0.85, 0.68, frames):
-        wTe = SE3(np.diag([1.0, -1.0, -1.0]), np.array([2.94, 0.02, height]))
-        wTc = wTe * ROBOT.camera.eTc
-        hand = Hand(ROBOT.gripper, wTe).shapes(ROBOT.gripper.opening)
-        depth = renderer.render([*world.shapes(), *hand], wTc)
-        depth = noise.apply(depth, ROBOT.camera, rng)
-        intrinsics = ROBOT.camera.intrinsics
-        seen.append(DepthFrame(depth=depth, intrinsics=intrinsics, wTc=wTc, stamp=0.0))
-    return seen
+    down = np.diag([1.0, -1.0, -1.0])
+    return [
+        wrist_frame(world, SE3(down, np.array([2.94, 0.02, height])), noise, rng)
+        for height in np.linspace(0.85, 0.68, frames)
+    ]
 
 
-def contenders() -> dict[str, GraspDetector]:
-    """Every shipped network as it is used, and layer by layer as it is written."""
+def _detectors() -> dict[str, GraspDetector]:
+    """Every shipped network in its inference form and layer by layer as written."""
+    from perception.networks import NETWORKS, Proposer, shipped_network
+
+    proposers = [
+        Proposer(shipped_network(name), plain=plain) for name in NETWORKS for plain in (False, True)
+    ]
     return {
-        f"{name}{', plain torch' if plain else ''}": GraspDetector(
-            proposer=Proposer(shipped_network(name), plain=plain)
-        )
-        for name in SHIPPED
-        for plain in (False, True)
+        proposer.name: GraspDetector(proposer=proposer, gripper=ROBOT.gripper)
+        for proposer in proposers
     }
 
 
 def time_steps(
     detectors: Mapping[str, GraspDetector], frames: Sequence[DepthFrame]
 ) -> tuple[StepTimes, ...]:
-    """Everybody's times on the same frames."""
+    """Times of all detectors on the same frames."""
+    import torch
+
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
     rng = np.random.default_rng(0)
     names = list(detectors)
     spent: dict[str, list[int]] = {name: [] for name in names}
     for name in names:
-        detectors[name].detect(frames[0], CONTAINER)  # the first time is never like the others
+        detectors[name].detect(frames[0], CONTAINER)  # warm-up
     for frame in [*frames] * _ROUNDS:
         for index in rng.permutation(len(names)):
             name = names[index]
@@ -126,11 +126,11 @@ def time_steps(
 
 
 def measure_perception(frames: int) -> PerceptionResult:
-    """Times of all contenders, and of the parts of the default's step."""
-    seen, everybody = approach(frames), contenders()
-    times = time_steps(everybody, seen)
-    timer = PartTimer(PARTS)
-    default = next(iter(everybody.values()))
+    """Times of all shipped networks, and of the parts of the default's step."""
+    seen, detectors = approach(frames), _detectors()
+    times = time_steps(detectors, seen)
+    timer = PartTimer(_parts())
+    default = next(iter(detectors.values()))
     with timer.watching():
         for frame in seen:
             timer.step(lambda frame=frame: default.detect(frame, CONTAINER))  # type: ignore[misc]
@@ -139,7 +139,7 @@ def measure_perception(frames: int) -> PerceptionResult:
 
 
 def perception_table(result: PerceptionResult) -> Table:
-    """Processor times of whole steps."""
+    """CPU times of whole steps."""
     shown = Table("step", "median", "p95", "worst", title="perception, ms of one core")
     for each in result.times:
         shown.add_row(each.name, f"{each.median:.1f}", f"{each.p95:.1f}", f"{each.worst:.1f}")
@@ -147,14 +147,14 @@ def perception_table(result: PerceptionResult) -> Table:
 
 
 def perception_notes(result: PerceptionResult) -> list[str]:
-    """The ratios and the parts, a line each."""
+    """The times of the parts and the ratios, one per line."""
     parts = ", ".join(f"{name} {time:.1f}" for name, time in result.parts.items())
     ratios = [f"{name}: {ratio:.1f}" for name, ratio in result.ratios.items()]
     return [f"{result.times[0].name}, ms: {parts}", *ratios]
 
 
 def perception_json(result: PerceptionResult, about: Mapping[str, str]) -> str:
-    """One JSON object: `about` the run, and all times."""
+    """All times as a JSON object, with `about` the machine."""
     figures = {
         "times_ms": [asdict(each) for each in result.times],
         "ratios": result.ratios,

@@ -1,63 +1,68 @@
-"""Make a network's weights from nothing: render scenes, label them, learn, judge.
+"""Train the weights of a network from scratch: render scenes, label them, train, evaluate.
 
-Everything lies in one folder: the shards, a checkpoint after every round, and the weights at the
-end. The same command goes on where an interrupted one stopped.
+One folder contains the shards, a checkpoint of every round and the final weights. The same command
+resumes an interrupted training.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import cv2
-import torch
 from rich.console import Console
 from rich.progress import track
 
-from app.lab.grasps.generate import shard_path, shards_of, write_shards
-from app.lab.grasps.images import judge_images, valid_rate
+from app.lab.grasps.images import CATEGORIES, evaluate_images, valid_rate
 from app.lab.grasps.recipe import TrainingRecipe
+from app.lab.grasps.scenes import ROBOT
+from app.lab.grasps.training_data import shard_count, shard_path, write_shards
 from config import ConfigError
 from perception import GraspDetector
-from perception.training import Recipe, Report, train
-from perception.weights import NETWORKS, save_network
 
-JUDGED = 200
-"""Images of each category that new weights are judged on, for the story in their file."""
+if TYPE_CHECKING:
+    from perception.networks import RoundReport
+
+EVALUATED = 200
+"""Images of each category on which new weights are evaluated, for the metadata of their file."""
 
 Item = TypeVar("Item")
 
 
-def make_weights(
+def train_weights(
     recipe: TrainingRecipe, folder: Path, *, workers: int, device: str, console: Console
 ) -> Path:
-    """Render what is missing, learn what is left, and save what comes of it.
+    """Render the missing shards, train or resume, and save the weights.
 
     Args:
-        recipe: how.
-        folder: where everything lies; shards in `shards/`, so that recipes may share them.
-        workers: processes that render.
-        device: of PyTorch; `auto` takes a GPU if there is one.
+        recipe: network, data and settings.
+        folder: of the training; recipes may share its `shards/`.
+        workers: number of processes that render.
+        device: of PyTorch; `auto` is a GPU if there is one.
         console: for progress.
 
     Returns:
-        The file of weights, with the recipe and how good they are in its metadata.
+        The weights file, with the recipe and the valid rates in its metadata.
 
     Raises:
-        ConfigError: the folder holds a training of another recipe.
+        ConfigError: the folder contains a training with another recipe.
     """
+    import torch
+
+    from perception.networks import NETWORKS, TrainingSettings, save_network, train
+
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
     if device == "auto":
         device = "cuda" if torch.cuda.is_available() else "cpu"
-    learn_from, validate_on = _shards(recipe, folder / "shards", workers, console)
+    train_on, validate_on = _shards(recipe, folder / "shards", workers, console)
     torch.manual_seed(recipe.learning.seed)
     learning = recipe.learning
 
-    def report(report: Report) -> None:
+    def report(report: RoundReport) -> None:
         console.print(
-            f"round {report.round} of {learning.rounds}: loss {report.loss:.4f}, on unseen scenes "
+            f"round {report.round} of {learning.rounds}: loss {report.loss:.4f}, validation "
             f"{report.validation:.4f} (best {report.best:.4f})",
             highlight=False,
         )
@@ -65,9 +70,9 @@ def make_weights(
     try:
         network, validation = train(
             NETWORKS[recipe.network](),
-            learn_from,
+            train_on,
             validate_on,
-            Recipe(**learning.model_dump()),
+            TrainingSettings(**learning.model_dump()),
             checkpoint=folder / f"{recipe.network}.checkpoint",
             device=device,
             report=report,
@@ -76,33 +81,34 @@ def make_weights(
         raise ConfigError(str(error)) from error
     out = folder / f"{recipe.network}.safetensors"
     save_network(network, out, {"recipe": recipe.model_dump()})
-    detector = GraspDetector(out)
-    judged = {
-        category: valid_rate(judge_images(detector, category, range(JUDGED)))
-        for category in ("single", "clutter")
+    detector = GraspDetector(out, gripper=ROBOT.gripper)
+    valid_rates = {
+        category: valid_rate(evaluate_images(detector, category, range(EVALUATED)))
+        for category in CATEGORIES
     }
-    story = {
+    metadata = {
         "recipe": recipe.model_dump(),
         "validation_loss": validation,
-        "valid_of_unseen": judged,
+        "valid_of_unseen": valid_rates,
         "licence": "Apache-2.0",
     }
-    save_network(network, out, story)
+    save_network(network, out, metadata)
     return out
 
 
 def _shards(
     recipe: TrainingRecipe, folder: Path, workers: int, console: Console
 ) -> tuple[list[Path], list[Path]]:
-    learn, validate = shards_of(recipe.data.images), shards_of(recipe.data.validation_images)
-    total, seed = learn + validate, recipe.data.seed
+    training = shard_count(recipe.data.images)
+    total = training + shard_count(recipe.data.validation_images)
+    seed = recipe.data.seed
     missing = sum(not shard_path(folder, seed, n).is_file() for n in range(total))
-    for _ in _told(write_shards(folder, total, seed, workers), missing, "rendering", console):
+    for _ in _with_bar(write_shards(folder, total, seed, workers), missing, "rendering", console):
         pass
     paths = [shard_path(folder, seed, number) for number in range(total)]
-    return paths[:learn], paths[learn:]
+    return paths[:training], paths[training:]
 
 
-def _told(items: Iterable[Item], total: int, what: str, console: Console) -> Iterator[Item]:
+def _with_bar(items: Iterable[Item], total: int, what: str, console: Console) -> Iterator[Item]:
     if total:
         yield from track(items, what, total=total, console=console)

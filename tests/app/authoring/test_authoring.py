@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import trees
-from app.cli import app
+from app.commands import app
 from behaviours import LEAVES
 from trees.language.vocabulary import COMPOSITES, MODIFIERS
 

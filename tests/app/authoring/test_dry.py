@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from app.cli import app
+from app.commands import app
 
 PICK = """\
 task: pick
@@ -180,7 +180,7 @@ def test_neither_network_nor_recorder_is_loaded(tmp_path):
     path = tmp_path / "t.yaml"
     path.write_text(PICK)
     code = (
-        "import sys\nfrom app.cli import app\n"
+        "import sys\nfrom app.commands import app\n"
         f"app(['run', {str(path)!r}, '--dry'], standalone_mode=False)\n"
         "print(*sorted({'torch', 'rerun', 'hw.sim.world'} & set(sys.modules)), sep=',')\n"
     )

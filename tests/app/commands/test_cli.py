@@ -13,7 +13,7 @@ import pytest
 from rerun.chunk import RrdReader
 from typer.testing import CliRunner
 
-from app.cli import app
+from app.commands import app
 
 TREE = """\
 task: toy
@@ -208,7 +208,7 @@ def test_check_is_content_with_the_shipped_tasks():
 def test_an_interrupt_brings_the_robot_to_rest_and_completes_the_files(tmp_path, task, kind):
     """Sent to a real process in the middle of a motion."""
     tree = task("navigate: {to: far}")
-    command = [sys.executable, "-m", "app.cli", "run", tree, "--record", tmp_path / "runs"]
+    command = [sys.executable, "-m", "frankie_task_cli", "run", tree, "--record", tmp_path / "runs"]
     process = subprocess.Popen(
         [*map(str, command), "--speed", "real", "--json"],
         stdout=subprocess.PIPE,

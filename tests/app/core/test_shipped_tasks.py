@@ -8,7 +8,7 @@ import pytest
 from rerun.chunk import RrdReader
 from typer.testing import CliRunner
 
-from app.cli import app
+from app.commands import app
 from trees import shipped, shipped_names
 from trees.language import check
 

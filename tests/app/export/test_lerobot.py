@@ -7,7 +7,7 @@ import pyarrow.parquet as pq
 import pytest
 from typer.testing import CliRunner
 
-from app.cli import app
+from app.commands import app
 from app.core.launch import RunOptions, run_task
 from app.export import export_lerobot
 from app.export.lerobot import ExportError

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from app.cli import app
+from app.commands import app
 from app.lab import workers
 from app.lab.bench import plots, published
 

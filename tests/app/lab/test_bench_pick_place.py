@@ -4,7 +4,7 @@ import json
 
 from typer.testing import CliRunner
 
-from app.cli import app
+from app.commands import app
 
 QUICK = """\
 task: quick

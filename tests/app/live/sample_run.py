@@ -121,6 +121,7 @@ def detection(seen: DepthFrame) -> Detection:
     grasp = GraspEstimate(
         wTg=wTg,
         width=0.06,
+        opening=0.08,
         quality=0.9,
         stamp=seen.stamp,
         pixel=(float(pixel[0]), float(pixel[1])),

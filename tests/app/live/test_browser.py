@@ -43,7 +43,16 @@ class Run:
             "task: toy\ntree:\n  sequence:\n"
             "    - wait: {duration_s: 1000}\n    - name: the end\n      wait: {duration_s: 1}\n"
         )
-        command = [sys.executable, "-m", "app.cli", "run", task, "--record", folder, "--control"]
+        command = [
+            sys.executable,
+            "-m",
+            "frankie_task_cli",
+            "run",
+            task,
+            "--record",
+            folder,
+            "--control",
+        ]
         self.process = subprocess.Popen(
             [*map(str, command), "--speed", "real", *options],
             stderr=subprocess.PIPE,

@@ -10,12 +10,13 @@ from harness import looking_down
 from sample_run import snapshot
 from typer.testing import CliRunner
 
-from app.cli import app
+from app.commands import app
 from app.core.setup import VisionForm, open_setup
 from app.live.console import ControlOptions, OperatorConsole
 from controller import PoseGoal
 from hw import FaultKind, WorldOptions
 from perception import GraspDetector
+from robots import load_robot
 from trees.language import build, load, nodes_in_order
 
 TREE = """\
@@ -94,7 +95,8 @@ def test_a_run_with_the_page_ends_by_itself_and_closes_its_ports(tmp_path, task)
 def test_an_emergency_stop_that_is_cleared_lets_the_robot_move_again(task):
     """The gate latches it; it opens on the loop, once no reading has the fault."""
     world = WorldOptions(scene="single")
-    with open_setup("frankie", "kinematic", world, GraspDetector(), VisionForm.STEP) as setup:
+    detector = GraspDetector(gripper=load_robot("frankie").gripper)
+    with open_setup("frankie", "kinematic", world, detector, VisionForm.STEP) as setup:
         _press_and_release(setup, task)
 
 

@@ -66,7 +66,7 @@ def test_q_in_a_terminal_ends_a_run_as_interrupted_and_restores_the_terminal(tmp
         "import fcntl, os, sys, termios\n"
         "os.setsid()\n"
         "fcntl.ioctl(0, termios.TIOCSCTTY, 0)\n"
-        "from app.cli import main\n"
+        "from app.commands import main\n"
         "main()\n"
     )
     process = subprocess.Popen(

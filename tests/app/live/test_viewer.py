@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from app.cli import app
+from app.commands import app
 from app.live import View, Viewer, ViewError, ViewOptions
 from app.live.monitor.ports import LOOPBACK
 
@@ -145,7 +145,7 @@ def listening(process: int) -> set[tuple[str, int]]:
 
 
 def test_a_run_that_is_watched_listens_on_loopback_only(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "app.cli", "run", "pick_one", "--speed", "real"]
+    command = [sys.executable, "-m", "frankie_task_cli", "run", "pick_one", "--speed", "real"]
     with subprocess.Popen(
         [*command, "--view", "web", "--record", tmp_path],
         cwd=ROOT,

@@ -31,7 +31,7 @@ tree:
 def test_a_run_whose_process_was_killed(tmp_path):
     task = tmp_path / "toy.yaml"
     task.write_text(TASK)
-    command = [sys.executable, "-m", "app.cli", "run", task, "--record", tmp_path / "runs"]
+    command = [sys.executable, "-m", "frankie_task_cli", "run", task, "--record", tmp_path / "runs"]
     process = subprocess.Popen(
         [*map(str, command), "--speed", "real", "--view", "none"],
         stderr=subprocess.DEVNULL,

@@ -7,7 +7,7 @@ import shutil
 import pytest
 from typer.testing import CliRunner
 
-from app.cli import app
+from app.commands import app
 from app.core.launch import RunOptions, run_task
 from app.review import find_run, run_folders
 from app.review.finished import UnknownRunError

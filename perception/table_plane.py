@@ -1,7 +1,7 @@
-"""Where the camera is above the table, for images that come without its pose.
+"""Estimates the camera's pose above a table, for images that come without one.
 
-The table is the plane that most of the image is near to, found by sampling three pixels at a time
-(Fischler and Bolles, "Random sample consensus", 1981) and then fitted to all that are near.
+The table is the plane with the most inliers, found by RANSAC on three pixels at a time (Fischler
+and Bolles, "Random sample consensus", 1981) and refitted to its inliers.
 """
 
 from __future__ import annotations
@@ -10,29 +10,29 @@ import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, Image
-from perception.frame import Intrinsics
+from robots import Intrinsics
 
-_STRIDE = 6  # every so many pixels are looked at
-_SAMPLES = 300
-_NEAR = 0.006  # so near to the plane belongs to it [m]
-_LEAST = 0.15  # share of the pixels that must belong to it
+_STRIDE = 6  # only every sixth row and column is used, for speed [px]
+_SAMPLES = 300  # of three points: enough for one free of outliers at 25 % inliers, to 1 %
+_INLIER_DISTANCE = 0.006  # of the order of the depth noise at 1 m [m]
+_MIN_INLIERS = 0.15  # share of the pixels
 
 
 class NoTableError(Exception):
-    """No plane was found; the text says why."""
+    """No table was found; the message says why."""
 
 
 def camera_above_table(depth: Image, intrinsics: Intrinsics) -> SE3:
     """Pose of the camera in a world whose floor, z = 0, is the table.
 
-    Its origin is the point of the table that the middle of the image shows; x is along u.
+    Its origin is the point of the table at the middle of the image; x is along u.
 
     Args:
         depth: (H, W) depth along the optical axis [m]; NaN where missing.
         intrinsics: the camera's pinhole model.
 
     Raises:
-        NoTableError: too little of the image is level.
+        NoTableError: no plane has enough inliers, or it is not a table.
     """
     height, width = depth.shape
     v, u = (each.ravel() for each in np.mgrid[0:height:_STRIDE, 0:width:_STRIDE])
@@ -49,21 +49,21 @@ def camera_above_table(depth: Image, intrinsics: Intrinsics) -> SE3:
     if len(points) < 50:
         raise NoTableError("hardly any depth was measured")
     centre, normal = _plane(points)
-    near = np.abs((points - centre) @ normal) < _NEAR
-    if near.mean() < _LEAST:
+    near = np.abs((points - centre) @ normal) < _INLIER_DISTANCE
+    if near.mean() < _MIN_INLIERS:
         raise NoTableError(f"only {100 * near.mean():.0f} % of the image lies in one plane")
     up = -normal * np.sign(normal[2])
     if up[2] > -0.25:
         raise NoTableError("the largest plane in sight is a wall, not a table")
     x = np.array([1.0, 0.0, 0.0]) - up[0] * up
     x /= np.linalg.norm(x)
-    rotation = np.stack([x, np.cross(up, x), up])  # rows: axes of the world as the camera sees them
+    rotation = np.stack([x, np.cross(up, x), up])  # rows: axes of the world in the camera
     middle = np.array([0.0, 0.0, (centre @ up) / up[2]])
     return SE3(rotation, -rotation @ middle)
 
 
 def _plane(points: Array) -> tuple[Array, Array]:
-    """A point and the unit normal of the plane that most points are near to."""
+    """A point and the unit normal of the plane with the most inliers."""
     rng = np.random.default_rng(0)
     best, kept = -1, points
     for corners in points[rng.integers(len(points), size=(_SAMPLES, 3))]:
@@ -71,11 +71,11 @@ def _plane(points: Array) -> tuple[Array, Array]:
         length = np.linalg.norm(normal)
         if length < 1e-9:
             continue
-        near = np.abs((points - corners[0]) @ (normal / length)) < _NEAR
+        near = np.abs((points - corners[0]) @ (normal / length)) < _INLIER_DISTANCE
         if near.sum() > best:
             best, kept = int(near.sum()), points[near]
     for _ in range(2):
         centre = kept.mean(axis=0)
         normal = np.linalg.svd(kept - centre, full_matrices=False)[2][2]
-        kept = points[np.abs((points - centre) @ normal) < _NEAR]
+        kept = points[np.abs((points - centre) @ normal) < _INLIER_DISTANCE]
     return centre, normal

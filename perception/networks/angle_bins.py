@@ -1,9 +1,9 @@
-"""The angle-bin network: for every cell of the image, how good each of 16 closing directions is.
+"""The angle-bin network: grasp quality and width of 16 closing directions at every cell.
 
-GG-CNN gives one direction a pixel, as the cosine and sine of twice its angle. Where two directions
-are good, at the corner of a box or on a ball, the average of both is often good for nothing. Here
-every direction has a quality and a width of its own, on a grid three times as coarse, which makes
-the network smaller and faster as well.
+GG-CNN regresses one direction per pixel, as the cosine and sine of twice its angle. Where several
+directions are good, at the corner of a box or on a ball, it learns their average, which may be bad.
+Here every direction has its own quality and width, on a grid three times as coarse, which also
+makes the network smaller and faster.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from perception.maps import BINS
+from perception.network_io import ANGLE_BINS
 
 CHANNELS = (24, 40, 64)
-"""At a third, a sixth and a twelfth of the image's size."""
+"""Channels at 1/3, 1/6 and 1/12 of the image size."""
 
 
 def _block(before: int, after: int, size: int = 3, stride: int = 1, dilation: int = 1) -> nn.Module:
-    """Convolution without bias, batch norm, ReLU; the grid is that of the input over the stride."""
+    """Convolution without bias, batch norm, ReLU; divides the side by the stride."""
     padding = (size // 2) * dilation if stride < 3 else (size - stride) // 2
     return nn.Sequential(
         nn.Conv2d(before, after, size, stride, padding, dilation, bias=False),
@@ -29,7 +29,7 @@ def _block(before: int, after: int, size: int = 3, stride: int = 1, dilation: in
 
 
 class AngleBinNetwork(nn.Module):
-    """Depth in, quality and width of every closing direction out."""
+    """An encoder and decoder with skip connections and dilated residual blocks."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -42,9 +42,11 @@ class AngleBinNetwork(nn.Module):
         self.at_middle = _block(middle, middle)
         self.from_middle = nn.Conv2d(middle, fine, 1)
         self.at_fine = _block(fine, fine + 8)
-        self.head = nn.Conv2d(fine + 8, 2 * BINS, 1)
+        self.head = nn.Conv2d(fine + 8, 2 * ANGLE_BINS, 1)
         assert self.head.bias is not None
-        nn.init.constant_(self.head.bias[:BINS], -4.0)  # good grasps are rare
+        nn.init.constant_(
+            self.head.bias[:ANGLE_BINS], -4.0
+        )  # few directions are good: begin with a low quality
 
     def forward(self, image: Tensor) -> Tensor:
         """Evaluate.
@@ -53,19 +55,19 @@ class AngleBinNetwork(nn.Module):
             image: (B, 1, n, n) depth less its mean [m], clipped to [-1, 1]; n a multiple of 3.
 
         Returns:
-            (B, 2 BINS, n / 3, n / 3): the logit of the quality of each direction, then the width of
-            each [network px / 150].
+            (B, 2 ANGLE_BINS, n / 3, n / 3): the logit of the quality of each direction, then the
+            width of each [input px / 150].
         """
         fine = self.stem(image)
         middle = self.to_middle(fine)
         coarse = self.to_coarse(middle)
         for block in self.around:
             coarse = coarse + block(coarse)
-        middle = self.at_middle(middle + _enlarged(self.from_coarse(coarse), middle))
-        fine = self.at_fine(fine + _enlarged(self.from_middle(middle), fine))
+        middle = self.at_middle(middle + _upsampled(self.from_coarse(coarse), middle))
+        fine = self.at_fine(fine + _upsampled(self.from_middle(middle), fine))
         return torch.as_tensor(self.head(fine))
 
 
-def _enlarged(values: Tensor, like: Tensor) -> Tensor:
+def _upsampled(values: Tensor, like: Tensor) -> Tensor:
     size = list(like.shape[-2:])
     return functional.interpolate(values, size=size, mode="bilinear", align_corners=False)

@@ -1,11 +1,11 @@
-"""GG-CNN: one small network that says, for every pixel, how good a grasp there is and which one.
+"""GG-CNN: grasp quality, angle and width for every pixel of a depth image.
 
-`GGCNN` and `GGCNN2` are the networks as published (Morrison, Corke and Leitner, "Closing the Loop
-for Robotic Grasping", RSS 2018, and "Learning robust, real-time, reactive robotic grasping", IJRR
-2020), layer for layer and under the published parameter names, so that published weights load.
+`GGCNN` is the published network (Morrison, Corke and Leitner, "Closing the Loop for Robotic
+Grasping", RSS 2018), layer for layer and with the published parameter names, so that published
+weights load.
 
-Evaluated as it is written, GG-CNN is slow on a processor, because nearly all the work is in one 9x9
-transposed convolution. `rewritten` turns each transposed convolution into an equal 3x3 convolution
+Evaluated layer by layer, GG-CNN is slow on a CPU: nearly all the work is in one 9x9 transposed
+convolution. `subpixel_form` turns each transposed convolution into an equal 3x3 convolution
 followed by a pixel shuffle, and the four heads into one; `evaluate` runs that form.
 """
 
@@ -58,72 +58,36 @@ class GGCNN(nn.Module):
         return torch.cat([getattr(self, head)(x) for head in _HEADS], dim=1)
 
 
-class GGCNN2(nn.Module):
-    """The published successor: more filters, dilated convolutions; the same maps."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.features = nn.Sequential(
-            *_convolution(1, 16, 11),
-            *_convolution(16, 16, 5),
-            nn.MaxPool2d(2),
-            *_convolution(16, 16, 5),
-            *_convolution(16, 16, 5),
-            nn.MaxPool2d(2),
-            *_convolution(16, 32, 5, dilation=2),
-            *_convolution(32, 32, 5, dilation=4),
-            nn.UpsamplingBilinear2d(scale_factor=2),
-            *_convolution(32, 16, 3),
-            nn.UpsamplingBilinear2d(scale_factor=2),
-            *_convolution(16, 16, 3),
-        )
-        self.pos_output = nn.Conv2d(16, 1, 1)
-        self.cos_output = nn.Conv2d(16, 1, 1)
-        self.sin_output = nn.Conv2d(16, 1, 1)
-        self.width_output = nn.Conv2d(16, 1, 1)
-        for module in self.modules():
-            if isinstance(module, nn.Conv2d):
-                nn.init.xavier_uniform_(module.weight)
-
-    def forward(self, image: Tensor) -> Tensor:
-        """As `GGCNN.forward`; sides of the image must be multiples of 4."""
-        x = self.features(image)
-        return torch.cat([getattr(self, head)(x) for head in _HEADS], dim=1)
-
-
-def _convolution(before: int, after: int, size: int, dilation: int = 1) -> tuple[nn.Module, ...]:
-    padding = size // 2 * dilation
-    return nn.Conv2d(before, after, size, padding=padding, dilation=dilation), nn.ReLU(inplace=True)
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Rewritten:
+class SubpixelKernels:
     """The kernels of an equal network without transposed convolutions and with one head."""
 
     down: tuple[tuple[Tensor, Tensor, int, int], ...]
     """Weight, bias, stride, padding of each convolution."""
     up: tuple[tuple[Tensor, Tensor, int], ...]
-    """3x3 weight, bias and shuffle factor of each enlargement."""
+    """3x3 weight, bias and shuffle factor of each upsampling."""
     head: tuple[Tensor, Tensor]
 
 
-def rewritten(network: GGCNN) -> Rewritten:
+def subpixel_form(network: GGCNN) -> SubpixelKernels:
     """Kernels of the fast form; gradients flow back to the network's own parameters."""
     down = tuple(
         (layer.weight, layer.bias, layer.stride[0], int(layer.padding[0]))
         for layer in (network.conv1, network.conv2, network.conv3)
         if layer.bias is not None
     )
-    up = tuple(_enlargement(layer) for layer in (network.convt1, network.convt2, network.convt3))
+    up = tuple(
+        _subpixel_convolution(layer) for layer in (network.convt1, network.convt2, network.convt3)
+    )
     heads = [getattr(network, head) for head in _HEADS]
-    return Rewritten(
+    return SubpixelKernels(
         down=down,
         up=up,
         head=(torch.cat([h.weight for h in heads]), torch.cat([h.bias for h in heads])),
     )
 
 
-def _enlargement(layer: nn.ConvTranspose2d) -> tuple[Tensor, Tensor, int]:
+def _subpixel_convolution(layer: nn.ConvTranspose2d) -> tuple[Tensor, Tensor, int]:
     """3x3 convolution whose pixel shuffle equals a transposed convolution.
 
     Output s q + r of a transposed convolution with stride s and padding p sums input q + o times
@@ -143,13 +107,13 @@ def _enlargement(layer: nn.ConvTranspose2d) -> tuple[Tensor, Tensor, int]:
     return weight, layer.bias.repeat_interleave(stride * stride), stride
 
 
-def evaluate(kernels: Rewritten, image: Tensor) -> Tensor:
-    """Same result as `GGCNN.forward` to rounding, several times faster on a processor."""
+def evaluate(kernels: SubpixelKernels, image: Tensor) -> Tensor:
+    """Same result as `GGCNN.forward` to rounding, several times faster on a CPU."""
     x = image
     for weight, bias, stride, padding in kernels.down:
         x = functional.conv2d(x, weight, bias, stride=stride, padding=padding).relu_()
     for index, (weight, bias, factor) in enumerate(kernels.up):
-        # The last enlargement has one row and column more than a multiple of its factor.
+        # The last upsampling has one row and column more than a multiple of its factor.
         last = index == len(kernels.up) - 1
         x = functional.pad(x, (1, 2, 1, 2)) if last else functional.pad(x, (1, 1, 1, 1))
         x = functional.pixel_shuffle(functional.conv2d(x, weight, bias).relu_(), factor)

@@ -1,4 +1,4 @@
-"""How far the work is, on standard error."""
+"""Progress of long work, on standard error."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _LINES = 10
 
 @contextmanager
 def progress(name: str, total: int) -> Iterator[Callable[[bool], None]]:
-    """A bar in a terminal; elsewhere a line for every tenth of the work.
+    """A progress bar in a terminal; elsewhere a line for every tenth of the work.
 
     Args:
-        name: what is being done.
-        total: how many pieces of it.
+        name: of the work.
+        total: number of items.
 
     Yields:
-        A function to call after each piece, with whether it failed.
+        A function to call after each item, with whether it failed.
     """
     console = Console(stderr=True)
     columns = (

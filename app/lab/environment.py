@@ -1,4 +1,4 @@
-"""What the figures were measured on."""
+"""The machine on which figures were measured."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _CPU_INFO = Path("/proc/cpuinfo")
 
 
 def machine() -> dict[str, str]:
-    """Processor, Python and the packages that matter, by name."""
+    """Processor, version of Python and versions of the packages that affect speed, by name."""
     packages = {name: version(name) for name in ("numpy", "pin", "piqp")}
     return {
         "machine": f"{os.cpu_count()} x {_processor()}",

@@ -1,8 +1,4 @@
-"""The files that describe robots and their parts: what they may contain.
-
-Poses are `xyz` [m] with either `rpy_deg`, roll, pitch and yaw about the fixed axes [deg], or
-`rotation`, the rows of a rotation matrix.
-"""
+"""What the files of robots and their parts may contain."""
 
 from __future__ import annotations
 
@@ -11,111 +7,26 @@ from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
-import pinocchio as pin
-from pinocchio import SE3
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from config import StrictModel, suggest
-from robots.shapes import Box, Capsule, Colour, Geom, Sphere
+from robots.schema_geometry import (
+    BallFile,
+    BoxFile,
+    CapsuleFile,
+    Finite,
+    NotNegative,
+    PoseFile,
+    Positive,
+    Range,
+)
 
-Finite: TypeAlias = Annotated[float, Field(allow_inf_nan=False)]
-Positive: TypeAlias = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-NotNegative: TypeAlias = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-Vector: TypeAlias = tuple[Finite, Finite, Finite]
 Seven: TypeAlias = tuple[Finite, Finite, Finite, Finite, Finite, Finite, Finite]
 
 N_LINKS = 8
 """Of an arm: the foot and seven links."""
-PARTS = ("base", "floor", *(f"link{number}" for number in range(N_LINKS)), "hand")
-"""Names of what can touch."""
-
-_ORTHONORMAL = 1e-6
-_AXES = {
-    "x": pin.utils.rotate("y", np.pi / 2.0),
-    "y": pin.utils.rotate("x", np.pi / 2.0),
-    "z": np.eye(3),
-}
-"""Rotations that turn z onto an axis."""
-
-
-class PoseFile(StrictModel):
-    """A pose."""
-
-    xyz: Vector
-    rpy_deg: Vector | None = None
-    rotation: tuple[Vector, Vector, Vector] | None = None
-
-    @field_validator("rotation")
-    @classmethod
-    def _is_a_rotation(cls, rows: tuple[Vector, ...] | None) -> tuple[Vector, ...] | None:
-        if rows is not None:
-            R = np.array(rows)
-            if np.abs(R @ R.T - np.eye(3)).max() > _ORTHONORMAL or np.linalg.det(R) < 0.0:
-                raise ValueError("the rows of a rotation matrix are orthonormal and right-handed")
-        return rows
-
-    @model_validator(mode="after")
-    def _has_one_rotation(self) -> PoseFile:
-        if self.rpy_deg is not None and self.rotation is not None:
-            raise ValueError("give either `rpy_deg` or `rotation`")
-        return self
-
-    def pose(self) -> SE3:
-        """The pose in SI units."""
-        if self.rotation is not None:
-            R = np.array(self.rotation)
-        else:
-            roll, pitch, yaw = np.deg2rad(self.rpy_deg or (0.0, 0.0, 0.0))
-            # Not `rpyToMatrix`, which goes through quaternions and loses the last digit.
-            R = (
-                pin.utils.rotate("z", yaw)
-                @ pin.utils.rotate("y", pitch)
-                @ pin.utils.rotate("x", roll)
-            )
-        return SE3(R, np.array(self.xyz))
-
-
-class BoxFile(StrictModel):
-    """A box along the axes of its frame."""
-
-    xyz: Vector
-    """Centre [m]."""
-    size: tuple[Positive, Positive, Positive]
-    """Edge lengths [m]."""
-
-    def geom(self, name: str, colour: Colour) -> Geom:
-        """The shape in its frame."""
-        x, y, z = self.size
-        half = (x / 2.0, y / 2.0, z / 2.0)
-        return Geom(Box(half), SE3(np.eye(3), np.array(self.xyz)), name, colour)
-
-
-class BallFile(StrictModel):
-    """A ball."""
-
-    xyz: Vector
-    """Centre [m]."""
-    radius: Positive
-
-    def geom(self, name: str) -> Geom:
-        """The shape in its frame."""
-        return Geom(Sphere(self.radius), SE3(np.eye(3), np.array(self.xyz)), name)
-
-
-class CapsuleFile(StrictModel):
-    """A capsule along an axis of its frame."""
-
-    xyz: Vector
-    """Centre [m]."""
-    axis: Literal["x", "y", "z"]
-    radius: Positive
-    length: NotNegative
-    """Between the centres of the half balls [m]."""
-
-    def geom(self, name: str) -> Geom:
-        """The shape in its frame."""
-        shape = Capsule(self.radius, self.length / 2.0)
-        return Geom(shape, SE3(_AXES[self.axis], np.array(self.xyz)), name)
+LINKS = ("base", "floor", *(f"link{number}" for number in range(N_LINKS)), "hand")
+"""Names of all that can touch."""
 
 
 class LinkCapsuleFile(CapsuleFile):
@@ -128,32 +39,21 @@ class LinkCapsuleFile(CapsuleFile):
 class JointFile(PoseFile):
     """A joint: its pose on the joint before it, and what it may do."""
 
-    position: tuple[Finite, Finite]
+    position: Range
     """Lower and upper [rad]."""
     speed: Positive
     """[rad/s]."""
     acceleration: Positive
     """[rad/s^2]."""
 
-    @field_validator("position")
-    @classmethod
-    def _is_ordered(cls, position: tuple[float, float]) -> tuple[float, float]:
-        return _ordered(position)
 
-
-def _ordered(bounds: tuple[float, float]) -> tuple[float, float]:
-    if bounds[0] >= bounds[1]:
-        raise ValueError("the lower bound comes first")
-    return bounds
-
-
-def _known_part(name: str) -> str:
-    if name not in PARTS:
-        raise ValueError(f"no part is called `{name}`; {suggest(name, PARTS)}")
+def _known_link(name: str) -> str:
+    if name not in LINKS:
+        raise ValueError(f"no link is called `{name}`; {suggest(name, LINKS)}")
     return name
 
 
-Part: TypeAlias = Annotated[str, AfterValidator(_known_part)]
+Link: TypeAlias = Annotated[str, AfterValidator(_known_link)]
 
 
 class ArmFile(StrictModel):
@@ -167,7 +67,7 @@ class ArmFile(StrictModel):
     lag: Positive
     """Time constant of the joint velocities [s]."""
     collision: tuple[LinkCapsuleFile, ...]
-    may_touch: tuple[tuple[tuple[Part, ...], tuple[Part, ...]], ...]
+    may_touch: tuple[tuple[tuple[Link, ...], tuple[Link, ...]], ...]
     """Each of the first with each of the second."""
     reach: Seven
     """Largest distance of a point of the arm or hand from the axis of each joint [m]."""
@@ -240,16 +140,11 @@ class CameraFile(StrictModel):
     intrinsics: IntrinsicsFile
     rate: Positive
     """[Hz]."""
-    depth_range: tuple[Positive, Positive]
+    depth_range: Range
     """[m]."""
     baseline: Positive
     """[m]."""
     body: BoxFile
-
-    @field_validator("depth_range")
-    @classmethod
-    def _is_ordered(cls, depth_range: tuple[float, float]) -> tuple[float, float]:
-        return _ordered(depth_range)
 
 
 class BaseLimitsFile(StrictModel):

@@ -1,4 +1,4 @@
-"""Judging grasps: images, the closed loop, rectangles, pictures, and the commands."""
+"""Evaluation of grasps: images, the closed loop, rectangles, pictures, and the commands."""
 
 import json
 from pathlib import Path
@@ -9,35 +9,36 @@ import pytest
 import rerun as rr
 from typer.testing import CliRunner
 
-from app.cli import app
-from app.lab.grasps.closed_loop import HELD, empty_container, unseen_container
+from app.commands import app
+from app.lab.grasps.closed_loop import HELD, empty_container, heldout_container
 from app.lab.grasps.cornell import CAMERA, agree, overlap, read_folder, rectangle
 from app.lab.grasps.evaluate import interval
-from app.lab.grasps.images import judge_image, scenery_of
+from app.lab.grasps.images import evaluate_image, evaluation_image
 from app.lab.grasps.recipe import read_recipe
+from app.lab.grasps.scenes import ROBOT
 from config import ConfigError
 from perception import GraspDetector
-from perception.table import NoTableError, camera_above_table
+from perception.table_plane import NoTableError, camera_above_table
 
 RUN = CliRunner()
 
 
 @pytest.fixture(scope="module")
 def detector() -> GraspDetector:
-    return GraspDetector()
+    return GraspDetector(gripper=ROBOT.gripper)
 
 
-def test_most_grasps_on_unseen_kinds_are_valid(detector: GraspDetector) -> None:
-    judged = [judge_image(detector, seed, "single") for seed in range(30)]
-    assert sum(each.valid for each in judged) >= 25
+def test_most_grasps_on_heldout_classes_are_valid(detector: GraspDetector) -> None:
+    results = [evaluate_image(detector, seed, "single") for seed in range(30)]
+    assert sum(each.valid for each in results) >= 25
 
 
-def test_an_image_is_judged_the_same_every_time(detector: GraspDetector) -> None:
-    assert judge_image(detector, 3, "clutter") == judge_image(detector, 3, "clutter")
+def test_an_image_is_evaluated_the_same_every_time(detector: GraspDetector) -> None:
+    assert evaluate_image(detector, 3, "clutter") == evaluate_image(detector, 3, "clutter")
 
 
 def test_a_container_is_emptied_object_by_object(detector: GraspDetector) -> None:
-    world = unseen_container(0)
+    world = heldout_container(0)
     objects = len(world.objects)
     picks = empty_container(world, detector, 0)
     assert len(picks) == objects
@@ -65,7 +66,7 @@ def test_overlap_and_agreement_of_rectangles() -> None:
     assert not agree(one, rectangle(100, 100, 0.3 + np.radians(31), 40, 20))
 
 
-def table_seen(tilt: float, thing: float = 0.0) -> np.ndarray:
+def table_seen(tilt: float, block_height: float = 0.0) -> np.ndarray:
     """Depth of a table 0.9 m away along the axis, with a block of a height in the middle [m]."""
     v, u = np.mgrid[0 : CAMERA.height, 0 : CAMERA.width].astype(float)
     x, y = (u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy
@@ -73,7 +74,7 @@ def table_seen(tilt: float, thing: float = 0.0) -> np.ndarray:
     along = 0.9 * normal[2] / (x * normal[0] + y * normal[1] + normal[2])
     depth = along.copy()
     block = (np.abs(u - 330) < 14) & (np.abs(v - 250) < 45)
-    depth[block] -= thing
+    depth[block] -= block_height
     return depth.astype(np.float32)
 
 
@@ -124,7 +125,7 @@ def test_the_table_tells_where_the_camera_is(tilt: float) -> None:
     assert wTc.rotation[:, 0] == pytest.approx([1.0, 0.0, 0.0], abs=1e-3)
 
 
-def test_no_table_is_said_so() -> None:
+def test_an_image_without_a_table_is_refused() -> None:
     rng = np.random.default_rng(0)
     with pytest.raises(NoTableError, match="one plane"):
         camera_above_table(rng.uniform(0.5, 2.0, (480, 640)).astype(np.float32), CAMERA)
@@ -134,14 +135,14 @@ def test_no_table_is_said_so() -> None:
 
 @pytest.mark.parametrize("kind", ["npy", "png"])
 def test_grasps_of_ones_own_image_are_shown(tmp_path: Path, kind: str) -> None:
-    scenery = scenery_of(5, "single")
-    depth = np.nan_to_num(scenery.frame.depth)
+    image = evaluation_image(5, "single")
+    depth = np.nan_to_num(image.frame.depth)
     path = tmp_path / f"mine.{kind}"
     if kind == "npy":
         np.save(path, depth)
     else:
         cv2.imwrite(str(path), np.rint(1000 * depth).astype(np.uint16))
-    camera = scenery.frame.intrinsics
+    camera = image.frame.intrinsics
     result = RUN.invoke(app, ["grasp", "show", str(path), "--focal", str(camera.fx)])
     assert result.exit_code == 0, result.output
     assert "mm wide" in result.output
@@ -151,8 +152,8 @@ def test_grasps_of_ones_own_image_are_shown(tmp_path: Path, kind: str) -> None:
 
 
 def test_grasps_are_shown_in_a_recording(tmp_path: Path) -> None:
-    scenery = scenery_of(5, "single")
-    depth = np.nan_to_num(scenery.frame.depth)
+    image = evaluation_image(5, "single")
+    depth = np.nan_to_num(image.frame.depth)
     stream = rr.RecordingStream("test")
     stream.save(tmp_path / "mine.rrd")
     for time, metres in ((0.0, np.full_like(depth, 0.7)), (1.0, depth)):
@@ -160,7 +161,7 @@ def test_grasps_are_shown_in_a_recording(tmp_path: Path) -> None:
         stream.log("eye", rr.DepthImage(metres.astype(np.float32), meter=1.0))
     stream.flush()
     stream.disconnect()
-    focal = str(scenery.frame.intrinsics.fx)
+    focal = str(image.frame.intrinsics.fx)
     arguments = ["grasp", "show", str(tmp_path / "mine.rrd"), "--focal", focal]
     result = RUN.invoke(app, arguments)
     assert result.exit_code == 0, result.output
@@ -180,7 +181,7 @@ def test_grasps_are_shown_in_a_recording(tmp_path: Path) -> None:
         ("noise.npy", np.random.default_rng(0).uniform(0.5, 2, (240, 320)), "one plane"),
     ],
 )
-def test_an_image_that_is_none_is_one_clear_line(
+def test_a_file_without_a_depth_image_is_one_clear_line(
     tmp_path: Path, name: str, content: object, says: str
 ) -> None:
     path = tmp_path / name
@@ -204,14 +205,14 @@ def test_the_evaluation_writes_its_figures_and_draws_failures(tmp_path: Path) ->
         ["grasp", "eval", *arguments, "--json", str(figures), "--plot", str(tmp_path / "f.png")],
     )
     assert result.exit_code == 0, result.output
-    told = json.loads(figures.read_text())
-    assert told["images"] == 6
+    figures_read = json.loads(figures.read_text())
+    assert figures_read["images"] == 6
     for key in ("valid_rate_single", "valid_rate_clutter", "first_attempt_rate"):
-        assert 0.0 <= told[key] <= 1.0
-    assert told["within_three_rate"] >= told["first_attempt_rate"]
-    assert told["cornell_iou_rate"] == 1.0
-    assert told["step_median_ms"] > 0.0
-    assert "machine" in told
+        assert 0.0 <= figures_read[key] <= 1.0
+    assert figures_read["within_three_rate"] >= figures_read["first_attempt_rate"]
+    assert figures_read["cornell_iou_rate"] == 1.0
+    assert figures_read["step_median_ms"] > 0.0
+    assert "machine" in figures_read
 
 
 @pytest.mark.parametrize(
@@ -219,7 +220,7 @@ def test_the_evaluation_writes_its_figures_and_draws_failures(tmp_path: Path) ->
     [
         (("--network", "resnet"), "`bins`, `ggcnn`"),
         (("--weights", "nowhere.safetensors"), "no such weights file"),
-        (("--network", "bins", "--weights", "x"), "give one of both"),
+        (("--network", "bins", "--weights", "x"), "give one of the two"),
         (("--cornell", "/nowhere"), "no file pcd*cpos.txt"),
         (("--json", "/nowhere/x.json"), "no folder"),
     ],
@@ -242,7 +243,7 @@ def test_recipes_are_checked_with_their_place(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_training_from_a_recipe_leaves_weights_that_know_it(tmp_path: Path) -> None:
+def test_training_from_a_recipe_writes_weights(tmp_path: Path) -> None:
     recipe = tmp_path / "tiny.yaml"
     recipe.write_text(
         "network: bins\ndata: {images: 1, validation_images: 1}\n"
@@ -253,4 +254,4 @@ def test_training_from_a_recipe_leaves_weights_that_know_it(tmp_path: Path) -> N
     )
     assert result.exit_code == 0, result.output
     weights = tmp_path / "t" / "bins.safetensors"
-    assert GraspDetector(weights).propose.name == "bins"
+    assert GraspDetector(weights, gripper=ROBOT.gripper).proposer.name == "bins"

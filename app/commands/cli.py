@@ -57,7 +57,3 @@ def check(
 def main() -> None:
     """Entry point of `frankie-task`."""
     app()
-
-
-if __name__ == "__main__":
-    main()

@@ -1,0 +1,17 @@
+"""`frankie-task bench ...`: the commands of the benches."""
+
+import typer
+
+from app.commands.bench.experiments import poses, reach
+from app.commands.bench.pick_place import pick_place
+from app.commands.bench.timings import perception, step, tree, watch
+
+bench = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Measure: time of a control step and of the tree, the paper's experiments, the main task.",
+)
+for command in (reach, poses, step, tree, perception, pick_place, watch):
+    bench.command(command.__name__.replace("_", "-"))(command)
+
+__all__ = ["bench"]

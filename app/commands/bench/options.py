@@ -1,0 +1,55 @@
+"""What the benches share: their options, and where their figures go."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from app.commands.refuse import refuse
+
+BOTH = "both"
+"""Value of `--robot` for all shipped robots."""
+
+_WIDTH = 120  # of a table outside of a terminal [characters]
+
+Robot = Annotated[str, typer.Option(help="`frankie`, `omni` or `both`.")]
+Json = Annotated[Path | None, typer.Option("--json", help="Also write the figures to this file.")]
+Period = Annotated[float, typer.Option(help="Control period in seconds.", min=0.001, max=0.1)]
+
+
+def chosen_robots(robot: str) -> list[str]:
+    """The robots that `--robot` selects."""
+    from config import suggest
+    from robots import robot_names
+
+    names = robot_names()
+    if robot == BOTH:
+        return names
+    if robot not in names:
+        refuse(f"--robot {robot}: no such robot; {suggest(robot, [*names, BOTH])}")
+    return [robot]
+
+
+def console() -> Console:
+    """Standard output, wide enough for a table even if it is not a terminal."""
+    console = Console()
+    return console if console.is_terminal else Console(width=_WIDTH)
+
+
+def check_writable(path: Path | None) -> None:
+    """Refuse a file that cannot be written, before anything is measured."""
+    if path is None:
+        return
+    try:
+        path.open("a", encoding="utf-8").close()
+    except OSError as error:
+        refuse(f"--json {path}: cannot be written ({error.strerror})")
+
+
+def write_json(path: Path | None, text: str) -> None:
+    """Write the figures to the file of `--json`, if it was given."""
+    if path is not None:
+        path.write_text(text + "\n", encoding="utf-8")

@@ -1,0 +1,38 @@
+"""`bench pick-place`: the main task over a range of seeds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from app.commands.bench.options import Json, check_writable, console, write_json
+from app.commands.refuse import find_tree, refuse
+
+
+def pick_place(
+    tree: Annotated[str, typer.Argument(help="A task file or a shipped task.")] = "pick_place",
+    robot: Annotated[str, typer.Option(help="`frankie`, `omni`, or a robot file.")] = "frankie",
+    scene: Annotated[str, typer.Option(help="A shipped scene or a scene file.")] = "household",
+    seeds: Annotated[str, typer.Option(help="First and last seed.", metavar="A-B")] = "0-4",
+    record: Annotated[Path, typer.Option(help="Folder for the folders of runs.")] = Path("runs"),
+    json: Json = None,
+) -> None:
+    """Run the main task for several seeds and print a row for each."""
+    from app.core import RunOptions
+    from app.lab import bench
+
+    first, dash, last = seeds.partition("-")
+    if not (first.isdigit() and (last.isdigit() or not dash)):
+        refuse(f"--seeds {seeds}: give the first and the last seed, for example 0-4")
+    check_writable(json)
+    options = RunOptions(tree=find_tree(tree), robot=robot, scene=scene, record=record)
+    summaries = bench.run_pick_place(
+        options,
+        range(int(first), int(last or first) + 1),
+        lambda summary: summary.show(Console(stderr=True)),
+    )
+    console().print(bench.pick_place_table(summaries))
+    write_json(json, bench.pick_place_json(summaries))

@@ -1,0 +1,97 @@
+"""`bench step`, `tree`, `perception` and `watch`: the time that the parts of a run take."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+from app.commands.bench.options import (
+    BOTH,
+    Json,
+    Robot,
+    check_writable,
+    chosen_robots,
+    console,
+    write_json,
+)
+from app.commands.refuse import find_tree
+
+
+class Rival(StrEnum):
+    """A published implementation to compare with."""
+
+    RTB = "rtb"
+
+
+def step(
+    robot: Robot = BOTH,
+    steps: Annotated[int, typer.Option(help="Smallest number of steps.", min=10)] = 10_000,
+    versus: Annotated[
+        Rival | None, typer.Option("--vs", help="Also time the published example.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the goals.", min=0)] = 0,
+    json: Json = None,
+) -> None:
+    """Time of one step on the way to seeded goals: ours, the paper's, the published example's."""
+    from app.lab import bench, machine
+
+    check_writable(json)
+    results = []
+    for name in chosen_robots(robot):
+        goals = bench.generate_goals(bench.Configuration(robot=name).model(), 100, seed)
+        results.append(
+            bench.time_steps(name, goals, steps=steps, against_rtb=versus is Rival.RTB, seed=seed)
+        )
+    out = console()
+    out.print(bench.step_table(results))
+    for result in results:
+        for line in bench.step_notes(result):
+            out.print(line, highlight=False)
+    write_json(json, bench.step_json(results, {"seed": seed} | machine()))
+
+
+def tree(
+    rounds: Annotated[int, typer.Option(help="How often to read the file.", min=2)] = 50,
+    json: Json = None,
+) -> None:
+    """Time to read a task file of 200 nodes, and of a tick of a tree of 31 nodes."""
+    from app.lab import bench, machine
+
+    check_writable(json)
+    timings = bench.time_tree(rounds)
+    console().print(bench.tree_table(timings))
+    write_json(json, bench.tree_json(timings, machine()))
+
+
+def perception(
+    frames: Annotated[int, typer.Option(help="Frames of an approach.", min=2)] = 60,
+    json: Json = None,
+) -> None:
+    """CPU time of a perception step: in the inference form, and in plain PyTorch."""
+    from app.lab import grasps, machine
+
+    check_writable(json)
+    result = grasps.measure_perception(frames)
+    out = console()
+    out.print(grasps.perception_table(result))
+    for line in grasps.perception_notes(result):
+        out.print(line, highlight=False)
+    write_json(json, grasps.perception_json(result, machine()))
+
+
+def watch(
+    tree: Annotated[str, typer.Argument(help="A task file or a shipped task.")] = "pick_place",
+    seconds: Annotated[float, typer.Option(help="Of each of the three runs.", min=1.0)] = 60.0,
+    json: Json = None,
+) -> None:
+    """Cost of watching for the loop: nobody watches, a viewer, and a viewer that hangs."""
+    from app.lab import bench, progress
+
+    check_writable(json)
+    path = find_tree(tree)
+    with progress("watch", len(bench.Watcher)) as advance:
+        results = bench.measure_watching(path, seconds, lambda: advance(False))
+    console().print(bench.watch_table(results))
+    write_json(json, bench.watch_json(results))

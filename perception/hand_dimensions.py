@@ -1,0 +1,87 @@
+"""The dimensions of a gripper in the feasibility check, and the margins added to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from math import ceil, floor
+
+import numpy as np
+
+from perception.arrays import Array, Image
+from robots import GripperDescription, half_extents
+
+TIP_MARGIN = 0.0004
+"""Added to the reach of the finger tips [m]."""
+FINGER_MARGIN = 0.00005
+"""Added to the thickness of the fingers [m]."""
+FINGER_END_MARGIN = 0.002
+"""Added to the fingers at their lower end, below which only the pads reach [m]."""
+PALM_ALLOWANCE = 0.0001
+"""Subtracted from the reach of the palm, which the check keeps clear by more than this [m]."""
+LINE_SPACING = 0.0035
+"""Between the lines along which the scene is sampled, across the fingers [m]."""
+PALM_SPACING = 0.016
+"""Between the points at which the scene is sampled under the palm [m]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HandDimensions:
+    """A parallel gripper above the scene: `along` the closing direction and `across` it."""
+
+    opening: float
+    """Distance between the pads when fully open [m]."""
+    tip: float
+    """Height of the grasp centre above the finger tips [m]."""
+    palm: float
+    """Height of the palm above the grasp centre [m]."""
+    finger: float
+    """Height above the grasp centre from which on the fingers are as thick as
+    `finger_thickness` [m]."""
+    pad_thickness: float
+    """From the inner face of a pad outwards [m]."""
+    finger_thickness: float
+    """From the inner face of a pad to the outer face of its finger [m]."""
+    lines: Image
+    """(L,) offset across of each line, over the width of the fingers [m]."""
+    pad_lines: slice
+    """Those over the width of the pads."""
+    palm_along: Array
+    """(P,) offset along of the points under the palm [m]."""
+    palm_across: Array
+    """(Q,) offset across of the points under the palm [m]."""
+
+
+@cache
+def hand_dimensions(gripper: GripperDescription) -> HandDimensions:
+    """The dimensions of a gripper."""
+    palm, finger, pad = (half_extents(g.shape) for g in (gripper.palm, gripper.finger, gripper.pad))
+    n_pad = floor(pad[0] / LINE_SPACING)
+    n_finger = ceil(finger[0] / LINE_SPACING)
+    millimetres = np.arange(-n_finger, n_finger + 1, dtype=np.float32) * np.float32(
+        1e3 * LINE_SPACING
+    )
+    return HandDimensions(
+        opening=gripper.opening,
+        tip=_rounded(gripper.tip + TIP_MARGIN),
+        palm=_rounded(-gripper.palm.pose.translation[2] - palm[2] + PALM_ALLOWANCE),
+        finger=_rounded(-gripper.finger.pose.translation[2] - finger[2] - FINGER_END_MARGIN),
+        pad_thickness=_rounded(gripper.pad.pose.translation[1] + pad[1]),
+        finger_thickness=_rounded(gripper.finger.pose.translation[1] + finger[1] + FINGER_MARGIN),
+        lines=millimetres * np.float32(1e-3),
+        pad_lines=slice(n_finger - n_pad, n_finger + n_pad + 1),
+        palm_along=_points(palm[1]),
+        palm_across=_points(palm[0]),
+    )
+
+
+def _points(half: float) -> Array:
+    """Points that cover a length, each half of `PALM_SPACING` to either side [m]."""
+    count = ceil(2.0 * half / PALM_SPACING)
+    last = _rounded(0.5 * PALM_SPACING * (count - 1))
+    return np.linspace(-last, last, count)
+
+
+def _rounded(length: float) -> float:
+    """To a micrometre: sums of decimal lengths then have no error in the last bit."""
+    return round(float(length), 6)

@@ -1,0 +1,130 @@
+"""Weights files: reading them safely, and writing them with metadata.
+
+Weights are safetensors files, or state dicts that PyTorch saved with the published parameter names;
+pickled modules contain code and are refused. The names of the tensors identify the network.
+"""
+
+from __future__ import annotations
+
+import json
+import pickle
+import warnings
+from collections.abc import Mapping
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import TypeAlias
+
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import load_file, save_file
+from torch import Tensor
+
+from perception.network_io import WeightsError
+from perception.networks.angle_bins import AngleBinNetwork
+from perception.networks.ggcnn import GGCNN
+
+Network: TypeAlias = AngleBinNetwork | GGCNN
+
+NETWORKS: dict[str, type[Network]] = {"bins": AngleBinNetwork, "ggcnn": GGCNN}
+"""Every network by its name on the command line. Weights of all are shipped in `weights/`."""
+DEFAULT_NETWORK = "bins"
+
+
+def shipped_network(name: str = DEFAULT_NETWORK) -> Network:
+    """A network with its shipped weights.
+
+    Raises:
+        WeightsError: there is no network of this name.
+    """
+    if name not in NETWORKS:
+        known = ", ".join(f"`{each}`" for each in NETWORKS)
+        raise WeightsError(f"there is no network `{name}`; the networks are {known}")
+    with as_file(files("perception") / "weights" / f"{name}.safetensors") as path:
+        return load_network(path)
+
+
+def load_network(path: Path) -> Network:
+    """The network of a weights file, with those weights.
+
+    Args:
+        path: a safetensors file, or a state dict saved by PyTorch with the published names.
+
+    Raises:
+        WeightsError: the file is missing, unreadable or not of a known network.
+    """
+    state = _read(path)
+    for make in NETWORKS.values():
+        network = make()
+        if network.state_dict().keys() == state.keys():
+            break
+    else:
+        names = ", ".join(f"`{name}`" for name in NETWORKS)
+        raise WeightsError(
+            f"{path}: these tensors belong to none of the networks {names}; give weights that were "
+            "trained for one of them"
+        )
+    for name, value in network.state_dict().items():
+        if value.shape != state[name].shape:
+            raise WeightsError(
+                f"{path}: tensor `{name}` has shape {tuple(state[name].shape)}, not "
+                f"{tuple(value.shape)}; give weights that were trained for {make.__name__}"
+            )
+        if not bool(torch.isfinite(state[name]).all()):
+            raise WeightsError(f"{path}: some weights are not finite; train or download them again")
+    network.load_state_dict(state)
+    return network.float().eval()
+
+
+def network_name(network: Network) -> str:
+    """The name of a network in `NETWORKS`."""
+    return next(name for name, class_ in NETWORKS.items() if isinstance(network, class_))
+
+
+def _read(path: Path) -> dict[str, Tensor]:
+    if not path.is_file():
+        raise WeightsError(f"{path}: no such weights file; give the path of a .safetensors file")
+    if path.suffix == ".safetensors":
+        try:
+            return load_file(path)
+        except (SafetensorError, OSError) as error:
+            raise WeightsError(
+                f"{path}: not a readable safetensors file ({error}); train or download it again"
+            ) from error
+    try:
+        with warnings.catch_warnings(action="ignore"):  # such files are refused below
+            state = torch.load(path, map_location="cpu", weights_only=True)
+    except pickle.UnpicklingError as error:
+        raise WeightsError(
+            f"{path}: contains pickled code, which is never run; save only its state_dict() and "
+            "give that file"
+        ) from error
+    except (RuntimeError, OSError, EOFError, ValueError, KeyError) as error:
+        raise WeightsError(
+            f"{path}: not a weights file; give a .safetensors file or a saved state_dict()"
+        ) from error
+    if not isinstance(state, dict) or not all(isinstance(v, Tensor) for v in state.values()):
+        raise WeightsError(f"{path}: not a state_dict; save the network's state_dict() instead")
+    return state
+
+
+def save_network(network: Network, path: Path, metadata: Mapping[str, object]) -> None:
+    """Write weights as safetensors with metadata, whose values are stored as JSON."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    state = {name: value.detach().contiguous() for name, value in network.state_dict().items()}
+    save_file(state, path, metadata={key: json.dumps(value) for key, value in metadata.items()})
+    path.chmod(0o644)  # safetensors makes it readable by its owner only
+
+
+def read_metadata(path: Path) -> dict[str, object]:
+    """The metadata of a weights file; empty if it is not a safetensors file."""
+    if path.suffix != ".safetensors":
+        return {}
+    with safe_open(path, framework="pt") as file:
+        texts = file.metadata() or {}
+    metadata: dict[str, object] = {}
+    for key, text in texts.items():
+        try:
+            metadata[key] = json.loads(text)
+        except json.JSONDecodeError:  # other tools store plain text
+            metadata[key] = text
+    return metadata

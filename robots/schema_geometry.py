@@ -1,0 +1,115 @@
+"""Poses and primitive shapes in the files of robots.
+
+Poses are `xyz` [m] with either `rpy_deg`, roll, pitch and yaw about the fixed axes [deg], or
+`rotation`, the rows of a rotation matrix. Without either they are not turned.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeAlias
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+from pydantic import AfterValidator, Field, field_validator, model_validator
+
+from config import StrictModel
+from robots.shapes import Box, Capsule, Colour, Geom, Sphere
+
+Finite: TypeAlias = Annotated[float, Field(allow_inf_nan=False)]
+Positive: TypeAlias = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NotNegative: TypeAlias = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+
+
+def _ordered(bounds: tuple[float, float]) -> tuple[float, float]:
+    if bounds[0] >= bounds[1]:
+        raise ValueError("the lower bound comes first")
+    return bounds
+
+
+Range: TypeAlias = Annotated[tuple[Finite, Finite], AfterValidator(_ordered)]
+Vector: TypeAlias = tuple[Finite, Finite, Finite]
+
+_ORTHONORMAL = 1e-6
+_AXES = {
+    "x": pin.utils.rotate("y", np.pi / 2.0),
+    "y": pin.utils.rotate("x", np.pi / 2.0),
+    "z": np.eye(3),
+}
+"""Rotations that turn z onto an axis."""
+
+
+class PoseFile(StrictModel):
+    """A pose."""
+
+    xyz: Vector
+    rpy_deg: Vector | None = None
+    rotation: tuple[Vector, Vector, Vector] | None = None
+
+    @field_validator("rotation")
+    @classmethod
+    def _is_a_rotation(cls, rows: tuple[Vector, ...] | None) -> tuple[Vector, ...] | None:
+        if rows is not None:
+            R = np.array(rows)
+            if np.abs(R @ R.T - np.eye(3)).max() > _ORTHONORMAL or np.linalg.det(R) < 0.0:
+                raise ValueError("the rows of a rotation matrix are orthonormal and right-handed")
+        return rows
+
+    @model_validator(mode="after")
+    def _has_one_rotation(self) -> PoseFile:
+        if self.rpy_deg is not None and self.rotation is not None:
+            raise ValueError("give either `rpy_deg` or `rotation`")
+        return self
+
+    def pose(self) -> SE3:
+        """The pose in SI units."""
+        if self.rotation is not None:
+            R = np.array(self.rotation)
+        else:
+            roll, pitch, yaw = np.deg2rad(self.rpy_deg or (0.0, 0.0, 0.0))
+            rotate = pin.utils.rotate  # more exact in quarter turns than `rpyToMatrix`
+            R = rotate("z", yaw) @ rotate("y", pitch) @ rotate("x", roll)
+        return SE3(R, np.array(self.xyz))
+
+
+class BoxFile(StrictModel):
+    """A box along the axes of its frame."""
+
+    xyz: Vector
+    """Centre [m]."""
+    size: tuple[Positive, Positive, Positive]
+    """Edge lengths [m]."""
+
+    def geom(self, name: str, colour: Colour) -> Geom:
+        """The shape in its frame."""
+        x, y, z = self.size
+        half = (x / 2.0, y / 2.0, z / 2.0)
+        return Geom(Box(half), SE3(np.eye(3), np.array(self.xyz)), name, colour)
+
+
+class BallFile(StrictModel):
+    """A ball."""
+
+    xyz: Vector
+    """Centre [m]."""
+    radius: Positive
+
+    def geom(self, name: str) -> Geom:
+        """The shape in its frame."""
+        return Geom(Sphere(self.radius), SE3(np.eye(3), np.array(self.xyz)), name)
+
+
+class CapsuleFile(StrictModel):
+    """A capsule along an axis of its frame."""
+
+    xyz: Vector
+    """Centre [m]."""
+    axis: Literal["x", "y", "z"]
+    radius: Positive
+    length: NotNegative
+    """Between the centres of the half balls [m]."""
+
+    def geom(self, name: str) -> Geom:
+        """The shape in its frame."""
+        shape = Capsule(self.radius, self.length / 2.0)
+        return Geom(shape, SE3(_AXES[self.axis], np.array(self.xyz)), name)
