@@ -99,7 +99,7 @@ def test_the_shipped_weights_grasp_a_box_across(
     assert abs((turn + np.pi / 2) % np.pi - np.pi / 2) < np.deg2rad(12)
     assert best.width == pytest.approx(0.04, abs=0.006)
     assert best.stamp == 4.5
-    assert world.collision(best.wTg, best.opening) is None
+    assert world.collision(Hand(GRIPPER, best.wTg), best.opening) is None
     assert world.close_fingers(Hand(GRIPPER, best.wTg), best.opening, 20.0).holding == "box"
     assert [g.quality for g in found.grasps] == sorted(g.quality for g in found.grasps)[::-1]
 
