@@ -157,7 +157,7 @@ def test_following_fails_when_there_is_nothing_on_the_table(tmp_path):
     options = ("--scene", scene, "-p", "attempts=2")
     code, summary, _ = run(tmp_path / "runs", "follow_moving_object", *options)
     assert (code, summary["node"]) == (1, "object_visible")
-    assert summary["reason"] == "0 things seen in table"
+    assert summary["reason"] == "0 objects seen in table"
 
 
 def test_a_table_is_tidied_and_an_empty_one_is_tidy(tmp_path):
