@@ -2,6 +2,6 @@
 
 from app.review.explanation import explain
 from app.review.finished import find_run, read_run, run_folders, runs_table
-from app.review.recorded_depth import recorded_depth
+from app.review.recorded_images import recorded_depth
 
 __all__ = ["explain", "find_run", "read_run", "recorded_depth", "run_folders", "runs_table"]

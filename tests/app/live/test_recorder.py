@@ -13,9 +13,6 @@ from app.live import SceneView, Snapshot
 from app.live.nodes import NodeInfo, NodeStatus
 from controller import robot_model
 from hw import Fault, FaultKind
-from robots import load_robot
-
-READY = load_robot("frankie").arm.ready
 
 TICKS = 300
 

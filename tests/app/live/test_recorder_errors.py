@@ -11,7 +11,6 @@ import sample_run as samples
 from recordings import recorder, rows
 
 from app.live import RecorderError
-from controller import READY
 
 
 @pytest.mark.parametrize("place", ["missing/x.rrd", ""])
@@ -32,7 +31,7 @@ def test_close_twice(tmp_path: Path) -> None:
 def test_an_error_in_the_writer_is_reported_once_and_spares_the_run(tmp_path: Path) -> None:
     made = recorder(tmp_path / "x.rrd")
     snapshot = samples.snapshot(0)
-    broken = replace(snapshot, state=replace(snapshot.state, q=READY[:3]))
+    broken = replace(snapshot, state=replace(snapshot.state, q=snapshot.state.q[:3]))
     for tick in range(1200):
         made.record(replace(broken if tick == 150 else snapshot, tick=tick, stamp=tick * 0.02))
     with pytest.raises(RecorderError, match=r"x\.rrd: the recording ends early"):
