@@ -58,9 +58,7 @@ def load_robot(robot: str | Path) -> RobotDescription:
     path = shipped if shipped.is_file() else Path(robot)
     if not path.is_file():
         hint = suggest(str(robot), robot_names())
-        raise ConfigError(
-            f"no robot is called `{robot}`; {hint} The path of a robot file works too"
-        )
+        raise ConfigError(f"no robot is called `{robot}`; {hint} (or give a robot file)")
     return _load(path.resolve())
 
 
