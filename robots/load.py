@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from config import ConfigError, quoted, read_config, suggest
+from config import ConfigError, read_config, suggest
 from robots.description import (
     ArmDescription,
     BaseDescription,
@@ -57,11 +57,8 @@ def load_robot(robot: str | Path) -> RobotDescription:
     shipped = SHIPPED / f"{robot}.yaml"
     path = shipped if shipped.is_file() else Path(robot)
     if not path.is_file():
-        names = robot_names()
-        raise ConfigError(
-            f"no robot is called `{robot}`; {suggest(str(robot), names)} "
-            f"The shipped robots are {quoted(names)}; the path of a robot file works too"
-        )
+        hint = suggest(str(robot), robot_names())
+        raise ConfigError(f"no robot is called `{robot}`; {hint} (or give a robot file)")
     return _load(path.resolve())
 
 

@@ -32,7 +32,7 @@ from app.live import (
     WebViewer,
     tree_view,
 )
-from controller import robot_model
+from controller import RobotModel
 from hw import Truth, WorldOptions, stopwatch
 from perception import GraspDetector
 from robots import load_robot
@@ -138,7 +138,7 @@ def _run(
     recorder = Recorder(
         folder / RECORDING,
         tree=tree,
-        model=robot_model(robot),
+        model=RobotModel(setup.robot.description),
         scene=scene_view(setup.truth),
         lossless=not options.paced,
         server=viewer.server,
