@@ -1,4 +1,4 @@
-"""The five primitives that everything simulated is made of, and placing them in the world."""
+"""Five primitive shapes, of which robots and simulated objects are made, and their measures."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Capsule:
 
 @dataclass(frozen=True)
 class Plane:
-    """Everything below z = 0: an endless floor, seen from above."""
+    """The half-space below z = 0: an infinite floor, seen from above."""
 
 
 Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Plane
@@ -63,9 +63,9 @@ Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Plane
 
 @dataclass(frozen=True, eq=False)
 class Geom:
-    """A shape somewhere.
+    """A shape with a pose.
 
-    The frame that `pose` is relative to is for the holder to say: the world, an object, a hand.
+    Whoever holds it documents the frame of the pose: the world, an object, a link.
     """
 
     shape: Shape
@@ -79,7 +79,7 @@ class Geom:
 
 
 def half_extents(shape: Shape) -> tuple[float, float, float]:
-    """Half edge lengths of the box around a shape in its own frame [m]; endless for a plane."""
+    """Half edge lengths of the box around a shape in its own frame [m]; infinite for a plane."""
     match shape:
         case Box(half):
             return half
