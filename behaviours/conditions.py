@@ -1,4 +1,4 @@
-"""Questions about how things are now: about the robot, where it is, and what the camera sees."""
+"""Conditions on the present state: the robot, where it is, and what the camera sees."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ class ObjectVisible(Condition):
     Fails too when there is no picture, or the region is not in it.
 
     Args:
-        within: region of the task file; its floor is what things stand on.
+        within: region of the task file; its floor is what objects stand on.
         smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
     """
 

@@ -34,7 +34,7 @@ class Context:
     goal_of: tuple[object, str] | None = None
     """The leaf that left the goal, and its phase."""
     report: StepReport | None = None
-    """What the controller said about the last goal."""
+    """The report of the controller about the last goal."""
     report_of: tuple[object, str] | None = None
     """The leaf whose goal the report is about, and its phase."""
     settings: BehaviourSettings = field(default_factory=BehaviourSettings)
@@ -54,5 +54,5 @@ class Context:
         self.vision.begin_tick()
 
     def end_tick(self, report: StepReport) -> None:
-        """Take what the controller said about the goal that the tick left."""
+        """Take the report of the controller about the goal that the tick left."""
         self.report, self.report_of = report, self.goal_of

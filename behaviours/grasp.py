@@ -17,7 +17,7 @@ from perception import GraspEstimate
 
 
 class Grasp(Leaf):
-    """Grasp the best thing seen in a region, following it until the camera is near.
+    """Grasp the best object seen in a region, following it until the camera is near.
 
     Ends when the fingers have closed; whether they hold something is for `retreat_check` to say.
     Fails when no grasp is seen, the hand does not get there, or the robot has a fault.

@@ -126,7 +126,7 @@ class Leaf(py_trees.behaviour.Behaviour):
             phase: which part of the behaviour it belongs to.
 
         Returns:
-            What the controller said about the goal of the tick before; None if that was not this
+            The report of the controller about the goal of the last tick; None if that was not this
             leaf's or belonged to another phase.
         """
         context = self.context
@@ -135,7 +135,7 @@ class Leaf(py_trees.behaviour.Behaviour):
 
 
 class Condition(Leaf):
-    """A question about how things are now: success is yes, failure is no.
+    """A question about the present state: success is yes, failure is no.
 
     It answers within the tick and leaves no goal, so it may be asked at any time: only a condition
     can guard a node (`while`, `unless`).

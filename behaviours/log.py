@@ -44,7 +44,7 @@ class TaskLog:
     @property
     def placed(self) -> int:
         """How many objects were let go at their place."""
-        return sum(thing.placed is not None for thing in self.carried)
+        return sum(one.placed is not None for one in self.carried)
 
     def attempt(self, begun: TaskTime, now: TaskTime) -> None:
         """The fingers closed; `begun` is when this attempt began to look."""

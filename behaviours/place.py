@@ -1,4 +1,4 @@
-"""Set down what is held, each thing on a free place of a region."""
+"""Set down what is held, each object on a free slot of a region."""
 
 from __future__ import annotations
 

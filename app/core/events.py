@@ -1,6 +1,6 @@
 """The log of a run: every transition of a node and what else happened, one JSON object a line.
 
-It is written as things happen, so that a run whose process was killed tells as much as any other.
+It is written as events happen, so that the log of a killed process is as complete as any other.
 
 | event | when | fields besides `time` |
 |---|---|---|

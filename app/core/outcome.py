@@ -1,4 +1,4 @@
-"""How a run ended, and what that means for whoever called it."""
+"""How a run ended, and its exit code."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ _AT_REST = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tick:
-    """One turn of the loop, for whoever watches."""
+    """One iteration of the loop, for those who watch."""
 
     number: int
     state: RobotState
@@ -140,7 +140,7 @@ class Session:
         """One turn of the loop; returns the reading that it began with.
 
         Without `tick_tree` the run is paused: the robot comes to rest, and the context keeps goal
-        and report, so that the leaf that goes on finds what the controller said last.
+        and report, so that the leaf that continues finds the last report of the controller.
         """
         context, clock = self._context, self._clock.session
         begun = stopwatch()

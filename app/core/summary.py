@@ -58,7 +58,7 @@ class Summary:
     """Real time that ticks spent on images and grasp detection."""
     real_time_factor: float
     """Simulated seconds per real second, over the whole run."""
-    said: list[str]
+    messages: list[str]
     """What the robot told people, in order."""
     dropped_snapshots: int
     """Ticks that neither recording nor viewer shows, because writing was too slow."""
@@ -89,8 +89,8 @@ class Summary:
             "control tick": f"median {self.tick_median_ms:.2f} ms, p99 {self.tick_p99_ms:.2f} ms; "
             f"{self.late_ticks} late",
         }
-        if self.said:
-            rows["said"] = "\n".join(self.said)
+        if self.messages:
+            rows["messages"] = "\n".join(self.messages)
         if self.refused_commands:
             refused = (f"{count} {reason}" for reason, count in self.refused_commands.items())
             rows["refused"] = ", ".join(refused)
@@ -136,7 +136,7 @@ def summarise(
         perception_seconds: how much of it went into looking [s].
         dropped_snapshots: ticks that are not in the recording.
     """
-    done = [thing for thing in log.carried if thing.placed is not None]
+    done = [one for one in log.carried if one.placed is not None]
     ticks_ms = 1000.0 * np.array(measurements.ticks_s or [0.0])
     return Summary(
         task=task,
@@ -150,7 +150,7 @@ def summarise(
         placed=placed,
         attempts=log.attempts,
         duration_s=round(duration, 3),
-        grasp_time_mean_s=_mean([thing.grasp_time for thing in done]),
+        grasp_time_mean_s=_mean([one.grasp_time for one in done]),
         pick_place_time_mean_s=_mean(_pick_place_times(log.carried)),
         limit_violations=measurements.limit_violations,
         highest_speed_percent=round(100.0 * measurements.highest_speed, 2),
@@ -162,25 +162,25 @@ def summarise(
         late_ticks=measurements.late_ticks,
         perception_s=round(perception_seconds, 2),
         real_time_factor=round(duration / real_seconds, 3) if real_seconds > 0.0 else 0.0,
-        said=[text for _, text in log.messages],
+        messages=[text for _, text in log.messages],
         dropped_snapshots=dropped_snapshots,
-        carried=[_times(thing) for thing in log.carried],
+        carried=[_times(one) for one in log.carried],
     )
 
 
-def _times(thing: Carried) -> dict[str, float | int | None]:
+def _times(one: Carried) -> dict[str, float | int | None]:
     """One object's times [s] and attempts."""
-    placed = None if thing.placed is None else thing.placed.seconds
-    return asdict(thing) | {"begun": thing.begun.seconds, "placed": placed}
+    placed = None if one.placed is None else one.placed.seconds
+    return asdict(one) | {"begun": one.begun.seconds, "placed": placed}
 
 
 def _pick_place_times(carried: list[Carried]) -> list[float]:
     times = []
     begun: TaskTime | None = None
-    for thing in carried:
-        if thing.placed is not None:
-            times.append(thing.placed - (thing.begun if begun is None else begun))
-            begun = thing.placed
+    for one in carried:
+        if one.placed is not None:
+            times.append(one.placed - (one.begun if begun is None else begun))
+            begun = one.placed
     return times
 
 

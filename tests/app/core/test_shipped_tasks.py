@@ -113,14 +113,14 @@ def test_patrol_goes_round_and_says_so(tmp_path):
     code, summary, _ = run(tmp_path, "patrol")
     assert code == 0
     assert summary["scene"] == "household"
-    assert summary["said"] == ["I am on my way to the window.", "All is quiet."]
+    assert summary["messages"] == ["I am on my way to the window.", "All is quiet."]
     assert summary["limit_violations"] == 0
 
 
 def test_patrol_breaks_off_and_goes_home_when_the_battery_is_low(tmp_path):
     code, summary, _ = run(tmp_path, "patrol", "-p", "reserve_percent=99.95")
     assert code == 1
-    assert summary["said"][-1] == "I have to break off, and go home."
+    assert summary["messages"][-1] == "I have to break off, and go home."
     assert "at home" in summary["reason"]
     assert 8.0 < summary["duration_s"] < 20.0
 
@@ -129,14 +129,14 @@ def test_inspect_counts_what_is_there(tmp_path):
     code, summary, _ = run(tmp_path, "inspect")
     assert code == 0
     assert summary["scene"] == "inspect"
-    assert summary["said"] == ["I count 6 things on the bench."]
+    assert summary["messages"] == ["I count 6 objects on the bench."]
 
 
 def test_inspect_fails_when_something_is_missing(tmp_path):
     scene = scene_like(tmp_path, "inspect", ("count: 6", "count: 4"))
     code, summary, _ = run(tmp_path / "runs", "inspect", "--scene", scene)
     assert code == 1
-    assert summary["said"] == ["I count 4 things on the bench.", "There should be 6."]
+    assert summary["messages"] == ["I count 4 objects on the bench.", "There should be 6."]
 
 
 def test_a_moving_object_is_followed_and_picked_up_when_it_stops(tmp_path):
@@ -147,7 +147,7 @@ def test_a_moving_object_is_followed_and_picked_up_when_it_stops(tmp_path):
     )
     code, summary, _ = run(tmp_path / "runs", "follow_moving_object", "--scene", scene)
     assert code == 0
-    assert summary["said"] == ["I have it."]
+    assert summary["messages"] == ["I have it."]
     assert summary["attempts"] == 1
     assert summary["duration_s"] > 10.0
 
@@ -167,7 +167,7 @@ def test_a_table_is_tidied_and_an_empty_one_is_tidy(tmp_path):
     code, summary, folder = run(tmp_path / "runs", "tidy_two_tables", "--scene", scene)
     assert code == 0
     assert (summary["placed"], summary["objects"]) == (1, 1)
-    assert summary["said"] == ["Both tables are clear."]
+    assert summary["messages"] == ["Both tables are clear."]
     assert check(folder / "task.yaml") == []  # its parts are kept with it, to run it again
 
 
@@ -179,7 +179,7 @@ def test_tidying_fails_in_the_subtree_that_could_not_do_it(tmp_path):
     options = ("--scene", scene, "-p", "attempts=1")
     code, summary, _ = run(tmp_path / "runs", "tidy_two_tables", *options)
     assert (code, summary["node"]) == (1, "retreat_check")
-    assert (summary["placed"], summary["said"]) == (0, [])
+    assert (summary["placed"], summary["messages"]) == (0, [])
 
 
 @pytest.mark.slow
