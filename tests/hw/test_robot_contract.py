@@ -55,6 +55,7 @@ class Driven:
             if done():
                 return
             self.run(PERIOD)
+            time.sleep(1e-4)  # for the threads beside a loop whose time is simulated
         raise AssertionError(f"not within {PATIENCE:g} s")
 
 
