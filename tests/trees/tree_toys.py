@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Literal
 
 from py_trees.behaviour import Behaviour
@@ -11,6 +12,7 @@ from py_trees.common import Status
 
 from behaviours import BasePose, BehaviourSettings, Condition, Key, Posture, Region, ToolPose
 from hw import SimClock
+from robots import load_robot
 from trees.language import build, load
 
 STATUS = {
@@ -29,6 +31,9 @@ class ToyContext:
     counted: int = 0
     keys: dict[str, object] = field(default_factory=dict)
     settings: BehaviourSettings = field(default_factory=BehaviourSettings)
+    robot: object = field(
+        default_factory=lambda: SimpleNamespace(description=load_robot("frankie"))
+    )
 
 
 class Toy(Behaviour):

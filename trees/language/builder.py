@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from py_trees.behaviour import Behaviour
 
-from behaviours import Key
+from behaviours import Key, Posture
 from config import Diagnostic
 from trees.language.errors import TaskFileError
 from trees.language.keys import LateLeaf, Set, Subtree, Supply
+from trees.language.named_poses import READY
 from trees.language.registry import SET
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, Task
 from trees.language.values import Argument, KeyRead
@@ -27,7 +28,15 @@ LeafMaker: TypeAlias = "Callable[[LeafNode, Context, Mapping[str, object]], Beha
 
 def real_leaf(node: LeafNode, context: Context, arguments: Mapping[str, object]) -> Behaviour:
     """The leaf that the node's key stands for."""
-    return node.type.behaviour(node.name, context, **arguments)
+    fitted = {name: _for_robot(value, context) for name, value in arguments.items()}
+    return node.type.behaviour(node.name, context, **fitted)
+
+
+def _for_robot(value: object, context: Context) -> object:
+    """The value; `ready` is the posture that the robot's description calls so."""
+    if value is not READY:
+        return value
+    return Posture(name=READY.name, q=context.robot.description.arm.ready)
 
 
 def build(task: Task, context: Context, make_leaf: LeafMaker = real_leaf) -> Behaviour:

@@ -29,9 +29,10 @@ from robots import load_robot
 from trees.language.mappings import ABSENT, named_entries
 from trees.language.value_types import NamedValue
 
-BUILT_IN: Mapping[str, NamedValue] = {
-    "ready": Posture(name="ready", q=load_robot("frankie").arm.ready)
-}
+READY = Posture(name="ready", q=load_robot("frankie").arm.ready)
+"""Frankie's, until a tree is built for another robot."""
+
+BUILT_IN: Mapping[str, NamedValue] = {READY.name: READY}
 """What every task file knows without defining it."""
 
 _POSE_FORMS = (("xyz", "rpy_deg"), ("base", "heading_deg"), ("joints_deg",))
