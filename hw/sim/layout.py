@@ -131,12 +131,12 @@ def _objects(
     """Objects side by side on a surface; their numbers go on from `before`."""
     widths = (wanted.width_mm[0] / 1000.0, wanted.width_mm[1] / 1000.0)
     masses = (wanted.mass_g[0] / 1000.0, wanted.mass_g[1] / 1000.0)
-    names = fitting(OBJECT_CLASSES, wanted.classes, widths)
+    names = fitting(OBJECT_CLASSES, wanted.kinds, widths)
     if wanted.count and not names:
         low, high = wanted.width_mm
         raise SceneError(
-            f"objects: no {' or '.join(wanted.classes)} is {low:g} to {high:g} mm wide: "
-            "widen width_mm or name other classes"
+            f"objects: no {' or '.join(wanted.kinds)} is {low:g} to {high:g} mm wide: "
+            "widen width_mm or name other kinds"
         )
     for _ in range(_LAYOUTS):
         objects = [

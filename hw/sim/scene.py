@@ -62,19 +62,21 @@ class Objects(StrictModel):
     """The objects in the container, or on a table."""
 
     count: Annotated[int, Field(ge=0, le=40)] = 10
-    classes: tuple[str, ...] = tuple(HOUSEHOLD)
+    kinds: tuple[str, ...] = tuple(HOUSEHOLD)
     width_mm: tuple[float, float] = (15.0, 70.0)
     """Range of the smallest width by which they can be grasped [mm]."""
     mass_g: tuple[float, float] = (30.0, 500.0)
     """Range of their mass [g]."""
 
-    @field_validator("classes")
+    @field_validator("kinds")
     @classmethod
-    def _known(cls, classes: tuple[str, ...]) -> tuple[str, ...]:
-        for name in classes:
+    def _known(cls, kinds: tuple[str, ...]) -> tuple[str, ...]:
+        for name in kinds:
             if name not in OBJECT_CLASSES:
-                raise ValueError(f"no class of objects `{name}`; {suggest(name, OBJECT_CLASSES)}")
-        return classes
+                raise ValueError(
+                    f"no kind of object is called `{name}`; {suggest(name, OBJECT_CLASSES)}"
+                )
+        return kinds
 
     @field_validator("width_mm", "mass_g")
     @classmethod

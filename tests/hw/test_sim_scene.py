@@ -173,7 +173,7 @@ def test_what_the_hand_has_taken_no_longer_moves_by_itself(tmp_path: Path) -> No
     path.write_text(
         GOOD.replace("count: 2", "count: 0")
         + "side_tables:\n  - {name: belt, centre: [1, 1], size: [0.4, 0.8],\n"
-        + "     objects: {count: 1, classes: [ball], width_mm: [40, 50]},\n"
+        + "     objects: {count: 1, kinds: [ball], width_mm: [40, 50]},\n"
         + "     motion: {along: [0.0, 0.4], period_s: 4}}\n"
     )
     world = load_scene(path, 0)
@@ -187,9 +187,9 @@ def test_what_the_hand_has_taken_no_longer_moves_by_itself(tmp_path: Path) -> No
     np.testing.assert_array_equal(ball.pose.translation, taken)
 
 
-def test_widths_and_classes_are_kept_to(tmp_path: Path) -> None:
+def test_widths_and_kinds_are_kept_to(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
-    path.write_text(GOOD.replace("2", "6") + "  classes: [ball, can]\n  width_mm: [30, 40]\n")
+    path.write_text(GOOD.replace("2", "6") + "  kinds: [ball, can]\n  width_mm: [30, 40]\n")
     for obj in load_scene(str(path), 0).objects:
         assert obj.name.split()[0] in ("ball", "can")
         assert 0.03 <= narrowest(obj.placed()) <= 0.04
@@ -212,8 +212,8 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
             "6:10: objects.count: expected a number of at least 0, got the number `-1`",
         ),
         (
-            GOOD.replace("count: 2", "classes: [bal]"),
-            "no class of objects `bal`; did you",
+            GOOD.replace("count: 2", "kinds: [bal]"),
+            "no kind of object is called `bal`; did you",
         ),
         (
             GOOD.replace("count: 2", "width_mm: [70, 15]"),
@@ -257,7 +257,7 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
             "2 do not fit into the",
         ),
         (
-            GOOD.replace("2", "2\n  classes: [mug]\n  width_mm: [50, 60]"),
+            GOOD.replace("2", "2\n  kinds: [mug]\n  width_mm: [50, 60]"),
             "no mug is 50 to 60",
         ),
     ],

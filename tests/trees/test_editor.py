@@ -90,9 +90,9 @@ def test_below_a_leaf_its_parameters_are_offered(server, task):
     [
         ("- navigate", 9, "to a named pose"),
         ("speed_m_s", 30, "largest speed"),
-        ("retry", 9, "attempted"),
+        ("retry", 9, "number of attempts"),
         ("sequence:", 5, "in order"),
-        ("poses:", 2, "Places"),
+        ("poses:", 2, "Poses of hand, base and arm"),
     ],
 )
 def test_pointing_at_a_word_explains_it(server, task, text, column, said):

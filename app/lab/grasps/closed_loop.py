@@ -66,7 +66,7 @@ class Pick:
 def heldout_container(seed: int) -> World:
     """A container with objects of held-out classes."""
     scene = read_scene("household").model_copy(
-        update={"objects": Objects(count=OBJECTS, classes=HELDOUT_CLASSES, width_mm=OBJECT_WIDTHS)}
+        update={"objects": Objects(count=OBJECTS, kinds=HELDOUT_CLASSES, width_mm=OBJECT_WIDTHS)}
     )
     return build_world(scene, np.random.default_rng((EVALUATION_SEED, seed)))
 

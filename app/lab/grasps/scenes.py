@@ -99,7 +99,7 @@ def random_world(
             ),
             table=Table(centre=(0.0, 3.0)),
             fixtures=(_AROUND,) if on_table else (),
-            objects=Objects(count=count, classes=tuple(classes), width_mm=OBJECT_WIDTHS),
+            objects=Objects(count=count, kinds=tuple(classes), width_mm=OBJECT_WIDTHS),
         )
         try:
             world = build_world(scene, rng)

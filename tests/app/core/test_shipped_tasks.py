@@ -81,7 +81,7 @@ def scene_like(folder: Path, name: str, *changes: tuple[str, str]) -> Path:
     return path
 
 
-TOO_HEAVY = ("mass_g: [30, 500]", "mass_g: [30000, 40000]\n  classes: [box]")
+TOO_HEAVY = ("mass_g: [30, 500]", "mass_g: [30000, 40000]\n  kinds: [box]")
 
 
 def test_an_empty_container_is_a_success(tmp_path):
