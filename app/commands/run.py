@@ -120,8 +120,9 @@ def run(
         refuse("--watch: a dry run ends at once, and there is nothing to watch; leave it out")
     if dry:
         raise typer.Exit(_run_dry(find_tree(tree), parameters, outcome or [], ticks, as_json))
-    from app.core import RunOptions, VisionForm, run_task
+    from app.core import End, RunOptions, VisionForm, run_on_save, run_task
     from app.live import ControlOptions, View, ViewOptions
+    from hw import HardwareError
 
     options = RunOptions(
         tree=find_tree(tree),
@@ -145,13 +146,15 @@ def run(
             groot_port=groot2_port,
         ),
     )
-    if watch:
-        from app.core import run_on_save
-
-        result = run_on_save(options, show=lambda result: _show(result, as_json), say=_say)
-    else:
-        result = run_task(options)
-        _show(result, as_json)
+    try:
+        if watch:
+            result = run_on_save(options, show=lambda result: _show(result, as_json), say=_say)
+        else:
+            result = run_task(options)
+            _show(result, as_json)
+    except HardwareError as error:  # while connecting: a run that has begun ends with a summary
+        _say(str(error))
+        raise typer.Exit(End.HARDWARE.exit_code) from None
     raise typer.Exit(result.outcome.end.exit_code if result else UserError.exit_code)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 
 from behaviours import Context, Vision, VisionBeside, VisionInStep
 from controller import HolisticController, RobotModel
@@ -13,7 +13,7 @@ from hw import Camera, FaultInjection, Gate, TaskClock, Truth, WorldOptions, ope
 from perception import GraspDetector
 
 
-class VisionForm(Enum):
+class VisionForm(StrEnum):
     """How images are searched for grasps."""
 
     STEP = "step"

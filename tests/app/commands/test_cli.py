@@ -14,6 +14,7 @@ from rerun.chunk import RrdReader
 from typer.testing import CliRunner
 
 from app.commands import app
+from hw import ComposedRobot, HardwareError
 
 TREE = """\
 task: toy
@@ -153,6 +154,8 @@ def test_a_mistake_in_the_task_is_one_located_line(tmp_path, task, line, place, 
     ("options", "said"),
     [
         (("--scene", "kitchen"), "household"),
+        (("--robot", "frankee"), "did you mean `frankie`"),
+        (("--world", "kinematics"), "did you mean `kinematic`"),
         (("--scene", "no/such/scene.yaml"), "no/such/scene.yaml"),
         (("--weights", "no/such/weights.safetensors"), "no/such/weights.safetensors"),
         (("-p", "attempts"), "key=value"),
@@ -181,6 +184,25 @@ def test_a_folder_that_cannot_be_written_is_said_before_anything_moves(tmp_path,
     code, _, err = call("run", task("navigate: {to: near}"), "--record", tmp_path / "file")
     assert code == 2
     assert "--record" in err
+
+
+def test_a_robot_that_cannot_be_connected_is_one_line_and_exit_code_3(tmp_path, task, monkeypatch):
+    def unreachable(robot) -> None:
+        raise HardwareError("the arm does not answer at 172.16.0.2: is it switched on?")
+
+    monkeypatch.setattr(ComposedRobot, "connect", unreachable)
+    code, _, err = call("run", task("recover"), "--record", tmp_path / "runs", "--view", "none")
+    assert code == 3
+    assert err == "the arm does not answer at 172.16.0.2: is it switched on?\n"
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_run_connects_the_robot_first_and_closes_it_in_the_end(tmp_path, task, monkeypatch):
+    calls = []
+    for name in ("connect", "close"):
+        monkeypatch.setattr(ComposedRobot, name, lambda robot, name=name: calls.append(name))
+    call("run", task("recover"), "--record", tmp_path / "runs", "--view", "none")
+    assert calls == ["connect", "close"]
 
 
 def test_check_names_every_mistake_of_a_file(task):

@@ -1,5 +1,7 @@
 """The loop: whatever happens in the tree, the robot ends at rest and the outcome says why."""
 
+import time
+
 import numpy as np
 import pytest
 from harness import BUTTON, Harness, looking_down
@@ -172,6 +174,21 @@ def test_every_reading_is_held_against_the_limits():
     too_fast = type(state)(**{**vars(state), "qd": np.full(7, 3.0)})
     bench.measurements.reading(too_fast)
     assert bench.measurements.limit_violations == 1
+
+
+def test_late_ticks_are_counted_with_what_they_tell_watchers():
+    bench = Bench(lambda: Status.SUCCESS, ticks=20)
+    watch, slow = bench.session._watch, {3, 7, 11}
+
+    def slow_watch(tick) -> None:
+        watch(tick)
+        if tick.number in slow:
+            time.sleep(0.03)
+
+    bench.session._watch = slow_watch
+    bench.run()
+    assert bench.measurements.late_ticks >= len(slow)
+    assert bench.measurements.late_ticks < len(bench.ticks)
 
 
 def test_a_tick_that_ends_late_does_not_shift_the_next_ones():
