@@ -112,14 +112,18 @@ class ComposedRobot:
             self._operations = under_way | {"recovery": self._recoveries.submit(self._recover)}
 
     def stop(self) -> None:
-        """Stop every part, whatever the others do."""
-        self._each("stop")
+        """Stop every part, whatever the others do; raises the last error in the end."""
+        with ExitStack() as calls:
+            for part in self._parts:
+                calls.callback(part.stop)
 
     def close(self) -> None:
-        """Stop and close every part, whatever the others do."""
-        self._each("close")
-        for executor in (self._grips, self._recoveries):
-            executor.shutdown(wait=False, cancel_futures=True)
+        """Stop and close every part, whatever the others do; raises the last error in the end."""
+        with ExitStack() as calls:
+            for executor in (self._grips, self._recoveries):
+                calls.callback(executor.shutdown, wait=False, cancel_futures=True)
+            for part in self._parts:
+                calls.callback(part.close)
 
     def __enter__(self) -> Self:
         self.connect()
@@ -131,12 +135,6 @@ class ComposedRobot:
     def _recover(self) -> None:
         self._arm.recover()
         self._base.recover()
-
-    def _each(self, method: str) -> None:
-        """Call a method of every part; raises the first error after the last call."""
-        with ExitStack() as calls:
-            for part in reversed(self._parts):
-                calls.callback(getattr(part, method))
 
     def _is_under_way(self, operation: str) -> bool:
         future = self._operations.get(operation)
