@@ -87,7 +87,7 @@ class Summary:
             f"at most {self.highest_speed_percent:.0f} % of a speed limit, "
             f"joints at least {self.smallest_joint_margin_deg:.1f}° inside their range",
             "control tick": f"median {self.tick_median_ms:.2f} ms, p99 {self.tick_p99_ms:.2f} ms; "
-            f"{self.late_ticks} late",
+            f"{self.late_ticks} longer than its period",
         }
         if self.messages:
             rows["messages"] = "\n".join(self.messages)
