@@ -175,7 +175,10 @@ def test_there_is_no_circle_between_modules():
     assert circles == []
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+TESTS = sorted((ROOT / "tests").rglob("*.py"))
+
+
+@pytest.mark.parametrize("path", [*FILES, *TESTS], ids=lambda path: str(path.relative_to(ROOT)))
 def test_a_file_is_short_enough_to_be_one_idea(path):
     if str(path.relative_to(ROOT)) in TABLES:
         pytest.skip("a table")

@@ -3,51 +3,15 @@
 from __future__ import annotations
 
 import pytest
+from subtree_files import PART, TOP, errors, write_files
 from tree_toys import TOYS, ToyContext
 
 from trees.language import TaskFileError, build, check, load, nodes_in_order
 
-PART = """\
-task: part
-params:
-  to: {type: pose, description: where to}
-  times: {default: 2}
-outputs: {done: how often}
-poses: {aside: {base: [0, 0], heading_deg: 0}}
-tree:
-  sequence:
-    - {retry: $times, navigate: {to: $to}}
-    - navigate: {to: aside}
-    - count: {times: done}
-"""
-TOP = """\
-task: top
-params: {goal: {type: pose, default: home}}
-poses: {home: {base: [1, 2], heading_deg: 0}}
-tree:
-  sequence:
-    - subtree: {file: parts/part.yaml, with: {to: $goal}, out: {done: n}}
-    - name: again
-      retry: 2
-      subtree: {file: parts/part.yaml, with: {to: home, times: 5}, out: {done: m}}
-    - note: {value: $n}
-    - note: {value: $m}
-"""
-
 
 @pytest.fixture
 def folder(tmp_path):
-    (tmp_path / "parts").mkdir()
-    (tmp_path / "parts" / "part.yaml").write_text(PART)
-    (tmp_path / "top.yaml").write_text(TOP)
-    return tmp_path
-
-
-def errors(folder, top: str = TOP, part: str = PART) -> list[str]:
-    (folder / "top.yaml").write_text(top)
-    (folder / "parts" / "part.yaml").write_text(part)
-    found = check(folder / "top.yaml", leaves=TOYS)
-    return [str(diagnostic).removeprefix(f"{folder}/") for diagnostic in found]
+    return write_files(tmp_path)
 
 
 def test_a_subtree_runs_with_its_own_values_and_hands_out_its_outputs(folder):
@@ -215,62 +179,6 @@ tree:
     found = [line for line in errors(folder, top) if "warning" not in line]
     assert message in found[0]
     assert len(found) == 1
-
-
-def test_a_circle_of_files_is_told_with_its_chain(folder):
-    part = "task: part\ntree: {subtree: {file: ../top.yaml}}\n"
-    [found] = errors(folder, "task: top\ntree: {subtree: {file: parts/part.yaml}}\n", part)
-    assert found == (
-        "parts/part.yaml:2:24: the files include each other in a circle:"
-        " top.yaml > part.yaml > top.yaml; remove one of these subtrees"
-    )
-
-
-def test_a_link_out_of_the_folder_is_refused(folder, tmp_path_factory):
-    outside = tmp_path_factory.mktemp("outside") / "secret.yaml"
-    outside.write_text("task: part\ntree: open_gripper\n")
-    (folder / "parts" / "link.yaml").symlink_to(outside)
-    [found] = errors(folder, "task: top\ntree: {subtree: {file: parts/link.yaml}}\n")
-    assert "`parts/link.yaml` leads out of the folder of the task" in found
-
-
-def test_a_link_that_leads_nowhere_is_no_file(folder):
-    (folder / "loop.yaml").symlink_to(folder / "loop.yaml")
-    [found] = errors(folder, "task: top\ntree: {subtree: {file: loop.yaml}}\n")
-    assert found.startswith("top.yaml:2:24: ")
-
-
-def test_subtrees_that_multiply_are_bounded(folder):
-    for number in range(10):
-        deeper = f"subtree: {{file: p{number + 1}.yaml}}" if number < 9 else "open_gripper: "
-        twice = f"task: p\ntree: {{sequence: [{{{deeper}}}, {{{deeper}}}]}}\n"
-        (folder / f"p{number}.yaml").write_text(twice)
-    [found] = errors(folder, "task: top\ntree: {subtree: {file: p0.yaml}}\n")
-    assert "the task has more than 200 subtrees" in found
-
-
-def test_the_depth_of_the_whole_tree_is_bounded(folder):
-    words = ["force_success: true", "once: true", "cooldown_s: 1", "retry: 2", "repeat: 2"]
-    modified = "{" + ", ".join([*words, "delay_s: 1", "timeout_s: 9"]) + ", %s}"
-    nest = "%s"
-    for _ in range(6):
-        nest %= modified % "forever: %s"
-    (folder / "last.yaml").write_text(f"task: last\ntree: {nest % '{open_gripper: }'}\n")
-    (folder / "top.yaml").write_text(f"task: top\ntree: {nest % '{subtree: {file: last.yaml}}'}\n")
-    root = build(load(folder / "top.yaml", leaves=TOYS), ToyContext())
-    root.tick_once()
-    deeper = modified % f"forever: {nest % '{subtree: {file: last.yaml}}'}"
-    [found] = errors(folder, f"task: top\ntree: {deeper}\n")
-    assert found.startswith("last.yaml:2:")
-    assert "the tree is more than 100 levels deep here, modifiers counted" in found
-
-
-def test_a_long_chain_of_files_is_bounded(folder):
-    for number in range(150):
-        text = f"task: p\ntree: {{subtree: {{file: p{number + 1}.yaml}}}}\n"
-        (folder / f"p{number}.yaml").write_text(text)
-    [found] = errors(folder, "task: top\ntree: {subtree: {file: p0.yaml}}\n")
-    assert "the tree is more than 100 levels deep" in found
 
 
 def test_a_part_can_be_checked_alone_and_not_be_built(folder):

@@ -1,0 +1,196 @@
+"""The behaviours that handle an object: the fingers, retreat_check, place."""
+
+import re
+
+import numpy as np
+import pytest
+from harness import ON_TABLE, REFLEX, TABLE_TOP, Harness, block, looking_down, table_world
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours import Region, ToolPose
+from behaviours.gripper import HoldingObject, OpenGripper
+from behaviours.navigate import Navigate
+from behaviours.place import Place, slots
+from behaviours.retreat_check import RetreatCheck
+from controller import PoseGoal
+from hw import TaskTime
+from robots import load_robot
+
+READY = load_robot("frankie").arm.ready
+
+
+def held_block_stage() -> Harness:
+    """The hand holds a block, 0.2 m above the table."""
+    harness = Harness(table_world(block()))
+    grip = looking_down(0.7, 0.0, TABLE_TOP + 0.03, yaw=np.pi / 2)
+    to = ToolPose(name="block", wTe=grip)
+    harness.run(Navigate("navigate", harness.context, to=to))
+    harness.robot.grip(0.0, 20.0)
+    harness.run_for(None, 1.0)
+    assert harness.world.held is not None
+    harness.context.log.grip_height = 0.03
+    harness.context.log.attempt(TaskTime(0.0), TaskTime(1.0))
+    return harness
+
+
+# fingers
+
+
+def test_open_gripper_opens_and_waits():
+    harness = Harness()
+    harness.robot.grip(0.02, 20.0)
+    harness.run_for(None, 1.0)
+    leaf = OpenGripper("open_gripper", harness.context)
+    assert harness.run(leaf) is Status.SUCCESS
+    assert harness.robot.read().gripper_width >= 0.076
+    harness.tick(leaf)
+    assert leaf.status is Status.SUCCESS  # open already: done in one tick
+
+
+def test_open_gripper_fails_on_a_fault_and_on_fingers_that_stop():
+    harness = Harness()
+    harness.robot.grip(0.02, 20.0)
+    harness.run_for(None, 1.0)
+    leaf = OpenGripper("open_gripper", harness.context)
+    harness.robot.faults = (REFLEX,)
+    assert harness.run(leaf) is Status.FAILURE
+    harness.robot.faults = ()
+    harness.tick(leaf)
+    harness.robot.grip(0.03, 20.0)  # somebody else stops the fingers half way
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "the fingers stopped at 30 mm"
+
+
+def test_fingers_that_never_stop_are_not_waited_for():
+    harness = held_block_stage()
+    harness.robot.restless = True
+    leaf = OpenGripper("open_gripper", harness.context)
+    harness.robot.grip = lambda width, force: None
+    assert harness.run(leaf, seconds=5.0) is Status.FAILURE
+    assert leaf.feedback_message == "the fingers still move after 3 s"
+    leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "the fingers still move after 3 s"
+
+
+def test_holding_object_tells_something_from_nothing():
+    harness = held_block_stage()
+    leaf = HoldingObject("holding_object", harness.context)
+    harness.tick(leaf)
+    assert leaf.status is Status.SUCCESS
+    assert re.fullmatch("4[01] mm between the fingers", leaf.feedback_message)
+    empty = Harness()
+    leaf = HoldingObject("holding_object", empty.context)
+    empty.tick(leaf)
+    assert leaf.status is Status.FAILURE
+
+
+# retreat_check
+
+
+def test_retreat_check_lifts_what_is_held():
+    harness = held_block_stage()
+    leaf = RetreatCheck("retreat_check", harness.context)
+    assert harness.run(leaf) is Status.SUCCESS
+    assert re.fullmatch("holding something 4[01] mm wide", leaf.feedback_message)
+    assert harness.world.find("block").pose.translation[2] > TABLE_TOP + 0.17
+
+
+def test_retreat_check_fails_when_the_fingers_closed_fully():
+    harness = Harness()
+    harness.robot.grip(0.0, 20.0)
+    harness.run_for(None, 1.0)
+    leaf = RetreatCheck("retreat_check", harness.context)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "the fingers closed on nothing"
+
+
+@pytest.mark.parametrize("half_width", [0.010, 0.030])
+def test_retreat_check_fails_when_the_object_slips_on_the_way_up(half_width):
+    """What is too heavy slips, and the fingers may still be closing when the hand is up."""
+    harness = Harness(table_world(block(half=(half_width, 0.03, 0.025), mass=20.0)))
+    grip = looking_down(0.7, 0.0, TABLE_TOP + 0.03, yaw=np.pi / 2)
+    harness.reach(PoseGoal(wTe=looking_down(0.7, 0.0, TABLE_TOP + 0.15, yaw=np.pi / 2)))
+    harness.reach(PoseGoal(wTe=grip, position_tolerance=0.002))
+    harness.robot.grip(0.0, 20.0)
+    harness.run_for(None, 1.0)
+    assert harness.robot.read().gripper_width == pytest.approx(2.0 * half_width, abs=0.003)
+    leaf = RetreatCheck("retreat_check", harness.context, rise_m=0.1)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "the fingers closed on nothing"
+
+
+def test_retreat_check_fails_on_a_fault_of_the_arm():
+    harness = held_block_stage()
+    leaf = RetreatCheck("retreat_check", harness.context)
+    harness.run_for(leaf, 0.1)
+    harness.robot.faults = (REFLEX,)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "the arm hit something"
+
+
+def test_retreat_check_fails_when_the_hand_does_not_rise():
+    harness = held_block_stage()
+    harness.robot.stuck = True
+    leaf = RetreatCheck("retreat_check", harness.context)
+    assert harness.run(leaf) is Status.FAILURE
+    assert "stuck" in leaf.feedback_message
+
+
+# place
+
+
+FAR = Region(
+    name="table",
+    wTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
+    size=np.array([0.3, 0.4, 0.2]),
+)
+
+
+def test_place_sets_the_object_down_where_it_is_free():
+    harness = held_block_stage()
+    harness.run(RetreatCheck("retreat_check", harness.context))
+    leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
+    assert harness.run(leaf) is Status.SUCCESS
+    assert leaf.feedback_message == "placed on table, place 1"
+    thing = harness.world.find("block")
+    assert harness.world.resting_on(thing) == "table"
+    np.testing.assert_allclose(thing.pose.translation[:2], slots(FAR, 0.13)[0][:2], atol=0.02)
+    assert harness.context.log.placed == 1
+    assert harness.world.held is None
+
+
+def test_places_are_a_grid_inside_the_region():
+    centres = np.array(slots(FAR, 0.13))
+    assert len(centres) == 2 * 3
+    assert FAR.contains(centres + np.array([0.0, 0.0, 1e-6])).all()
+    assert centres[:, 2] == pytest.approx(TABLE_TOP)
+
+
+def test_place_fails_without_anything_to_place():
+    harness = Harness()
+    harness.robot.grip(0.0, 20.0)
+    harness.run_for(None, 1.0)
+    leaf = Place("place", harness.context, on=ON_TABLE, pitch_m=0.13)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "nothing left between the fingers"
+
+
+def test_place_fails_when_every_place_is_taken():
+    harness = held_block_stage()
+    harness.context.log.places_used["table"] = 9
+    leaf = Place("place", harness.context, on=ON_TABLE, pitch_m=0.13)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "all 9 places on table are taken"
+
+
+def test_place_fails_on_a_fault_and_when_it_cannot_get_there():
+    harness = held_block_stage()
+    leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
+    harness.run_for(leaf, 0.1)
+    harness.robot.faults = (REFLEX,)
+    assert harness.run(leaf) is Status.FAILURE
+    harness.robot.faults, harness.robot.stuck = (), True
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message.startswith("over the place: stuck 0.")
