@@ -1,5 +1,7 @@
 """The behaviours that only move: recover, navigate, wait."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from harness import BUTTON, REFLEX, Harness, looking_down, table_world
@@ -119,6 +121,24 @@ def test_recover_leaves_an_emergency_stop_to_a_person():
     assert harness.run(leaf) is Status.FAILURE
     assert "emergency stop pressed: clear it by hand" in leaf.feedback_message
     assert harness.speed == 0.0
+
+
+def test_recover_waits_for_a_recovery_that_takes_time():
+    harness = Harness()
+    harness.robot.faults, harness.robot.incurable = (REFLEX,), True
+    started, read = [], harness.robot.read
+    harness.robot.recover = lambda: started.append(harness.clock.now())
+    harness.robot.read = lambda: replace(
+        read(), recovering=bool(started) and harness.clock.now() < started[0] + 0.5
+    )
+    leaf = Recover("recover", harness.context)
+    harness.run_for(leaf, 0.3)
+    assert leaf.feedback_message == "recovering"
+    assert len(started) == 1
+    harness.robot.faults = ()
+    assert harness.run(leaf) is Status.SUCCESS
+    assert len(started) == 1
+    assert harness.clock.now() >= 0.5
 
 
 def test_recover_gives_up_on_a_fault_that_comes_back():
