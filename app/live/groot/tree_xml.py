@@ -7,25 +7,13 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 from app.live.nodes import NodeInfo
+from trees.btcpp import TAGS
+from trees.language import COMPOSITES
 
 
 class _Model(NamedTuple):
     category: str
     name: str
-
-
-_MODELS = {
-    "sequence": _Model("Control", "Sequence"),
-    "reactive_sequence": _Model("Control", "ReactiveSequence"),
-    "fallback": _Model("Control", "Fallback"),
-    "reactive_fallback": _Model("Control", "ReactiveFallback"),
-    "parallel": _Model("Control", "Parallel"),
-    "retry": _Model("Decorator", "RetryUntilSuccessful"),
-    "repeat": _Model("Decorator", "Repeat"),
-    "timeout": _Model("Decorator", "Timeout"),
-    "invert": _Model("Decorator", "Inverter"),
-}
-"""BehaviorTree.CPP's names of the composites and modifiers that it has too."""
 
 
 def tree_xml(task: str, tree: Sequence[NodeInfo]) -> str:
@@ -41,7 +29,7 @@ def tree_xml(task: str, tree: Sequence[NodeInfo]) -> str:
     for index, node in enumerate(tree):
         del ancestors[node.depth + 1 :]
         children = len(_children(tree, index))
-        model = _MODELS.get(node.kind) or _own_model(node.kind, children)
+        model = _model(node.kind, children)
         models.add(model)
         element = ElementTree.SubElement(
             ancestors[-1], model.name, name=node.name, _uid=str(index + 1)
@@ -54,9 +42,12 @@ def tree_xml(task: str, tree: Sequence[NodeInfo]) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _own_model(kind: str, children: int) -> _Model:
-    """The model of a node that only this project has."""
-    return _Model(("Action", "Decorator", "Control")[min(children, 2)], kind or "node")
+def _model(kind: str, children: int) -> _Model:
+    """The model of a node: BehaviorTree.CPP's name for it where it has one."""
+    word = COMPOSITES.get(kind)
+    is_control = children > 1 or (word is not None and word.most != 1)
+    category = "Control" if is_control else "Decorator" if children else "Action"
+    return _Model(category, TAGS.get(kind, kind or "node"))
 
 
 def _children(tree: Sequence[NodeInfo], index: int) -> Sequence[NodeInfo]:
