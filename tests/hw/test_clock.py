@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from hw import SimClock, WallClock
+from hw import SimClock, TaskClock, TaskTime, WallClock
 
 
 def test_simulated_time_jumps_and_never_goes_back():
@@ -30,3 +30,33 @@ def test_wall_time_sleeps_until_the_stamp_and_not_at_all_when_it_has_passed():
     assert now >= 0.05
     clock.sleep_until(now - 1.0)
     assert clock.now() == pytest.approx(now, abs=0.5)
+
+
+def test_task_time_is_never_compared_with_session_time():
+    session = SimClock()
+    task = TaskClock(session)
+    start = task.now()
+    session.sleep_until(2.0)
+    assert task.now() - start == 2.0
+    assert task.now() > start
+    assert start + 2.0 == task.now()
+    for operation in (
+        lambda: task.now() > session.now(),
+        lambda: task.now() - session.now(),
+        lambda: session.now() - task.now(),
+    ):
+        with pytest.raises((TypeError, AttributeError)):
+            operation()
+    assert task.now() != session.now()
+
+
+def test_a_pause_is_left_out_of_task_time():
+    session = SimClock()
+    task = TaskClock(session)
+    session.sleep_until(1.0)
+    task.hold()
+    session.sleep_until(5.0)
+    assert task.now() == TaskTime(1.0)
+    task.release()
+    session.sleep_until(6.0)
+    assert task.now() - TaskTime(1.0) == pytest.approx(1.0)
