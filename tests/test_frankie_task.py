@@ -57,7 +57,7 @@ def test_a_foreign_package_of_the_same_name_is_refused_by_one_line(tmp_path, fil
 
 def test_the_command_line_is_quick_to_answer():
     """Nothing heavy is loaded for `--help`."""
-    heavy = ("torch", "rerun", "pinocchio", "cv2", "py_trees")
+    heavy = ("pydantic", "torch", "rerun", "pinocchio", "cv2", "py_trees")
     program = (
         "import sys; from frankie_task_cli import main\n"
         "try: main()\n"

@@ -13,7 +13,6 @@ from app.commands.grasp import app as grasp
 from app.commands.refuse import RefusingGroup, find_tree
 from app.commands.review import explain, runs, view
 from app.commands.run import run
-from config import UserError
 
 app = typer.Typer(
     cls=RefusingGroup,
@@ -36,7 +35,7 @@ def check(
     trees: Annotated[list[str], typer.Argument(help="Task files, or names of shipped tasks.")],
 ) -> None:
     """Name every mistake in task files; ends with exit code 2 if there is one."""
-    from config import Severity
+    from config import Severity, UserError
     from trees.language import check as mistakes_in
 
     console = Console()

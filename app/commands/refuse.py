@@ -9,11 +9,11 @@ import typer
 from rich.console import Console
 from typer.core import TyperGroup
 
-from config import UserError
-
 
 def refuse(message: str) -> NoReturn:
     """Say in one line on standard error what is wrong, and end with exit code 2."""
+    from config import UserError
+
     Console(stderr=True).print(message, soft_wrap=True, highlight=False, markup=False)
     raise typer.Exit(UserError.exit_code)
 
@@ -25,7 +25,11 @@ class RefusingGroup(TyperGroup):
         """Run a command; a `UserError` is refused."""
         try:
             return super().invoke(ctx)
-        except UserError as error:
+        except Exception as error:
+            from config import UserError  # with pydantic, which `--help` does not need
+
+            if not isinstance(error, UserError):
+                raise
             refuse(str(error))
 
 

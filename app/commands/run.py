@@ -10,7 +10,6 @@ import typer
 from rich.console import Console
 
 from app.commands.refuse import find_tree, refuse
-from config import UserError
 
 if TYPE_CHECKING:
     from app.core import Result
@@ -122,6 +121,7 @@ def run(
         raise typer.Exit(_run_dry(find_tree(tree), parameters, outcome or [], ticks, as_json))
     from app.core import End, RunOptions, VisionForm, run_on_save, run_task
     from app.live import ControlOptions, View, ViewOptions
+    from config import UserError
     from hw import HardwareError
 
     options = RunOptions(

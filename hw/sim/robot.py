@@ -45,11 +45,11 @@ class SimArm(_SimPart):
         """The reading at this moment of simulated time."""
         body = self._body
         body.advance()
-        text = f"the hand hit {body.reflex}"
-        reflex = Fault(kind=FaultKind.REFLEX, text=text, clearable=True)
-        return ArmState(
-            stamp=body.now, q=body.q, qd=body.qd, faults=(reflex,) if body.reflex else ()
-        )
+        faults: tuple[Fault, ...] = ()
+        if body.reflex:
+            text = f"the hand hit {body.reflex}"
+            faults = (Fault(kind=FaultKind.REFLEX, text=text, clearable=True),)
+        return ArmState(stamp=body.now, q=body.q, qd=body.qd, faults=faults)
 
     def send(self, qd: Array) -> Array:
         """Follow joint velocities for one period."""
