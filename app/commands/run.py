@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from app.commands.refuse import find_tree, refuse
+from app.terminal import Terminal, visible
 
 if TYPE_CHECKING:
     from app.core import Result
@@ -170,17 +170,17 @@ def _parameters(values: list[str]) -> dict[str, str]:
 
 def _show(result: Result, as_json: bool) -> None:
     """What a run left, for people and for programs."""
-    for_people = Console(stderr=as_json)
+    for_people = Terminal(stderr=as_json)
     if as_json:
         print(result.summary.to_json())
     result.summary.show(for_people)
-    for_people.print(f"left in {result.folder}/", highlight=False)
+    for_people.print(f"left in {result.folder}/")
     if result.warning:
         _say(result.warning)
 
 
 def _say(text: str) -> None:
-    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
+    Terminal(stderr=True).say(text)
 
 
 def _run_dry(
@@ -190,5 +190,5 @@ def _run_dry(
     from app.authoring import dry_run
 
     result = dry_run(tree, outcomes=outcomes, overrides=parameters, most_ticks=ticks)
-    typer.echo(result.to_json() if as_json else result.to_text())
+    typer.echo(result.to_json() if as_json else visible(result.to_text()))
     return result.outcome.end.exit_code
