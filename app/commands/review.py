@@ -29,6 +29,9 @@ def runs(
         print(json.dumps([record.row() for record in records], indent=2))
     elif records:
         Terminal().print(runs_table(records))
+        for record in records:
+            if record.damage:
+                Terminal(stderr=True).say(f"{record.folder}: {record.damage}")
     else:
         refuse(f"{folder}: no runs here")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os.path import isfile
 from pathlib import Path
 from typing import Annotated
 
@@ -150,10 +151,10 @@ def read_scene(scene: str | Path) -> Scene:
 
 def _find(scene: str | Path) -> Path:
     path = Path(scene)
-    if path.is_file():
+    if isfile(path):
         return path
     shipped = SCENES / f"{scene}.yaml"
-    if shipped.is_file():
+    if isfile(shipped):
         return shipped
     names = scene_names()
     raise SceneError(
