@@ -127,8 +127,8 @@ class GripperFile(StrictModel):
 class IntrinsicsFile(StrictModel):
     """A pinhole camera [px]."""
 
-    width: Annotated[int, Field(gt=0)]
-    height: Annotated[int, Field(gt=0)]
+    width: Annotated[int, Field(gt=0, le=4096)]
+    height: Annotated[int, Field(gt=0, le=4096)]
     fx: Positive
     fy: Positive
     cx: Finite
