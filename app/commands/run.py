@@ -94,6 +94,10 @@ def run(
     groot2_port: Annotated[
         int, typer.Option(help="Of --groot2; the next one is taken too.", min=1, max=65534)
     ] = 1667,
+    groot2_control: Annotated[
+        bool,
+        typer.Option("--groot2-control", help="Serve Groot2, and let it replace outcomes."),
+    ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as one JSON object.")
     ] = False,
@@ -142,8 +146,9 @@ def run(
             page_port=control_port,
             paused=paused,
             breaks=tuple(stop_before or ()),
-            groot=groot2,
+            groot=groot2 or groot2_control,
             groot_port=groot2_port,
+            groot_control=groot2_control,
         ),
     )
     try:

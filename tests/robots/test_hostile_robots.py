@@ -54,7 +54,7 @@ def test_an_odd_number_is_refused_with_its_place_or_changes_a_robot_that_is_soun
 
 @pytest.mark.parametrize("name", ["x" * 5000, "a\0b", "/dev/zero", "/proc/self/mem", "/", ""])
 def test_a_robot_that_is_no_file_is_refused(name):
-    with pytest.raises(ConfigError, match="no robot is called|cannot be read"):
+    with pytest.raises(ConfigError, match=r"no robot is called|cannot be read"):
         load_robot(name)
 
 
@@ -62,9 +62,7 @@ def test_a_part_that_is_no_file_is_refused(folder):
     path = folder / "frankie.yaml"
     good = path.read_text()
     for part in ("x" * 5000, '"a\\0b"', "/dev/zero", "..", "/etc/passwd"):
-        path.write_text(
-            (SHIPPED / "frankie.yaml").read_text().replace("arm: panda", f"arm: {part}")
-        )
+        path.write_text(good.replace("arm: panda", f"arm: {part}"))
         with pytest.raises(ConfigError) as error:
             load_robot(path)
         assert "\n" not in str(error.value) or part == "/etc/passwd"
