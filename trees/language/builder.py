@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, TypeAlias
 from py_trees.behaviour import Behaviour
 
 from behaviours import Key, Posture
-from config import Diagnostic
-from trees.language.errors import TaskFileError
+from config import Diagnostic, UserError
+from trees.language.errors import LeafError, TaskFileError
 from trees.language.keys import LateLeaf, Set, Subtree, Supply
 from trees.language.named_poses import READY
 from trees.language.registry import SET
@@ -29,7 +29,14 @@ LeafMaker: TypeAlias = "Callable[[LeafNode, Context, Mapping[str, object]], Beha
 def real_leaf(node: LeafNode, context: Context, arguments: Mapping[str, object]) -> Behaviour:
     """The leaf that the node's key stands for."""
     fitted = {name: _for_robot(value, context) for name, value in arguments.items()}
-    return node.type.behaviour(node.name, context, **fitted)
+    try:
+        return node.type.behaviour(node.name, context, **fitted)
+    except UserError:
+        raise
+    except (Exception, SystemExit) as error:  # of a constructor that anybody may have written
+        what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        hint = "fix its constructor"
+        raise LeafError(f"leaf `{node.type.key}` of `{node.name}`: {what}; {hint}") from error
 
 
 def _for_robot(value: object, context: Context) -> object:
