@@ -180,14 +180,22 @@ def test_ctrl_c_during_an_import_is_one(install, task):
         check(task(USER))
 
 
-@pytest.mark.parametrize("raised", ["ValueError('odd')", "SystemExit(0)", "AssertionError"])
+@pytest.mark.parametrize(
+    ("raised", "told"),
+    [
+        ("ValueError('odd')", "refuses its parameters: odd; change them"),
+        ("KeyError('odd')", "cannot be made: KeyError: 'odd'; correct"),
+        ("SystemExit(0)", "cannot be made: SystemExit: 0; correct"),
+        ("AssertionError", "cannot be made: AssertionError: ; correct"),
+    ],
+)
 def test_a_constructor_that_raises_is_refused_before_anything_moves(
-    install, task, tmp_path, raised
+    install, task, tmp_path, raised, told
 ):
-    constructor = f"    def __init__(self, name, context):\n        raise {raised}\n"
-    install(LEAF + constructor)
+    install(LEAF + f"    def __init__(self, name, context):\n        raise {raised}\n")
     options = ("--scene", "single", "--view", "none", "--record", str(tmp_path / "runs"))
-    code, out, err = call("run", task(USER), *options)
+    path = task(USER)
+    code, out, err = call("run", path, *options)
     assert (code, out) == (2, "")
-    assert err.startswith(f"leaf `hello` of `hello`: {raised.partition('(')[0]}")
+    assert err.startswith(f"{path}:2:8: `hello` {told}")
     assert not (tmp_path / "runs").exists()

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, TypeAlias
 from py_trees.behaviour import Behaviour
 
 from behaviours import Key, Posture
-from config import Diagnostic, UserError
-from trees.language.errors import LeafError, TaskFileError
+from config import Diagnostic
+from trees.language.errors import TaskFileError
 from trees.language.keys import LateLeaf, Set, Subtree, Supply
 from trees.language.named_poses import READY
 from trees.language.registry import SET
@@ -29,14 +29,7 @@ LeafMaker: TypeAlias = "Callable[[LeafNode, Context, Mapping[str, object]], Beha
 def real_leaf(node: LeafNode, context: Context, arguments: Mapping[str, object]) -> Behaviour:
     """The leaf that the node's key stands for."""
     fitted = {name: _for_robot(value, context) for name, value in arguments.items()}
-    try:
-        return node.type.behaviour(node.name, context, **fitted)
-    except UserError:
-        raise
-    except (Exception, SystemExit) as error:  # of a constructor that anybody may have written
-        what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
-        hint = "fix its constructor"
-        raise LeafError(f"leaf `{node.type.key}` of `{node.name}`: {what}; {hint}") from error
+    return node.type.behaviour(node.name, context, **fitted)
 
 
 def _for_robot(value: object, context: Context) -> object:
@@ -131,13 +124,20 @@ class _Builder:
         try:
             return make()
         except ValueError as error:
-            diagnostic = Diagnostic(
-                path=self.path,
-                location=node.location,
-                message=f"`{node.type.key}` refuses its parameters: {error}",
-                hint="change them",
-            )
-            raise TaskFileError([diagnostic]) from error
+            message, hint = f"refuses its parameters: {error}", "change them"
+            raise self._refusal(node, message, hint) from error
+        except (Exception, SystemExit) as error:  # of a constructor that anybody may have written
+            message = f"cannot be made: {type(error).__name__}: {error}"
+            raise self._refusal(node, message, "correct the constructor of the leaf") from error
+
+    def _refusal(self, node: LeafNode, message: str, hint: str) -> TaskFileError:
+        diagnostic = Diagnostic(
+            path=self.path,
+            location=node.location,
+            message=f"`{node.type.key}` {message}",
+            hint=hint,
+        )
+        return TaskFileError([diagnostic])
 
     def _key(self, name: str) -> Key[object]:
         if name not in self.keys:
