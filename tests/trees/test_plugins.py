@@ -186,7 +186,7 @@ def test_ctrl_c_during_an_import_is_one(install, task):
         ("ValueError('odd')", "refuses its parameters: odd; change them"),
         ("KeyError('odd')", "cannot be made: KeyError: 'odd'; correct"),
         ("SystemExit(0)", "cannot be made: SystemExit: 0; correct"),
-        ("AssertionError", "cannot be made: AssertionError: ; correct"),
+        ("AssertionError", "cannot be made: AssertionError:; correct"),
     ],
 )
 def test_a_constructor_that_raises_is_refused_before_anything_moves(
