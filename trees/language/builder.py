@@ -117,6 +117,9 @@ class _Builder:
 
         def make() -> Behaviour:
             arguments = {name: supply() for name, supply in supplies.items()}
+            for name, value in node.arguments.items():
+                if isinstance(value, KeyRead):
+                    value.check(name, arguments[name])
             return self.make_leaf(node, self.context, {**arguments, **outputs})
 
         if any(isinstance(value, KeyRead) for value in node.arguments.values()):

@@ -93,6 +93,11 @@ class LateLeaf(Behaviour):
         self._make = make
         self._leaf: Behaviour | None = None
 
+    @property
+    def phase(self) -> str:
+        """That of the leaf."""
+        return str(getattr(self._leaf, "phase", ""))
+
     def initialise(self) -> None:
         """Make the leaf.
 
