@@ -45,6 +45,8 @@ class Leaf(py_trees.behaviour.Behaviour):
 
     key: ClassVar[str]
     """The node's key in a task file, for example `navigate`."""
+    is_condition: ClassVar[bool] = False
+    """Whether it is a question about the present state; see `Condition`."""
 
     def __init__(self, name: str, context: Context) -> None:
         super().__init__(name)
@@ -184,6 +186,8 @@ class Condition(Leaf):
     It answers within the tick and leaves no goal, so it may be asked at any time: only a condition
     can guard a node (`while`, `unless`).
     """
+
+    is_condition: ClassVar[bool] = True
 
     def tick(self) -> Iterator[py_trees.behaviour.Behaviour]:
         """Ask once.

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import radians
 
+from controller import Checked
+
 
 @dataclass(frozen=True, kw_only=True)
-class FingerSettings:
+class FingerSettings(Checked):
     """When fingers are open, closed or stuck."""
 
     closed: float = 0.0015
@@ -27,7 +29,7 @@ class FingerSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ProgressSettings:
+class ProgressSettings(Checked):
     """When a motion counts as stuck."""
 
     metres_per_radian: float = 0.3
@@ -45,7 +47,7 @@ class ProgressSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RelocalisationSettings:
+class RelocalisationSettings(Checked):
     """When the pose of the base has jumped."""
 
     distance: float = 0.03
@@ -57,7 +59,7 @@ class RelocalisationSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GraspSettings:
+class GraspSettings(Checked):
     """How the hand follows a grasp and goes down on it."""
 
     standoff: float = 0.12
@@ -77,10 +79,10 @@ class GraspSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlaceSettings:
+class PlaceSettings(Checked):
     """How an object is set down."""
 
-    clearance: float = 0.008
+    clearance: float = 0.006
     """Height of object and finger tips over the surface at which it is released [m]."""
     tilt: float = radians(2.0)
     """Tilt that the hand may have then [rad]."""
@@ -103,7 +105,7 @@ class PlaceSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RetreatSettings:
+class RetreatSettings(Checked):
     """How the hand rises, after a grasp or out of a fault."""
 
     speed: float = 0.5
@@ -115,7 +117,7 @@ class RetreatSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecoverSettings:
+class RecoverSettings(Checked):
     """How the arm comes back to a posture."""
 
     folded: float = 0.05
@@ -125,7 +127,7 @@ class RecoverSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ViewSettings:
+class ViewSettings(Checked):
     """How the camera is pointed and what it is believed."""
 
     speed: float = 0.5
@@ -141,7 +143,7 @@ class ViewSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OccupancySettings:
+class OccupancySettings(Checked):
     """How depth frames become a picture of a region from above."""
 
     cell: float = 0.003
@@ -153,7 +155,7 @@ class OccupancySettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FollowSettings:
+class FollowSettings(Checked):
     """How a moving object is followed."""
 
     speed: float = 0.5
