@@ -77,8 +77,10 @@ def test_the_grasp_is_locked_at_the_distance_that_the_task_says(distance):
     assert distance - 0.05 < away < distance + 0.005
 
 
-def test_the_hand_goes_down_only_when_it_stands_over_the_grasp():
-    harness = looking_stage(block(x=0.82, y=0.09))
+@pytest.mark.parametrize("half", [(0.02, 0.03, 0.025), (0.03, 0.02, 0.025)])
+def test_the_hand_goes_down_only_when_it_stands_over_the_grasp(half):
+    """Whether it has to turn for it, or not."""
+    harness = looking_stage(block(half=half, x=0.82, y=0.09))
     leaf = grasp(harness, lock_distance_m=0.45)  # locked long before the hand is there
     harness.run_into(leaf, "descend")
     settings, wTg = harness.context.settings.grasp, harness.context.vision.grasp.wTg
