@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import isclose
+from os.path import isfile
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
@@ -126,8 +127,8 @@ class GripperFile(StrictModel):
 class IntrinsicsFile(StrictModel):
     """A pinhole camera [px]."""
 
-    width: Annotated[int, Field(gt=0)]
-    height: Annotated[int, Field(gt=0)]
+    width: Annotated[int, Field(gt=0, le=4096)]
+    height: Annotated[int, Field(gt=0, le=4096)]
     fx: Positive
     fy: Positive
     cx: Finite
@@ -156,6 +157,14 @@ class BaseLimitsFile(StrictModel):
     """Along -x [m/s]."""
     acceleration: tuple[Positive, Positive, Positive]
     """Along x and y, about z [m/s^2, m/s^2, rad/s^2]."""
+    emergency: tuple[Positive, Positive, Positive]
+    """Deceleration when it must stop, along x and y, about z [m/s^2, m/s^2, rad/s^2]."""
+
+    @model_validator(mode="after")
+    def _stops_no_slower(self) -> BaseLimitsFile:
+        if any(e < a for e, a in zip(self.emergency, self.acceleration, strict=True)):
+            raise ValueError("`emergency` must be at least `acceleration` along every axis")
+        return self
 
 
 class BaseFile(StrictModel):
@@ -181,7 +190,7 @@ def _found(part: str, info: ValidationInfo) -> str:
     """The path of a part's file, for its name or path; the context holds the folders to search."""
     folders: tuple[Path, ...] = info.context  # type: ignore[assignment]
     for path in (folders[0] / part, *(folder / "parts" / f"{part}.yaml" for folder in folders)):
-        if path.is_file():
+        if isfile(path):
             return str(path)
     names = {path.stem for folder in folders for path in (folder / "parts").glob("*.yaml")}
     raise ValueError(f"no part is called `{part}`; {suggest(part, names)}")

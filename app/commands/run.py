@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
+import sys
+from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import IO, TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from app.commands.refuse import find_tree, refuse
+from app.terminal import Terminal, visible
 
 if TYPE_CHECKING:
     from app.core import Result
@@ -59,9 +62,12 @@ def run(
         str | None, typer.Option(help="Which shipped grasp network: bins (the default) or ggcnn.")
     ] = None,
     vision: Annotated[
-        VisionChoice,
-        typer.Option(help="Look for grasps in step with the control ticks, or beside them."),
-    ] = VisionChoice.STEP,
+        VisionChoice | None,
+        typer.Option(
+            help="Look for grasps in step with the control ticks, or beside them; "
+            "default: beside in real time, else in step."
+        ),
+    ] = None,
     view: Annotated[
         ViewChoice,
         typer.Option(
@@ -88,12 +94,23 @@ def run(
         list[str] | None,
         typer.Option("--break", help="Pause before this node: its name, key or path."),
     ] = None,
+    acknowledge_after: Annotated[
+        float | None,
+        typer.Option(
+            help="For unattended tests: acknowledge a released emergency stop after this [s].",
+            min=0.0,
+        ),
+    ] = None,
     groot2: Annotated[
         bool, typer.Option("--groot2", help="Serve Groot2, the tree editor.")
     ] = False,
     groot2_port: Annotated[
         int, typer.Option(help="Of --groot2; the next one is taken too.", min=1, max=65534)
     ] = 1667,
+    groot2_control: Annotated[
+        bool,
+        typer.Option("--groot2-control", help="Serve Groot2, and let it replace outcomes."),
+    ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as one JSON object.")
     ] = False,
@@ -124,15 +141,17 @@ def run(
     from config import UserError
     from hw import HardwareError
 
+    paced = speed is Speed.REAL
+    usual = VisionChoice.BESIDE if paced else VisionChoice.STEP
     options = RunOptions(
         tree=find_tree(tree),
         robot=robot,
         world=world,
-        vision=VisionForm(vision.value),
+        vision=VisionForm((vision or usual).value),
         scene=scene,
         seed=seed,
         parameters=parameters,
-        paced=speed is Speed.REAL,
+        paced=paced,
         record=record,
         weights=weights,
         network=network,
@@ -142,8 +161,10 @@ def run(
             page_port=control_port,
             paused=paused,
             breaks=tuple(stop_before or ()),
-            groot=groot2,
+            groot=groot2 or groot2_control,
             groot_port=groot2_port,
+            groot_control=groot2_control,
+            acknowledge_after=acknowledge_after,
         ),
     )
     try:
@@ -170,17 +191,28 @@ def _parameters(values: list[str]) -> dict[str, str]:
 
 def _show(result: Result, as_json: bool) -> None:
     """What a run left, for people and for programs."""
-    for_people = Console(stderr=as_json)
+    for_people = Terminal(stderr=as_json)
     if as_json:
-        print(result.summary.to_json())
-    result.summary.show(for_people)
-    for_people.print(f"left in {result.folder}/", highlight=False)
+        _unless_closed(sys.stdout, lambda: print(result.summary.to_json(), flush=True))
+    _unless_closed(for_people.file, lambda: result.summary.show(for_people))
+    left = f"left in {result.folder}/"
+    _unless_closed(for_people.file, lambda: for_people.print(left))
     if result.warning:
         _say(result.warning)
 
 
 def _say(text: str) -> None:
-    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
+    terminal = Terminal(stderr=True)
+    _unless_closed(terminal.file, lambda: terminal.say(text))
+
+
+def _unless_closed(file: IO[str], write: Callable[[], object]) -> None:
+    """Write; where nobody reads any more, be silent from now on: the exit code still tells."""
+    try:
+        write()
+        file.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
 
 
 def _run_dry(
@@ -190,5 +222,5 @@ def _run_dry(
     from app.authoring import dry_run
 
     result = dry_run(tree, outcomes=outcomes, overrides=parameters, most_ticks=ticks)
-    typer.echo(result.to_json() if as_json else result.to_text())
+    typer.echo(result.to_json() if as_json else visible(result.to_text()))
     return result.outcome.end.exit_code

@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from os.path import relpath
 from pathlib import Path
 from typing import NamedTuple
 
-from rich.console import Console
-
 from app.core.events import EVENTS, EventLog
 from app.core.folder import BT_LOG, RECORDING, SUMMARY, VIEWER_LOG, make_folder, write_arrays
+from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
-from app.core.outcome import Outcome
+from app.core.observers import Observers
+from app.core.outcome import End, Outcome
 from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary, summarise
 from app.live import (
-    Control,
     ControlOptions,
     OperatorConsole,
     Recorder,
@@ -32,6 +30,7 @@ from app.live import (
     WebViewer,
     tree_view,
 )
+from app.terminal import Terminal
 from controller import RobotModel
 from hw import Truth, WorldOptions, stopwatch
 from perception import GraspDetector
@@ -108,7 +107,6 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
             nodes=nodes,
             inject=setup.robot.inject,
             clear=setup.robot.clear,
-            release=setup.gate.release,
             viewer=_web_viewer(viewer),
             say=_tell,
         )
@@ -143,26 +141,38 @@ def _run(
         lossless=not options.paced,
         server=viewer.server,
     )
-    begun = stopwatch()
+    begun, observers, terminal = stopwatch(), Observers(), terminal_settings()
     with (
         viewer.showing(folder / VIEWER_LOG),
         room.open(),
-        _interrupts(room.control),
+        interrupts(room.control.stop, setup.robot.stop, End.INTERRUPTED.exit_code),
         EventLog(folder / EVENTS, task.name, nodes) as events,
         StatusLine(tree) as status_line,
     ):
         bt_log = BtLog(nodes)
 
+        def tell(tick: Tick) -> None:
+            seen = snapshots.of(tick)
+            why = room.control.state.why if tick.paused else ""
+            changed = events.update(seen, paused=tick.paused, why=why)
+            room.control.node_changed(changed)
+            observers.tell("the recording", lambda: recorder.record(seen))
+            observers.tell(BT_LOG, lambda: bt_log.note(seen.stamp))
+            observers.tell("the controls", lambda: room.show(seen))
+            observers.tell(
+                "the status line",
+                lambda: status_line.update(seen, placed=log.placed, attempts=log.attempts),
+            )
+
         def watch(tick: Tick) -> None:
             if interrupted():
                 room.control.stop()
-            seen = snapshots.of(tick)
-            recorder.record(seen)
-            bt_log.note(seen.stamp)
-            why = room.control.state.why if tick.paused else ""
-            changed = events.update(seen, paused=tick.paused, why=why)
-            room.show(seen, changed=changed)
-            status_line.update(seen, placed=log.placed, attempts=log.attempts)
+            observers.tell("what watches the run", lambda: tell(tick))
+
+        def abandon(outcome: Outcome) -> None:
+            observers.tell(EVENTS, lambda: events.end(outcome, setup.clock.session.now()))
+            observers.tell("the terminal", lambda: _tell(f"{outcome.reason}; the run is abandoned"))
+            leave(setup.robot.stop, outcome.end.exit_code, terminal)
 
         outcome = Session(
             root=room.root,
@@ -173,15 +183,12 @@ def _run(
             clock=setup.clock,
             control=room.control,
             watch=watch,
+            abandon=abandon,
         ).run()
-        real_seconds = stopwatch() - begun
-        duration = setup.clock.session.now()
-        events.end(outcome, duration)
-        warning = _closed(recorder)
-        if events.error is not None:
-            warning = f"{EVENTS} ends early ({events.error.strerror}); {warning}".rstrip("; ")
-        (folder / BT_LOG).write_bytes(bt_log.to_bytes())
-        write_arrays(folder, commands=measurements.commands, states=measurements.states)
+        real_seconds = stopwatch() - begun - measurements.paused_s
+        duration = setup.clock.now().seconds
+        events.end(outcome, setup.clock.session.now())
+        warnings = [*observers.failures, *_kept(recorder, events, bt_log, measurements, folder)]
         summary = summarise(
             task=task.name,
             robot=robot,
@@ -197,9 +204,36 @@ def _run(
             real_seconds=real_seconds,
             perception_seconds=setup.vision.seconds,
             dropped_snapshots=recorder.dropped,
+            warnings=warnings,
         )
-        summary.write(folder / SUMMARY)
-    return Result(outcome, summary, folder, warning)
+        warnings += _attempt(SUMMARY, lambda: summary.write(folder / SUMMARY))
+    return Result(outcome, summary, folder, "; ".join(warnings))
+
+
+def _kept(
+    recorder: Recorder, events: EventLog, bt_log: BtLog, measurements: Measurements, folder: Path
+) -> list[str]:
+    """Keep what the run left; returns what could not be kept."""
+    warnings = _attempt(RECORDING, recorder.close)
+    if events.error is not None:
+        warnings.append(f"{EVENTS} ends early ({events.error.strerror})")
+    warnings += _attempt(BT_LOG, lambda: (folder / BT_LOG).write_bytes(bt_log.to_bytes()))
+    warnings += _attempt(
+        "commands and states",
+        lambda: write_arrays(folder, commands=measurements.commands, states=measurements.states),
+    )
+    return warnings
+
+
+def _attempt(name: str, keep: Callable[[], object]) -> list[str]:
+    """Try to keep a part of what a run leaves; returns what went wrong, if anything."""
+    try:
+        keep()
+    except RecorderError as error:
+        return [str(error)]
+    except OSError as error:
+        return [f"{name} could not be written ({error.strerror})"]
+    return []
 
 
 def _web_viewer(viewer: Viewer) -> WebViewer | None:
@@ -211,7 +245,8 @@ def _web_viewer(viewer: Viewer) -> WebViewer | None:
 
 def _tell(text: str) -> None:
     """Say something to the person at the terminal."""
-    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
+    with suppress(OSError):  # the terminal is gone
+        Terminal(stderr=True).say(text)
 
 
 def _scene(options: RunOptions, task: Task) -> str:
@@ -235,24 +270,3 @@ def _brought(before: Mapping[str, str], after: Mapping[str, str]) -> int:
     """How many objects stand on some other furniture than before, and not on the floor."""
     nowhere = ("", "hand", "floor")
     return sum(after[name] not in (*nowhere, before[name]) for name in before)
-
-
-def _closed(recorder: Recorder) -> str:
-    """Close a recorder; returns what went wrong, if anything."""
-    try:
-        recorder.close()
-    except RecorderError as error:
-        return str(error)
-    return ""
-
-
-@contextmanager
-def _interrupts(control: Control) -> Iterator[None]:
-    """Ctrl-C and SIGTERM stop the run instead of raising, as long as the context lasts."""
-    kinds = (signal.SIGINT, signal.SIGTERM)
-    before = {kind: signal.signal(kind, lambda *_: control.stop()) for kind in kinds}
-    try:
-        yield
-    finally:
-        for kind, handler in before.items():
-            signal.signal(kind, handler)

@@ -7,6 +7,7 @@ log file readable.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -15,6 +16,7 @@ from rich.text import Text
 
 from app.live.nodes import path_from_root, tip
 from app.live.throttle import Throttle
+from app.terminal import Terminal
 from hw import stopwatch
 
 if TYPE_CHECKING:
@@ -46,7 +48,7 @@ class StatusLine:
     ) -> None:
         self._tree = tuple(tree)
         self._seconds = seconds
-        self._console = console or Console(stderr=True)
+        self._console = console or Terminal(stderr=True)
         self._live: Live | None = None
         if self._console.is_terminal:
             self._live = Live(console=self._console, auto_refresh=False, transient=True)
@@ -62,7 +64,8 @@ class StatusLine:
 
     def __exit__(self, *_: object) -> None:
         if self._live is not None:
-            self._live.stop()
+            with suppress(OSError):  # the terminal is gone
+                self._live.stop()
 
     def update(self, snapshot: Snapshot, *, placed: int, attempts: int) -> None:
         """Show a snapshot, unless the last one was shown only a moment ago.
