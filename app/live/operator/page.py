@@ -219,7 +219,11 @@ class _Request(BaseHTTPRequestHandler):
         elif action is None:
             self._refuse(HTTPStatus.NOT_FOUND)
         else:
-            action()
+            try:
+                action()
+            except Exception:  # the run reports it; the page goes on
+                self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR)
+                return
             self._answer(json.dumps(self.server.page.state()).encode(), "application/json")
 
     def log_message(self, format: str, *arguments: object) -> None:
