@@ -47,10 +47,19 @@ class Grasp(Leaf):
         self._force = force_n
         self._patience = patience_s
 
+    @property
+    def phase(self) -> str:
+        """`approach` until the grasp is locked, `lock` until the hand is above it, then `descend`
+        and `close`.
+        """
+        if self._step == self._follow:
+            return "lock" if self.context.vision.tracker.locked else "approach"
+        return "descend" if self._step == self._descend else "close"
+
     def initialise(self) -> None:
         """Start to look."""
         self._begun = self._seen = self.context.clock.now()
-        self._phase = self._follow
+        self._step = self._follow
         self._progress = Progress(self.settings.progress)
         self._target = np.full(3, np.inf)
         self.context.vision.tracker.lock_distance = self._lock_distance
@@ -61,7 +70,7 @@ class Grasp(Leaf):
         if fault := self.fault():
             self.context.vision.reject()
             return self.failure(fault)
-        return self._phase()
+        return self._step()
 
     def terminate(self, new_status: Status) -> None:
         """Follow nothing any longer."""
@@ -99,7 +108,7 @@ class Grasp(Leaf):
         self.context.robot.grip(grasp.opening, self._force)
         self._locked = grasp
         self._progress = Progress(self.settings.progress)
-        self._phase = self._descend
+        self._step = self._descend
         return self._descend()
 
     def _descend(self) -> Status:
@@ -119,7 +128,7 @@ class Grasp(Leaf):
             return self.running("going down")
         self._note(self._locked)
         self.grip(0.0, self._force)
-        self._phase = self._close
+        self._step = self._close
         return self.running("closing")
 
     def _close(self) -> Status:

@@ -47,6 +47,11 @@ class Leaf(py_trees.behaviour.Behaviour):
         self.context = context
         self.settings = context.settings
 
+    @property
+    def phase(self) -> str:
+        """Which part of its work the leaf is in while it runs; empty if it has but one."""
+        return ""
+
     def tick(self) -> Iterator[py_trees.behaviour.Behaviour]:
         """Tick once.
 

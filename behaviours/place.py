@@ -55,12 +55,19 @@ class Place(Leaf):
         self._on = on
         self._slots = slots(on, pitch_m)
 
+    @property
+    def phase(self) -> str:
+        """`approach` until the hand is over the place, then `lower`, `release` and `rise`."""
+        return {self._approach: "approach", self._lower: "lower", self._rise: "rise"}.get(
+            self._step, "release"
+        )
+
     def initialise(self) -> None:
         """Choose the place; the hand keeps the turn about the vertical that it has."""
         context = self.context
         used = context.log.places_used.get(self._on.name, 0)
         self._number = used + 1
-        self._phase = self._approach
+        self._step = self._approach
         self._progress = Progress(self.settings.progress)
         if used >= len(self._slots):
             return
@@ -77,7 +84,7 @@ class Place(Leaf):
             return self.failure(fault)
         if self._number > len(self._slots):
             return self.failure(f"all {len(self._slots)} places on {self._on.name} are taken")
-        return self._phase()
+        return self._step()
 
     def _approach(self) -> Status:
         s = self.settings.place
@@ -90,7 +97,7 @@ class Place(Leaf):
 
     def _release(self) -> Status:
         self.open_gripper()
-        self._phase = self._open
+        self._step = self._open
         return self.running("letting go")
 
     def _open(self) -> Status:
@@ -99,7 +106,7 @@ class Place(Leaf):
         log = self.context.log
         log.place(self.context.clock.now())
         log.places_used[self._on.name] = self._number
-        self._phase = self._rise
+        self._step = self._rise
         return self.running("rising")
 
     def _rise(self) -> Status:
@@ -121,7 +128,7 @@ class Place(Leaf):
         if report is None:
             return self.running(what)
         if report.arrived:
-            self._phase, self._progress = then, Progress(self.settings.progress)
+            self._step, self._progress = then, Progress(self.settings.progress)
             return then()
         if self._progress.is_stuck(report, self.context.clock.now()):
             return self.failure(f"{what}: stuck {report.position_error:.2f} m away")

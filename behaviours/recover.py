@@ -38,6 +38,13 @@ class Recover(Leaf):
         self._arm = arm
         self._rise = rise_m
 
+    @property
+    def phase(self) -> str:
+        """`clear` while there are faults, `rise` while the hand is lifted, then `fold`."""
+        if self.context.state.faults or self.context.state.recovering:
+            return "clear"
+        return "rise" if self._rising else "fold"
+
     def initialise(self) -> None:
         """Start anew, from wherever the hand is now."""
         self.context.vision.reset()
