@@ -9,13 +9,13 @@ which it got.
 from hw.background import InlineExecutor, one_thread
 from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, stopwatch
 from hw.composition import ComposedRobot
-from hw.fault_injection import INJECTABLE, FaultInjection
+from hw.faults import INJECTABLE, FaultInjection, Injectable, InjectionError, injectable
 from hw.frame import DepthFrame, DepthImage
 from hw.gate import Gate, Refusal
 from hw.registry import Backend, WorldError, WorldOptions, open_backend, world_names
 from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
 from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
-from hw.truth import TrueObject, Truth
+from hw.truth import DisturbableWorld, TrueObject, Truth
 
 __all__ = [
     "INJECTABLE",
@@ -30,6 +30,7 @@ __all__ = [
     "DepthCamera",
     "DepthFrame",
     "DepthImage",
+    "DisturbableWorld",
     "Fault",
     "FaultInjection",
     "FaultKind",
@@ -37,6 +38,8 @@ __all__ = [
     "Gripper",
     "GripperState",
     "HardwareError",
+    "Injectable",
+    "InjectionError",
     "InlineExecutor",
     "Refusal",
     "Robot",
@@ -49,6 +52,7 @@ __all__ = [
     "WallClock",
     "WorldError",
     "WorldOptions",
+    "injectable",
     "one_thread",
     "open_backend",
     "stopwatch",

@@ -66,7 +66,7 @@ def open_setup(
         HardwareError: the robot cannot be connected.
     """
     backend = open_backend(robot, world, options)
-    injected = FaultInjection(backend.robot)
+    injected = FaultInjection(backend.robot, backend.truth, options.seed)
     with injected, closing(_VISION[form](injected.camera, detector)) as vision:
         clock = TaskClock(backend.clock)
         controller = HolisticController(RobotModel(injected.description))

@@ -51,6 +51,8 @@ _VIEWER_POLICY = (
     "frame-ancestors 'self'; base-uri 'none'; form-action 'none'"
 )
 _VIEWER_FILE = re.compile(r"/viewer/([\w.-]*)")
+_OFFERED = tuple(name for name, fault in INJECTABLE.items() if not fault.of_world)
+"""The faults that every robot can be given."""
 _PATIENCE = 10.0
 """Timeout of a request [s]."""
 _SHUTDOWN_POLL = 0.1
@@ -118,7 +120,7 @@ class ControlPage:
             "/next": control.run_to_next_change,
             "/stop": control.stop,
             "/clear": clear,
-            **{f"/fault/{name}": partial(inject, name) for name in INJECTABLE},
+            **{f"/fault/{name}": partial(inject, name) for name in _OFFERED},
         }
         self._server = _listen(self, port)
         self._thread = threading.Thread(
@@ -153,7 +155,7 @@ class ControlPage:
             "why": state.why,
             "stopped": state.stopped,
             "ticks": state.ticks,
-            "injectable": list(INJECTABLE),
+            "injectable": list(_OFFERED),
             "viewer": self.viewer.path if self.viewer else None,
         }
         if snapshot is not None:
