@@ -13,7 +13,9 @@ from typing import NamedTuple
 from rich.console import Console
 
 from app.core.events import EVENTS, EventLog
+from app.core.fault_schedule import FaultSchedule, ScheduledFault
 from app.core.folder import BT_LOG, RECORDING, SUMMARY, VIEWER_LOG, make_folder, write_arrays
+from app.core.instruments import Instruments
 from app.core.measurements import Measurements
 from app.core.outcome import Outcome
 from app.core.session import Session, Tick
@@ -67,6 +69,10 @@ class RunOptions:
     """How it is watched meanwhile."""
     control: ControlOptions = field(default_factory=ControlOptions)
     """What people have in hand meanwhile."""
+    faults: tuple[ScheduledFault, ...] = ()
+    """What goes wrong by itself meanwhile."""
+    recording: bool = True
+    """Whether the motion is recorded for the viewer."""
 
 
 class Result(NamedTuple):
@@ -79,12 +85,18 @@ class Result(NamedTuple):
     """What could not be kept of it; usually empty."""
 
 
-def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: False) -> Result:
+def run_task(
+    options: RunOptions,
+    *,
+    interrupted: Callable[[], bool] = lambda: False,
+    instruments: Instruments | None = None,
+) -> Result:
     """Run a task.
 
     Args:
         options: what a person chose.
         interrupted: asked every tick whether to end, as Ctrl-C does.
+        instruments: what a bench measures or disturbs the run with.
 
     Raises:
         UserError: bad input; nothing has moved.
@@ -100,7 +112,10 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
     )
     gripper = load_robot(options.robot).gripper
     detector = GraspDetector(options.weights, options.network, gripper=gripper)
-    with open_setup(options.robot, options.world, world, detector, options.vision) as setup:
+    instruments = instruments or Instruments()
+    with open_setup(
+        options.robot, options.world, world, detector, options.vision, instruments.beneath
+    ) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         room = OperatorConsole(
             options.control,
@@ -113,7 +128,7 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
             say=_tell,
         )
         with room:
-            return _run(options, task, setup, nodes, room, viewer, interrupted)
+            return _run(options, task, setup, nodes, room, viewer, interrupted, instruments)
 
 
 def _run(
@@ -124,6 +139,7 @@ def _run(
     room: OperatorConsole,
     viewer: Viewer,
     interrupted: Callable[[], bool],
+    instruments: Instruments,
 ) -> Result:
     """Run what has been put together, and keep all that it leaves."""
     log, tree = setup.context.log, tree_view(nodes)
@@ -132,16 +148,24 @@ def _run(
     robot = setup.robot.description.name
     measurements = Measurements(limits=setup.model.limits)
     scene = _scene(options, task)
+    faults = FaultSchedule(
+        options.faults, setup.robot, [place.node for place in nodes], options.seed
+    )
+    instruments.begin(setup, nodes)
     folder = make_folder(
         options.record, task.name, _texts(task), asdict(options) | {"scene": scene}
     )
-    recorder = Recorder(
-        folder / RECORDING,
-        tree=tree,
-        model=RobotModel(setup.robot.description),
-        scene=scene_view(setup.truth),
-        lossless=not options.paced,
-        server=viewer.server,
+    recorder = (
+        Recorder(
+            folder / RECORDING,
+            tree=tree,
+            model=RobotModel(setup.robot.description),
+            scene=scene_view(setup.truth),
+            lossless=not options.paced,
+            server=viewer.server,
+        )
+        if options.recording
+        else None
     )
     begun = stopwatch()
     with (
@@ -156,8 +180,11 @@ def _run(
         def watch(tick: Tick) -> None:
             if interrupted():
                 room.control.stop()
+            faults.update(setup.clock.session.now())
+            instruments.after(tick)
             seen = snapshots.of(tick)
-            recorder.record(seen)
+            if recorder:
+                recorder.record(seen)
             bt_log.note(seen.stamp)
             why = room.control.state.why if tick.paused else ""
             changed = events.update(seen, paused=tick.paused, why=why)
@@ -177,7 +204,7 @@ def _run(
         real_seconds = stopwatch() - begun
         duration = setup.clock.session.now()
         events.end(outcome, duration)
-        warning = _closed(recorder)
+        warning = _closed(recorder) if recorder else ""
         if events.error is not None:
             warning = f"{EVENTS} ends early ({events.error.strerror}); {warning}".rstrip("; ")
         (folder / BT_LOG).write_bytes(bt_log.to_bytes())
@@ -196,7 +223,7 @@ def _run(
             duration=duration,
             real_seconds=real_seconds,
             perception_seconds=setup.vision.seconds,
-            dropped_snapshots=recorder.dropped,
+            dropped_snapshots=recorder.dropped if recorder else 0,
         )
         summary.write(folder / SUMMARY)
     return Result(outcome, summary, folder, warning)

@@ -48,6 +48,9 @@ class ControlOptions:
     groot: bool = False
     """Serve Groot2."""
     groot_port: int = USUAL_PORT
+    acknowledge_after: float | None = None
+    """For unattended tests: a released emergency stop is acknowledged, and the run resumed, by
+    itself after this [s]; None leaves it to a person."""
 
 
 class OperatorConsole:

@@ -11,7 +11,7 @@ import numpy as np
 
 from controller import Command
 from hw.faults.effect import Effect, Site
-from hw.faults.table import INJECTABLE, Injectable, InjectionError, injectable
+from hw.faults.table import INJECTABLE, InjectionError, injectable
 from hw.frame import DepthFrame
 from hw.robot import Camera, Robot
 from hw.state import RobotState
@@ -43,9 +43,16 @@ class FaultInjection:
         """What has begun and not ended; changed by `read` alone."""
         self._camera = _FaultyCamera(robot.camera, lambda: self._effects, self._now)
 
-    def can_inject(self, fault: Injectable) -> bool:
-        """Whether this robot, in this world, can have it."""
-        return not fault.of_world or self._world is not None
+    def check(self, name: str) -> None:
+        """Whether this robot, in this world, can have a fault.
+
+        Raises:
+            InjectionError: there is no such fault, or not in this world.
+        """
+        if injectable(name).of_world and self._world is None:
+            raise InjectionError(
+                f"`{name}` is done to the objects of a simulated world, and here is none"
+            )
 
     @property
     def injected(self) -> tuple[str, ...]:
@@ -58,13 +65,9 @@ class FaultInjection:
         Raises:
             InjectionError: there is no such fault, or not in this world.
         """
-        fault = injectable(name)
-        if not self.can_inject(fault):
-            raise InjectionError(
-                f"`{name}` is done to the objects of a simulated world, and here is none"
-            )
+        self.check(name)
         with self._lock:
-            self._wanted[name] = fault.make()
+            self._wanted[name] = INJECTABLE[name].make()
 
     def clear(self, name: str | None = None) -> None:
         """Have a fault no more from the next reading on, whatever its kind; from any thread.
