@@ -14,6 +14,7 @@ from app.core.fault_schedule import (
     read_faults,
 )
 from app.core.folder import COMMANDS, RECORDING, STATES, SUMMARY, FolderError
+from app.core.footprint import Footprint, footprint
 from app.core.instruments import Instruments
 from app.core.launch import Result, RunOptions, run_task
 from app.core.measurements import Measurements
@@ -34,6 +35,7 @@ __all__ = [
     "End",
     "Event",
     "FolderError",
+    "Footprint",
     "Instruments",
     "Measurements",
     "Outcome",
@@ -48,6 +50,7 @@ __all__ = [
     "VisionForm",
     "current_phases",
     "failed_node",
+    "footprint",
     "open_setup",
     "parse_fault",
     "phases_of",

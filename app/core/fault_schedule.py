@@ -115,7 +115,9 @@ def parse_fault(text: str) -> ScheduledFault:
     Raises:
         ScheduleError: it says none; the text tells what it should say.
     """
-    fault, _, rest = text.partition("@")
+    fault, at, rest = text.partition("@")
+    if not at:
+        raise ScheduleError(f"--fault {text}: when? write it as reflex@12.5 or reflex@descend")
     when, _, duration = rest.partition(" for ")
     entry: dict[str, object] = {"fault": fault.strip()}
     entry |= (

@@ -48,3 +48,27 @@ def faults(
     for line in bench.faults_notes(ordered):
         out.print(line, highlight=False, markup=False, soft_wrap=True)
     write_json(json, bench.faults_json(ordered))
+
+
+def soak(
+    hours: Annotated[float, typer.Option(help="Simulated hours.", min=0.05)] = 8.0,
+    seed: Annotated[int, typer.Option(help="Of objects, noise and faults.", min=0)] = 0,
+    json: Json = None,
+) -> None:
+    """Carry objects to and fro for hours, with a random fault every minute."""
+    from app.lab import bench, progress
+
+    check_writable(json)
+    minutes = max(1, round(60.0 * hours))
+    with progress("simulated minutes", minutes) as advance:
+        counted = 0
+
+        def show(soak: bench.Soak) -> None:
+            nonlocal counted
+            if counted < minutes and 60.0 * soak.hours >= counted:
+                counted += 1
+                advance(False)
+
+        result = bench.run_soak(hours, seed, show)
+    console().print(bench.soak_table(result))
+    write_json(json, bench.soak_json(result))

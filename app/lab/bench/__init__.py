@@ -23,6 +23,7 @@ from app.lab.bench.reach import (
     reach_table,
     run_trials,
 )
+from app.lab.bench.soak import Soak, run_soak, soak_json, soak_table
 from app.lab.bench.step import step_json, step_notes, step_table, time_steps
 from app.lab.bench.tree import time_tree, tree_json, tree_table
 from app.lab.bench.viewing import Watcher, measure_watching, watch_json, watch_table
@@ -39,6 +40,7 @@ __all__ = [
     "Configuration",
     "PoseRun",
     "Reach",
+    "Soak",
     "Watcher",
     "aggregate_trials",
     "cells",
@@ -61,7 +63,10 @@ __all__ = [
     "run_cells",
     "run_pick_place",
     "run_pose",
+    "run_soak",
     "run_trials",
+    "soak_json",
+    "soak_table",
     "step_json",
     "step_notes",
     "step_table",

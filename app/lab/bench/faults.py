@@ -28,7 +28,7 @@ from app.lab.bench.fault_matrix import TROUBLES, Trouble
 from app.lab.bench.witness import AT_REST, Violations, Witness
 from app.live import ControlOptions, View, ViewOptions
 from config import UserError, suggest
-from hw import Robot, stopwatch
+from hw import Robot, Truth, stopwatch
 from trees.language import TreeNode
 
 TREE = Path(__file__).parent / "one_object.yaml"
@@ -99,18 +99,20 @@ class _CellRun(Instruments):
     resumed: float | None = None
     now: float = 0.0
     hang: bool = False
+    witness: Witness | None = None
+    truth: Truth | None = None
     excused: set[str] = field(default_factory=set)
     """Objects that the fault itself took away."""
 
     def beneath(self, robot: Robot) -> Robot:
         """The robot, watched."""
-        self.witness = Witness(robot)
-        return self.witness
+        witness = self.witness = Witness(robot)
+        return witness
 
     def begin(self, setup: Setup, nodes: Sequence[TreeNode]) -> None:
         """Note where the objects are."""
         self._begun = stopwatch()
-        self._setup = setup
+        self._setup, self.truth = setup, setup.truth
         self._nodes = [place.node for place in nodes]
 
     def after(self, tick: Tick) -> None:
@@ -127,10 +129,15 @@ class _CellRun(Instruments):
         if self.cleared is None and self.trouble.lasts is not None and since >= self.trouble.lasts:
             self._undo()
             self.cleared = now
-        if self.rest is None and self.witness.speed < AT_REST:
+        if self.rest is None and self.speed < AT_REST:
             self.rest = now
-        elif self.resumed is None and self.rest is not None and self.witness.speed > _MOVES:
+        elif self.resumed is None and self.rest is not None and self.speed > _MOVES:
             self.resumed = now
+
+    @property
+    def speed(self) -> float:
+        """The true one [m/s or rad/s]."""
+        return self.witness.speed if self.witness else 0.0
 
     def is_over(self) -> bool:
         """Whether the run takes too long."""
@@ -140,12 +147,12 @@ class _CellRun(Instruments):
 
     def lost(self) -> list[str]:
         """Names of the objects that nothing but the floor carries."""
-        supports = self._setup.truth.supports() if self._setup.truth else {}
+        supports = self.truth.supports() if self.truth else {}
         return [name for name, support in supports.items() if support in ("", "floor")]
 
     def is_placed(self) -> bool:
         """Whether every object rests where it was to be placed."""
-        supports = self._setup.truth.supports() if self._setup.truth else {}
+        supports = self.truth.supports() if self.truth else {}
         return set(supports.values()) == {GOAL}
 
 
@@ -212,9 +219,9 @@ def run_cell(cell: Cell) -> CellResult:
         duration_s=round(run.now, 2),
         rest_s=_difference(run.rest, run.injected) if trouble.stops else None,
         resume_s=_difference(run.resumed, run.cleared) if trouble.stops else None,
-        violations=run.witness.violations,
+        violations=run.witness.violations if run.witness else Violations(),
         lost=len(set(run.lost()) - run.excused),
-        moving=run.witness.speed > _MOVES,
+        moving=run.speed > _MOVES,
         wrong_success=succeeded and not run.is_placed(),
         hang=run.hang,
         crash=code is None,

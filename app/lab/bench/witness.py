@@ -44,12 +44,13 @@ class Witness:
 
     Args:
         robot: the one that is watched.
+        violations: where they are counted; None starts at zero.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, violations: Violations | None = None) -> None:
         self._robot = robot
         self._limits = robot.description.limits
-        self.violations = Violations()
+        self.violations = Violations() if violations is None else violations
         self.state: RobotState | None = None
         """The last true reading."""
         self._now = -np.inf
