@@ -1,7 +1,8 @@
 """The robot: one interface, and the robots behind it.
 
 `robot` says what a robot and its parts are, `composition` makes one out of parts, `clock` says
-where time comes from, `gate` what may reach the robot, `registry` which robots and worlds there
+where time comes from, `gate` what may reach the robot, `watchdog` what stops it when the loop
+stands still, `registry` which robots and worlds there
 are. `sim` is the kinematic simulator; drivers of real hardware stand beside it. A task never knows
 which it got.
 """
@@ -11,14 +12,16 @@ from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, stopwatch
 from hw.composition import ComposedRobot
 from hw.faults import INJECTABLE, FaultInjection, Injectable, InjectionError, injectable
 from hw.frame import DepthFrame, DepthImage
-from hw.gate import Gate, Refusal
+from hw.gate import Gate, Refusal, UntrustedRobotError
 from hw.registry import Backend, WorldError, WorldOptions, open_backend, world_names
 from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
 from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
 from hw.truth import DisturbableWorld, TrueObject, Truth
+from hw.watchdog import SIMULATION, LoopBlockedError, Patience, Watchdog
 
 __all__ = [
     "INJECTABLE",
+    "SIMULATION",
     "Arm",
     "ArmState",
     "Backend",
@@ -41,6 +44,8 @@ __all__ = [
     "Injectable",
     "InjectionError",
     "InlineExecutor",
+    "LoopBlockedError",
+    "Patience",
     "Refusal",
     "Robot",
     "RobotState",
@@ -49,7 +54,9 @@ __all__ = [
     "TaskTime",
     "TrueObject",
     "Truth",
+    "UntrustedRobotError",
     "WallClock",
+    "Watchdog",
     "WorldError",
     "WorldOptions",
     "injectable",

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from os.path import relpath
 from pathlib import Path
@@ -16,15 +15,18 @@ from app.core.events import EVENTS, EventLog
 from app.core.fault_schedule import FaultSchedule, ScheduledFault
 from app.core.folder import BT_LOG, RECORDING, SUMMARY, VIEWER_LOG, make_folder, write_arrays
 from app.core.instruments import Instruments
+from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
-from app.core.outcome import Outcome
+from app.core.observers import Observers
+from app.core.outcome import End, Outcome
 from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary, summarise
 from app.live import (
-    Control,
+    AnyRecorder,
     ControlOptions,
+    NoRecorder,
     OperatorConsole,
     Recorder,
     RecorderError,
@@ -112,10 +114,8 @@ def run_task(
     )
     gripper = load_robot(options.robot).gripper
     detector = GraspDetector(options.weights, options.network, gripper=gripper)
-    instruments = instruments or Instruments()
-    with open_setup(
-        options.robot, options.world, world, detector, options.vision, instruments.beneath
-    ) as setup:
+    tools, vision = instruments or Instruments(), options.vision
+    with open_setup(options.robot, options.world, world, detector, vision, tools.beneath) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         room = OperatorConsole(
             options.control,
@@ -123,12 +123,11 @@ def run_task(
             nodes=nodes,
             inject=setup.robot.inject,
             clear=setup.robot.clear,
-            release=setup.gate.release,
             viewer=_web_viewer(viewer),
             say=_tell,
         )
         with room:
-            return _run(options, task, setup, nodes, room, viewer, interrupted, instruments)
+            return _run(options, task, setup, nodes, room, viewer, interrupted, tools)
 
 
 def _run(
@@ -148,15 +147,15 @@ def _run(
     robot = setup.robot.description.name
     measurements = Measurements(limits=setup.model.limits)
     scene = _scene(options, task)
-    faults = FaultSchedule(
-        options.faults, setup.robot, [place.node for place in nodes], options.seed
-    )
+    behaviours = [place.node for place in nodes]
+    faults = FaultSchedule(options.faults, setup.robot, behaviours, options.seed)
     instruments.begin(setup, nodes)
     folder = make_folder(
         options.record, task.name, _texts(task), asdict(options) | {"scene": scene}
     )
-    recorder = (
-        Recorder(
+    recorder: AnyRecorder = NoRecorder()
+    if options.recording:
+        recorder = Recorder(
             folder / RECORDING,
             tree=tree,
             model=RobotModel(setup.robot.description),
@@ -164,32 +163,40 @@ def _run(
             lossless=not options.paced,
             server=viewer.server,
         )
-        if options.recording
-        else None
-    )
-    begun = stopwatch()
+    begun, observers, terminal = stopwatch(), Observers(), terminal_settings()
     with (
         viewer.showing(folder / VIEWER_LOG),
         room.open(),
-        _interrupts(room.control),
+        interrupts(room.control.stop, setup.robot.stop, End.INTERRUPTED.exit_code),
         EventLog(folder / EVENTS, task.name, nodes) as events,
         StatusLine(tree) as status_line,
     ):
         bt_log = BtLog(nodes)
 
+        def tell(tick: Tick) -> None:
+            seen = snapshots.of(tick)
+            why = room.control.state.why if tick.paused else ""
+            changed = events.update(seen, paused=tick.paused, why=why)
+            room.control.node_changed(changed)
+            observers.tell("the recording", lambda: recorder.record(seen))
+            observers.tell(BT_LOG, lambda: bt_log.note(seen.stamp))
+            observers.tell("the controls", lambda: room.show(seen))
+            observers.tell(
+                "the status line",
+                lambda: status_line.update(seen, placed=log.placed, attempts=log.attempts),
+            )
+
         def watch(tick: Tick) -> None:
             if interrupted():
                 room.control.stop()
-            faults.update(setup.clock.session.now())
-            instruments.after(tick)
-            seen = snapshots.of(tick)
-            if recorder:
-                recorder.record(seen)
-            bt_log.note(seen.stamp)
-            why = room.control.state.why if tick.paused else ""
-            changed = events.update(seen, paused=tick.paused, why=why)
-            room.show(seen, changed=changed)
-            status_line.update(seen, placed=log.placed, attempts=log.attempts)
+            observers.tell("the faults", lambda: faults.update(setup.clock.session.now()))
+            observers.tell("the instruments", lambda: instruments.after(tick))
+            observers.tell("what watches the run", lambda: tell(tick))
+
+        def abandon(outcome: Outcome) -> None:
+            observers.tell(EVENTS, lambda: events.end(outcome, setup.clock.session.now()))
+            observers.tell("the terminal", lambda: _tell(f"{outcome.reason}; the run is abandoned"))
+            leave(setup.robot.stop, outcome.end.exit_code, terminal)
 
         outcome = Session(
             root=room.root,
@@ -200,15 +207,12 @@ def _run(
             clock=setup.clock,
             control=room.control,
             watch=watch,
+            abandon=abandon,
         ).run()
-        real_seconds = stopwatch() - begun
-        duration = setup.clock.session.now()
-        events.end(outcome, duration)
-        warning = _closed(recorder) if recorder else ""
-        if events.error is not None:
-            warning = f"{EVENTS} ends early ({events.error.strerror}); {warning}".rstrip("; ")
-        (folder / BT_LOG).write_bytes(bt_log.to_bytes())
-        write_arrays(folder, commands=measurements.commands, states=measurements.states)
+        real_seconds = stopwatch() - begun - measurements.paused_s
+        duration = setup.clock.now().seconds
+        events.end(outcome, setup.clock.session.now())
+        warnings = [*observers.failures, *_kept(recorder, events, bt_log, measurements, folder)]
         summary = summarise(
             task=task.name,
             robot=robot,
@@ -223,10 +227,37 @@ def _run(
             duration=duration,
             real_seconds=real_seconds,
             perception_seconds=setup.vision.seconds,
-            dropped_snapshots=recorder.dropped if recorder else 0,
+            dropped_snapshots=recorder.dropped,
+            warnings=warnings,
         )
-        summary.write(folder / SUMMARY)
-    return Result(outcome, summary, folder, warning)
+        warnings += _attempt(SUMMARY, lambda: summary.write(folder / SUMMARY))
+    return Result(outcome, summary, folder, "; ".join(warnings))
+
+
+def _kept(
+    recorder: AnyRecorder, events: EventLog, bt_log: BtLog, measurements: Measurements, folder: Path
+) -> list[str]:
+    """Keep what the run left; returns what could not be kept."""
+    warnings = _attempt(RECORDING, recorder.close)
+    if events.error is not None:
+        warnings.append(f"{EVENTS} ends early ({events.error.strerror})")
+    warnings += _attempt(BT_LOG, lambda: (folder / BT_LOG).write_bytes(bt_log.to_bytes()))
+    warnings += _attempt(
+        "commands and states",
+        lambda: write_arrays(folder, commands=measurements.commands, states=measurements.states),
+    )
+    return warnings
+
+
+def _attempt(name: str, keep: Callable[[], object]) -> list[str]:
+    """Try to keep a part of what a run leaves; returns what went wrong, if anything."""
+    try:
+        keep()
+    except RecorderError as error:
+        return [str(error)]
+    except OSError as error:
+        return [f"{name} could not be written ({error.strerror})"]
+    return []
 
 
 def _web_viewer(viewer: Viewer) -> WebViewer | None:
@@ -238,7 +269,8 @@ def _web_viewer(viewer: Viewer) -> WebViewer | None:
 
 def _tell(text: str) -> None:
     """Say something to the person at the terminal."""
-    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
+    with suppress(OSError):  # the terminal is gone
+        Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
 
 
 def _scene(options: RunOptions, task: Task) -> str:
@@ -262,24 +294,3 @@ def _brought(before: Mapping[str, str], after: Mapping[str, str]) -> int:
     """How many objects stand on some other furniture than before, and not on the floor."""
     nowhere = ("", "hand", "floor")
     return sum(after[name] not in (*nowhere, before[name]) for name in before)
-
-
-def _closed(recorder: Recorder) -> str:
-    """Close a recorder; returns what went wrong, if anything."""
-    try:
-        recorder.close()
-    except RecorderError as error:
-        return str(error)
-    return ""
-
-
-@contextmanager
-def _interrupts(control: Control) -> Iterator[None]:
-    """Ctrl-C and SIGTERM stop the run instead of raising, as long as the context lasts."""
-    kinds = (signal.SIGINT, signal.SIGTERM)
-    before = {kind: signal.signal(kind, lambda *_: control.stop()) for kind in kinds}
-    try:
-        yield
-    finally:
-        for kind, handler in before.items():
-            signal.signal(kind, handler)

@@ -81,7 +81,7 @@ def open_setup(
             clock=clock,
             truth=backend.truth,
             controller=controller,
-            gate=Gate(injected, controller.model.limits, controller.settings.period),
+            gate=Gate(injected, injected.description, controller.settings.period),
             vision=vision,
             context=Context(
                 robot=injected,

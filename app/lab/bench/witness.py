@@ -129,9 +129,14 @@ class Witness:
     def _follows(self, before: Command, command: Command, dt: float) -> bool:
         """Whether a command may follow another within a time [s]."""
         limits = self._limits
-        emergency = getattr(limits, "base_emergency", 2.0 * limits.base_acceleration)
         return command.is_finite() and not (
-            _changes(before.base_twist, command.base_twist, limits.base_acceleration, emergency, dt)
+            _changes(
+                before.base_twist,
+                command.base_twist,
+                limits.base_acceleration,
+                limits.base_emergency,
+                dt,
+            )
             or _changes(before.qd, command.qd, limits.qdd, limits.qdd, dt)
         )
 

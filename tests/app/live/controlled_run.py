@@ -92,10 +92,11 @@ class ControlledRun:
         state = self.ticks[ticks].state
         return float(max(np.abs(state.base_twist).max(), np.abs(state.qd).max()))
 
-    def assert_kept_limits(self) -> None:
+    def assert_kept_limits(self, emergency: bool = False) -> None:
         commands = self.measurements.commands[:, 1:]
         limits = self.harness.controller.model.limits
-        allowed = np.concatenate([limits.base_acceleration, limits.qdd]) * 0.01
+        base = limits.base_emergency if emergency else limits.base_acceleration
+        allowed = np.concatenate([base, limits.qdd]) * 0.01
         assert (np.abs(np.diff(commands, axis=0)) <= allowed + 1e-9).all()
         assert self.measurements.limit_violations == 0
 
