@@ -11,7 +11,8 @@ their work (`approach`, `lock`, `descend`, `close` of `grasp`; `lower`, `release
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Annotated
 
@@ -159,22 +160,11 @@ class _Entry:
     injected: int = 0
     due: float | None = None
     """When to inject it, if its phase lasts until then [s]."""
-    until: float | None = None
-    """When to clear it [s]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Injection:
-    """A fault that was injected, or cleared."""
-
-    time: float
-    fault: str
-    cleared: bool = False
 
 
 @dataclass(eq=False)
 class FaultSchedule:
-    """Injects and clears faults as its entries say, once a tick.
+    """Injects faults as its entries say; asked after every tick of the tree.
 
     Args:
         faults: the entries.
@@ -190,8 +180,6 @@ class FaultSchedule:
     robot: FaultInjection
     nodes: Sequence[Behaviour]
     seed: int = 0
-    history: list[Injection] = field(default_factory=list)
-    """What was done so far."""
 
     def __post_init__(self) -> None:
         for fault in self.faults:
@@ -208,16 +196,10 @@ class FaultSchedule:
         """
         before, self._phases = self._phases, current_phases(self.nodes)
         for entry, rng in zip(self._entries, self._rngs, strict=True):
-            fault = entry.fault
-            if entry.until is not None and now >= entry.until - 1e-9:
-                entry.until = None
-                self.robot.clear(fault.fault)
-                self.history.append(Injection(time=now, fault=fault.fault, cleared=True))
             if self._is_due(entry, before, now, rng):
                 entry.injected += 1
-                entry.until = None if fault.for_s is None else now + fault.for_s
-                self.robot.inject(fault.fault)
-                self.history.append(Injection(time=now, fault=fault.fault))
+                duration = inf if entry.fault.for_s is None else entry.fault.for_s
+                self.robot.inject(entry.fault.fault, duration)
 
     def _is_due(
         self, entry: _Entry, before: frozenset[str], now: float, rng: np.random.Generator

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from math import inf
 from typing import Self
 
@@ -17,6 +18,17 @@ from hw.robot import Camera, Robot
 from hw.state import RobotState
 from hw.truth import DisturbableWorld, Truth
 from robots import RobotDescription
+
+
+@dataclass(eq=False)
+class _Injected:
+    """A fault that the robot is to have."""
+
+    effect: Effect
+    duration: float
+    """How long it lasts [s]."""
+    until: float = inf
+    """When it ends; known once it has begun [s]."""
 
 
 class FaultInjection:
@@ -37,7 +49,7 @@ class FaultInjection:
         self._site: Site | None = None
         self._homes = {one.name: one.pose for one in self._world.objects} if self._world else {}
         self._lock = threading.Lock()
-        self._wanted: dict[str, Effect] = {}
+        self._wanted: dict[str, _Injected] = {}
         """What was injected and not cleared, by name; changed by any thread."""
         self._effects: dict[str, Effect] = {}
         """What has begun and not ended; changed by `read` alone."""
@@ -59,15 +71,19 @@ class FaultInjection:
         """The names of the faults that it is given now."""
         return tuple(self._wanted)
 
-    def inject(self, name: str) -> None:
+    def inject(self, name: str, duration: float = inf) -> None:
         """Have a fault of `INJECTABLE` from the next reading on; from any thread.
+
+        Args:
+            name: of the fault.
+            duration: how long, by the stamps of the robot's own readings, if nobody clears it [s].
 
         Raises:
             InjectionError: there is no such fault, or not in this world.
         """
         self.check(name)
         with self._lock:
-            self._wanted[name] = INJECTABLE[name].make()
+            self._wanted[name] = _Injected(INJECTABLE[name].make(), duration)
 
     def clear(self, name: str | None = None) -> None:
         """Have a fault no more from the next reading on, whatever its kind; from any thread.
@@ -143,7 +159,10 @@ class FaultInjection:
     def _update(self, state: RobotState) -> None:
         """Begin what was injected and end what was cleared since the last reading."""
         with self._lock:
-            wanted = dict(self._wanted)
+            self._wanted = {n: i for n, i in self._wanted.items() if state.stamp < i.until - 1e-9}
+            wanted = {name: injected.effect for name, injected in self._wanted.items()}
+            for injected in self._wanted.values():
+                injected.until = min(injected.until, state.stamp + injected.duration)
         site = self._site = self._site or Site(
             description=self.description,
             state=state,

@@ -108,6 +108,14 @@ def test_an_object_that_is_taken_out_of_the_hand_comes_back_to_where_it_was_at_f
     assert run.harness.world.objects[0].pose.isApprox(home, 1e-2)
 
 
+def test_a_fault_ends_by_itself_after_its_time():
+    run = Faulty()
+    run.robot.inject("reflex", 0.5)
+    assert run.read(0.45).faults
+    assert not run.read(0.1).faults
+    assert run.robot.injected == ()
+
+
 def test_what_is_done_to_a_world_needs_one():
     robot = FaultInjection(Harness().robot)
     with pytest.raises(InjectionError, match="simulated world"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -39,8 +40,8 @@ class Trouble:
         """Let it go wrong; returns what ends it."""
         if self.plant is not None:
             return self.plant(setup, nodes)
-        setup.robot.inject(self.name)
-        return lambda: setup.robot.clear(self.name)
+        setup.robot.inject(self.name, inf if self.lasts is None else self.lasts)
+        return lambda: None
 
 
 def _running_leaf(nodes: list[Behaviour]) -> Leaf:

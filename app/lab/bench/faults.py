@@ -106,7 +106,7 @@ class _CellRun(Instruments):
 
     def beneath(self, robot: Robot) -> Robot:
         """The robot, watched."""
-        witness = self.witness = Witness(robot)
+        witness = self.witness = Witness(robot, seen=self._see)
         return witness
 
     def begin(self, setup: Setup, nodes: Sequence[TreeNode]) -> None:
@@ -116,13 +116,18 @@ class _CellRun(Instruments):
         self._nodes = [place.node for place in nodes]
 
     def after(self, tick: Tick) -> None:
-        """Begin, end and watch the trouble."""
-        now = self.now = self._setup.clock.session.now()
+        """Begin the trouble in its phase."""
+        if self.injected is None and self.phase in current_phases(self._nodes):
+            self._undo = self.trouble.begin(self._setup, self._nodes)
+            self.injected = self._setup.clock.session.now()
+
+    def _see(self) -> None:
+        """Watch it, and end what does not end by itself."""
+        if self.witness is not None and self.witness.state is not None:
+            self.now = self.witness.state.stamp
         if self.injected is None:
-            if self.phase in current_phases(self._nodes):
-                self._undo = self.trouble.begin(self._setup, self._nodes)
-                self.injected = now
             return
+        now = self.now
         since = now - self.injected
         if since <= _AFTERMATH:
             self.excused = set(self.lost())

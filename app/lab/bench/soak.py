@@ -161,24 +161,18 @@ class _SoakRun(Instruments):
             name = str(self._rng.choice(list(LONGEST_S)))
             lasts = LONGEST_S[name] * self._rng.uniform(0.2, 1.0)
             start = now + self._rng.uniform(0.0, FAULT_EVERY - lasts)
-            self._end_fault()
-            self._fault = name, start, start + lasts
+            self._fault, self._injected = (name, start, start + lasts), False
             self._soak.samples.append(Sample(hours=self._soak.hours, footprint=footprint()))
             self._progress(self._soak)
         if self._fault is None:
             return
         name, start, stop = self._fault
         if now >= stop:
-            self._end_fault()
+            self._fault = None
         elif now >= start and not self._injected:
-            self._setup.robot.inject(name)
+            self._setup.robot.inject(name, stop - start)
             self._injected = True
             _count(self._soak.faults, name)
-
-    def _end_fault(self) -> None:
-        if self._fault is not None and self._injected:
-            self._setup.robot.clear(self._fault[0])
-        self._fault, self._injected = None, False
 
     def _tidy(self) -> None:
         """Put back what has lain out of reach since the last look, and forget full places."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Self
 
@@ -45,10 +46,17 @@ class Witness:
     Args:
         robot: the one that is watched.
         violations: where they are counted; None starts at zero.
+        seen: called after every reading.
     """
 
-    def __init__(self, robot: Robot, violations: Violations | None = None) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        violations: Violations | None = None,
+        seen: Callable[[], None] = lambda: None,
+    ) -> None:
         self._robot = robot
+        self._seen = seen
         self._limits = robot.description.limits
         self.violations = Violations() if violations is None else violations
         self.state: RobotState | None = None
@@ -87,6 +95,7 @@ class Witness:
         found.velocity += _exceeds(state.qd, limits.qd) or _exceeds(
             state.base_twist, limits.base_speed(state.base_twist)
         )
+        self._seen()
         return state
 
     def send(self, command: Command) -> Command:
