@@ -8,8 +8,10 @@ acknowledges emergency stops and puts back what fell where the robot cannot get 
 from __future__ import annotations
 
 import json
+import sys
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import redirect_stderr
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,6 +23,7 @@ from rich.table import Table
 
 from app.core import Footprint, Instruments, RunOptions, Setup, Tick, footprint, run_task
 from app.lab import machine
+from app.lab.bench.faults import hushed
 from app.lab.bench.witness import Violations, Witness
 from app.live import ControlOptions, View, ViewOptions
 from hw import DisturbableWorld, Robot, stopwatch
@@ -183,7 +186,7 @@ class _SoakRun(Instruments):
         self._fallen = astray
         carriers = set(self._world.supports().values())
         log = self._setup.context.log
-        for places in (log.places_used, getattr(log, "places_blocked", {})):
+        for places in (log.places_used, log.places_blocked):
             for region in [one for one in places if one not in carriers]:
                 del places[region]
 
@@ -203,10 +206,15 @@ def run_soak(hours: float, seed: int, progress: Callable[[Soak], None]) -> Soak:
         seed: of objects, camera noise and faults.
         progress: called once a simulated minute.
     """
-    soak, rng, begun = Soak(), np.random.default_rng((seed, 1)), stopwatch()
+    soak, rng, begun, terminal = Soak(), np.random.default_rng((seed, 1)), stopwatch(), sys.stderr
+
+    def tell(soak: Soak) -> None:
+        with redirect_stderr(terminal):
+            progress(soak)
+
     while soak.hours < hours and soak.runs < max(10.0, _MOST_RUNS_AN_HOUR * hours):
-        run = _SoakRun(soak, hours, rng, progress)
-        with TemporaryDirectory() as folder:
+        run = _SoakRun(soak, hours, rng, tell)
+        with TemporaryDirectory() as folder, hushed():
             options = RunOptions(
                 tree=TREE,
                 scene=str(SCENE),
