@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from app.commands.refuse import refuse
+from app.terminal import Terminal
 
 Run = Annotated[
     str, typer.Argument(help="Folder of a run, a file in it, its name in --runs, or `last`.")
@@ -28,7 +28,10 @@ def runs(
     if as_json:
         print(json.dumps([record.row() for record in records], indent=2))
     elif records:
-        Console().print(runs_table(records))
+        Terminal().print(runs_table(records))
+        for record in records:
+            if record.damage:
+                Terminal(stderr=True).say(f"{record.folder}: {record.damage}")
     else:
         refuse(f"{folder}: no runs here")
 
@@ -54,4 +57,4 @@ def explain(run: Run = "last", runs: Runs = Path("runs")) -> None:
     from app.review import find_run
 
     text = str(explained(find_run(run, runs)))
-    Console().print(text, soft_wrap=True, highlight=False, markup=False)
+    Terminal().say(text)

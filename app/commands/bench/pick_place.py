@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from app.commands.bench.options import Json, check_writable, console, seed_range, write_json
 from app.commands.refuse import find_tree
+from app.terminal import Terminal
 
 
 def pick_place(
@@ -30,7 +30,7 @@ def pick_place(
     summaries = bench.run_pick_place(
         options,
         wanted,
-        lambda summary: summary.show(Console(stderr=True)),
+        lambda summary: summary.show(Terminal(stderr=True)),
     )
     console().print(bench.pick_place_table(summaries))
     write_json(json, bench.pick_place_json(summaries))
