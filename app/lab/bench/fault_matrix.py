@@ -16,6 +16,11 @@ from hw import WallClock
 _BLOCKED = 1.5
 """How long a leaf blocks [s of real time]."""
 
+INTO = {"recover": 0.3, "navigate": 1.0, "carry": 1.0, "place": 0.5, "close": 0.05, "lock": 0.05}
+"""How long after a phase has begun it goes wrong [s]: at full speed where there is one."""
+USUALLY_INTO = 0.2
+"""The same in other phases [s]."""
+
 Plant = Callable[[Setup, list[Behaviour]], Callable[[], None]]
 """Does something to a run (its setup, the nodes of its tree); returns what undoes it."""
 

@@ -26,7 +26,7 @@ from app.core import (
     run_task,
 )
 from app.lab import run_all
-from app.lab.bench.fault_matrix import TROUBLES, Trouble
+from app.lab.bench.fault_matrix import INTO, TROUBLES, USUALLY_INTO, Trouble
 from app.lab.bench.witness import AT_REST, Violations, Witness
 from app.live import ControlOptions, View, ViewOptions
 from config import UserError, suggest
@@ -95,6 +95,7 @@ class _CellRun(Instruments):
 
     trouble: Trouble
     phase: str
+    entered: float | None = None
     injected: float | None = None
     cleared: float | None = None
     rest: float | None = None
@@ -119,9 +120,16 @@ class _CellRun(Instruments):
 
     def after(self, tick: Tick) -> None:
         """Begin the trouble in its phase."""
-        if self.injected is None and self.phase in current_phases(self._nodes):
+        if self.injected is not None:
+            return
+        now = self._setup.clock.session.now()
+        if self.phase not in current_phases(self._nodes):
+            self.entered = None
+        elif self.entered is None:
+            self.entered = now
+        elif now - self.entered >= INTO.get(self.phase, USUALLY_INTO):
             self._undo = self.trouble.begin(self._setup, self._nodes)
-            self.injected = self._setup.clock.session.now()
+            self.injected = now
 
     def _see(self) -> None:
         """Watch it, and end what does not end by itself."""
