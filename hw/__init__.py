@@ -10,13 +10,13 @@ which it got.
 from hw.background import InlineExecutor, one_thread
 from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, stopwatch
 from hw.composition import ComposedRobot
-from hw.fault_injection import INJECTABLE, FaultInjection
+from hw.faults import INJECTABLE, FaultInjection, Injectable, InjectionError, injectable
 from hw.frame import DepthFrame, DepthImage
 from hw.gate import Gate, Refusal, UntrustedRobotError
 from hw.registry import Backend, WorldError, WorldOptions, open_backend, world_names
 from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
 from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
-from hw.truth import TrueObject, Truth
+from hw.truth import DisturbableWorld, TrueObject, Truth
 from hw.watchdog import SIMULATION, LoopBlockedError, Patience, Watchdog
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "DepthCamera",
     "DepthFrame",
     "DepthImage",
+    "DisturbableWorld",
     "Fault",
     "FaultInjection",
     "FaultKind",
@@ -40,6 +41,8 @@ __all__ = [
     "Gripper",
     "GripperState",
     "HardwareError",
+    "Injectable",
+    "InjectionError",
     "InlineExecutor",
     "LoopBlockedError",
     "Patience",
@@ -56,6 +59,7 @@ __all__ = [
     "Watchdog",
     "WorldError",
     "WorldOptions",
+    "injectable",
     "one_thread",
     "open_backend",
     "stopwatch",

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from app.core.events import EVENTS, EventLog
+from app.core.fault_schedule import FaultSchedule, ScheduledFault
 from app.core.folder import BT_LOG, RECORDING, SUMMARY, VIEWER_LOG, make_folder, write_arrays
+from app.core.instruments import Instruments
 from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
 from app.core.observers import Observers
@@ -20,7 +22,9 @@ from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary, summarise
 from app.live import (
+    AnyRecorder,
     ControlOptions,
+    NoRecorder,
     OperatorConsole,
     Recorder,
     RecorderError,
@@ -66,6 +70,10 @@ class RunOptions:
     """How it is watched meanwhile."""
     control: ControlOptions = field(default_factory=ControlOptions)
     """What people have in hand meanwhile."""
+    faults: tuple[ScheduledFault, ...] = ()
+    """What goes wrong by itself meanwhile."""
+    recording: bool = True
+    """Whether the motion is recorded for the viewer."""
 
 
 class Result(NamedTuple):
@@ -78,12 +86,18 @@ class Result(NamedTuple):
     """What could not be kept of it; usually empty."""
 
 
-def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: False) -> Result:
+def run_task(
+    options: RunOptions,
+    *,
+    interrupted: Callable[[], bool] = lambda: False,
+    instruments: Instruments | None = None,
+) -> Result:
     """Run a task.
 
     Args:
         options: what a person chose.
         interrupted: asked every tick whether to end, as Ctrl-C does.
+        instruments: what a bench measures or disturbs the run with.
 
     Raises:
         UserError: bad input; nothing has moved.
@@ -99,7 +113,8 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
     )
     gripper = load_robot(options.robot).gripper
     detector = GraspDetector(options.weights, options.network, gripper=gripper)
-    with open_setup(options.robot, options.world, world, detector, options.vision) as setup:
+    tools, vision = instruments or Instruments(), options.vision
+    with open_setup(options.robot, options.world, world, detector, vision, tools.beneath) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         room = OperatorConsole(
             options.control,
@@ -111,7 +126,7 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
             say=_tell,
         )
         with room:
-            return _run(options, task, setup, nodes, room, viewer, interrupted)
+            return _run(options, task, setup, nodes, room, viewer, interrupted, tools)
 
 
 def _run(
@@ -122,6 +137,7 @@ def _run(
     room: OperatorConsole,
     viewer: Viewer,
     interrupted: Callable[[], bool],
+    instruments: Instruments,
 ) -> Result:
     """Run what has been put together, and keep all that it leaves."""
     log, tree = setup.context.log, tree_view(nodes)
@@ -130,17 +146,22 @@ def _run(
     robot = setup.robot.description.name
     measurements = Measurements(limits=setup.model.limits)
     scene = _scene(options, task)
+    behaviours = [place.node for place in nodes]
+    faults = FaultSchedule(options.faults, setup.robot, behaviours, options.seed)
+    instruments.begin(setup, nodes)
     folder = make_folder(
         options.record, task.name, _texts(task), asdict(options) | {"scene": scene}
     )
-    recorder = Recorder(
-        folder / RECORDING,
-        tree=tree,
-        model=RobotModel(setup.robot.description),
-        scene=scene_view(setup.truth),
-        lossless=not options.paced,
-        server=viewer.server,
-    )
+    recorder: AnyRecorder = NoRecorder()
+    if options.recording:
+        recorder = Recorder(
+            folder / RECORDING,
+            tree=tree,
+            model=RobotModel(setup.robot.description),
+            scene=scene_view(setup.truth),
+            lossless=not options.paced,
+            server=viewer.server,
+        )
     begun, observers, terminal = stopwatch(), Observers(), terminal_settings()
     with (
         viewer.showing(folder / VIEWER_LOG),
@@ -167,6 +188,8 @@ def _run(
         def watch(tick: Tick) -> None:
             if interrupted():
                 room.control.stop()
+            observers.tell("the faults", lambda: faults.update(setup.clock.session.now()))
+            observers.tell("the instruments", lambda: instruments.after(tick))
             observers.tell("what watches the run", lambda: tell(tick))
 
         def abandon(outcome: Outcome) -> None:
@@ -211,7 +234,7 @@ def _run(
 
 
 def _kept(
-    recorder: Recorder, events: EventLog, bt_log: BtLog, measurements: Measurements, folder: Path
+    recorder: AnyRecorder, events: EventLog, bt_log: BtLog, measurements: Measurements, folder: Path
 ) -> list[str]:
     """Keep what the run left; returns what could not be kept."""
     warnings = _attempt(RECORDING, recorder.close)

@@ -9,7 +9,7 @@ from enum import StrEnum
 
 from behaviours import Context, Vision, VisionBeside, VisionInStep
 from controller import HolisticController, RobotModel
-from hw import Camera, FaultInjection, Gate, TaskClock, Truth, WorldOptions, open_backend
+from hw import Camera, FaultInjection, Gate, Robot, TaskClock, Truth, WorldOptions, open_backend
 from perception import GraspDetector
 
 
@@ -50,7 +50,12 @@ class Setup:
 
 @contextmanager
 def open_setup(
-    robot: str, world: str, options: WorldOptions, detector: GraspDetector, form: VisionForm
+    robot: str,
+    world: str,
+    options: WorldOptions,
+    detector: GraspDetector,
+    form: VisionForm,
+    beneath: Callable[[Robot], Robot] = lambda robot: robot,
 ) -> Iterator[Setup]:
     """Connect a robot and put together what a session works with; closes it in the end.
 
@@ -60,13 +65,14 @@ def open_setup(
         options: of the world.
         detector: finds grasps in what the camera sees.
         form: how that is done.
+        beneath: what to put between the robot and the faults that are injected into it.
 
     Raises:
         UserError: there is no such robot, world or scene, or its file has a mistake.
         HardwareError: the robot cannot be connected.
     """
     backend = open_backend(robot, world, options)
-    injected = FaultInjection(backend.robot)
+    injected = FaultInjection(beneath(backend.robot), backend.truth, options.seed)
     with injected, closing(_VISION[form](injected.camera, detector)) as vision:
         clock = TaskClock(backend.clock)
         controller = HolisticController(RobotModel(injected.description))

@@ -9,7 +9,9 @@ the core passes snapshots in and asks `Control`.
 from app.live.console import ControlOptions, OperatorConsole
 from app.live.monitor import (
     Address,
+    AnyRecorder,
     HeadlessViewer,
+    NoRecorder,
     Recorder,
     RecorderError,
     View,
@@ -27,10 +29,12 @@ from app.live.throttle import Throttle
 
 __all__ = [
     "Address",
+    "AnyRecorder",
     "Control",
     "ControlOptions",
     "HeadlessViewer",
     "Hook",
+    "NoRecorder",
     "NodeStatus",
     "ObjectView",
     "OperatorConsole",

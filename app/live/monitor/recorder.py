@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from app.live.monitor.feed import Feed
 from app.live.nodes import NodeInfo
@@ -30,6 +30,36 @@ _PATIENCE = 30.0
 
 class RecorderError(UserError):
     """A recording cannot be written, or is incomplete."""
+
+
+class AnyRecorder(Protocol):
+    """What a run tells its recorder."""
+
+    @property
+    def dropped(self) -> int:
+        """Number of snapshots dropped because writing was too slow."""
+
+    def record(self, snapshot: Snapshot) -> None:
+        """Add a snapshot; never raises."""
+
+    def close(self) -> None:
+        """Write what is left.
+
+        Raises:
+            RecorderError: the recording is incomplete; raised once.
+        """
+
+
+class NoRecorder:
+    """Records nothing."""
+
+    dropped = 0
+
+    def record(self, snapshot: Snapshot) -> None:
+        """Nothing."""
+
+    def close(self) -> None:
+        """Nothing."""
 
 
 class Recorder:
