@@ -12,13 +12,16 @@ from hw.composition import ComposedRobot
 from hw.fault_injection import INJECTABLE, FaultInjection
 from hw.frame import DepthFrame, DepthImage
 from hw.gate import Gate, Refusal
+from hw.recording import TURN, Notes, RecordedRobot, Turn
 from hw.registry import Backend, WorldError, WorldOptions, open_backend, world_names
+from hw.replay import Difference, RecordEndsError, ReplayRobot
 from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
 from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
 from hw.truth import TrueObject, Truth
 
 __all__ = [
     "INJECTABLE",
+    "TURN",
     "Arm",
     "ArmState",
     "Backend",
@@ -30,6 +33,7 @@ __all__ = [
     "DepthCamera",
     "DepthFrame",
     "DepthImage",
+    "Difference",
     "Fault",
     "FaultInjection",
     "FaultKind",
@@ -38,7 +42,11 @@ __all__ = [
     "GripperState",
     "HardwareError",
     "InlineExecutor",
+    "Notes",
+    "RecordEndsError",
+    "RecordedRobot",
     "Refusal",
+    "ReplayRobot",
     "Robot",
     "RobotState",
     "SimClock",
@@ -46,6 +54,7 @@ __all__ = [
     "TaskTime",
     "TrueObject",
     "Truth",
+    "Turn",
     "WallClock",
     "WorldError",
     "WorldOptions",

@@ -54,6 +54,9 @@ def run(
     ] = None,
     speed: Annotated[Speed, typer.Option(help="Pace of simulated time.")] = Speed.MAX,
     record: Annotated[Path, typer.Option(help="Folder for the folders of runs.")] = Path("runs"),
+    replayable: Annotated[
+        bool, typer.Option("--replayable", help="Keep the camera's images too, for `replay`.")
+    ] = False,
     weights: Annotated[Path | None, typer.Option(help="A file of a grasp network.")] = None,
     network: Annotated[
         str | None, typer.Option(help="Which shipped grasp network: bins (the default) or ggcnn.")
@@ -134,6 +137,7 @@ def run(
         parameters=parameters,
         paced=speed is Speed.REAL,
         record=record,
+        replayable=replayable,
         weights=weights,
         network=network,
         view=ViewOptions(view=View(view.value), host=view_host, port=view_port, web_port=web_port),
@@ -175,8 +179,6 @@ def _show(result: Result, as_json: bool) -> None:
         print(result.summary.to_json())
     result.summary.show(for_people)
     for_people.print(f"left in {result.folder}/", highlight=False)
-    if result.warning:
-        _say(result.warning)
 
 
 def _say(text: str) -> None:

@@ -12,8 +12,11 @@ from typing import NamedTuple
 
 from rich.console import Console
 
+from app.core.decisions import RecordedDecisions
+from app.core.disk import Disk
 from app.core.events import EVENTS, EventLog
-from app.core.folder import BT_LOG, RECORDING, SUMMARY, VIEWER_LOG, make_folder, write_arrays
+from app.core.folder import BT_LOG, RECORDING, SUMMARY, VIEWER_LOG, make_folder
+from app.core.journal import Journal
 from app.core.measurements import Measurements
 from app.core.outcome import Outcome
 from app.core.session import Session, Tick
@@ -59,6 +62,8 @@ class RunOptions:
     """In real time instead of as fast as it goes."""
     record: Path = Path("runs")
     """Where the folder of the run is made."""
+    replayable: bool = False
+    """Keep the camera's images too, so that a run that looks at some can be replayed."""
     weights: Path | None = None
     """A file of a grasp network; None takes a network that comes with the package."""
     network: str | None = None
@@ -75,8 +80,6 @@ class Result(NamedTuple):
     outcome: Outcome
     summary: Summary
     folder: Path
-    warning: str
-    """What could not be kept of it; usually empty."""
 
 
 def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: False) -> Result:
@@ -135,12 +138,18 @@ def _run(
     folder = make_folder(
         options.record, task.name, _texts(task), asdict(options) | {"scene": scene}
     )
+    lossless = not options.paced
+    disk = Disk(folder, lossless=lossless)
+    events = EventLog(disk.file(EVENTS), task.name, nodes)
+    journal = Journal(folder, disk, lossless=lossless, frames=options.replayable)
+    bt_log, bt_file = BtLog(nodes), disk.file(BT_LOG)
+    bt_file.add(bt_log.head)
     recorder = Recorder(
         folder / RECORDING,
         tree=tree,
         model=RobotModel(setup.robot.description),
         scene=scene_view(setup.truth),
-        lossless=not options.paced,
+        lossless=lossless,
         server=viewer.server,
     )
     begun = stopwatch()
@@ -148,17 +157,16 @@ def _run(
         viewer.showing(folder / VIEWER_LOG),
         room.open(),
         _interrupts(room.control),
-        EventLog(folder / EVENTS, task.name, nodes) as events,
         StatusLine(tree) as status_line,
     ):
-        bt_log = BtLog(nodes)
+        setup.recorded.record(journal)
 
         def watch(tick: Tick) -> None:
             if interrupted():
                 room.control.stop()
             seen = snapshots.of(tick)
             recorder.record(seen)
-            bt_log.note(seen.stamp)
+            bt_file.add(bt_log.changes(seen.stamp))
             why = room.control.state.why if tick.paused else ""
             changed = events.update(seen, paused=tick.paused, why=why)
             room.show(seen, changed=changed)
@@ -171,17 +179,15 @@ def _run(
             gate=setup.gate,
             measurements=measurements,
             clock=setup.clock,
-            control=room.control,
+            control=RecordedDecisions(room.control, setup.recorded),
             watch=watch,
         ).run()
         real_seconds = stopwatch() - begun
         duration = setup.clock.session.now()
         events.end(outcome, duration)
-        warning = _closed(recorder)
-        if events.error is not None:
-            warning = f"{EVENTS} ends early ({events.error.strerror}); {warning}".rstrip("; ")
-        (folder / BT_LOG).write_bytes(bt_log.to_bytes())
-        write_arrays(folder, commands=measurements.commands, states=measurements.states)
+        setup.recorded.end()
+        journal.end(setup.recorded.broken)
+        warnings = [*_closed(recorder), *disk.close(), *journal.close()]
         summary = summarise(
             task=task.name,
             robot=robot,
@@ -197,9 +203,9 @@ def _run(
             real_seconds=real_seconds,
             perception_seconds=setup.vision.seconds,
             dropped_snapshots=recorder.dropped,
+            warnings=warnings,
         )
-        summary.write(folder / SUMMARY)
-    return Result(outcome, summary, folder, warning)
+    return Result(outcome, summary.kept(folder / SUMMARY), folder)
 
 
 def _web_viewer(viewer: Viewer) -> WebViewer | None:
@@ -237,13 +243,13 @@ def _brought(before: Mapping[str, str], after: Mapping[str, str]) -> int:
     return sum(after[name] not in (*nowhere, before[name]) for name in before)
 
 
-def _closed(recorder: Recorder) -> str:
+def _closed(recorder: Recorder) -> list[str]:
     """Close a recorder; returns what went wrong, if anything."""
     try:
         recorder.close()
     except RecorderError as error:
-        return str(error)
-    return ""
+        return [str(error)]
+    return []
 
 
 @contextmanager

@@ -15,9 +15,9 @@ import numpy as np
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from app.core.decisions import Decisions
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
-from app.live import Control
 from behaviours import Context, LeafCrashedError
 from controller import Command, GoalError, HolisticController, StepReport
 from hw import Gate, HardwareError, RobotState, TaskClock, stopwatch
@@ -67,7 +67,7 @@ class Session:
         gate: Gate,
         measurements: Measurements,
         clock: TaskClock,
-        control: Control,
+        control: Decisions,
         watch: Callable[[Tick], None],
     ) -> None:
         self._root = root
@@ -157,7 +157,6 @@ class Session:
         if tick_tree is not None:
             context.end_tick(report)
         seconds = stopwatch() - begun
-        self._measurements.command(state.stamp, applied)
         self._measurements.ticks_s.append(seconds)
         self._watch(
             Tick(

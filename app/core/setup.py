@@ -9,7 +9,17 @@ from enum import StrEnum
 
 from behaviours import Context, Vision, VisionBeside, VisionInStep
 from controller import HolisticController, RobotModel
-from hw import Camera, FaultInjection, Gate, TaskClock, Truth, WorldOptions, open_backend
+from hw import (
+    Backend,
+    Camera,
+    FaultInjection,
+    Gate,
+    RecordedRobot,
+    TaskClock,
+    Truth,
+    WorldOptions,
+    open_backend,
+)
 from perception import GraspDetector
 
 
@@ -34,6 +44,8 @@ class Setup:
 
     robot: FaultInjection
     """Connected."""
+    recorded: RecordedRobot
+    """The same robot, as the loop sees it."""
     clock: TaskClock
     truth: Truth | None
     """What is known of the world; None on hardware."""
@@ -65,23 +77,40 @@ def open_setup(
         UserError: there is no such robot, world or scene, or its file has a mistake.
         HardwareError: the robot cannot be connected.
     """
-    backend = open_backend(robot, world, options)
+    with set_up(open_backend(robot, world, options), detector, form) as setup:
+        yield setup
+
+
+@contextmanager
+def set_up(backend: Backend, detector: GraspDetector, form: VisionForm) -> Iterator[Setup]:
+    """Connect a robot and put together what a session works with; closes it in the end.
+
+    Args:
+        backend: the robot, its clock and its world.
+        detector: finds grasps in what the camera sees.
+        form: how that is done.
+
+    Raises:
+        HardwareError: the robot cannot be connected.
+    """
     injected = FaultInjection(backend.robot)
-    with injected, closing(_VISION[form](injected.camera, detector)) as vision:
+    robot = RecordedRobot(injected, backend.clock)
+    with robot, closing(_VISION[form](robot.camera, detector)) as vision:
         clock = TaskClock(backend.clock)
-        controller = HolisticController(RobotModel(injected.description))
+        controller = HolisticController(RobotModel(robot.description))
         yield Setup(
             robot=injected,
+            recorded=robot,
             clock=clock,
             truth=backend.truth,
             controller=controller,
-            gate=Gate(injected, controller.model.limits, controller.settings.period),
+            gate=Gate(robot, controller.model.limits, controller.settings.period),
             vision=vision,
             context=Context(
-                robot=injected,
+                robot=robot,
                 model=controller.model,
                 clock=clock,
                 vision=vision,
-                state=injected.read(),
+                state=robot.read(),
             ),
         )

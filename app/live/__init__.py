@@ -7,6 +7,7 @@ the core passes snapshots in and asks `Control`.
 """
 
 from app.live.console import ControlOptions, OperatorConsole
+from app.live.feed import Feed
 from app.live.monitor import (
     Address,
     HeadlessViewer,
@@ -29,6 +30,7 @@ __all__ = [
     "Address",
     "Control",
     "ControlOptions",
+    "Feed",
     "HeadlessViewer",
     "Hook",
     "NodeStatus",

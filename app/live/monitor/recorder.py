@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.live.monitor.feed import Feed
+from app.live.feed import Feed
 from app.live.nodes import NodeInfo
 from app.live.snapshot import SceneView, Snapshot
 from app.live.throttle import Throttle

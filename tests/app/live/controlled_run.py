@@ -92,8 +92,13 @@ class ControlledRun:
         state = self.ticks[ticks].state
         return float(max(np.abs(state.base_twist).max(), np.abs(state.qd).max()))
 
+    @property
+    def commands(self) -> np.ndarray:
+        """(ticks, 10) as they were applied."""
+        return np.array([[*tick.applied.base_twist, *tick.applied.qd] for tick in self.ticks])
+
     def assert_kept_limits(self) -> None:
-        commands = self.measurements.commands[:, 1:]
+        commands = self.commands
         limits = self.harness.controller.model.limits
         allowed = np.concatenate([limits.base_acceleration, limits.qdd]) * 0.01
         assert (np.abs(np.diff(commands, axis=0)) <= allowed + 1e-9).all()
