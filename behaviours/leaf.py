@@ -10,7 +10,7 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from controller import MotionGoal, StepReport
-from hw import HardwareError
+from hw import HardwareError, LoopBlockedError
 
 
 class LeafCrashedError(Exception):
@@ -21,7 +21,7 @@ class LeafCrashedError(Exception):
         error: what it raised.
     """
 
-    def __init__(self, leaf: str, error: Exception) -> None:
+    def __init__(self, leaf: str, error: BaseException) -> None:
         super().__init__(f"{type(error).__name__}: {error}")
         self.leaf = leaf
 
@@ -52,13 +52,15 @@ class Leaf(py_trees.behaviour.Behaviour):
 
         Raises:
             LeafCrashedError: the leaf raised an exception; it says which leaf.
-            HardwareError: as it is; that is not the leaf's mistake.
+            HardwareError, KeyboardInterrupt: as they are; those are not the leaf's mistakes.
         """
         try:
             yield from super().tick()
         except (HardwareError, LeafCrashedError):
             raise
-        except Exception as error:
+        except (KeyboardInterrupt, GeneratorExit, LoopBlockedError):
+            raise
+        except BaseException as error:  # a leaf that calls `sys.exit` crashes like any other
             raise LeafCrashedError(self.name, error) from error
 
     def running(self, message: str) -> Status:

@@ -1,7 +1,8 @@
 """The robot: one interface, and the robots behind it.
 
 `robot` says what a robot and its parts are, `composition` makes one out of parts, `clock` says
-where time comes from, `gate` what may reach the robot, `registry` which robots and worlds there
+where time comes from, `gate` what may reach the robot, `watchdog` what stops it when the loop
+stands still, `registry` which robots and worlds there
 are. `sim` is the kinematic simulator; drivers of real hardware stand beside it. A task never knows
 which it got.
 """
@@ -11,16 +12,18 @@ from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, stopwatch
 from hw.composition import ComposedRobot
 from hw.fault_injection import INJECTABLE, FaultInjection
 from hw.frame import DepthFrame, DepthImage
-from hw.gate import Gate, Refusal
+from hw.gate import Gate, Refusal, UntrustedRobotError
 from hw.recording import TURN, Notes, RecordedRobot, Turn
 from hw.registry import Backend, WorldError, WorldOptions, open_backend, world_names
 from hw.replay import Difference, RecordEndsError, ReplayRobot
 from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
 from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
 from hw.truth import TrueObject, Truth
+from hw.watchdog import SIMULATION, LoopBlockedError, Patience, Watchdog
 
 __all__ = [
     "INJECTABLE",
+    "SIMULATION",
     "TURN",
     "Arm",
     "ArmState",
@@ -42,7 +45,9 @@ __all__ = [
     "GripperState",
     "HardwareError",
     "InlineExecutor",
+    "LoopBlockedError",
     "Notes",
+    "Patience",
     "RecordEndsError",
     "RecordedRobot",
     "Refusal",
@@ -55,7 +60,9 @@ __all__ = [
     "TrueObject",
     "Truth",
     "Turn",
+    "UntrustedRobotError",
     "WallClock",
+    "Watchdog",
     "WorldError",
     "WorldOptions",
     "one_thread",

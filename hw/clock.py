@@ -22,12 +22,21 @@ class Clock(Protocol):
     def sleep_until(self, stamp: float) -> None:
         """Return when `now()` is at least `stamp` [s]."""
 
+    @property
+    def is_real(self) -> bool:
+        """Whether it goes on while nobody looks, and the robot with it."""
+
+
+_SLACK = 0.02
+"""A paced clock that lags behind real time by more than this leaves the time in between out [s]."""
+
 
 class SimClock:
     """Simulated time: it jumps where it is told to, paced by the computer's clock on request.
 
     Args:
-        pace: simulated seconds per real second at most; None runs as fast as it can.
+        pace: simulated seconds per real second; None runs as fast as it can. A program that is too
+            slow for its pace misses simulated time as it would miss real time.
     """
 
     def __init__(self, pace: float | None = None) -> None:
@@ -41,13 +50,21 @@ class SimClock:
 
     def sleep_until(self, stamp: float) -> None:
         """Advance to `stamp` [s], never backwards; the pace counts from the first call."""
-        if self._began is None:
-            self._began = time.monotonic()
         self._now = max(self._now, stamp)
-        if self._pace is not None:
-            ahead = self._now / self._pace - (time.monotonic() - self._began)
-            if ahead > 0.0:
-                time.sleep(ahead)
+        if self._pace is None:
+            return
+        if self._began is None:
+            self._began = time.monotonic() - self._now / self._pace
+        ahead = self._now / self._pace - (time.monotonic() - self._began)
+        if ahead > 0.0:
+            time.sleep(ahead)
+        elif ahead < -_SLACK:
+            self._now -= ahead * self._pace
+
+    @property
+    def is_real(self) -> bool:
+        """Whether it is paced."""
+        return self._pace is not None
 
 
 class WallClock:
@@ -66,6 +83,11 @@ class WallClock:
         if ahead > 0.0:
             time.sleep(ahead)
 
+    @property
+    def is_real(self) -> bool:
+        """Always."""
+        return True
+
 
 @dataclass(frozen=True, order=True, slots=True)
 class TaskTime:
@@ -82,7 +104,7 @@ class TaskTime:
 
 
 class TaskClock:
-    """The clock of the tree and its leaves, so that a pause counts in none of their timeouts.
+    """The clock of the tree and its leaves: one moment a tick, and no pause counts in a timeout.
 
     Robot, gate and loop stay on the session's clock: they go on during a pause.
 
@@ -92,14 +114,21 @@ class TaskClock:
 
     def __init__(self, session: Clock) -> None:
         self.session = session
+        self._tick: float | None = None
         self._left_out = 0.0
         self._held_at: TaskTime | None = None
 
+    def begin_tick(self) -> None:
+        """Take the moment of the coming tick, for all that asks in it."""
+        self._tick = self.session.now()
+
     def now(self) -> TaskTime:
         """The present moment of the task."""
-        if self._held_at is not None:
-            return self._held_at
-        return TaskTime(self.session.now() - self._left_out)
+        return (
+            TaskTime(self._session_now() - self._left_out)
+            if self._held_at is None
+            else self._held_at
+        )
 
     def hold(self) -> None:
         """Stand still from now on."""
@@ -109,8 +138,11 @@ class TaskClock:
     def release(self) -> None:
         """Go on from where it was held."""
         if self._held_at is not None:
-            self._left_out = self.session.now() - self._held_at.seconds
+            self._left_out = self._session_now() - self._held_at.seconds
             self._held_at = None
+
+    def _session_now(self) -> float:
+        return self.session.now() if self._tick is None else self._tick
 
 
 def stopwatch() -> float:

@@ -36,6 +36,9 @@ class Limits:
     """Base speed along -x [m/s]."""
     base_acceleration: Array
     """(3,) base accelerations along x, y and about z [m/s^2, m/s^2, rad/s^2]."""
+    base_emergency: Array
+    """(3,) rates at which the velocity of the base is taken away when it must stop [m/s^2, m/s^2,
+    rad/s^2]."""
 
     def base_speed(self, twist: Array) -> Array:
         """(3,) largest speeds of the base in the directions of a twist (3,) [m/s, m/s, rad/s]."""

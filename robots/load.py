@@ -135,4 +135,5 @@ def _limits(arm: ArmFile, base: BaseFile) -> Limits:
         base_twist=np.array(base.limits.speed),
         base_reverse=base.limits.reverse,
         base_acceleration=np.array(base.limits.acceleration),
+        base_emergency=np.array(base.limits.emergency),
     )

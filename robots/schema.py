@@ -156,6 +156,14 @@ class BaseLimitsFile(StrictModel):
     """Along -x [m/s]."""
     acceleration: tuple[Positive, Positive, Positive]
     """Along x and y, about z [m/s^2, m/s^2, rad/s^2]."""
+    emergency: tuple[Positive, Positive, Positive]
+    """Deceleration when it must stop, along x and y, about z [m/s^2, m/s^2, rad/s^2]."""
+
+    @model_validator(mode="after")
+    def _stops_no_slower(self) -> BaseLimitsFile:
+        if any(e < a for e, a in zip(self.emergency, self.acceleration, strict=True)):
+            raise ValueError("`emergency` must be at least `acceleration` along every axis")
+        return self
 
 
 class BaseFile(StrictModel):

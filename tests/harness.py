@@ -123,7 +123,7 @@ class Harness:
         )
         self.robot.connect()
         self.controller = HolisticController(robot_model(robot))
-        self.gate = Gate(self.robot, self.controller.model.limits, 0.01)
+        self.gate = Gate(self.robot, description, 0.01)
         self.task_clock = TaskClock(self.clock)
         self.context = Context(
             robot=self.robot,

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import sys
+from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import IO, TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -62,9 +65,12 @@ def run(
         str | None, typer.Option(help="Which shipped grasp network: bins (the default) or ggcnn.")
     ] = None,
     vision: Annotated[
-        VisionChoice,
-        typer.Option(help="Look for grasps in step with the control ticks, or beside them."),
-    ] = VisionChoice.STEP,
+        VisionChoice | None,
+        typer.Option(
+            help="Look for grasps in step with the control ticks, or beside them; "
+            "default: beside in real time, else in step."
+        ),
+    ] = None,
     view: Annotated[
         ViewChoice,
         typer.Option(
@@ -90,6 +96,13 @@ def run(
     stop_before: Annotated[
         list[str] | None,
         typer.Option("--break", help="Pause before this node: its name, key or path."),
+    ] = None,
+    acknowledge_after: Annotated[
+        float | None,
+        typer.Option(
+            help="For unattended tests: acknowledge a released emergency stop after this [s].",
+            min=0.0,
+        ),
     ] = None,
     groot2: Annotated[
         bool, typer.Option("--groot2", help="Serve Groot2, the tree editor.")
@@ -127,15 +140,17 @@ def run(
     from config import UserError
     from hw import HardwareError
 
+    paced = speed is Speed.REAL
+    usual = VisionChoice.BESIDE if paced else VisionChoice.STEP
     options = RunOptions(
         tree=find_tree(tree),
         robot=robot,
         world=world,
-        vision=VisionForm(vision.value),
+        vision=VisionForm((vision or usual).value),
         scene=scene,
         seed=seed,
         parameters=parameters,
-        paced=speed is Speed.REAL,
+        paced=paced,
         record=record,
         replayable=replayable,
         weights=weights,
@@ -148,6 +163,7 @@ def run(
             breaks=tuple(stop_before or ()),
             groot=groot2,
             groot_port=groot2_port,
+            acknowledge_after=acknowledge_after,
         ),
     )
     try:
@@ -176,13 +192,27 @@ def _show(result: Result, as_json: bool) -> None:
     """What a run left, for people and for programs."""
     for_people = Console(stderr=as_json)
     if as_json:
-        print(result.summary.to_json())
-    result.summary.show(for_people)
-    for_people.print(f"left in {result.folder}/", highlight=False)
+        _unless_closed(sys.stdout, lambda: print(result.summary.to_json(), flush=True))
+    _unless_closed(for_people.file, lambda: result.summary.show(for_people))
+    left = f"left in {result.folder}/"
+    _unless_closed(for_people.file, lambda: for_people.print(left, highlight=False))
 
 
 def _say(text: str) -> None:
-    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
+    console = Console(stderr=True)
+    _unless_closed(
+        console.file,
+        lambda: console.print(text, soft_wrap=True, highlight=False, markup=False),
+    )
+
+
+def _unless_closed(file: IO[str], write: Callable[[], object]) -> None:
+    """Write; where nobody reads any more, be silent from now on: the exit code still tells."""
+    try:
+        write()
+        file.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
 
 
 def _run_dry(

@@ -9,8 +9,8 @@ from app.core.folder import COMMANDS, RECORDING, STATES, SUMMARY, FolderError
 from app.core.launch import Result, RunOptions, run_task
 from app.core.measurements import Measurements
 from app.core.on_save import run_on_save
-from app.core.outcome import End, Outcome
-from app.core.session import Session, Tick, failed_node
+from app.core.outcome import End, Outcome, failed_node
+from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary

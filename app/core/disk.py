@@ -27,7 +27,7 @@ _PERIOD = 0.5
 _CAPACITY = 20_000
 """Pieces that wait for a slow disk at most: more than half a minute of a run in real time."""
 _BATCH = 2_000
-_PATIENCE = 30.0
+PATIENCE = 30.0
 """Time that the disk has for the rest at the end [s]."""
 
 Encode: TypeAlias = Callable[[Sequence[Any]], bytes]
@@ -82,15 +82,18 @@ class Disk:
         """
         return self._opened(GrowingArray(self._folder / name, self._feed, np.dtype(row)))
 
-    def close(self) -> list[str]:
+    def close(self, patience: float = PATIENCE) -> list[str]:
         """Write what is left, close every file, and end the thread.
+
+        Args:
+            patience: time that the disk has for it [s].
 
         Returns:
             What went wrong, a line each; empty if everything is kept.
         """
         wrong = []
-        if not self._feed.close(_PATIENCE):
-            return [f"the disk did not take the rest of the run within {_PATIENCE:.0f} s"]
+        if not self._feed.close(patience):
+            return [f"the disk did not take the rest of the run within {patience:.0f} s"]
         if self._feed.dropped:
             wrong.append(f"{self._feed.dropped} pieces are missing because the disk was too slow")
         return [*wrong, *filter(None, [file.close() for file in self._files])]

@@ -24,6 +24,7 @@ class Journal:
     Args:
         folder: of the run.
         disk: writes everything but the frames.
+        attended: whether a person can acknowledge an emergency stop.
         lossless: as for `Disk`.
         frames: whether to keep the frames, which are large.
 
@@ -31,11 +32,14 @@ class Journal:
         FolderError: a file cannot be written.
     """
 
-    def __init__(self, folder: Path, disk: Disk, *, lossless: bool, frames: bool) -> None:
+    def __init__(
+        self, folder: Path, disk: Disk, *, attended: bool, lossless: bool, frames: bool
+    ) -> None:
         self._commands = disk.array(COMMANDS, (np.float64, (11,)))
         self._states = disk.array(STATES, (np.float64, (22,)))
         self._readings = disk.array(READINGS, TURN)
         self._notes = disk.file(NOTES)
+        self._note({"attended": attended})
         self._frame_disk = None
         if frames:
             self._frame_disk = Disk(folder, lossless=lossless, capacity=_FRAME_CAPACITY)
@@ -68,9 +72,9 @@ class Journal:
         """Note that the readings are complete, or why they are of no use for a replay."""
         self._note({"end": broken or "complete"})
 
-    def close(self) -> list[str]:
-        """Finish the frames; returns what went wrong with them."""
-        return self._frame_disk.close() if self._frame_disk is not None else []
+    def close(self, patience: float) -> list[str]:
+        """Finish the frames within a time [s]; returns what went wrong with them."""
+        return self._frame_disk.close(patience) if self._frame_disk is not None else []
 
     def _note(self, note: dict[str, object]) -> None:
         self._notes.add((json.dumps(note) + "\n").encode())

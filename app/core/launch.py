@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from os.path import relpath
 from pathlib import Path
@@ -13,18 +12,17 @@ from typing import NamedTuple
 from rich.console import Console
 
 from app.core.decisions import RecordedDecisions
-from app.core.disk import Disk
-from app.core.events import EVENTS, EventLog
-from app.core.folder import BT_LOG, RECORDING, SUMMARY, VIEWER_LOG, make_folder
-from app.core.journal import Journal
+from app.core.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder
+from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
-from app.core.outcome import Outcome
+from app.core.observers import Observers
+from app.core.outcome import End, Outcome
+from app.core.outputs import Outputs
 from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary, summarise
 from app.live import (
-    Control,
     ControlOptions,
     OperatorConsole,
     Recorder,
@@ -39,8 +37,10 @@ from controller import RobotModel
 from hw import Truth, WorldOptions, stopwatch
 from perception import GraspDetector
 from robots import load_robot
-from trees.btcpp import BtLog
 from trees.language import Task, TreeNode, build, load, nodes_in_order
+
+_SHORT_PATIENCE = 1.0
+"""Time that the disk has for the rest of a run that is abandoned [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,7 +111,6 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
             nodes=nodes,
             inject=setup.robot.inject,
             clear=setup.robot.clear,
-            release=setup.gate.release,
             viewer=_web_viewer(viewer),
             say=_tell,
         )
@@ -139,11 +138,15 @@ def _run(
         options.record, task.name, _texts(task), asdict(options) | {"scene": scene}
     )
     lossless = not options.paced
-    disk = Disk(folder, lossless=lossless)
-    events = EventLog(disk.file(EVENTS), task.name, nodes)
-    journal = Journal(folder, disk, lossless=lossless, frames=options.replayable)
-    bt_log, bt_file = BtLog(nodes), disk.file(BT_LOG)
-    bt_file.add(bt_log.head)
+    outputs = Outputs(
+        folder,
+        task=task.name,
+        nodes=nodes,
+        robot=setup.recorded,
+        attended=room.control.attended,
+        lossless=lossless,
+        frames=options.replayable,
+    )
     recorder = Recorder(
         folder / RECORDING,
         tree=tree,
@@ -152,25 +155,36 @@ def _run(
         lossless=lossless,
         server=viewer.server,
     )
-    begun = stopwatch()
+    begun, observers, terminal = stopwatch(), Observers(), terminal_settings()
     with (
         viewer.showing(folder / VIEWER_LOG),
         room.open(),
-        _interrupts(room.control),
+        interrupts(room.control.stop, setup.robot.stop, End.INTERRUPTED.exit_code),
         StatusLine(tree) as status_line,
     ):
-        setup.recorded.record(journal)
+
+        def tell(tick: Tick) -> None:
+            seen = snapshots.of(tick)
+            why = room.control.state.why if tick.paused else ""
+            changed = outputs.update(seen, paused=tick.paused, why=why)
+            room.control.node_changed(changed)
+            observers.tell("the recording", lambda: recorder.record(seen))
+            observers.tell("the controls", lambda: room.show(seen))
+            observers.tell(
+                "the status line",
+                lambda: status_line.update(seen, placed=log.placed, attempts=log.attempts),
+            )
 
         def watch(tick: Tick) -> None:
             if interrupted():
                 room.control.stop()
-            seen = snapshots.of(tick)
-            recorder.record(seen)
-            bt_file.add(bt_log.changes(seen.stamp))
-            why = room.control.state.why if tick.paused else ""
-            changed = events.update(seen, paused=tick.paused, why=why)
-            room.show(seen, changed=changed)
-            status_line.update(seen, placed=log.placed, attempts=log.attempts)
+            observers.tell("what watches the run", lambda: tell(tick))
+
+        def abandon(outcome: Outcome) -> None:
+            observers.tell("the terminal", lambda: _tell(f"{outcome.reason}; the run is abandoned"))
+            outputs.end(outcome, setup.clock.session.now())
+            outputs.close(_SHORT_PATIENCE)
+            leave(setup.robot.stop, outcome.end.exit_code, terminal)
 
         outcome = Session(
             root=room.root,
@@ -181,13 +195,12 @@ def _run(
             clock=setup.clock,
             control=RecordedDecisions(room.control, setup.recorded),
             watch=watch,
+            abandon=abandon,
         ).run()
-        real_seconds = stopwatch() - begun
-        duration = setup.clock.session.now()
-        events.end(outcome, duration)
-        setup.recorded.end()
-        journal.end(setup.recorded.broken)
-        warnings = [*_closed(recorder), *disk.close(), *journal.close()]
+        real_seconds = stopwatch() - begun - measurements.paused_s
+        duration = setup.clock.now().seconds
+        outputs.end(outcome, setup.clock.session.now())
+        warnings = [*observers.failures, *_closed(recorder), *outputs.close()]
         summary = summarise(
             task=task.name,
             robot=robot,
@@ -208,6 +221,15 @@ def _run(
     return Result(outcome, summary.kept(folder / SUMMARY), folder)
 
 
+def _closed(recorder: Recorder) -> list[str]:
+    """Close a recorder; returns what went wrong, if anything."""
+    try:
+        recorder.close()
+    except RecorderError as error:
+        return [str(error)]
+    return []
+
+
 def _web_viewer(viewer: Viewer) -> WebViewer | None:
     """Where the control page finds the viewer in the browser."""
     if viewer.page is None or viewer.server is None:
@@ -217,7 +239,8 @@ def _web_viewer(viewer: Viewer) -> WebViewer | None:
 
 def _tell(text: str) -> None:
     """Say something to the person at the terminal."""
-    Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
+    with suppress(OSError):  # the terminal is gone
+        Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
 
 
 def _scene(options: RunOptions, task: Task) -> str:
@@ -241,24 +264,3 @@ def _brought(before: Mapping[str, str], after: Mapping[str, str]) -> int:
     """How many objects stand on some other furniture than before, and not on the floor."""
     nowhere = ("", "hand", "floor")
     return sum(after[name] not in (*nowhere, before[name]) for name in before)
-
-
-def _closed(recorder: Recorder) -> list[str]:
-    """Close a recorder; returns what went wrong, if anything."""
-    try:
-        recorder.close()
-    except RecorderError as error:
-        return [str(error)]
-    return []
-
-
-@contextmanager
-def _interrupts(control: Control) -> Iterator[None]:
-    """Ctrl-C and SIGTERM stop the run instead of raising, as long as the context lasts."""
-    kinds = (signal.SIGINT, signal.SIGTERM)
-    before = {kind: signal.signal(kind, lambda *_: control.stop()) for kind in kinds}
-    try:
-        yield
-    finally:
-        for kind, handler in before.items():
-            signal.signal(kind, handler)

@@ -32,6 +32,12 @@ class Measurements:
     """Real time of each tick from the reading to the command, perception in step included [s]."""
     late_ticks: int = 0
     """Ticks that took longer than the control period, what they tell watchers included."""
+    missed_ticks: int = 0
+    """Ticks that were left out, because the one before took longer than its period."""
+    stalls: int = 0
+    """How often the watchdog stopped the robot because a tick took too long."""
+    paused_s: float = 0.0
+    """Real time that the run was paused [s]."""
 
     def reading(self, state: RobotState) -> None:
         """Hold a reading against the limits."""

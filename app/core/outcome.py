@@ -1,13 +1,18 @@
-"""How a run ended, and its exit code."""
+"""How a run ended, its exit code, and what an exception means for it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING
+from traceback import format_exception
 
-if TYPE_CHECKING:
-    from py_trees.behaviour import Behaviour
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from behaviours import Context, LeafCrashedError
+from controller import GoalError
+from hw import HardwareError, LoopBlockedError
+from trees.language import Branch
 
 
 class End(Enum):
@@ -17,15 +22,16 @@ class End(Enum):
     FAILURE = "failure"
     """The tree failed."""
     CRASH = "crash"
-    """A node of the tree raised an exception."""
+    """A node of the tree, or the controller, raised an exception or blocked the loop."""
     HARDWARE = "hardware fault"
-    """The robot could not be read or commanded any more."""
+    """The robot could not be read, commanded or believed any more."""
     INTERRUPTED = "interrupted"
 
     @property
     def exit_code(self) -> int:
         """What the process tells the shell."""
-        return {"success": 0, "failure": 1, "crash": 1, "hardware fault": 3}.get(self.value, 130)
+        codes = {"success": 0, "failure": 1, "hardware fault": 3, "crash": 4, "interrupted": 130}
+        return codes[self.value]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,4 +46,64 @@ class Outcome:
     where: Behaviour | None = field(default=None, compare=False)
     """The node that `node` names, or that was at work; None if there is none to tell."""
     trace: str = ""
-    """Where in the code a leaf crashed, as Python tells it; empty if none did."""
+    """Where in the code a leaf or the controller crashed; empty if none did."""
+
+
+class Stage(Enum):
+    """What the loop is at."""
+
+    READ = "reading the robot"
+    TREE = "the tree"
+    CONTROL = "the controller"
+    SEND = "commanding the robot"
+    WATCH = "those who watch the run"
+
+    @property
+    def is_hardware(self) -> bool:
+        """Whether the robot is to blame for what goes wrong here."""
+        return self in (Stage.READ, Stage.SEND)
+
+
+def outcome_of(error: BaseException, stage: Stage, root: Behaviour, context: Context) -> Outcome:
+    """What an exception means for the run.
+
+    Args:
+        error: what was raised.
+        stage: what the loop was at.
+        root: of the tree.
+        context: of its leaves.
+    """
+    leaf = last_ticked(root)
+    if isinstance(error, KeyboardInterrupt):
+        return Outcome(end=End.INTERRUPTED, reason="interrupted by a person", where=leaf)
+    if isinstance(error, HardwareError):
+        return Outcome(end=End.HARDWARE, reason=str(error), where=leaf)
+    if isinstance(error, LoopBlockedError):
+        error = TimeoutError("did not return in time")
+    elif isinstance(error, LeafCrashedError) and error.__cause__ is not None:
+        error = error.__cause__
+    text = str(error) if isinstance(error, GoalError) else f"{type(error).__name__}: {error}"
+    if stage.is_hardware:
+        return Outcome(end=End.HARDWARE, reason=f"{stage.value}: {text}", where=leaf)
+    if stage is Stage.CONTROL:
+        setter = context.goal_of[0] if context.goal_of else None
+        leaf = setter if isinstance(setter, Behaviour) else leaf
+        text = text if isinstance(error, GoalError) else f"{stage.value}: {text}"
+    trace = "".join(format_exception(error))
+    return Outcome(end=End.CRASH, reason=text, node=leaf.name, where=leaf, trace=trace)
+
+
+def failed_node(root: Behaviour) -> Behaviour:
+    """The deepest node that made a failed tree fail: down the last failed child of each node."""
+    node = root
+    while failed := [child for child in node.children if child.status is Status.FAILURE]:
+        node = failed[-1]
+    return node
+
+
+def last_ticked(root: Behaviour) -> Behaviour:
+    """The leaf that was ticked last, or was being ticked when an exception came."""
+    node = root
+    while isinstance(node, Branch) and node.current_child is not None:
+        node = node.current_child
+    return node

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -77,11 +77,11 @@ def replay(folder: Path) -> Replay:
     """
     options = _options(folder)
     turns = _turns(folder / READINGS)
-    faults, end = _notes(folder / NOTES)
-    if end not in ("", "complete"):
-        raise ReplayError(f"{folder}: cannot be replayed: {end}")
+    notes = _notes(folder / NOTES)
+    if notes.end not in ("", "complete"):
+        raise ReplayError(f"{folder}: cannot be replayed: {notes.end}")
     description = load_robot(options["robot"])
-    robot = ReplayRobot(description, turns, faults, _frames(folder, turns, description))
+    robot = ReplayRobot(description, turns, notes.faults, _frames(folder, turns, description))
     detector = GraspDetector(options["weights"], options["network"], gripper=description.gripper)
     task = load(folder / TASK, overrides=options["parameters"])
     backend = Backend(robot=robot, clock=robot.clock, truth=None)
@@ -95,7 +95,7 @@ def replay(folder: Path) -> Replay:
             gate=setup.gate,
             measurements=Measurements(limits=setup.model.limits),
             clock=setup.clock,
-            control=ReplayedDecisions(robot),
+            control=ReplayedDecisions(robot, attended=notes.attended),
             watch=lambda tick: None,
         ).run()
     return Replay(
@@ -103,7 +103,7 @@ def replay(folder: Path) -> Replay:
         recorded=int(turns["sent"].sum()),
         difference=robot.difference,
         ran_out=robot.ran_out,
-        complete=bool(end),
+        complete=bool(notes.end),
         outcome=outcome,
     )
 
@@ -154,20 +154,31 @@ def _turns(path: Path) -> npt.NDArray[np.void]:
     return turns
 
 
-def _notes(path: Path) -> tuple[Mapping[int, tuple[Fault, ...]], str]:
-    """The sets of faults by number, and how the readings end; empty if they were cut off."""
-    faults, end = {}, ""
+@dataclass(kw_only=True)
+class _Notes:
+    """What the readings refer to."""
+
+    faults: dict[int, tuple[Fault, ...]] = field(default_factory=dict)
+    """By number."""
+    attended: bool = True
+    end: str = ""
+    """How the readings end; empty if they were cut off."""
+
+
+def _notes(path: Path) -> _Notes:
+    notes = _Notes()
     try:
         for line in path.read_text(encoding="utf-8").splitlines():
             note = json.loads(line)
-            end = str(note.get("end", end))
+            notes.end = str(note.get("end", notes.end))
+            notes.attended = bool(note.get("attended", notes.attended))
             if "number" in note:
-                faults[int(note["number"])] = tuple(_fault(one) for one in note["faults"])
+                notes.faults[int(note["number"])] = tuple(map(_fault, note["faults"]))
     except OSError as error:
         raise ReplayError(f"{path}: cannot be read ({error.strerror})") from error
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise ReplayError(f"{path}: damaged ({type(error).__name__}: {error})") from error
-    return faults, end
+    return notes
 
 
 def _fault(described: Mapping[str, Any]) -> Fault:

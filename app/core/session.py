@@ -1,15 +1,15 @@
 """The loop: read the robot, tick the tree, step the controller, pass the gate; again.
 
-It is the only place that commands motion. Whatever happens, an end of the tree, an exception in a
-leaf, an interrupt, the robot is brought to rest within its limits before `run` returns. While the
-run is paused the loop goes on without the tree, which brings the robot to rest as well.
+It is the only place that commands motion. `run` never raises: whatever happens, an end of the tree,
+an exception anywhere, an interrupt, becomes an outcome, and the robot is brought to rest before it
+returns. While the run is paused the loop goes on without the tree, which brings the robot to rest
+as well.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from traceback import format_exception
 
 import numpy as np
 from py_trees.behaviour import Behaviour
@@ -17,11 +17,22 @@ from py_trees.common import Status
 
 from app.core.decisions import Decisions
 from app.core.measurements import Measurements
-from app.core.outcome import End, Outcome
-from behaviours import Context, LeafCrashedError
-from controller import Command, GoalError, HolisticController, StepReport
-from hw import Gate, HardwareError, RobotState, TaskClock, stopwatch
-from trees.language import Branch
+from app.core.outcome import End, Outcome, Stage, failed_node, last_ticked, outcome_of
+from behaviours import Context
+from controller import Command, HolisticController, MotionGoal, StepReport
+from hw import (
+    SIMULATION,
+    FaultKind,
+    Gate,
+    HardwareError,
+    LoopBlockedError,
+    Patience,
+    Refusal,
+    RobotState,
+    TaskClock,
+    Watchdog,
+    stopwatch,
+)
 
 _LONGEST_STOP = 3.0
 """Coming to rest is given up after this [s]."""
@@ -44,6 +55,10 @@ class Tick:
     """Whether a person keeps the tree from being ticked."""
 
 
+class EmergencyStopError(HardwareError):
+    """A person pressed the button, and nobody can acknowledge it."""
+
+
 class Session:
     """Runs one tree on one robot.
 
@@ -55,7 +70,8 @@ class Session:
         measurements: what is measured on the way.
         clock: the task's clock, held while paused; the loop itself runs on the session's behind it.
         control: what people want; asked every tick.
-        watch: called after every tick.
+        watch: called after every tick; must not raise.
+        abandon: called from another thread when a tick never returns; ends the process.
     """
 
     def __init__(
@@ -69,6 +85,7 @@ class Session:
         clock: TaskClock,
         control: Decisions,
         watch: Callable[[Tick], None],
+        abandon: Callable[[Outcome], None] = lambda outcome: None,
     ) -> None:
         self._root = root
         self._context = context
@@ -77,46 +94,48 @@ class Session:
         self._measurements = measurements
         self._clock = clock
         self._control = control
+        patience = Patience() if clock.session.is_real else SIMULATION
+        self._watchdog = Watchdog(
+            context.robot.stop, lambda: abandon(self._outcome_of(LoopBlockedError())), patience
+        )
         self._watch = watch
         self._number = 0
+        self._due = 0
         self._period = controller.settings.period
+        self._stage = Stage.READ
+        self._report: StepReport | None = None
 
     def run(self) -> Outcome:
         """Tick until the tree ends or something else does, and bring the robot to rest."""
-        outcome = self._guarded(self._run_tree)
-        rest = self._guarded(self._come_to_rest)
-        self._root.stop(Status.INVALID)
-        if rest.end is not End.SUCCESS:
-            self._context.robot.stop()
-            return rest if outcome.end is End.SUCCESS else outcome
-        return outcome
+        with self._watchdog:
+            outcome = self._guarded(self._run_tree)
+            rest = outcome
+            if outcome.end in (End.SUCCESS, End.FAILURE):
+                rest = self._guarded(self._come_to_rest)
+            if rest.end is not End.SUCCESS:
+                rest = self._guarded(self._brake)
+            if rest.end is not End.SUCCESS:
+                self._guarded(self._stop_robot)
+            halted = self._guarded(self._halt_tree)
+        self._clock.begin_tick()
+        self._measurements.stalls = self._watchdog.stalls
+        ends = (outcome, rest, halted)
+        return next((end for end in ends if end.end is not End.SUCCESS), outcome)
 
     def _guarded(self, part: Callable[[], Outcome]) -> Outcome:
         """Run a part of the session and put a name to whatever it raises."""
         try:
             return part()
-        except LeafCrashedError as error:
-            trace = "".join(format_exception(error.__cause__))
-            leaf = last_ticked(self._root)
-            return Outcome(
-                end=End.CRASH, reason=str(error), node=error.leaf, where=leaf, trace=trace
-            )
-        except GoalError as error:
-            setter = self._context.goal_of[0] if self._context.goal_of else None
-            where = setter if isinstance(setter, Behaviour) else None
-            name = where.name if where else ""
-            return Outcome(end=End.CRASH, reason=str(error), node=name, where=where)
-        except HardwareError as error:
-            return Outcome(end=End.HARDWARE, reason=str(error), where=last_ticked(self._root))
+        except BaseException as error:  # the robot may be moving: nothing passes
+            return self._outcome_of(error)
+
+    def _outcome_of(self, error: BaseException) -> Outcome:
+        return outcome_of(error, self._stage, self._root, self._context)
 
     def _run_tree(self) -> Outcome:
         while not self._control.stopped:
-            if not self._control.take_turn():
-                self._clock.hold()
-                self._tick(None)
+            if not self._tick():
                 continue
-            self._clock.release()
-            self._tick(self._root.tick_once)
             if self._root.status is Status.SUCCESS:
                 return Outcome(end=End.SUCCESS, reason=self._root.feedback_message)
             if self._root.status is not Status.RUNNING:
@@ -126,68 +145,148 @@ class Session:
         where = last_ticked(self._root)
         return Outcome(end=End.INTERRUPTED, reason="interrupted by a person", where=where)
 
-    def _come_to_rest(self) -> Outcome:
-        """Tick without the tree until nothing moves."""
-        for _ in range(round(_LONGEST_STOP / self._period)):
-            state = self._tick(lambda: None)
-            if max(np.abs(state.base_twist).max(), np.abs(state.qd).max()) < _AT_REST:
-                return Outcome(end=End.SUCCESS, reason="at rest")
-        return Outcome(
-            end=End.HARDWARE, reason=f"the robot still moves after {_LONGEST_STOP:g} s of braking"
-        )
-
-    def _tick(self, tick_tree: Callable[[], None] | None) -> RobotState:
-        """One turn of the loop; returns the reading that it began with.
-
-        Without `tick_tree` the run is paused: the robot comes to rest, and the context keeps goal
-        and report, so that the leaf that continues finds the last report of the controller.
-        """
-        context, clock = self._context, self._clock.session
+    def _tick(self) -> bool:
+        """One turn of the loop; returns whether the tree was ticked."""
+        context = self._context
         begun = stopwatch()
-        state = context.robot.read()
-        self._measurements.reading(state)
-        if tick_tree is None:
-            context.state, goal = state, None
-        else:
+        state, now = self._read()
+        if self._gate.judge(state, now) is Refusal.READING:
+            self._stage = Stage.SEND
+            self._gate.send(self._gate.applied, state, now)
+            self._wait(begun, paused=False)
+            return False
+        self._heed_faults(state)
+        turn = self._control.take_turn()
+        if turn:
+            self._clock.release()
             context.begin_tick(state)
-            tick_tree()
-            goal = context.goal
-        command, report = self._controller.step(state, goal, self._gate.applied)
-        applied = self._gate.send(command, state, clock.now())
-        if tick_tree is not None:
+            self._stage = Stage.TREE
+            self._root.tick_once()
+        else:
+            self._clock.hold()
+            context.state = state
+        report = self._step(state, now, context.goal if turn else None)
+        if turn:
             context.end_tick(report)
+        self._end_tick(state, begun, paused=not turn)
+        return turn
+
+    def _read(self) -> tuple[RobotState, float]:
+        """The newest reading, and the moment of this tick [s]."""
+        self._watchdog.feed()
+        self._stage = Stage.READ
+        state = self._context.robot.read()
+        self._clock.begin_tick()
+        return state, self._clock.session.now()
+
+    def _step(self, state: RobotState, now: float, goal: MotionGoal | None) -> StepReport:
+        """Turn a goal into a command, and send it."""
+        self._stage = Stage.CONTROL
+        last = self._gate.continue_from(state, now)
+        command, self._report = self._controller.step(state, goal, last)
+        self._stage = Stage.SEND
+        self._gate.send(command, state, self._clock.session.now())
+        return self._report
+
+    def _heed_faults(self, state: RobotState) -> None:
+        """Pause for what only a person may clear, and wait until a person says so.
+
+        Raises:
+            EmergencyStopError: nobody can.
+        """
+        faults = [fault for fault in state.faults if not fault.clearable]
+        if self._gate.latched:
+            pressed = [fault for fault in faults if fault.kind is FaultKind.EMERGENCY_STOP]
+            text = pressed[0].text if pressed else "emergency stop"
+            if not self._control.attended:
+                raise EmergencyStopError(f"{text}; nobody is here to acknowledge it")
+            if self._control.emergency_stop(text, pressed=bool(pressed)):
+                self._gate.acknowledge()
+        elif faults and self._control.attended:
+            self._control.pause(faults[0].text)
+
+    def _end_tick(self, state: RobotState, begun: float, *, paused: bool) -> None:
+        """Tell what has happened, and wait for the next tick."""
+        measurements, applied = self._measurements, self._gate.applied
         seconds = stopwatch() - begun
-        self._measurements.ticks_s.append(seconds)
-        self._watch(
-            Tick(
-                number=self._number,
-                state=state,
-                applied=applied,
-                report=report,
-                context=context,
-                seconds=seconds,
-                paused=tick_tree is None,
+        self._stage = Stage.WATCH
+        measurements.reading(state)
+        if not paused:
+            measurements.ticks_s.append(seconds)
+        if self._report is not None:
+            self._watch(
+                Tick(
+                    number=self._number,
+                    state=state,
+                    applied=applied,
+                    report=self._report,
+                    context=self._context,
+                    seconds=seconds,
+                    paused=paused,
+                )
             )
-        )
-        self._measurements.late_ticks += stopwatch() - begun > self._period
+        measurements.late_ticks += not paused and stopwatch() - begun > self._period
         self._number += 1
-        if tick_tree is None:
-            self._control.wait(self._period - (stopwatch() - begun))
-        clock.sleep_until(self._number * self._period)
-        return state
+        self._wait(begun, paused=paused)
+
+    def _wait(self, begun: float, *, paused: bool) -> None:
+        """Wait for the next tick that is not missed."""
+        clock, period = self._clock.session, self._period
+        if paused:
+            self._control.wait(period - (stopwatch() - begun))
+            self._measurements.paused_s += stopwatch() - begun
+        self._due += 1
+        clock.sleep_until(self._due * period)
+        missed = int((clock.now() - self._due * period) / period + 1e-6)
+        self._due += missed
+        if not paused:
+            self._measurements.missed_ticks += missed
+
+    def _come_to_rest(self) -> Outcome:
+        """Tick without the tree until nothing moves, within the usual limits."""
+        for _ in range(round(_LONGEST_STOP / self._period)):
+            begun = stopwatch()
+            state, now = self._read()
+            self._gate.judge(state, now)
+            self._context.begin_tick(state)
+            self._step(state, now, None)
+            self._end_tick(state, begun, paused=False)
+            if _is_at_rest(state):
+                return Outcome(end=End.SUCCESS, reason="at rest")
+        return _still_moving()
+
+    def _brake(self) -> Outcome:
+        """Brake at the emergency deceleration; needs neither tree nor controller nor readings."""
+        for _ in range(round(_LONGEST_STOP / self._period)):
+            begun = stopwatch()
+            try:
+                state, now = self._read()
+            except Exception:
+                self._gate.brake(None, self._clock.session.now())
+                self._wait(begun, paused=False)
+                continue
+            self._gate.brake(state, now)
+            self._end_tick(state, begun, paused=False)
+            if _is_at_rest(state):
+                return Outcome(end=End.SUCCESS, reason="at rest")
+        return _still_moving()
+
+    def _halt_tree(self) -> Outcome:
+        self._stage = Stage.TREE
+        self._root.stop(Status.INVALID)
+        return Outcome(end=End.SUCCESS, reason="halted")
+
+    def _stop_robot(self) -> Outcome:
+        self._stage = Stage.SEND
+        self._context.robot.stop()
+        return Outcome(end=End.SUCCESS, reason="stopped")
 
 
-def failed_node(root: Behaviour) -> Behaviour:
-    """The deepest node that made a failed tree fail: down the last failed child of each node."""
-    node = root
-    while failed := [child for child in node.children if child.status is Status.FAILURE]:
-        node = failed[-1]
-    return node
+def _is_at_rest(state: RobotState) -> bool:
+    speeds = np.abs((*state.base_twist, *state.qd))
+    return bool(speeds.max() < _AT_REST)  # NaN is not at rest
 
 
-def last_ticked(root: Behaviour) -> Behaviour:
-    """The leaf that was ticked last, or was being ticked when an exception came."""
-    node = root
-    while isinstance(node, Branch) and node.current_child is not None:
-        node = node.current_child
-    return node
+def _still_moving() -> Outcome:
+    reason = f"the robot still moves after {_LONGEST_STOP:g} s of braking"
+    return Outcome(end=End.HARDWARE, reason=reason)

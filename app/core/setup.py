@@ -104,7 +104,7 @@ def set_up(backend: Backend, detector: GraspDetector, form: VisionForm) -> Itera
             clock=clock,
             truth=backend.truth,
             controller=controller,
-            gate=Gate(robot, controller.model.limits, controller.settings.period),
+            gate=Gate(robot, robot.description, controller.settings.period),
             vision=vision,
             context=Context(
                 robot=robot,

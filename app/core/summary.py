@@ -34,9 +34,12 @@ class Summary:
     """How many objects there were to begin with."""
     placed: int
     """How many of them lie where they were to be placed, as the simulator's contacts tell."""
+    claimed: int
+    """How many the tree claims to have placed."""
     attempts: int
     """How often the fingers closed to grasp."""
     duration_s: float
+    """Pauses left out."""
     grasp_time_mean_s: float | None
     """From the first look to closed fingers, mean over the attempts that succeeded."""
     pick_place_time_mean_s: float | None
@@ -54,6 +57,10 @@ class Summary:
     tick_p99_ms: float
     late_ticks: int
     """Ticks that took longer than the control period; in simulation they only take their time."""
+    missed_ticks: int
+    """Ticks that were left out because the one before took too long."""
+    stalls: int
+    """How often the watchdog stopped the robot because a tick took too long."""
     perception_s: float
     """Real time that ticks spent on images and grasp detection."""
     real_time_factor: float
@@ -62,10 +69,10 @@ class Summary:
     """What the robot told people, in order."""
     dropped_snapshots: int
     """Ticks that neither recording nor viewer shows, because writing was too slow."""
+    warnings: list[str]
+    """What could not be kept or shown of the run."""
     carried: list[dict[str, float | int | None]]
     """Each object's times and attempts."""
-    warnings: list[str]
-    """What could not be kept of the run."""
 
     def kept(self, path: Path) -> Summary:
         """Keep it as JSON; returns it with a warning if that fails."""
@@ -84,9 +91,10 @@ class Summary:
         """Print it for people."""
         table = Table(title=f"{self.task}: {self.outcome}", title_justify="left", show_header=False)
         failed_in = f" (in {self.node})" if self.node else ""
+        claim = f"; the task claims {self.claimed}" if self.claimed != self.placed else ""
         rows: dict[str, Any] = {
             "why": f"{self.reason}{failed_in}",
-            "placed": f"{self.placed} of {self.objects} objects in {self.attempts} attempts",
+            "placed": f"{self.placed} of {self.objects} objects in {self.attempts} attempts{claim}",
             "time": f"{self.duration_s:.1f} s, {self.real_time_factor:.2f} times real time",
             "grasp": _seconds(self.grasp_time_mean_s),
             "pick and place": _seconds(self.pick_place_time_mean_s),
@@ -94,8 +102,10 @@ class Summary:
             f"at most {self.highest_speed_percent:.0f} % of a speed limit, "
             f"joints at least {self.smallest_joint_margin_deg:.1f}° inside their range",
             "control tick": f"median {self.tick_median_ms:.2f} ms, p99 {self.tick_p99_ms:.2f} ms; "
-            f"{self.late_ticks} longer than its period",
+            f"{self.late_ticks} longer than its period, {self.missed_ticks} left out",
         }
+        if self.stalls:
+            rows["stalls"] = f"{self.stalls}: the watchdog stopped the robot"
         if self.messages:
             rows["messages"] = "\n".join(self.messages)
         if self.refused_commands:
@@ -145,7 +155,7 @@ def summarise(
         real_seconds: time that passed meanwhile [s].
         perception_seconds: how much of it went into looking [s].
         dropped_snapshots: ticks that are not in the recording.
-        warnings: what could not be kept of the run.
+        warnings: what could not be kept or shown of the run.
     """
     done = [one for one in log.carried if one.placed is not None]
     return Summary(
@@ -158,6 +168,7 @@ def summarise(
         node=outcome.node,
         objects=objects,
         placed=placed,
+        claimed=log.placed,
         attempts=log.attempts,
         duration_s=round(duration, 3),
         grasp_time_mean_s=_mean([one.grasp_time for one in done]),
@@ -170,12 +181,14 @@ def summarise(
         tick_median_ms=round(1000.0 * measurements.ticks_s.quantile(0.5), 3),
         tick_p99_ms=round(1000.0 * measurements.ticks_s.quantile(0.99), 3),
         late_ticks=measurements.late_ticks,
+        missed_ticks=measurements.missed_ticks,
+        stalls=measurements.stalls,
         perception_s=round(perception_seconds, 2),
         real_time_factor=round(duration / real_seconds, 3) if real_seconds > 0.0 else 0.0,
         messages=[text for _, text in log.messages],
         dropped_snapshots=dropped_snapshots,
-        carried=[_times(one) for one in log.carried],
         warnings=warnings,
+        carried=[_times(one) for one in log.carried],
     )
 
 

@@ -11,6 +11,7 @@ from py_trees.behaviour import Behaviour
 from app.live.groot import USUAL_PORT, GrootError, GrootServer
 from app.live.nodes import tree_view
 from app.live.operator import (
+    ACKNOWLEDGED,
     HELP,
     Control,
     ControlPage,
@@ -48,6 +49,9 @@ class ControlOptions:
     groot: bool = False
     """Serve Groot2."""
     groot_port: int = USUAL_PORT
+    acknowledge_after: float | None = None
+    """For unattended tests: a released emergency stop is acknowledged, and the run resumed, by
+    itself after this [s]; None leaves it to a person."""
 
 
 class OperatorConsole:
@@ -61,7 +65,6 @@ class OperatorConsole:
         nodes: the nodes of the tree, in preorder.
         inject: injects a fault into the robot, by name.
         clear: clears the injected faults.
-        release: releases the gate that a fault had latched; called on the loop.
         viewer: the web viewer to embed in the page, if there is one.
         say: receives messages for the user, a line at a time.
 
@@ -80,20 +83,22 @@ class OperatorConsole:
         nodes: Sequence[TreeNode],
         inject: Callable[[str], None],
         clear: Callable[[], None],
-        release: Callable[[], None],
         viewer: WebViewer | None,
         say: Callable[[str], None],
     ) -> None:
-        self.control = Control(paused=options.paused)
-        self._clear, self._release = clear, release
+        has_person = options.page or options.groot or in_terminal(0)
+        self.control = Control(
+            paused=options.paused,
+            attended=has_person or options.acknowledge_after is not None,
+        )
+        self._acknowledge_after = options.acknowledge_after
+        self._released_at: float | None = None
         self._say = say
         self._groot: GrootServer | None = None
         self._page: ControlPage | None = None
-        self._cleared = False
+        self._emergency = ""
         self._stack = ExitStack()
-        if (options.paused or options.breaks) and not (
-            options.page or options.groot or in_terminal(0)
-        ):
+        if (options.paused or options.breaks) and not has_person:
             raise NoControlError(
                 "--paused and --break wait for a person, but there is no terminal for keys; "
                 "add --control or --groot2"
@@ -111,7 +116,7 @@ class OperatorConsole:
                         self.control,
                         tree,
                         inject=inject,
-                        clear=self.clear,
+                        clear=clear,
                         viewer=viewer,
                         port=options.page_port,
                     )
@@ -136,27 +141,33 @@ class OperatorConsole:
                 self._say(f"control at {self._page.url}")
             yield
 
-    def show(self, snapshot: Snapshot, *, changed: bool) -> None:
-        """Pass a tick to the page and to Groot2.
-
-        Args:
-            snapshot: the tick.
-            changed: whether a node changed its status.
-        """
-        if changed:
-            self.control.node_changed()
+    def show(self, snapshot: Snapshot) -> None:
+        """Pass a tick to the page and to Groot2."""
+        self._heed_emergency(snapshot.stamp)
         if self._page is not None:
             self._page.show(snapshot)
         if self._groot is not None:
             self._groot.show(snapshot, {**snapshot.blackboard, **key_figures(snapshot)})
-        if self._cleared and not snapshot.state.faults:
-            self._cleared = False
-            self._release()
 
-    def clear(self) -> None:
-        """Clear injected faults; `show` releases the gate with the next healthy reading."""
-        self._clear()
-        self._cleared = True
+    def _heed_emergency(self, now: float) -> None:
+        """Tell the user about an emergency stop, and stand in for a person in unattended tests."""
+        state = self.control.state
+        if state.emergency and not self._emergency:
+            self._say(
+                f"{state.emergency}: the run is paused; release the button, acknowledge the stop "
+                "(key a, or the page), then resume"
+            )
+        self._emergency = state.emergency
+        if self._acknowledge_after is None:
+            return
+        if state.why == ACKNOWLEDGED:
+            self.control.resume()
+        if not state.emergency or state.pressed:
+            self._released_at = None
+        elif self._released_at is None:
+            self._released_at = now
+        elif now - self._released_at >= self._acknowledge_after:
+            self.control.acknowledge()
 
     def _insert(
         self, options: ControlOptions, nodes: Sequence[TreeNode]

@@ -7,6 +7,7 @@ log file readable.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -62,7 +63,8 @@ class StatusLine:
 
     def __exit__(self, *_: object) -> None:
         if self._live is not None:
-            self._live.stop()
+            with suppress(OSError):  # the terminal is gone
+                self._live.stop()
 
     def update(self, snapshot: Snapshot, *, placed: int, attempts: int) -> None:
         """Show a snapshot, unless the last one was shown only a moment ago.

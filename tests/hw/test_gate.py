@@ -1,18 +1,18 @@
-"""The gate lets good commands through untouched and turns every other into braking."""
+"""The gate lets sound commands through untouched and turns every other into braking."""
 
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from pinocchio import SE3
 
 from controller import Command
-from hw import Fault, FaultKind, Gate, Refusal, RobotState
+from hw import Fault, FaultKind, Gate, Refusal, RobotState, UntrustedRobotError
 from robots import load_robot
 
 FRANKIE = load_robot("frankie")
-READY = load_robot("frankie").arm.ready
-
+READY = FRANKIE.arm.ready
 LIMITS = FRANKIE.limits
 DT = 0.01
 
@@ -28,17 +28,43 @@ class Wire:
         return command
 
 
-def reading(stamp: float = 0.0, q=READY, faults=()) -> RobotState:
-    return RobotState(
-        stamp=stamp,
-        wTb=SE3.Identity(),
-        base_twist=np.zeros(3),
-        q=np.asarray(q),
-        qd=np.zeros(7),
-        gripper_width=0.08,
-        gripper_moving=False,
-        faults=tuple(faults),
-    )
+class Stand:
+    """A gate before a robot that follows at once, one period after the other."""
+
+    def __init__(self, description=FRANKIE) -> None:
+        self.wire = Wire()
+        self.gate = Gate(self.wire, description, DT)
+        self.now = 0.0
+        self.wTb = SE3.Identity()
+        self.q = READY.copy()
+
+    def reading(self, **changes) -> RobotState:
+        applied = self.gate.applied
+        usual = RobotState(
+            stamp=self.now,
+            wTb=self.wTb,
+            base_twist=applied.base_twist,
+            q=self.q,
+            qd=applied.qd,
+            gripper_width=0.08,
+            gripper_moving=False,
+        )
+        return replace(usual, **changes)
+
+    def send(self, command: Command, **changes) -> Command:
+        """One period."""
+        applied = self.gate.send(command, self.reading(**changes), self.now)
+        vx, vy, w = applied.base_twist * DT
+        self.wTb = self.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
+        self.q = self.q + applied.qd * DT
+        self.now += DT
+        return applied
+
+    def spin_up(self) -> None:
+        """Bring the robot to 0.15 m/s and 0.3 rad/s in ten lawful steps."""
+        for k in range(1, 11):
+            self.send(command((0.015 * k, 0.0, 0.0), 0.03 * k))
+        assert self.gate.applied.base_twist[0] == pytest.approx(0.15)
 
 
 def command(base=(0.0, 0.0, 0.0), qd=0.0) -> Command:
@@ -46,86 +72,188 @@ def command(base=(0.0, 0.0, 0.0), qd=0.0) -> Command:
 
 
 @pytest.fixture
-def wire() -> Wire:
-    return Wire()
+def stand() -> Stand:
+    return Stand()
 
 
-@pytest.fixture
-def gate(wire) -> Gate:
-    return Gate(wire, LIMITS, DT)
+def untrusted(act) -> UntrustedRobotError:
+    """What the gate says of the robot in the end, doing something with it for two seconds."""
+    for k in range(200):
+        try:
+            act(k)
+        except UntrustedRobotError as error:
+            return error
+    raise AssertionError("the gate trusts it")
 
 
-def test_a_good_command_passes_unchanged(gate, wire):
+REFLEX = Fault(kind=FaultKind.REFLEX, text="touched something", clearable=True)
+BUTTON = Fault(kind=FaultKind.EMERGENCY_STOP, text="button pressed", clearable=False)
+
+
+def test_a_sound_command_passes_unchanged(stand):
     good = command((0.015, 0.0, 0.03), 0.06)
-    assert gate.send(good, reading(), 0.0) is good
-    assert wire.sent == [good]
-    assert not any(gate.refusals.values())
+    assert stand.send(good) is good
+    assert stand.wire.sent == [good]
+    assert not any(stand.gate.refusals.values())
 
 
-def test_a_reverse_speed_of_its_own_is_kept(wire):
-    gate = Gate(wire, replace(LIMITS, base_reverse=0.01), DT)
-    assert gate.send(command((-0.012, 0.0, 0.0)), reading(), 0.0).base_twist[0] == 0.0
-    assert gate.refusals[Refusal.SPEED] == 1
+def test_a_reverse_speed_of_its_own_is_kept():
+    stand = Stand(replace(FRANKIE, limits=replace(LIMITS, base_reverse=0.01)))
+    assert stand.send(command((-0.012, 0.0, 0.0))).base_twist[0] == 0.0
+    assert stand.gate.refusals[Refusal.SPEED] == 1
     slow = command((-0.009, 0.0, 0.0))
-    assert gate.send(slow, reading(), 0.0) is slow
+    assert stand.send(slow) is slow
     forward = command((0.006, 0.0, 0.0))
-    assert gate.send(forward, reading(), 0.0) is forward
+    assert stand.send(forward) is forward
 
 
-def spun_up(gate: Gate) -> None:
-    """Bring the robot to 0.15 m/s and 0.3 rad/s in ten lawful steps."""
-    for k in range(1, 11):
-        gate.send(command((0.015 * k, 0.0, 0.0), 0.03 * k), reading(), 0.0)
-    assert gate.applied.base_twist[0] == pytest.approx(0.15)
+GOING = command((0.15, 0, 0), 0.3)
+BAD = [
+    (command((np.nan, 0, 0), 0.3), {}, Refusal.NOT_FINITE),
+    (command((0.15, 0, 0), np.inf), {}, Refusal.NOT_FINITE),
+    (Command(base_twist=np.zeros(2), qd=np.zeros(7)), {}, Refusal.NOT_FINITE),
+    (command((1e300, 0, 0), 0.3), {}, Refusal.SPEED),
+    (command((0.15, 0.01, 0), 0.3), {}, Refusal.SPEED),  # wheels do not go sideways
+    (command((0.15, 0, 0), 2.2), {}, Refusal.SPEED),
+    (command((0.15, 0, 0), 0.5), {}, Refusal.ACCELERATION),
+    (command((0.30, 0, 0), 0.3), {}, Refusal.ACCELERATION),
+    (GOING, {"faults": (REFLEX,)}, Refusal.FAULT),
+    (GOING, {"faults": (BUTTON,)}, Refusal.EMERGENCY_STOP),
+    (GOING, {"stamp": -0.2}, Refusal.READING),
+    (GOING, {"stamp": np.nan}, Refusal.READING),
+    (GOING, {"stamp": 3600.0}, Refusal.READING),
+    (GOING, {"q": np.full(7, np.nan)}, Refusal.READING),
+    (GOING, {"q": READY[:6]}, Refusal.READING),
+    (GOING, {"q": READY + 1.0}, Refusal.READING),  # a jump that no joint can make
+    (GOING, {"q": np.full(7, 9.0)}, Refusal.READING),
+    (GOING, {"qd": np.full(7, np.inf)}, Refusal.READING),
+    (GOING, {"qd": np.full(7, 50.0)}, Refusal.READING),
+    (GOING, {"base_twist": np.array([np.nan, 0, 0])}, Refusal.READING),
+    (GOING, {"wTb": SE3(2.0 * np.eye(3), np.zeros(3))}, Refusal.READING),
+    (GOING, {"wTb": SE3(np.eye(3), np.array([np.nan, 0, 0]))}, Refusal.READING),
+    (GOING, {"gripper_width": np.nan}, Refusal.READING),
+]
 
 
-FAULT = Fault(kind=FaultKind.REFLEX, text="touched something", clearable=True)
-
-
-@pytest.mark.parametrize(
-    ("bad", "state", "reason"),
-    [
-        (command((np.nan, 0, 0), 0.3), reading(), Refusal.NOT_FINITE),
-        (command((0.15, 0, 0), np.inf), reading(), Refusal.NOT_FINITE),
-        (command((1e300, 0, 0), 0.3), reading(), Refusal.SPEED),
-        (command((0.15, 0.01, 0), 0.3), reading(), Refusal.SPEED),  # wheels do not go sideways
-        (command((0.15, 0, 0), 2.2), reading(), Refusal.SPEED),
-        (command((0.15, 0, 0), 0.4), reading(), Refusal.ACCELERATION),
-        (command((0.30, 0, 0), 0.3), reading(), Refusal.ACCELERATION),
-        (command((0.15, 0, 0), 0.3), reading(q=LIMITS.q_max - 0.001), Refusal.POSITION),
-        (command((0.15, 0, 0), 0.3), reading(faults=[FAULT]), Refusal.FAULT),
-        (command((0.15, 0, 0), 0.3), reading(stamp=-0.2), Refusal.STALE_STATE),
-        (command((0.15, 0, 0), 0.3), reading(stamp=np.nan), Refusal.STALE_STATE),
-    ],
-)
-def test_a_bad_command_never_arrives_and_the_robot_brakes_instead(gate, wire, bad, state, reason):
-    spun_up(gate)
-    before = gate.applied
-    after = gate.send(bad, state, 0.0)
-    assert gate.refusals[reason] == 1
+@pytest.mark.parametrize(("bad", "changes", "reason"), BAD)
+def test_a_bad_command_or_reading_makes_the_robot_brake_instead(stand, bad, changes, reason):
+    stand.spin_up()
+    before = stand.gate.applied
+    after = stand.send(bad, **changes)
+    assert stand.gate.refusals[reason] == 1
     assert after.is_finite()
-    assert after.base_twist[0] == pytest.approx(before.base_twist[0] - 1.5 * DT)
+    assert after.base_twist[0] == pytest.approx(
+        before.base_twist[0] - LIMITS.base_emergency[0] * DT
+    )
     np.testing.assert_allclose(after.qd, before.qd - LIMITS.qdd * DT)
 
 
-def test_braking_ends_at_rest_without_overshoot(gate):
-    spun_up(gate)
+def test_a_joint_that_could_not_stop_within_its_range_is_braked(stand):
+    stand.q = LIMITS.q_max - 0.02
+    for k in range(1, 40):
+        stand.send(command(qd=min(0.06 * k, 2.0)))
+    assert stand.gate.refusals[Refusal.POSITION] > 0
+    assert (stand.q <= LIMITS.q_max).all()
+
+
+def test_braking_ends_at_rest_without_overshoot(stand):
+    stand.spin_up()
     for _ in range(30):
-        gate.send(command((np.nan, 0, 0)), reading(), 0.0)
-    assert not gate.applied.base_twist.any()
-    assert not gate.applied.qd.any()
+        stand.send(command((np.nan, 0, 0)))
+    assert not stand.gate.applied.base_twist.any()
+    assert not stand.gate.applied.qd.any()
 
 
-def test_an_emergency_stop_is_latched_until_it_is_released(gate):
-    button = Fault(kind=FaultKind.EMERGENCY_STOP, text="button pressed", clearable=False)
+def test_commands_at_one_instant_share_one_change_of_velocity(stand):
+    reading = stand.reading()
+    for k in range(1, 6):
+        stand.gate.send(command((0.015 * k, 0.0, 0.0), 0.06 * k), reading, 0.0)
+    assert stand.gate.applied.base_twist[0] <= 2.0 * LIMITS.base_acceleration[0] * DT + 1e-9
+    assert stand.gate.refusals[Refusal.ACCELERATION] >= 1
+
+
+def test_after_a_gap_the_command_continues_what_is_measured(stand):
+    stand.spin_up()
+    stand.now += 1.0
+    slow = {"base_twist": np.array([0.02, 0.0, 0.0]), "qd": np.zeros(7)}
+    last = stand.gate.continue_from(stand.reading(**slow), stand.now)
+    assert last.base_twist[0] == 0.02
+    stand.send(GOING, **slow)  # what was applied before the gap is no excuse
+    assert stand.gate.refusals[Refusal.ACCELERATION] == 1
+    assert stand.gate.applied.base_twist[0] < 0.02
+
+
+def test_braking_after_a_gap_never_speeds_the_robot_up(stand):
+    stand.spin_up()
+    assert not stand.gate.brake(None, stand.now + 1.0).base_twist.any()
+
+
+def test_an_emergency_stop_is_latched_until_it_is_acknowledged(stand):
     small = command((0.01, 0.0, 0.0))
-    gate.send(small, reading(faults=[button]), 0.0)
-    assert not gate.send(small, reading(), 0.0).base_twist.any()
-    assert gate.refusals[Refusal.EMERGENCY_STOP] == 2
-    gate.release()
-    assert gate.send(small, reading(), 0.0) is small
+    stand.send(small, faults=(BUTTON,))
+    assert not stand.send(small).base_twist.any()
+    assert stand.gate.latched
+    assert stand.gate.refusals[Refusal.EMERGENCY_STOP] == 2
+    stand.gate.acknowledge()
+    assert stand.send(small) is small
 
 
-def test_a_joint_beyond_its_range_may_still_come_back(gate):
+def test_acknowledging_while_the_button_is_pressed_allows_nothing(stand):
+    stand.send(command(), faults=(BUTTON,))
+    stand.gate.acknowledge()
+    assert not stand.send(command((0.01, 0.0, 0.0)), faults=(BUTTON,)).base_twist.any()
+    assert stand.gate.latched
+
+
+def test_a_joint_beyond_its_range_may_still_come_back(stand):
     inwards = command(qd=-0.05)
-    assert gate.send(inwards, reading(q=LIMITS.q_max + 0.1), 0.0) is inwards
+    stand.q = LIMITS.q_max + 0.1
+    assert stand.send(inwards) is inwards
+
+
+def test_readings_that_cannot_be_believed_end_the_run_in_half_a_second(stand):
+    error = untrusted(lambda _: stand.send(command(), stamp=-1.0))
+    assert str(error) == "the last reading is too old, for 0.5 s"
+    assert stand.now == pytest.approx(0.5, abs=0.03)
+
+
+@pytest.mark.parametrize("what", ["base", "arm"])
+def test_a_frozen_robot_that_tells_fresh_stamps_is_found_out(what):
+    stand = Stand()
+
+    def go(k: int) -> None:
+        speed = min(0.015 * (k + 1), 0.5)
+        stand.send(command((speed, 0, 0)) if what == "base" else command(qd=-speed))
+        if k > 20:
+            stand.wTb, stand.q = SE3.Identity(), READY.copy()
+
+    assert "does not do what it is commanded" in str(untrusted(go))
+    assert stand.now < 1.2
+    with pytest.raises(UntrustedRobotError):  # and it stays so
+        stand.send(command())
+
+
+@pytest.mark.parametrize("what", ["base", "joint 3"])
+def test_motion_that_was_not_commanded_is_found_out(what):
+    stand = Stand()
+
+    def push(_: int) -> None:
+        stand.send(command())
+        stand.wTb = stand.wTb * SE3(np.eye(3), np.array([0.01 * (what == "base"), 0.0, 0.0]))
+        stand.q = stand.q + 0.01 * (np.arange(7) == 2) * (what != "base")
+
+    assert f"{what} moves as it was not commanded" in str(untrusted(push))
+
+
+def test_a_base_that_is_relocalised_is_no_reason_to_stop(stand):
+    stand.spin_up()
+    stand.wTb = SE3(pin.utils.rotate("z", 0.3), np.array([1.0, -2.0, 0.0]))
+    for _ in range(100):
+        assert stand.send(GOING) is GOING or stand.gate.refusals[Refusal.POSITION]
+
+
+def test_a_robot_that_does_not_tell_what_it_applied_is_not_trusted(stand):
+    stand.wire.send = lambda _: command((np.nan, 0, 0))
+    with pytest.raises(UntrustedRobotError, match="no finite velocities"):
+        stand.send(command())
+    assert stand.gate.applied.is_finite()

@@ -4,7 +4,7 @@ The session's loop asks `Control` every tick; terminal keys, the page in the bro
 the tree set it.
 """
 
-from app.live.operator.control import Control, ControlState
+from app.live.operator.control import ACKNOWLEDGED, Control, ControlState
 from app.live.operator.hooks import (
     Hook,
     HookAction,
@@ -17,6 +17,7 @@ from app.live.operator.keyboard import HELP, in_terminal, keys
 from app.live.operator.page import ControlPage, PageError, WebViewer
 
 __all__ = [
+    "ACKNOWLEDGED",
     "HELP",
     "Control",
     "ControlPage",

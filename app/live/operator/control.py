@@ -5,6 +5,9 @@ from __future__ import annotations
 import threading
 from dataclasses import dataclass
 
+ACKNOWLEDGED = "emergency stop acknowledged"
+"""Why a run is paused after that."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class ControlState:
@@ -16,6 +19,10 @@ class ControlState:
     stopped: bool
     ticks: int
     """Number of ticks of the tree."""
+    emergency: str
+    """What stopped the robot in an emergency that nobody has acknowledged yet; else empty."""
+    pressed: bool
+    """Whether the button of that emergency stop is still pressed."""
 
 
 class Control:
@@ -25,11 +32,16 @@ class Control:
     its clock stands still. A step is one tick of the tree, with one control period of the motion
     that it requests.
 
+    After an emergency stop the run is paused, and nothing resumes it until the button is released
+    and a person has acknowledged the stop. That only permits to resume; it does not resume.
+
     Args:
         paused: whether the run waits for a person before its first tick.
+        attended: whether a person, or a stand-in for tests, can acknowledge and resume.
     """
 
-    def __init__(self, *, paused: bool = False) -> None:
+    def __init__(self, *, paused: bool = False, attended: bool = True) -> None:
+        self.attended = attended
         self._changed = threading.Condition()  # re-entrant: a signal handler may come in between
         self._paused = paused
         self._why = "before the first tick" if paused else ""
@@ -37,13 +49,21 @@ class Control:
         self._to_next_change = False
         self._stopped = False
         self._ticks = 0
+        self._emergency = ""
+        self._pressed = False
+        self._acknowledged = False
 
     @property
     def state(self) -> ControlState:
         """The current state."""
         with self._changed:
             return ControlState(
-                paused=self._paused, why=self._why, stopped=self._stopped, ticks=self._ticks
+                paused=self._paused,
+                why=self._why,
+                stopped=self._stopped,
+                ticks=self._ticks,
+                emergency=self._emergency,
+                pressed=self._pressed,
             )
 
     @property
@@ -80,14 +100,19 @@ class Control:
         with self._changed:
             if not self._paused:
                 self.pause()
-            self._steps += 1
-            self._changed.notify_all()
+            if not self._emergency:
+                self._steps += 1
+                self._changed.notify_all()
 
     def run_to_next_change(self) -> None:
         """Continue until a node of the tree changes its status, then pause."""
         with self._changed:
-            self._resume()
-            self._to_next_change = True
+            self._to_next_change = self._resume()
+
+    def acknowledge(self) -> None:
+        """Confirm that the emergency is over; ignored while the button is pressed."""
+        with self._changed:
+            self._acknowledged = bool(self._emergency) and not self._pressed
 
     def stop(self) -> None:
         """End the run; the robot is brought to rest first."""
@@ -106,10 +131,34 @@ class Control:
             self._ticks += 1
             return True
 
-    def node_changed(self) -> None:
-        """Report that the last tick changed the status of a node."""
+    def emergency_stop(self, text: str, *, pressed: bool) -> bool:
+        """Report an emergency stop that is not acknowledged yet, at every tick.
+
+        Args:
+            text: what has happened.
+            pressed: whether the button is still pressed.
+
+        Returns:
+            Whether a person has acknowledged it since.
+        """
         with self._changed:
-            if self._to_next_change:
+            if not self._emergency:
+                self._acknowledged = False
+            self._emergency, self._pressed = text, pressed
+            self._acknowledged &= not pressed
+            self._steps = 0
+            self._paused, self._to_next_change = True, False
+            self._why = text if pressed else f"{text}: released, not yet acknowledged"
+            if self._acknowledged:
+                self._emergency, self._acknowledged = "", False
+                self._why = ACKNOWLEDGED
+                return True
+            return False
+
+    def node_changed(self, changed: bool = True) -> None:
+        """Report whether the last tick changed the status of a node."""
+        with self._changed:
+            if changed and self._to_next_change:
                 self.pause("at a status change")
 
     def wait(self, seconds: float) -> None:
@@ -123,7 +172,11 @@ class Control:
                 lambda: not self._paused or self._steps > 0 or self._stopped, max(0.0, seconds)
             )
 
-    def _resume(self) -> None:
+    def _resume(self) -> bool:
+        """Whether it is allowed."""
+        if self._emergency:
+            return False
         self._paused, self._why, self._steps = False, "", 0
         self._to_next_change = False
         self._changed.notify_all()
+        return True

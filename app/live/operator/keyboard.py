@@ -1,4 +1,4 @@
-"""Control by keys in the terminal: space pauses and resumes, s steps, n runs on, q stops.
+"""Control by keys: space pauses and resumes, s steps, n runs on, q stops, a acknowledges.
 
 Only where standard input is a terminal and this process is in its foreground. The terminal's
 settings are restored, whatever ends the run.
@@ -12,11 +12,14 @@ import termios
 import threading
 import tty
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from app.live.operator.control import Control
 
-HELP = "space: pause/resume   s: step   n: run to the next status change   q: stop"
+HELP = (
+    "space: pause/resume   s: step   n: run to the next status change   q: stop   "
+    "a: acknowledge an emergency stop"
+)
 
 
 def in_terminal(file: int) -> bool:
@@ -43,6 +46,7 @@ def keys(control: Control, file: int = 0) -> Iterator[bool]:
         b"s": control.step,
         b"n": control.run_to_next_change,
         b"q": control.stop,
+        b"a": control.acknowledge,
     }
     before = termios.tcgetattr(file)
     end, ended = os.pipe()
@@ -55,7 +59,8 @@ def keys(control: Control, file: int = 0) -> Iterator[bool]:
         os.write(ended, b".")
         if listener.is_alive():
             listener.join()
-        termios.tcsetattr(file, termios.TCSADRAIN, before)
+        with suppress(termios.error):  # the terminal is gone
+            termios.tcsetattr(file, termios.TCSADRAIN, before)
         os.close(end)
         os.close(ended)
 

@@ -18,8 +18,12 @@ function show(state) {
   element("ticks").value = state.ticks;
   element("node").textContent = state.node ? `${state.time.toFixed(2)} s  ${state.node}: ${state.message}` : "";
   element("pause").disabled = state.paused || state.stopped;
-  element("resume").disabled = !state.paused || state.stopped;
-  for (const id of ["step", "next", "stop"]) element(id).disabled = state.stopped;
+  const latched = state.emergency !== "";
+  element("acknowledge").hidden = !latched;
+  element("acknowledge").disabled = state.pressed || state.stopped;
+  element("resume").disabled = !state.paused || state.stopped || latched;
+  for (const id of ["step", "next"]) element(id).disabled = state.stopped || latched;
+  element("stop").disabled = state.stopped;
   const faults = state.faults || [];
   element("faults").hidden = faults.length === 0;
   element("faults").textContent = faults.join("; ");

@@ -117,6 +117,7 @@ class ControlPage:
             "/step": control.step,
             "/next": control.run_to_next_change,
             "/stop": control.stop,
+            "/acknowledge": control.acknowledge,
             "/clear": clear,
             **{f"/fault/{name}": partial(inject, name) for name in INJECTABLE},
         }
@@ -153,6 +154,8 @@ class ControlPage:
             "why": state.why,
             "stopped": state.stopped,
             "ticks": state.ticks,
+            "emergency": state.emergency,
+            "pressed": state.pressed,
             "injectable": list(INJECTABLE),
             "viewer": self.viewer.path if self.viewer else None,
         }

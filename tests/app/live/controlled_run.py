@@ -97,10 +97,11 @@ class ControlledRun:
         """(ticks, 10) as they were applied."""
         return np.array([[*tick.applied.base_twist, *tick.applied.qd] for tick in self.ticks])
 
-    def assert_kept_limits(self) -> None:
+    def assert_kept_limits(self, emergency: bool = False) -> None:
         commands = self.commands
         limits = self.harness.controller.model.limits
-        allowed = np.concatenate([limits.base_acceleration, limits.qdd]) * 0.01
+        base = limits.base_emergency if emergency else limits.base_acceleration
+        allowed = np.concatenate([base, limits.qdd]) * 0.01
         assert (np.abs(np.diff(commands, axis=0)) <= allowed + 1e-9).all()
         assert self.measurements.limit_violations == 0
 

@@ -4,7 +4,6 @@ import threading
 import time
 
 import numpy as np
-import pytest
 from controlled_run import ControlledRun, leaf
 from harness import Harness
 
@@ -142,22 +141,81 @@ def test_without_a_pause_the_clock_of_the_task_is_that_of_the_session():
         assert clock.now().seconds == session.now()
 
 
-@pytest.mark.parametrize("name", INJECTABLE)
-def test_an_injected_fault_stops_the_robot_until_it_is_cleared(name):
-    run = ControlledRun(leaf(ticks=400))
-    robot = FaultInjection(run.harness.robot)
-    run.harness.context.robot = robot
+def injected(ticks: int = 400) -> tuple[ControlledRun, FaultInjection]:
+    run = ControlledRun(leaf(ticks=ticks))
+    run.harness.context.robot = FaultInjection(run.harness.robot)
+    return run, run.harness.context.robot
 
-    def clear() -> None:
-        robot.clear()
-        run.harness.gate.release()
 
-    run._at = {100: lambda: robot.inject(name), 250: clear}
+def test_a_fault_that_a_program_may_clear_stops_the_robot_as_long_as_it_is_there():
+    run, robot = injected()
+    run._at = {100: lambda: robot.inject("reflex"), 250: robot.clear}
     run.run()
     assert run.speed_after(99) > 0.3
     assert run.speed_after(249) < 1e-3
     assert run.speed_after(390) > 0.3
-    assert [fault.kind for fault in run.ticks[200].state.faults] == [FaultKind(name)]
+    assert [fault.kind for fault in run.ticks[200].state.faults] == [FaultKind.REFLEX]
+
+
+def test_what_only_a_person_may_clear_pauses_the_run_until_a_person_resumes_it():
+    run, robot = injected()
+    run._at = {100: lambda: robot.inject("stale pose"), 250: robot.clear, 350: run.control.resume}
+    assert run.run().end is End.SUCCESS
+    assert run.speed_after(249) < 1e-3
+    assert [tick.paused for tick in run.ticks].count(True) == 250
+    assert run.speed_after(349) < 1e-3
+    assert run.speed_after(450) > 0.3
+
+
+def test_a_released_emergency_stop_waits_for_a_person_who_acknowledges_and_then_resumes():
+    run, robot = injected()
+    whys = []
+
+    def note(act) -> None:
+        act()
+        whys.append(run.control.state.why)
+
+    run._at = {
+        100: lambda: robot.inject("emergency stop"),
+        150: lambda: note(run.control.acknowledge),  # still pressed
+        160: run.control.resume,
+        200: robot.clear,
+        250: lambda: note(run.control.resume),  # not yet acknowledged
+        260: run.control.step,
+        270: run.control.run_to_next_change,
+        300: run.control.acknowledge,
+        350: lambda: note(lambda: None),  # which only permits to resume
+        400: run.control.resume,
+    }
+    assert run.run().end is End.SUCCESS
+    assert run.speed_after(99) > 0.3
+    assert max(run.speed_after(k) for k in range(200, 400)) < 1e-3
+    assert run.speed_after(480) > 0.3
+    assert whys == [
+        "emergency stop, injected",
+        "emergency stop: released, not yet acknowledged",
+        "emergency stop acknowledged",
+    ]
+    run.assert_kept_limits(emergency=True)
+
+
+def test_an_emergency_stop_that_nobody_can_acknowledge_ends_the_run():
+    run, robot = injected()
+    run.control.attended = False
+    run._at = {100: lambda: robot.inject("emergency stop")}
+    outcome = run.run()
+    assert outcome.end is End.HARDWARE
+    assert outcome.reason == "emergency stop, injected; nobody is here to acknowledge it"
+    assert run.speed_after(-1) < 1e-3
+
+
+def test_from_one_metre_per_second_an_emergency_stop_takes_at_most_six_tenths_of_a_second():
+    run, robot = injected(ticks=1000)
+    run._at = {180: lambda: robot.inject("emergency stop"), 300: run.control.stop}
+    run.run()
+    speeds = [float(np.abs(tick.state.base_twist[:1]).max()) for tick in run.ticks]
+    assert speeds[180] > 0.99
+    assert max(speeds[180 + 60 :]) < 0.01
 
 
 def test_recovery_clears_the_injected_faults_that_a_program_may_clear():

@@ -1,0 +1,95 @@
+"""Whether a reading can be believed, judged from its numbers, its stamp and the one before."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+import numpy as np
+
+from hw.state import RobotState
+from robots import RobotDescription
+
+_AHEAD = 0.005
+"""Clocks of the parts may run ahead of the session's by this [s]."""
+_BEYOND_RANGE = 0.5
+"""A joint farther outside its range than this is not there [rad]."""
+_JUMP = 0.05
+"""A joint may seem to jump by this, for noise and interpolation [rad]."""
+_OVERSPEED = 2.0
+"""A speed above this many times its limit is not measured but wrong."""
+_ROTATION_TOLERANCE = 1e-4
+
+
+class Doubt(Enum):
+    """Why a reading cannot be believed."""
+
+    STALE = "the last reading is too old"
+    FUTURE = "the reading is from the future"
+    NOT_FINITE = "the reading is incomplete or not finite"
+    IMPLAUSIBLE = "the reading is not plausible"
+
+
+class Plausibility:
+    """Judges the readings of one robot, one after the other.
+
+    Args:
+        description: of the robot.
+        oldest: a reading older than this is stale [s].
+    """
+
+    def __init__(self, description: RobotDescription, oldest: float) -> None:
+        self._limits = description.limits
+        self._oldest = oldest
+        self._before: RobotState | None = None
+
+    def doubt(self, state: RobotState, now: float) -> Doubt | None:
+        """Why not to believe a reading at session time `now` [s]; None if it is believed."""
+        if not now - state.stamp <= self._oldest:  # NaN is stale, too
+            return Doubt.STALE
+        if state.stamp - now > _AHEAD:
+            return Doubt.FUTURE
+        if not _is_complete(state):
+            return Doubt.NOT_FINITE
+        if not (self._is_within_reason(state) and self._follows(state)):
+            return Doubt.IMPLAUSIBLE
+        self._before = state
+        return None
+
+    def forget(self) -> None:
+        """Judge the next reading by itself."""
+        self._before = None
+
+    def _is_within_reason(self, state: RobotState) -> bool:
+        limits = self._limits
+        fastest = _OVERSPEED * np.maximum(limits.base_speed(state.base_twist), 0.1)
+        return bool(
+            (state.q >= limits.q_min - _BEYOND_RANGE).all()
+            and (state.q <= limits.q_max + _BEYOND_RANGE).all()
+            and (np.abs(state.qd) <= _OVERSPEED * limits.qd).all()
+            and (np.abs(state.base_twist) <= fastest).all()
+        )
+
+    def _follows(self, state: RobotState) -> bool:
+        """Whether the robot can have come here from the reading before."""
+        before = self._before
+        if before is None:
+            return True
+        elapsed = state.stamp - before.stamp
+        if elapsed < 0.0:
+            return False
+        reach = _OVERSPEED * self._limits.qd * elapsed + _JUMP
+        return bool((np.abs(state.q - before.q) <= reach).all())
+
+
+def _is_complete(state: RobotState) -> bool:
+    """Whether everything is there, has its shape, and is finite; whether wTb is a pose."""
+    shapes = (np.shape(state.base_twist), np.shape(state.q), np.shape(state.qd))
+    if shapes != ((3,), (7,), (7,)):
+        return False
+    rotation = state.wTb.rotation
+    numbers = (*state.base_twist, *state.q, *state.qd, *state.wTb.translation, state.gripper_width)
+    return bool(
+        np.isfinite(numbers).all()
+        and np.abs(rotation @ rotation.T - np.eye(3)).max() < _ROTATION_TOLERANCE
+        and np.linalg.det(rotation) > 0.0
+    )

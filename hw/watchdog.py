@@ -1,0 +1,144 @@
+"""A thread that stops the robot when the control loop stands still, whatever holds it up.
+
+The loop feeds the watchdog once a tick. When it does not, the watchdog stops the robot; when it
+still does not, it interrupts what the loop is doing; when that does not help either, it has the
+process ended. Time in which the whole process was suspended does not count.
+
+Code that keeps Python's interpreter lock keeps this thread from running, too: what is left then is
+the watchdog of each driver, and the robot's own.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from math import inf
+from typing import Self
+
+from hw.clock import stopwatch
+
+_NAP = 0.02
+"""How often the watchdog looks [s]."""
+_LONGEST_NAP = 0.1
+"""Time beyond this between two looks, the process was suspended or starved [s]."""
+_SIGNAL = signal.SIGALRM
+
+
+class LoopBlockedError(BaseException):
+    """Raised in the control loop by the watchdog; no `except Exception` swallows it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Patience:
+    """How long a tick may take until the watchdog acts [s of real time]."""
+
+    stop: float = 0.18
+    """Then the robot is stopped."""
+    interrupt: float = 1.2
+    """Then the loop is interrupted."""
+    abandon: float = 4.0
+    """Then the process is ended."""
+
+
+SIMULATION = Patience(stop=inf, interrupt=60.0, abandon=90.0)
+"""Where simulated time waits for the tick, the robot does not move meanwhile."""
+
+
+class Watchdog:
+    """Watches the thread that enters it; use it in a `with` statement.
+
+    Args:
+        stop: stops the robot; called from another thread.
+        abandon: ends the process; called from another thread when nothing else has helped.
+        patience: when.
+    """
+
+    def __init__(
+        self,
+        stop: Callable[[], None],
+        abandon: Callable[[], None] = lambda: None,
+        patience: Patience | None = None,
+    ) -> None:
+        self.stalls = 0
+        """How often the robot was stopped because a tick took too long."""
+        self._patience = patience or Patience()
+        self._actions = (
+            (self._patience.stop, self._halt),
+            (self._patience.interrupt, self._interrupt),
+            (self._patience.abandon, abandon),
+        )
+        self._stop = stop
+        self.is_interrupting = False
+        """Whether the loop was told to raise, and has not gone on since."""
+        self._fed = 0
+        self._over = threading.Event()
+        self._loop = 0
+        self._thread = threading.Thread(target=self._watch, name="watchdog", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._loop = threading.get_ident()
+        if self._is_main:
+            self._before = signal.signal(_SIGNAL, _Raise(self))
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with suppress(LoopBlockedError):  # that was late: the loop has ended
+            self._over.set()
+            self._thread.join()
+        self._over.set()
+        self.is_interrupting = False
+        if self._is_main:
+            signal.signal(_SIGNAL, self._before)
+
+    def feed(self) -> None:
+        """Tell that the loop goes on; once a tick."""
+        self._fed += 1
+        self.is_interrupting = False
+
+    @property
+    def _is_main(self) -> bool:
+        """Whether the loop runs in the main thread, the one that signals reach."""
+        return self._loop == threading.main_thread().ident
+
+    def _watch(self) -> None:
+        seen, waited, done = self._fed, 0.0, 0
+        looked = stopwatch()
+        while not self._over.wait(_NAP):
+            napped, looked = stopwatch() - looked, stopwatch()
+            if self._fed != seen:
+                seen, waited, done = self._fed, 0.0, 0
+                continue
+            waited += min(napped, _LONGEST_NAP)
+            while done < len(self._actions) and waited >= self._actions[done][0]:
+                self._actions[done][1]()
+                done += 1
+
+    def _halt(self) -> None:
+        """Stop the robot; a stop that blocks, too, does not keep the watchdog from going on."""
+        self.stalls += 1
+        threading.Thread(target=self._stop, name="stop", daemon=True).start()
+
+    def _interrupt(self) -> None:
+        self.is_interrupting = True
+        if self._is_main:
+            signal.pthread_kill(self._loop, _SIGNAL)  # ends system calls that wait, too
+        else:
+            error = ctypes.py_object(LoopBlockedError)
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._loop), error)
+
+
+class _Raise:
+    """Signal handler that raises in the loop, unless that went on in the meantime."""
+
+    def __init__(self, watchdog: Watchdog) -> None:
+        self._watchdog = watchdog
+
+    def __call__(self, *_: object) -> None:
+        if self._watchdog.is_interrupting:
+            self._watchdog.is_interrupting = False
+            raise LoopBlockedError
