@@ -13,7 +13,9 @@ from hw.composition import ComposedRobot
 from hw.faults import INJECTABLE, FaultInjection, Injectable, InjectionError, injectable
 from hw.frame import DepthFrame, DepthImage
 from hw.gate import Gate, Refusal, UntrustedRobotError
+from hw.recording import TURN, Notes, RecordedRobot, Turn
 from hw.registry import Backend, WorldError, WorldOptions, open_backend, world_names
+from hw.replay import Difference, RecordEndsError, ReplayRobot
 from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
 from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
 from hw.truth import DisturbableWorld, TrueObject, Truth
@@ -22,6 +24,7 @@ from hw.watchdog import SIMULATION, LoopBlockedError, Patience, Watchdog
 __all__ = [
     "INJECTABLE",
     "SIMULATION",
+    "TURN",
     "Arm",
     "ArmState",
     "Backend",
@@ -33,6 +36,7 @@ __all__ = [
     "DepthCamera",
     "DepthFrame",
     "DepthImage",
+    "Difference",
     "DisturbableWorld",
     "Fault",
     "FaultInjection",
@@ -45,8 +49,12 @@ __all__ = [
     "InjectionError",
     "InlineExecutor",
     "LoopBlockedError",
+    "Notes",
     "Patience",
+    "RecordEndsError",
+    "RecordedRobot",
     "Refusal",
+    "ReplayRobot",
     "Robot",
     "RobotState",
     "SimClock",
@@ -54,6 +62,7 @@ __all__ = [
     "TaskTime",
     "TrueObject",
     "Truth",
+    "Turn",
     "UntrustedRobotError",
     "WallClock",
     "Watchdog",

@@ -57,6 +57,9 @@ def run(
     ] = None,
     speed: Annotated[Speed, typer.Option(help="Pace of simulated time.")] = Speed.MAX,
     record: Annotated[Path, typer.Option(help="Folder for the folders of runs.")] = Path("runs"),
+    replayable: Annotated[
+        bool, typer.Option("--replayable", help="Keep the camera's images too, for `replay`.")
+    ] = False,
     weights: Annotated[Path | None, typer.Option(help="A file of a grasp network.")] = None,
     network: Annotated[
         str | None, typer.Option(help="Which shipped grasp network: bins (the default) or ggcnn.")
@@ -168,6 +171,7 @@ def run(
         parameters=parameters,
         paced=paced,
         record=record,
+        replayable=replayable,
         weights=weights,
         network=network,
         view=ViewOptions(view=View(view.value), host=view_host, port=view_port, web_port=web_port),
@@ -216,8 +220,6 @@ def _show(result: Result, as_json: bool) -> None:
     _unless_closed(for_people.file, lambda: result.summary.show(for_people))
     left = f"left in {result.folder}/"
     _unless_closed(for_people.file, lambda: for_people.print(left))
-    if result.warning:
-        _say(result.warning)
 
 
 def _say(text: str) -> None:

@@ -15,9 +15,9 @@ import numpy as np
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from app.core.decisions import Decisions
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome, Stage, failed_node, last_ticked, outcome_of
-from app.live import Control
 from behaviours import Context
 from controller import Command, HolisticController, MotionGoal, StepReport
 from hw import (
@@ -83,7 +83,7 @@ class Session:
         gate: Gate,
         measurements: Measurements,
         clock: TaskClock,
-        control: Control,
+        control: Decisions,
         watch: Callable[[Tick], None],
         abandon: Callable[[Outcome], None] = lambda outcome: None,
     ) -> None:
@@ -211,7 +211,6 @@ class Session:
         measurements, applied = self._measurements, self._gate.applied
         seconds = stopwatch() - begun
         measurements.reading(state)
-        measurements.command(state.stamp, applied)
         if not paused:
             measurements.ticks_s.append(seconds)
         if self._report is not None:

@@ -7,6 +7,7 @@ the core passes snapshots in and asks `Control`.
 """
 
 from app.live.console import ControlOptions, OperatorConsole
+from app.live.feed import Feed
 from app.live.monitor import (
     Address,
     AnyRecorder,
@@ -32,6 +33,7 @@ __all__ = [
     "AnyRecorder",
     "Control",
     "ControlOptions",
+    "Feed",
     "HeadlessViewer",
     "Hook",
     "NoRecorder",
