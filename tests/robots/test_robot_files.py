@@ -48,7 +48,7 @@ def test_an_unknown_robot_is_refused_with_the_nearest_name() -> None:
             "lagg: 0.10",
             "8:3: base.lagg: unknown key; did",
         ),
-        ("frankie.yaml", "  looks: omron", "  look: omron", "13:3: base.look: unknown key; did"),
+        ("frankie.yaml", "  looks: omron", "  look: omron", "14:3: base.look: unknown key; did"),
         (
             "frankie.yaml",
             "lag: 0.10",
@@ -63,7 +63,7 @@ def test_an_unknown_robot_is_refused_with_the_nearest_name() -> None:
         ),
         ("frankie.yaml", "reverse: 1.0", "", "9:3: base.limits.reverse: is missing"),
         ("frankie.yaml", "[1.0, 0.0, 1.05]", "[1.0, 0.5, 1.05]", "a differential drive has no"),
-        ("frankie.yaml", "arm: panda", "arm: pandda", "15:6: arm: no part is called `pandda`; did"),
+        ("frankie.yaml", "arm: panda", "arm: pandda", "16:6: arm: no part is called `pandda`; did"),
         ("frankie.yaml", "[0, -1, 0]", "[0, -2, 0]", "rotation: the rows of a rotation matrix"),
         ("frankie.yaml", "[0, -1, 0]", "[0, 1, 0]", "rotation: the rows of a rotation matrix"),
         ("frankie.yaml", "  rotation:", "  rpy_deg: [0, 0, 0]\n  rotation:", "give either"),

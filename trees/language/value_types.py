@@ -1,17 +1,18 @@
 """The types of values that a task file can give.
 
 A type is read from an annotation: numbers, text, truth values, `Literal` choices, the poses,
-postures and regions of `behaviours.poses`, `None`, and unions of those.
+postures and regions of `behaviours.poses`, `None`, and unions of those. Numbers may be annotated
+with `Bounds`.
 """
 
 from __future__ import annotations
 
 import types
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Literal, TypeAlias, Union, get_args, get_origin
+from dataclasses import asdict, dataclass
+from typing import Annotated, Literal, TypeAlias, Union, get_args, get_origin
 
-from behaviours import BasePose, Posture, Region, ToolPose
+from behaviours import BasePose, Bounds, Posture, Region, ToolPose
 from config import Plain, written
 
 NamedValue: TypeAlias = ToolPose | BasePose | Posture | Region
@@ -44,12 +45,20 @@ class ValueType:
     most: float | None = None
 
     def __str__(self) -> str:
-        names = [_PLAIN_TYPES.get(one) or f"a {NAMED_TYPES[one]}" for one in self.types]
-        choices = [f"`{written(choice)}`" for choice in self.choices]
+        names = [
+            (_PLAIN_TYPES.get(one) or f"a {NAMED_TYPES[one]}")
+            + (self._bounds if one in (int, float) else "")
+            for one in self.types
+        ]
+        return " or ".join([*(f"`{written(choice)}`" for choice in self.choices), *names])
+
+    @property
+    def _bounds(self) -> str:
+        """Of its numbers, as the end of what is expected."""
         ends = (("at least", self.least), ("at most", self.most))
         bounds = " and ".join(f"{words} {bound:g}" for words, bound in ends if bound is not None)
         above = "" if self.above is None else f" greater than {self.above:g}"
-        return " or ".join([*choices, *names]) + above + (f" of {bounds}" if bounds else "")
+        return above + (f" of {bounds}" if bounds else "")
 
     @property
     def named_types(self) -> tuple[type, ...]:
@@ -89,8 +98,12 @@ def read_annotation(annotation: object) -> ValueType:
     """
     found: list[type] = []
     choices: list[Plain] = []
+    bounds = Bounds()
     is_union = get_origin(annotation) in (Union, types.UnionType)
     for part in get_args(annotation) if is_union else (annotation,):
+        if get_origin(part) is Annotated:
+            part, *notes = get_args(part)
+            bounds = next((note for note in notes if isinstance(note, Bounds)), bounds)
         member = types.NoneType if part is None else part
         if get_origin(part) is Literal:
             choices.extend(get_args(part))
@@ -98,7 +111,7 @@ def read_annotation(annotation: object) -> ValueType:
             found.append(member)
         else:
             raise TypeError(f"a task file cannot give a value of type {annotation!r}")
-    return ValueType(types=tuple(found), choices=tuple(choices))
+    return ValueType(types=tuple(found), choices=tuple(choices), **asdict(bounds))
 
 
 def type_of(value: Plain | NamedValue) -> ValueType:

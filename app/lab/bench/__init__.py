@@ -6,6 +6,9 @@ task achieves.
 """
 
 from app.lab.bench.configuration import EXAMPLE, Configuration
+from app.lab.bench.fault_matrix import QUICK, QUICK_PHASES
+from app.lab.bench.fault_report import faults_json, faults_notes, faults_table
+from app.lab.bench.faults import Cell, CellResult, cells, run_cells
 from app.lab.bench.goals import generate_goals, load_goals
 from app.lab.bench.pick_place import pick_place_json, pick_place_table, run_pick_place
 from app.lab.bench.plots import make_plots, prepare_plots
@@ -20,6 +23,7 @@ from app.lab.bench.reach import (
     reach_table,
     run_trials,
 )
+from app.lab.bench.soak import Soak, run_soak, soak_json, soak_table
 from app.lab.bench.step import step_json, step_notes, step_table, time_steps
 from app.lab.bench.tree import time_tree, tree_json, tree_table
 from app.lab.bench.viewing import Watcher, measure_watching, watch_json, watch_table
@@ -27,13 +31,22 @@ from app.lab.bench.viewing import Watcher, measure_watching, watch_json, watch_t
 __all__ = [
     "EXAMPLE",
     "POSES",
+    "QUICK",
+    "QUICK_PHASES",
     "SWEEPS",
+    "Cell",
+    "CellResult",
     "Conditions",
     "Configuration",
     "PoseRun",
     "Reach",
+    "Soak",
     "Watcher",
     "aggregate_trials",
+    "cells",
+    "faults_json",
+    "faults_notes",
+    "faults_table",
     "generate_goals",
     "load_goals",
     "make_plots",
@@ -47,9 +60,13 @@ __all__ = [
     "reach_json",
     "reach_notes",
     "reach_table",
+    "run_cells",
     "run_pick_place",
     "run_pose",
+    "run_soak",
     "run_trials",
+    "soak_json",
+    "soak_table",
     "step_json",
     "step_notes",
     "step_table",
