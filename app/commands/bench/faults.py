@@ -1,4 +1,4 @@
-"""`bench faults` and `bench soak`: what becomes of a task when things go wrong."""
+"""`bench faults`, `bench signals` and `bench soak`: what becomes of a task when things go wrong."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from app.commands.bench.options import Json, check_writable, console, seed_range, write_json
+from app.commands.refuse import refuse
 
 if TYPE_CHECKING:
     from app.lab import bench
@@ -48,6 +49,28 @@ def faults(
     for line in bench.faults_notes(ordered):
         out.print(line, highlight=False, markup=False, soft_wrap=True)
     write_json(json, bench.faults_json(ordered))
+
+
+def signals(
+    count: Annotated[int, typer.Option(help="Of each signal and speed.", min=1)] = 50,
+    kinds: Names = None,
+    workers: Annotated[int, typer.Option(help="Processes.", min=1)] = 2,
+    json: Json = None,
+) -> None:
+    """Interrupt, kill and suspend runs at random moments, and judge what they leave."""
+    from app.lab import bench, progress
+
+    check_writable(json)
+    chosen = [kind for kind in bench.KINDS if kinds is None or kind in kinds]
+    if not chosen:
+        refuse(f"--kinds {', '.join(kinds or [])}: choose from {', '.join(bench.KINDS)}")
+    cases = bench.signal_cases(chosen, bench.SPEEDS, count)
+    with progress("signals", len(cases)) as advance:
+        results = bench.run_signals(
+            cases, lambda result: advance(not result.is_expected or not result.is_readable), workers
+        )
+    console().print(bench.signals_table(results))
+    write_json(json, bench.signals_json(results))
 
 
 def soak(

@@ -23,6 +23,15 @@ from app.lab.bench.reach import (
     reach_table,
     run_trials,
 )
+from app.lab.bench.signals import (
+    KINDS,
+    SPEEDS,
+    SignalResult,
+    run_signals,
+    signal_cases,
+    signals_json,
+    signals_table,
+)
 from app.lab.bench.soak import Soak, run_soak, soak_json, soak_table
 from app.lab.bench.step import step_json, step_notes, step_table, time_steps
 from app.lab.bench.tree import time_tree, tree_json, tree_table
@@ -30,9 +39,11 @@ from app.lab.bench.viewing import Watcher, measure_watching, watch_json, watch_t
 
 __all__ = [
     "EXAMPLE",
+    "KINDS",
     "POSES",
     "QUICK",
     "QUICK_PHASES",
+    "SPEEDS",
     "SWEEPS",
     "Cell",
     "CellResult",
@@ -40,6 +51,7 @@ __all__ = [
     "Configuration",
     "PoseRun",
     "Reach",
+    "SignalResult",
     "Soak",
     "Watcher",
     "aggregate_trials",
@@ -63,8 +75,12 @@ __all__ = [
     "run_cells",
     "run_pick_place",
     "run_pose",
+    "run_signals",
     "run_soak",
     "run_trials",
+    "signal_cases",
+    "signals_json",
+    "signals_table",
     "soak_json",
     "soak_table",
     "step_json",
