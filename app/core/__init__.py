@@ -9,7 +9,7 @@ from app.core.folder import COMMANDS, RECORDING, STATES, SUMMARY, FolderError
 from app.core.launch import Result, RunOptions, run_task
 from app.core.measurements import Measurements
 from app.core.on_save import run_on_save
-from app.core.outcome import End, Outcome, failed_node
+from app.core.outcome import End, Outcome
 from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
@@ -34,7 +34,6 @@ __all__ = [
     "Summary",
     "Tick",
     "VisionForm",
-    "failed_node",
     "open_setup",
     "read_events",
     "run_on_save",
