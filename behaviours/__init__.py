@@ -13,7 +13,7 @@ from behaviours.follow import Follow
 from behaviours.grasp import Grasp
 from behaviours.gripper import HoldingObject, OpenGripper
 from behaviours.key import Key
-from behaviours.leaf import Condition, Leaf, LeafCrashedError
+from behaviours.leaf import Condition, Leaf, LeafCrashedError, TwoGoalsError
 from behaviours.log import Carried, TaskLog
 from behaviours.look_at import LookAt
 from behaviours.move_arm import MoveArm
@@ -21,6 +21,7 @@ from behaviours.navigate import Navigate
 from behaviours.place import Place
 from behaviours.poses import BasePose, Posture, Region, ToolPose
 from behaviours.progress import Progress
+from behaviours.ranges import Bounds, Count, NotNegative, Percent, Positive
 from behaviours.recover import Recover
 from behaviours.region_empty import RegionEmpty
 from behaviours.retreat_check import RetreatCheck
@@ -64,17 +65,23 @@ __all__ = [
     "Approach",
     "BasePose",
     "BehaviourSettings",
+    "Bounds",
     "Carried",
     "Condition",
     "Context",
+    "Count",
     "Key",
     "Leaf",
     "LeafCrashedError",
+    "NotNegative",
+    "Percent",
+    "Positive",
     "Posture",
     "Progress",
     "Region",
     "TaskLog",
     "ToolPose",
+    "TwoGoalsError",
     "Vision",
     "VisionBeside",
     "VisionInStep",

@@ -27,7 +27,7 @@ class Approach:
         self._target = target
         self._timeout = timeout
         self._begun = leaf.context.clock.now()
-        self._progress = Progress(leaf.settings.progress, leaf.settings.progress.travel_patience)
+        self._progress = Progress(leaf.context)
         self._set_out = False
 
     def tick(self) -> Status:
@@ -44,7 +44,7 @@ class Approach:
         left = self._left(report)
         if now - self._begun > self._timeout:
             return leaf.failure(f"not at {self._target} after {self._timeout:g} s: {left}")
-        if self._progress.is_stuck(report, now):
+        if self._progress.is_stuck(report):
             return leaf.failure(f"stuck on the way to {self._target}: {left}")
         return leaf.running(left)
 

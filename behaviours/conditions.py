@@ -13,6 +13,7 @@ from behaviours.context import Context
 from behaviours.leaf import Condition
 from behaviours.occupancy import Occupancy
 from behaviours.poses import BasePose, Posture, Region, ToolPose
+from behaviours.ranges import NotNegative, Percent
 from hw import DepthFrame
 
 
@@ -38,7 +39,7 @@ class BatteryAbove(Condition):
 
     key: ClassVar[str] = "battery_above"
 
-    def __init__(self, name: str, context: Context, *, percent: float) -> None:
+    def __init__(self, name: str, context: Context, *, percent: Percent) -> None:
         super().__init__(name, context)
         self._percent = percent
 
@@ -68,8 +69,8 @@ class Near(Condition):
         context: Context,
         *,
         pose: ToolPose | BasePose,
-        within_m: float = 0.1,
-        within_deg: float | None = None,
+        within_m: NotNegative = 0.1,
+        within_deg: NotNegative | None = None,
     ) -> None:
         super().__init__(name, context)
         self._pose = pose
@@ -101,7 +102,7 @@ class ArmAt(Condition):
     key: ClassVar[str] = "arm_at"
 
     def __init__(
-        self, name: str, context: Context, *, posture: Posture, within_deg: float = 3.0
+        self, name: str, context: Context, *, posture: Posture, within_deg: NotNegative = 3.0
     ) -> None:
         super().__init__(name, context)
         self._posture = posture
@@ -127,7 +128,7 @@ class ObjectVisible(Condition):
     key: ClassVar[str] = "object_visible"
 
     def __init__(
-        self, name: str, context: Context, *, within: Region, smallest_cm2: float = 1.0
+        self, name: str, context: Context, *, within: Region, smallest_cm2: NotNegative = 1.0
     ) -> None:
         super().__init__(name, context)
         self._within = within

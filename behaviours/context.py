@@ -8,6 +8,7 @@ from pinocchio import SE3
 
 from behaviours.key import Key
 from behaviours.log import TaskLog
+from behaviours.relocalisation import Relocalisation
 from behaviours.settings import BehaviourSettings
 from behaviours.vision import Vision
 from controller import MotionGoal, RobotModel, StepReport
@@ -29,6 +30,9 @@ class Context:
     vision: Vision
     state: RobotState
     """This tick's reading."""
+    relocalised: str = ""
+    """That the localised pose of the base has jumped since the last tick of the tree, in words;
+    empty if it has not. What was known in the world before is not where it was."""
     goal: MotionGoal | None = None
     """Where to go in the coming period; None comes to rest."""
     goal_of: tuple[object, str] | None = None
@@ -42,14 +46,25 @@ class Context:
     keys: dict[str, Key[object]] = field(default_factory=dict)
     """Every key of the tree, by its path: those of a subtree after the name of its node."""
 
+    def __post_init__(self) -> None:
+        self._relocalisation = Relocalisation(self.settings.relocalisation)
+        self._jump = self._relocalisation.note(self.state)
+
     @property
     def wTe(self) -> SE3:
         """End effector in the world, as read this tick."""
         return self.model.wTe(self.state.wTb, self.state.q)
 
+    def read(self, state: RobotState) -> None:
+        """Take a reading without a tick of the tree, as while the run is paused."""
+        self.state = state
+        self.log.note_width(state.gripper_width)
+        self._jump = self._relocalisation.note(state) or self._jump
+
     def begin_tick(self, state: RobotState) -> None:
         """Take a reading; without a new goal the robot will come to rest."""
-        self.state = state
+        self.read(state)
+        self.relocalised, self._jump = self._jump, ""
         self.goal, self.goal_of = None, None
         self.vision.begin_tick()
 

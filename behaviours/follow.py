@@ -16,6 +16,7 @@ from behaviours.leaf import Leaf
 from behaviours.occupancy import Occupancy, Segment
 from behaviours.poses import Region
 from behaviours.progress import Progress
+from behaviours.ranges import NotNegative, Positive
 from controller import PoseGoal
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -42,9 +43,9 @@ class Follow(Leaf):
         context: Context,
         *,
         within: Region,
-        height_m: float = 0.3,
-        still_s: float | None = 2.0,
-        patience_s: float = 1.5,
+        height_m: Positive = 0.3,
+        still_s: NotNegative | None = 2.0,
+        patience_s: Positive = 1.5,
     ) -> None:
         super().__init__(name, context)
         self._within = within
@@ -58,7 +59,7 @@ class Follow(Leaf):
         self._seen = self._still_since = context.clock.now()
         self._object: Array | None = None
         self._anchor = np.full(3, np.inf)
-        self._progress = Progress(self.settings.progress)
+        self._progress = Progress(context)
         x_axis = context.wTe.rotation[:, 0]
         self._rotation = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
 
@@ -70,8 +71,7 @@ class Follow(Leaf):
         settings = self.settings.follow
         self._look()
         if now - self._seen > self._patience:
-            blind = context.vision.is_blind(context.state.stamp)
-            reason = "no camera frame" if blind else "nothing to follow"
+            reason = context.vision.blindness(context.state.stamp) or "nothing to follow"
             return self.failure(f"{reason} for {self._patience:g} s")
         if self._object is None:
             return self.running("looking for something to follow")
@@ -83,8 +83,8 @@ class Follow(Leaf):
             return self.running("seen, setting out")
         keeps_up = report.position_error < settings.keeping_up
         if keeps_up:
-            self._progress = Progress(self.settings.progress)
-        elif self._progress.is_stuck(report, now):
+            self._progress = Progress(context)
+        elif self._progress.is_stuck(report):
             return self.failure(f"cannot keep up, {report.position_error:.2f} m behind")
         still = now - self._still_since
         if self._still is not None and still >= self._still and keeps_up:
@@ -93,11 +93,12 @@ class Follow(Leaf):
 
     def _look(self) -> None:
         """See in a new frame where the object is now."""
-        frame = self.context.vision.new_frame()
-        if frame is None:
+        vision = self.context.vision
+        frame = vision.new_frame()
+        if frame is None or vision.is_blind(self.context.state.stamp):
             return
         settings = self.settings.follow
-        with self.context.vision.timed():
+        with vision.timed():
             occupancy = Occupancy(self._within, self.settings.glance)
             occupancy.add(frame)
             seen = occupancy.segments(settings.smallest_area)

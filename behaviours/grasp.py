@@ -12,6 +12,7 @@ from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Region
 from behaviours.progress import Progress
+from behaviours.ranges import Positive
 from controller import PoseGoal, StepReport
 from perception import GraspEstimate
 
@@ -20,13 +21,16 @@ class Grasp(Leaf):
     """Grasp the best object seen in a region, following it until the camera is near.
 
     Ends when the fingers have closed; whether they hold something is for `retreat_check` to say.
-    Fails when no grasp is seen, the hand does not get there, or the robot has a fault.
+    Fails when no grasp is seen, frames come too late to be believed, the hand does not get there,
+    the base was relocalised on the way down, the fingers do not move, the time is over, or the
+    robot has a fault.
 
     Args:
         within: region of the task file that the grasp must lie in.
         lock_distance_m: nearer than this to the camera the goal no longer moves [m].
         force_n: force of the fingers [N].
         patience_s: give up after not seeing a grasp for this long [s].
+        timeout_s: give up the whole attempt after this [s].
     """
 
     key: ClassVar[str] = "grasp"
@@ -37,21 +41,30 @@ class Grasp(Leaf):
         context: Context,
         *,
         within: Region,
-        lock_distance_m: float = 0.25,
-        force_n: float = 20.0,
-        patience_s: float = 1.5,
+        lock_distance_m: Positive = 0.25,
+        force_n: Positive = 20.0,
+        patience_s: Positive = 1.5,
+        timeout_s: Positive = 20.0,
     ) -> None:
         super().__init__(name, context)
         self._within = within
         self._lock_distance = lock_distance_m
         self._force = force_n
         self._patience = patience_s
+        self._timeout = timeout_s
+
+    @property
+    def phase(self) -> str:
+        """`approach` until locked, `lock` until the hand is above it, `descend`, `close`."""
+        if self._step == self._follow:
+            return "lock" if self.context.vision.tracker.locked else "approach"
+        return "descend" if self._step == self._descend else "close"
 
     def initialise(self) -> None:
         """Start to look."""
         self._begun = self._seen = self.context.clock.now()
-        self._phase = self._follow
-        self._progress = Progress(self.settings.progress)
+        self._step = self._follow
+        self._progress = Progress(self.context)
         self._target = np.full(3, np.inf)
         self.context.vision.tracker.lock_distance = self._lock_distance
         self.context.vision.reset()
@@ -61,7 +74,9 @@ class Grasp(Leaf):
         if fault := self.fault():
             self.context.vision.reject()
             return self.failure(fault)
-        return self._phase()
+        if self.context.clock.now() - self._begun > self._timeout:
+            return self.failure(f"not done after {self._timeout:g} s")
+        return self._step()
 
     def terminate(self, new_status: Status) -> None:
         """Follow nothing any longer."""
@@ -71,17 +86,19 @@ class Grasp(Leaf):
         """Keep over the grasp that perception follows, until it is locked and below the hand."""
         vision, now, settings = self.context.vision, self.context.clock.now(), self.settings.grasp
         read = self.context.state.stamp  # frames have the session's time, which a pause adds to
+        if self.context.relocalised:  # what was seen before is not where it was
+            vision.relocalise(read)
         grasp = vision.track(self._within, read)
         if grasp is None:
             if now - self._seen > self._patience:
                 if vision.detection is not None and vision.detection.grasps:
                     vision.tracker.forget()  # every grasp in sight failed once: try them again
-                reason = "no camera frame" if vision.is_blind(read) else vision.tracker.reason
+                reason = vision.blindness(read) or vision.tracker.reason
                 return self.failure(f"no grasp for {self._patience:g} s: {reason}")
             return self.running("looking for a grasp")
         self._seen = now
         if np.linalg.norm(grasp.wTg.translation - self._target) > settings.other_target:
-            self._target, self._progress = grasp.wTg.translation, Progress(self.settings.progress)
+            self._target, self._progress = grasp.wTg.translation, Progress(self.context)
         above = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -settings.standoff]))
         report = self.pursue(
             PoseGoal(wTe=above, speed=settings.follow_speed, straight=True), "follow"
@@ -96,14 +113,16 @@ class Grasp(Leaf):
         is_above = report.position_error <= settings.above_position
         if not is_above or report.orientation_error > settings.above_angle:
             return self.running(f"locked, {report.position_error:.3f} m to go")
-        self.context.robot.grip(grasp.opening, self._force)
+        self.grip(grasp.opening, self._force)
         self._locked = grasp
-        self._progress = Progress(self.settings.progress)
-        self._phase = self._descend
+        self._progress = Progress(self.context)
+        self._step = self._descend
         return self._descend()
 
     def _descend(self) -> Status:
         """Straight down on the locked grasp."""
+        if self.context.relocalised:
+            return self.failure(self.context.relocalised)
         settings = self.settings.grasp
         goal = PoseGoal(
             wTe=self._locked.wTg,
@@ -119,7 +138,7 @@ class Grasp(Leaf):
             return self.running("going down")
         self._note(self._locked)
         self.grip(0.0, self._force)
-        self._phase = self._close
+        self._step = self._close
         return self.running("closing")
 
     def _close(self) -> Status:
@@ -130,7 +149,7 @@ class Grasp(Leaf):
         return self.success(f"closed at {1000 * self.context.state.gripper_width:.0f} mm")
 
     def _stalled(self, report: StepReport) -> bool:
-        return self._progress.is_stuck(report, self.context.clock.now())
+        return self._progress.is_stuck(report)
 
     def _note(self, grasp: GraspEstimate) -> None:
         log = self.context.log

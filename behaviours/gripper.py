@@ -35,7 +35,11 @@ class OpenGripper(Leaf):
 
 
 class HoldingObject(Condition):
-    """Succeeds if the fingers rest on something: neither closed, nor fully open."""
+    """Succeeds if the fingers rest on something.
+
+    They do if they have moved when they were told to close, and something stopped them before they
+    were closed.
+    """
 
     key: ClassVar[str] = "holding_object"
 
@@ -43,6 +47,7 @@ class HoldingObject(Condition):
         """One tick."""
         state = self.context.state
         width = f"{1000 * state.gripper_width:.0f} mm between the fingers"
-        if not (self.gripper_is_closed or self.gripper_is_open or state.gripper_moving):
+        reason = "the fingers still move" if state.gripper_moving else self.empty_hand
+        if reason is None:
             return self.success(width)
-        return self.failure(f"nothing held, {width}")
+        return self.failure(f"nothing held, {width}: {reason}")

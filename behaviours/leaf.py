@@ -26,6 +26,10 @@ class LeafCrashedError(Exception):
         self.leaf = leaf
 
 
+class TwoGoalsError(Exception):
+    """Two leaves that run at the same time have left a goal in one tick."""
+
+
 class Leaf(py_trees.behaviour.Behaviour):
     """A behaviour that sets goals and reads the state, and never commands motion itself.
 
@@ -41,11 +45,18 @@ class Leaf(py_trees.behaviour.Behaviour):
 
     key: ClassVar[str]
     """The node's key in a task file, for example `navigate`."""
+    is_condition: ClassVar[bool] = False
+    """Whether it is a question about the present state; see `Condition`."""
 
     def __init__(self, name: str, context: Context) -> None:
         super().__init__(name)
         self.context = context
         self.settings = context.settings
+
+    @property
+    def phase(self) -> str:
+        """Which part of its work the leaf is in while it runs; empty if it has but one."""
+        return ""
 
     def tick(self) -> Iterator[py_trees.behaviour.Behaviour]:
         """Tick once.
@@ -93,6 +104,25 @@ class Leaf(py_trees.behaviour.Behaviour):
         """Whether the fingers are so near to each other that they hold nothing."""
         return self.context.state.gripper_width < self.settings.fingers.closed
 
+    @property
+    def empty_hand(self) -> str | None:
+        """Why the hand holds nothing, in words; None if all that is known says that it does.
+
+        An object keeps the fingers from getting where they were told to close to, after they have
+        moved. What they hold when a task begins is known by their width alone.
+        """
+        width, closing = self.context.state.gripper_width, self.context.log.closing
+        least = self.settings.fingers.least_motion
+        if self.gripper_is_closed:
+            return "the fingers closed on nothing"
+        if closing is None:
+            return "the fingers are open" if self.gripper_is_open else None
+        if closing.begun_at - closing.narrowest < least:
+            return "the fingers did not move"
+        if width - closing.narrowest > self.settings.fingers.slack:
+            return "the fingers have opened"
+        return "nothing stopped the fingers" if width - closing.target < least else None
+
     def open_gripper(self) -> None:
         """Set the fingers moving to fully open; `fingers` tells when they rest."""
         opening = self.context.robot.description.gripper.opening
@@ -100,6 +130,7 @@ class Leaf(py_trees.behaviour.Behaviour):
 
     def grip(self, width: float, force: float) -> None:
         """Set the fingers moving to a width [m] by a force [N]; `fingers` tells when they rest."""
+        self.context.log.gripped(width, self.context.state.gripper_width)
         self.context.robot.grip(width, force)
         self._gripping_since = self.context.clock.now()
 
@@ -110,14 +141,19 @@ class Leaf(py_trees.behaviour.Behaviour):
             what: they are doing, for example `closing`.
 
         Returns:
-            RUNNING while they move, FAILURE when they move for too long, None once they rest.
+            RUNNING while they move, FAILURE when they do not move at all or for too long, None
+            once they rest.
         """
         state, waited = self.context.state, self.context.clock.now() - self._gripping_since
-        patience = self.settings.fingers.patience
-        if state.gripper_moving and waited > patience:
-            return self.failure(f"the fingers still move after {patience:g} s")
-        if state.gripper_moving or waited <= 0.0:
+        settings, grip = self.settings.fingers, self.context.log.grip
+        has_moved = grip is not None and grip.moved >= settings.least_motion
+        patience = settings.patience if state.gripper_moving else settings.start_patience
+        if waited <= 0.0 or ((state.gripper_moving or not has_moved) and waited <= patience):
             return self.running(f"{what}, {1000 * state.gripper_width:.0f} mm")
+        if not has_moved:
+            return self.failure("the fingers did not move")
+        if state.gripper_moving:
+            return self.failure(f"the fingers still move after {patience:g} s")
         return None
 
     def pursue(self, goal: MotionGoal, phase: str = "") -> StepReport | None:
@@ -130,8 +166,18 @@ class Leaf(py_trees.behaviour.Behaviour):
         Returns:
             The report of the controller about the goal of the last tick; None if that was not this
             leaf's or belonged to another phase.
+
+        Raises:
+            LeafCrashedError: another leaf that still runs has left a goal in this tick.
         """
         context = self.context
+        other = context.goal_of[0] if context.goal_of else self
+        if isinstance(other, Leaf) and other is not self and other.status is Status.RUNNING:
+            error = TwoGoalsError(
+                f"`{other.name}` and `{self.name}` both move the robot at the same time; "
+                "let one run after the other"
+            )
+            raise LeafCrashedError(self.name, error) from error
         context.goal, context.goal_of = goal, (self, phase)
         return context.report if context.report_of == (self, phase) else None
 
@@ -142,6 +188,8 @@ class Condition(Leaf):
     It answers within the tick and leaves no goal, so it may be asked at any time: only a condition
     can guard a node (`while`, `unless`).
     """
+
+    is_condition: ClassVar[bool] = True
 
     def tick(self) -> Iterator[py_trees.behaviour.Behaviour]:
         """Ask once.

@@ -24,6 +24,34 @@ class Carried:
 
 
 @dataclass(kw_only=True, eq=False)
+class Grip:
+    """One command to the fingers, and what they have done since."""
+
+    target: float
+    """The width that they were told to go to [m]."""
+    begun_at: float
+    """The width that they had then [m]."""
+    widest: float
+    """The largest width since [m]."""
+    narrowest: float
+    """The smallest width since [m]."""
+
+    @property
+    def is_closing(self) -> bool:
+        """Whether it was to bring them nearer to each other."""
+        return self.target < self.begun_at
+
+    @property
+    def moved(self) -> float:
+        """How far they have moved since [m]."""
+        return max(self.widest - self.begun_at, self.begun_at - self.narrowest)
+
+    def note(self, width: float) -> None:
+        """Take a reading of the width [m]."""
+        self.widest, self.narrowest = max(self.widest, width), min(self.narrowest, width)
+
+
+@dataclass(kw_only=True, eq=False)
 class TaskLog:
     """Written by the behaviours, read by the summary and the status line."""
 
@@ -35,8 +63,14 @@ class TaskLog:
     """How high above what it stood on the held object is held [m]."""
     last_grasp: SE3 | None = None
     """wTg of the last attempt."""
-    places_used: dict[str, int] = field(default_factory=dict)
-    """How many places of every region are taken."""
+    grip: Grip | None = None
+    """The last command to the fingers; None before the first."""
+    closing: Grip | None = None
+    """The last one that was to close them."""
+    places_used: dict[str, set[int]] = field(default_factory=dict)
+    """The numbers of the places of every region that are taken; the first is 1."""
+    places_blocked: dict[str, set[int]] = field(default_factory=dict)
+    """Those at which lowering an object failed."""
 
     messages: list[tuple[TaskTime, str]] = field(default_factory=list)
     """What was told to people, and when."""
@@ -46,10 +80,28 @@ class TaskLog:
         """How many objects were let go at their place."""
         return sum(one.placed is not None for one in self.carried)
 
+    @property
+    def in_hand(self) -> Carried | None:
+        """The object that was grasped last, if it was not placed yet."""
+        last = self.carried[-1] if self.carried else None
+        return last if last is not None and last.placed is None else None
+
+    def gripped(self, target: float, width: float) -> None:
+        """The fingers, now at a width, were told to go to another one; both [m]."""
+        self.grip = Grip(target=target, begun_at=width, widest=width, narrowest=width)
+        if self.grip.is_closing:
+            self.closing = self.grip
+
+    def note_width(self, width: float) -> None:
+        """Take a reading of the distance between the finger pads [m]."""
+        for grip in (self.grip, self.closing):
+            if grip is not None:
+                grip.note(width)
+
     def attempt(self, begun: TaskTime, now: TaskTime) -> None:
         """The fingers closed; `begun` is when this attempt began to look."""
         self.attempts += 1
-        if not self.carried or self.carried[-1].placed is not None:
+        if self.in_hand is None:
             self.carried.append(Carried(begun=begun))
         self.carried[-1].attempts += 1
         self.carried[-1].grasp_time = now - begun

@@ -11,6 +11,7 @@ from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Region, ToolPose
+from behaviours.ranges import Positive
 from controller import PoseGoal
 
 
@@ -35,8 +36,8 @@ class LookAt(Leaf):
         context: Context,
         *,
         at: ToolPose | Region,
-        distance_m: float | None = None,
-        timeout_s: float = 30.0,
+        distance_m: Positive | None = None,
+        timeout_s: Positive = 30.0,
     ) -> None:
         super().__init__(name, context)
         self._at = at
@@ -70,7 +71,8 @@ class LookAt(Leaf):
         if fault := self.fault():
             return self.failure(fault)
         context.vision.new_frame()
-        self._sees = not context.vision.is_blind(context.state.stamp)
-        if not self._sees and context.clock.now() - self._begun > self.settings.view.patience:
-            return self.failure("no camera frame")
+        blindness = context.vision.blindness(context.state.stamp)
+        self._sees = not blindness
+        if blindness and context.clock.now() - self._begun > self.settings.view.patience:
+            return self.failure(blindness)
         return self.running("waiting for a frame")

@@ -11,6 +11,7 @@ from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Posture
+from behaviours.ranges import Positive
 from controller import PostureGoal
 
 
@@ -34,8 +35,8 @@ class MoveArm(Leaf):
         context: Context,
         *,
         to: Posture,
-        tolerance_deg: float = 0.6,
-        timeout_s: float = 20.0,
+        tolerance_deg: Positive = 0.6,
+        timeout_s: Positive = 20.0,
     ) -> None:
         super().__init__(name, context)
         self._to = to

@@ -10,6 +10,7 @@ from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import BasePose, ToolPose
+from behaviours.ranges import Positive
 from controller import BaseGoal, MotionGoal, PoseGoal
 
 
@@ -32,8 +33,8 @@ class Navigate(Leaf):
         context: Context,
         *,
         to: ToolPose | BasePose,
-        speed_m_s: float = 1.0,
-        timeout_s: float = 60.0,
+        speed_m_s: Positive = 1.0,
+        timeout_s: Positive = 60.0,
     ) -> None:
         super().__init__(name, context)
         self._to = to

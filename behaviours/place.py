@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import atan2
+from math import atan2, sin
 from typing import ClassVar
 
 import numpy as np
@@ -15,7 +15,10 @@ from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Region
 from behaviours.progress import Progress
+from behaviours.ranges import Positive
 from controller import PoseGoal
+from hw import FaultKind
+from robots import reach
 
 
 def slots(region: Region, pitch: float) -> list[np.ndarray]:
@@ -40,8 +43,9 @@ class Place(Leaf):
     """Set the held object down on the next free place of a region and rise.
 
     The hand stops as high above the region's floor as it was above what the object stood on when it
-    was grasped. Fails when nothing is held, no place is free, the hand does not get there, or the
-    robot has a fault.
+    was grasped, and a little higher, so that neither the object nor the finger tips touch it. A
+    place at which lowering failed is not tried again. Fails when nothing is held, no place is free,
+    the hand does not get there, the fingers do not open, or the robot has a fault.
 
     Args:
         on: region of the task file whose floor is the surface to place on.
@@ -50,34 +54,67 @@ class Place(Leaf):
 
     key: ClassVar[str] = "place"
 
-    def __init__(self, name: str, context: Context, *, on: Region, pitch_m: float = 0.2) -> None:
+    def __init__(self, name: str, context: Context, *, on: Region, pitch_m: Positive = 0.2) -> None:
         super().__init__(name, context)
         self._on = on
         self._slots = slots(on, pitch_m)
 
+    @property
+    def phase(self) -> str:
+        """`approach` until the hand is over the place, then `lower`, `release` and `rise`."""
+        later = {self._lower: "lower", self._open: "release", self._rise: "rise"}
+        return later.get(self._step, "approach")
+
     def initialise(self) -> None:
         """Choose the place; the hand keeps the turn about the vertical that it has."""
         context = self.context
-        used = context.log.places_used.get(self._on.name, 0)
-        self._number = used + 1
-        self._phase = self._approach
-        self._progress = Progress(self.settings.progress)
-        if used >= len(self._slots):
-            return
+        self._number = self._free_place()
+        self._step = self._begin
+        self._progress = Progress(context)
+        self._relocalised = 0
         x_axis = context.wTe.rotation[:, 0]
         rotation = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
-        height = context.log.grip_height + self.settings.place.clearance
-        self._down = SE3(rotation, self._slots[used] + np.array([0.0, 0.0, height]))
+        slot = self._slots[(self._number or 1) - 1]
+        self._down = SE3(rotation, slot + np.array([0.0, 0.0, self._release_height()]))
         up = np.array([0.0, 0.0, self.settings.place.above])
         self._above = SE3(rotation, self._down.translation + up)
 
     def update(self) -> Status:
         """One tick of the phase that the placing is in."""
         if fault := self.fault():
+            if any(one.kind is FaultKind.REFLEX for one in self.context.state.faults):
+                self._block()
             return self.failure(fault)
-        if self._number > len(self._slots):
-            return self.failure(f"all {len(self._slots)} places on {self._on.name} are taken")
-        return self._phase()
+        return self._step()
+
+    def _free_place(self) -> int | None:
+        """The number of the first place that is neither taken nor blocked."""
+        log, name = self.context.log, self._on.name
+        gone = log.places_used.get(name, set()) | log.places_blocked.get(name, set())
+        return next((n for n in range(1, len(self._slots) + 1) if n not in gone), None)
+
+    def _release_height(self) -> float:
+        """Height of the hand over the surface at which it lets go [m].
+
+        The finger tips reach below the hand, and in a hand that is tilted as far as it may be, the
+        outer one reaches lower still.
+        """
+        settings, gripper = self.settings.place, self.context.robot.description.gripper
+        outer = gripper.opening / 2.0 + reach(gripper.pad, np.array([0.0, 1.0, 0.0]))
+        margin = settings.clearance + outer * sin(settings.tilt)
+        return max(self.context.log.grip_height, gripper.tip) + margin
+
+    def _begin(self) -> Status:
+        """Nothing moves before there is something to place, and a place for it."""
+        log, name = self.context.log, self._on.name
+        if self._number is None:
+            blocked = len(log.places_blocked.get(name, ()))
+            or_blocked = f" or blocked ({blocked})" if blocked else ""
+            return self.failure(f"all {len(self._slots)} places on {name} are taken{or_blocked}")
+        if reason := self.empty_hand or (None if log.in_hand else "nothing was grasped"):
+            return self.failure(f"nothing to place: {reason}")
+        self._step = self._approach
+        return self._approach()
 
     def _approach(self) -> Status:
         s = self.settings.place
@@ -85,21 +122,33 @@ class Place(Leaf):
         return self._move("over the place", self._above, speed, tolerance, self._lower)
 
     def _lower(self) -> Status:
+        if self.context.relocalised:
+            return self._go_back()
         s = self.settings.place
         return self._move("lowering", self._down, s.lower_speed, s.lower_tolerance, self._release)
 
+    def _go_back(self) -> Status:
+        """The place is not where the hand was going: go over it again."""
+        self._relocalised += 1
+        if self._relocalised > self.settings.place.most_relocalisations:
+            return self.failure(self.context.relocalised)
+        self._step, self._progress = self._approach, Progress(self.context)
+        return self._approach()
+
     def _release(self) -> Status:
         self.open_gripper()
-        self._phase = self._open
+        self._step = self._open
         return self.running("letting go")
 
     def _open(self) -> Status:
         if (waiting := self.fingers("letting go")) is not None:
             return waiting
-        log = self.context.log
-        log.place(self.context.clock.now())
-        log.places_used[self._on.name] = self._number
-        self._phase = self._rise
+        if not self.gripper_is_open:
+            width = 1000 * self.context.state.gripper_width
+            return self.failure(f"not let go: the fingers stopped at {width:.0f} mm")
+        self._note(self.context.log.places_used)
+        self.context.log.place(self.context.clock.now())
+        self._step = self._rise
         return self.running("rising")
 
     def _rise(self) -> Status:
@@ -109,20 +158,35 @@ class Place(Leaf):
     def _done(self) -> Status:
         return self.success(f"placed on {self._on.name}, place {self._number}")
 
+    def _block(self) -> None:
+        """Remember a place at which lowering failed."""
+        if self._step == self._lower:
+            self._note(self.context.log.places_blocked)
+
+    def _note(self, places: dict[str, set[int]]) -> None:
+        if self._number is not None:
+            places.setdefault(self._on.name, set()).add(self._number)
+
     def _move(
         self, what: str, wTe: SE3, speed: float, tolerance: float, then: Callable[[], Status]
     ) -> Status:
         """One tick of a straight motion of the hand, then the next phase."""
-        if then is not self._done and self.gripper_is_closed:
+        if then != self._done and self.gripper_is_closed:
             return self.failure("nothing left between the fingers")
-        report = self.pursue(
-            PoseGoal(wTe=wTe, speed=speed, position_tolerance=tolerance, straight=True), what
+        goal = PoseGoal(
+            wTe=wTe,
+            speed=speed,
+            position_tolerance=tolerance,
+            orientation_tolerance=self.settings.place.tilt,
+            straight=True,
         )
+        report = self.pursue(goal, what)
         if report is None:
             return self.running(what)
         if report.arrived:
-            self._phase, self._progress = then, Progress(self.settings.progress)
+            self._step, self._progress = then, Progress(self.context)
             return then()
-        if self._progress.is_stuck(report, self.context.clock.now()):
+        if self._progress.is_stuck(report):
+            self._block()
             return self.failure(f"{what}: stuck {report.position_error:.2f} m away")
         return self.running(f"{what}, {report.position_error:.2f} m to go")

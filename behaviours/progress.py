@@ -1,33 +1,54 @@
-"""Whether a motion still comes nearer to its goal."""
+"""Whether a motion gets on: the one notion of progress of all behaviours that move."""
 
 from __future__ import annotations
 
-from behaviours.settings import ProgressSettings
+import numpy as np
+import numpy.typing as npt
+
+from behaviours.context import Context
 from controller import StepReport
-from hw import TaskTime
 
 
 class Progress:
-    """Notices when a motion no longer comes nearer to its goal.
+    """Notices when a motion gets no further.
+
+    A motion gets on while the hand, the base or the arm comes nearer to where the controller wants
+    it than it ever was. One that does not is stuck as soon as the robot has stood still for
+    `patience`; while it moves it may be on a way around, so that takes `detour_patience`. Only time
+    in which the motion was asked about counts: pauses and late ticks do not.
 
     Args:
-        settings: what counts as nearer.
-        patience: how long the error may stay without getting smaller [s]; None for the usual time.
+        context: what all leaves share.
     """
 
-    def __init__(self, settings: ProgressSettings, patience: float | None = None) -> None:
-        self._settings = settings
-        self._patience = settings.patience if patience is None else patience
-        self._best = float("inf")
-        self._since: TaskTime | None = None
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._settings = context.settings.progress
+        self._best = np.full(3, np.inf)
+        self._last = context.clock.now()
+        self._without = self._at_rest = 0.0
 
-    def is_stuck(self, report: StepReport, now: TaskTime) -> bool:
-        """Whether the way to a pose, position and orientation together, gets no shorter."""
-        angle = self._settings.metres_per_radian * report.orientation_error
-        return self.stalled(report.position_error + angle, now)
+    def is_stuck(self, report: StepReport) -> bool:
+        """Ask once a tick, with the report about the goal of the last one."""
+        settings, now = self._settings, self._context.clock.now()
+        passed = min(now - self._last, settings.longest_tick)
+        self._last = now
+        left = self._left(report)
+        self._without += passed
+        self._at_rest = 0.0 if self._moves else self._at_rest + passed
+        if (left < self._best - settings.step).any():
+            self._best = np.minimum(left, self._best)
+            self._without = self._at_rest = 0.0
+        return self._at_rest > settings.patience or self._without > settings.detour_patience
 
-    def stalled(self, error: float, now: TaskTime) -> bool:
-        """Whether the best error so far [m or rad] is older than the patience allows."""
-        if self._since is None or error < self._best - self._settings.step:
-            self._best, self._since = error, now
-        return now - self._since > self._patience
+    def _left(self, report: StepReport) -> npt.NDArray[np.float64]:
+        """(3,) what hand, base and arm have left [m, s and rad]."""
+        turn = self._settings.metres_per_radian * report.orientation_error
+        return np.array([report.position_error + turn, report.base_time, report.posture_error])
+
+    @property
+    def _moves(self) -> bool:
+        """Whether the robot moves, as read this tick."""
+        state = self._context.state
+        fastest = max(np.abs(state.qd).max(), np.abs(state.base_twist).max())
+        return bool(fastest > self._settings.at_rest)

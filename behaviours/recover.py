@@ -13,6 +13,7 @@ from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Posture
 from behaviours.progress import Progress
+from behaviours.ranges import NotNegative
 from controller import PoseGoal, PostureGoal
 
 
@@ -32,18 +33,25 @@ class Recover(Leaf):
     key: ClassVar[str] = "recover"
 
     def __init__(
-        self, name: str, context: Context, *, arm: Posture | None = None, rise_m: float = 0.15
+        self, name: str, context: Context, *, arm: Posture | None = None, rise_m: NotNegative = 0.15
     ) -> None:
         super().__init__(name, context)
         self._arm = arm
         self._rise = rise_m
+
+    @property
+    def phase(self) -> str:
+        """`clear` while there are faults, `rise` while the hand is lifted, then `fold`."""
+        if self.context.state.faults or self.context.state.recovering:
+            return "clear"
+        return "rise" if self._rising else "fold"
 
     def initialise(self) -> None:
         """Start anew, from wherever the hand is now."""
         self.context.vision.reset()
         self._faults = 0
         self._rising = self._arm is not None and not self._folded(self._arm)
-        self._progress = Progress(self.settings.progress, self.settings.retreat.recovery_patience)
+        self._progress = Progress(self.context)
         here = self.context.wTe
         above = here.translation + np.array([0.0, 0.0, self._rise])
         self._above = SE3(here.rotation, above)
@@ -80,10 +88,10 @@ class Recover(Leaf):
         )
         report = self.pursue(goal, "rise")
         if report is not None:
-            stuck = self._progress.stalled(report.position_error, self.context.clock.now())
-            self._rising = not (report.position_error <= goal.position_tolerance or stuck)
+            is_up = report.position_error <= goal.position_tolerance
+            self._rising = not (is_up or self._progress.is_stuck(report))
         if not self._rising:
-            self._progress = Progress(self.settings.progress, self.settings.recover.fold_patience)
+            self._progress = Progress(self.context)
         return self.running("rising")
 
     def _fold(self, arm: Posture) -> Status:
@@ -93,7 +101,7 @@ class Recover(Leaf):
         if report.arrived:
             return self.success(f"arm {arm.name}")
         left = degrees(report.orientation_error)
-        if self._progress.stalled(report.orientation_error, self.context.clock.now()):
+        if self._progress.is_stuck(report):
             return self.failure(f"arm stopped {left:.0f}° before {arm.name}")
         return self.running(f"folding to {arm.name}, {left:.0f}° to go")
 

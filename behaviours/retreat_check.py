@@ -11,15 +11,19 @@ from py_trees.common import Status
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.progress import Progress
+from behaviours.ranges import NotNegative
 from controller import PoseGoal
+from hw import TaskTime
 
 
 class RetreatCheck(Leaf):
     """Rise, and check on the way that the hand holds something.
 
-    Fails when the fingers closed fully or the arm has a fault (Haviland 2022, section V), so that
-    the tree tries again. Fingers that still close on the way up hold nothing: they are waited for.
-    A grasp that failed is remembered and not chosen again while there are others.
+    It holds something if the fingers have moved since they were told to close, and stopped between
+    closed and as far apart as they were before. Fails otherwise and when the arm has a fault
+    (Haviland 2022, section V), so that the tree tries again. Fingers that still close on the way up
+    hold nothing: they are waited for. A grasp that failed is remembered and not chosen again while
+    there are others.
 
     Args:
         rise_m: how far to lift the hand [m].
@@ -27,7 +31,7 @@ class RetreatCheck(Leaf):
 
     key: ClassVar[str] = "retreat_check"
 
-    def __init__(self, name: str, context: Context, *, rise_m: float = 0.2) -> None:
+    def __init__(self, name: str, context: Context, *, rise_m: NotNegative = 0.2) -> None:
         super().__init__(name, context)
         self._rise = rise_m
 
@@ -40,27 +44,35 @@ class RetreatCheck(Leaf):
         self._goal = PoseGoal(
             wTe=wTe, speed=retreat.speed, position_tolerance=retreat.tolerance, straight=True
         )
-        self._progress = Progress(self.settings.progress)
+        self._progress = Progress(self.context)
+        self._up_since: TaskTime | None = None
 
     def update(self) -> Status:
         """One tick."""
-        context = self.context
+        context, now = self.context, self.context.clock.now()
         if fault := self.fault():
             return self._missed(fault)
-        width = context.state.gripper_width
-        if self.gripper_is_closed:
-            return self._missed("the fingers closed on nothing")
+        if context.log.closing is None:
+            return self.failure("the fingers were not told to close")
+        width, moving = 1000 * context.state.gripper_width, context.state.gripper_moving
+        if (not moving or self.gripper_is_closed) and (reason := self.empty_hand):
+            return self._missed(reason)
         report = self.pursue(self._goal)
-        if context.state.gripper_moving:
-            return self.running("the fingers are slipping off")
-        if report is not None and report.position_error <= self._goal.position_tolerance:
+        if report is None:
+            return self.running("rising")
+        if report.position_error > self._goal.position_tolerance:
+            if self._progress.is_stuck(report):
+                left = report.position_error
+                return self._missed(f"stuck {left:.2f} m below the retreat")
+            return self.running(f"rising, {width:.0f} mm between the fingers")
+        if not moving:
             context.vision.tracker.forget()
-            return self.success(f"holding something {1000 * width:.0f} mm wide")
-        if report is not None and self._progress.stalled(
-            report.position_error, context.clock.now()
-        ):
-            return self._missed(f"stuck {report.position_error:.2f} m below the retreat")
-        return self.running(f"rising, {1000 * width:.0f} mm between the fingers")
+            return self.success(f"holding something {width:.0f} mm wide")
+        self._up_since = self._up_since or now
+        patience = self.settings.fingers.patience
+        if now - self._up_since > patience:
+            return self._missed(f"the fingers still move after {patience:g} s")
+        return self.running("the fingers are slipping off")
 
     def _missed(self, reason: str) -> Status:
         if self.context.log.last_grasp is not None:

@@ -15,6 +15,7 @@ from behaviours.key import Key
 from behaviours.leaf import Leaf
 from behaviours.occupancy import Occupancy
 from behaviours.poses import Region
+from behaviours.ranges import Count, NotNegative, Positive
 from controller import PoseGoal
 
 
@@ -43,10 +44,10 @@ class ScanForObjects(Leaf):
         *,
         region: Region,
         count: Key[int],
-        height_m: float = 0.45,
-        frames: int = 3,
-        smallest_cm2: float = 1.0,
-        timeout_s: float = 30.0,
+        height_m: Positive = 0.45,
+        frames: Count = 3,
+        smallest_cm2: NotNegative = 1.0,
+        timeout_s: Positive = 30.0,
     ) -> None:
         super().__init__(name, context)
         self._region = region

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import radians
 
+from controller import Checked
+
 
 @dataclass(frozen=True, kw_only=True)
-class FingerSettings:
+class FingerSettings(Checked):
     """When fingers are open, closed or stuck."""
 
     closed: float = 0.0015
@@ -16,26 +18,48 @@ class FingerSettings:
     """Share of the full opening from which they count as open."""
     opening_force: float = 20.0
     """Force with which they open [N]."""
+    least_motion: float = 0.0005
+    """Fingers that have moved less than this have not moved [m]."""
+    slack: float = 0.002
+    """Fingers that open by more than this let go of what they hold [m]."""
+    start_patience: float = 0.5
+    """Fingers that have not moved this long after they were told to do not move [s]."""
     patience: float = 3.0
     """Fingers that still move after this do not do what they were told [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class ProgressSettings:
+class ProgressSettings(Checked):
     """When a motion counts as stuck."""
 
     metres_per_radian: float = 0.3
     """What a radian counts in the distance that is left: about the length of the hand [m/rad]."""
     step: float = 0.005
-    """Smallest improvement that counts [m or rad]."""
+    """Smallest improvement that counts [m, s or rad]."""
+    at_rest: float = 0.03
+    """A robot that is slower than this stands still [m/s and rad/s]."""
     patience: float = 2.5
-    """No improvement for this long is stuck, near the goal [s]."""
-    travel_patience: float = 5.0
-    """The same on the way there: a base that turns first brings the hand no nearer [s]."""
+    """No improvement for this long, the robot at rest, is stuck [s]."""
+    detour_patience: float = 12.0
+    """The same while it moves: a base that swings round brings the hand no nearer at first [s]."""
+    longest_tick: float = 0.1
+    """Of a longer time between two ticks only this much counts [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class GraspSettings:
+class RelocalisationSettings(Checked):
+    """When the pose of the base has jumped."""
+
+    distance: float = 0.03
+    """It differs this much from what its motion explains [m] ..."""
+    turn: float = radians(2.0)
+    """... or is turned this much [rad] ..."""
+    window: float = 0.25
+    """... within this time [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GraspSettings(Checked):
     """How the hand follows a grasp and goes down on it."""
 
     standoff: float = 0.12
@@ -55,11 +79,15 @@ class GraspSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlaceSettings:
+class PlaceSettings(Checked):
     """How an object is set down."""
 
-    clearance: float = 0.008
-    """Height over the surface at which it is released [m]."""
+    clearance: float = 0.006
+    """Height of object and finger tips over the surface at which it is released [m]."""
+    tilt: float = radians(2.0)
+    """Tilt that the hand may have then [rad]."""
+    most_relocalisations: int = 3
+    """How often the hand goes back over the place because the base was relocalised."""
     above: float = 0.12
     """Height over the place that the hand comes from and goes back to [m]."""
     approach_speed: float = 0.6
@@ -77,7 +105,7 @@ class PlaceSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RetreatSettings:
+class RetreatSettings(Checked):
     """How the hand rises, after a grasp or out of a fault."""
 
     speed: float = 0.5
@@ -86,24 +114,20 @@ class RetreatSettings:
     """Out of a fault, where something may be in the way [m/s]."""
     tolerance: float = 0.03
     """[m]."""
-    recovery_patience: float = 1.0
-    """A hand that does not rise any more may fold all the same after this [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecoverSettings:
+class RecoverSettings(Checked):
     """How the arm comes back to a posture."""
 
     folded: float = 0.05
     """Nearer than this to the posture there is nothing to rise out of [rad]."""
     most_faults: int = 3
     """Faults that come back more often are not cleared again."""
-    fold_patience: float = 2.0
-    """An arm that comes no nearer for this long is stuck [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class ViewSettings:
+class ViewSettings(Checked):
     """How the camera is pointed and what it is believed."""
 
     speed: float = 0.5
@@ -119,7 +143,7 @@ class ViewSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OccupancySettings:
+class OccupancySettings(Checked):
     """How depth frames become a picture of a region from above."""
 
     cell: float = 0.003
@@ -131,7 +155,7 @@ class OccupancySettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FollowSettings:
+class FollowSettings(Checked):
     """How a moving object is followed."""
 
     speed: float = 0.5
@@ -152,6 +176,7 @@ class BehaviourSettings:
 
     fingers: FingerSettings = field(default_factory=FingerSettings)
     progress: ProgressSettings = field(default_factory=ProgressSettings)
+    relocalisation: RelocalisationSettings = field(default_factory=RelocalisationSettings)
     grasp: GraspSettings = field(default_factory=GraspSettings)
     place: PlaceSettings = field(default_factory=PlaceSettings)
     retreat: RetreatSettings = field(default_factory=RetreatSettings)

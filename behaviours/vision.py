@@ -19,6 +19,8 @@ from perception import Detection, GraspDetector, GraspEstimate, GraspTracker, Wo
 
 OLDEST_FRAME = 0.15
 """A frame older than this says nothing about where a grasp is now [s]."""
+_LOST_FRAME = 1.0
+"""Frames that are older than this do not come late: they do not come [s]."""
 
 
 class Vision(ABC):
@@ -44,6 +46,7 @@ class Vision(ABC):
         """What grasps were found in it; None if it was not searched for any."""
         self.grasp: GraspEstimate | None = None
         """The grasp that is followed, if any."""
+        self._known_since = -inf
         self.seconds = 0.0
         """Real time that ticks have spent on images so far [s]."""
 
@@ -84,16 +87,24 @@ class Vision(ABC):
             The grasp; None if it is not, or no longer, seen, or if the newest frame is too old to
             be believed. A locked grasp stays.
         """
-        detection = self.detect(workspace)
-        if detection is not None and self.frame is not None:
-            self.grasp = self.tracker.update(detection, self.frame.wTc)
-        elif self.is_blind(now) and not self.tracker.locked:
-            self.reset()
+        detection, frame = self.detect(workspace), self.frame
+        if self.is_blind(now):
+            if not self.tracker.locked:
+                self.reset()
+        elif detection is not None and frame is not None and frame.stamp >= self._known_since:
+            self.grasp = self.tracker.update(detection, frame.wTc)
         return self.grasp
+
+    def blindness(self, now: float) -> str:
+        """Why no frame can be believed at session time `now`, in words; empty if one can."""
+        if self._newest is None or now - self._newest.stamp > _LOST_FRAME:
+            return "no camera frame"
+        late = now - self._newest.stamp
+        return f"frames come {late:.2f} s late" if late > OLDEST_FRAME else ""
 
     def is_blind(self, now: float) -> bool:
         """Whether there is no frame, or only one too old to be believed at session time `now`."""
-        return self._newest is None or now - self._newest.stamp > OLDEST_FRAME
+        return self.blindness(now) != ""
 
     def reject(self) -> None:
         """Remember the followed grasp as one that failed."""
@@ -104,6 +115,11 @@ class Vision(ABC):
         """Follow no grasp any longer."""
         self.tracker.reset()
         self.grasp = None
+
+    def relocalise(self, now: float) -> None:
+        """Follow no grasp that a frame from before session time `now` shows."""
+        self._known_since = now
+        self.reset()
 
     def _take(self) -> DepthFrame | None:
         """The camera's newest frame if it is new in this tick."""

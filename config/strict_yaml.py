@@ -129,7 +129,8 @@ def read_yaml(diagnostics: Diagnostics) -> tuple[str, YamlValue] | None:
 
 def _read_text(path: Path, diagnostics: Diagnostics) -> str | None:
     try:
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
         diagnostics.error(None, "there is no such file", "check the path")
         return None

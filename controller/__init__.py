@@ -5,6 +5,7 @@ After Haviland, Sünderhauf and Corke, "A Holistic Approach to Reactive Mobile M
 randomness; the bank of postures that it looks up was drawn beforehand.
 """
 
+from controller.checked import Checked
 from controller.command import (
     N_ARM,
     Array,
@@ -29,6 +30,7 @@ __all__ = [
     "STEP_PARTS",
     "Array",
     "BaseGoal",
+    "Checked",
     "Command",
     "ControllerSettings",
     "GoalError",

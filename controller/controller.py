@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from pinocchio import SE3
 
-from controller.base_drive import Pose2D, drive_to
+from controller.base_drive import Pose2D, drive_to, time_to_drive
 from controller.bounds import VelocityBounds
 from controller.command import (
     Array,
@@ -50,6 +50,11 @@ class StepReport:
     """Whether the QP was solved; if not, the command brakes."""
     bTe: SE3
     """End effector in the base."""
+    base_time: float = 0.0
+    """Least time in which the base gets to its goal, or to where the guidance wants it [s]; 0 where
+    it has no place of its own to go to."""
+    posture_error: float = 0.0
+    """Largest joint error to the goal's posture, or to that of the guidance [rad]; 0 without."""
 
 
 class _Motion(NamedTuple):
@@ -61,6 +66,8 @@ class _Motion(NamedTuple):
     orientation_error: float = np.nan
     arrived: bool = False
     slack: float = 0.0
+    base_time: float = 0.0
+    posture_error: float = 0.0
 
 
 class HolisticController:
@@ -127,6 +134,8 @@ class HolisticController:
             slack=motion.slack,
             solved=motion.velocities is not None,
             bTe=linearisation.bTe,
+            base_time=motion.base_time,
+            posture_error=motion.posture_error,
         )
 
     def _to_pose(
@@ -142,9 +151,10 @@ class HolisticController:
         bTw = state.wTb.inverse()
         error = pose_error(bTe, bTw * goal.wTe)
         twist = desired_twist(settings.servo, goal, bTw, bTe, error)
-        bias = None
+        bias, base_time, posture_error = None, 0.0, 0.0
         if self._guide is not None:
             bias = self._guide.bias(goal, error, Pose2D.of(state.wTb), state.q)
+            base_time, posture_error = self._guide.left
         norm = error_norm(settings, bTe, error)
         qp = build_qp(model, settings, linearisation, twist, norm, bounds, last, bias)
         velocities = self._solve(qp, state.q)
@@ -157,6 +167,8 @@ class HolisticController:
             arrived=error.position <= goal.position_tolerance
             and error.orientation <= goal.orientation_tolerance,
             slack=sqrt(float(slack @ slack)),
+            base_time=base_time,
+            posture_error=posture_error,
         )
 
     def _to_posture(
@@ -175,19 +187,21 @@ class HolisticController:
         qd = error / duration if duration > 0.0 else np.zeros_like(error)
         desired = np.concatenate([np.zeros(model.n_base), qd])
         velocities = self._solve(QP(np.eye(model.n), -desired, *bounds), state.q)
-        return _Motion(velocities, 0.0, max_error, arrived=max_error <= goal.tolerance)
+        arrived = max_error <= goal.tolerance
+        return _Motion(velocities, 0.0, max_error, arrived=arrived, posture_error=max_error)
 
     def _to_base_pose(self, state: KinematicState, goal: BaseGoal) -> _Motion:
         """The base to a pose; the arm comes to rest."""
         bTg = state.wTb.inverse() * goal.wTb
-        error = pose_error(SE3.Identity(), bTg)
-        base = drive_to(self.model, self.settings, Pose2D.of(bTg), reverse=goal.reverse)
+        error, target, drive = pose_error(SE3.Identity(), bTg), Pose2D.of(bTg), self.settings.drive
+        base = drive_to(self.model, self.settings, target, reverse=goal.reverse)
         return _Motion(
             np.concatenate([base, np.zeros(len(state.q))]),
             error.position,
             error.orientation,
             arrived=error.position <= goal.position_tolerance
             and error.orientation <= goal.heading_tolerance,
+            base_time=time_to_drive(self.model, drive, target, goal.reverse),
         )
 
     def _solve(self, qp: QP, q: Array) -> Array | None:

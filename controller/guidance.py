@@ -77,6 +77,9 @@ class Guide:
 
     def reset(self) -> None:
         """Forget the goal: the next one is new."""
+        self.left = (0.0, 0.0)
+        """What the last step left of the way to the stance: least time of the base [s] and largest
+        joint error [rad]; both 0 without a stance."""
         self._goal: SE3 | None = None
         self._first_goal: SE3 | None = None
         self._start_goal(None)
@@ -117,6 +120,7 @@ class Guide:
                 self._failed = (*self._failed, self._stance)
             self._set_stance(self._choose(goal, wTb, q) if self._detours_left else None, True)
             remaining = self._remaining(goal, distance, wTb, q)
+        self.left = (remaining.base_time, remaining.max_joint_error)
         return None if self._stance is None else self._towards(self._stance, remaining, goal, wTb)
 
     def _choose(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> Stance:

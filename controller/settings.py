@@ -10,10 +10,20 @@ from dataclasses import dataclass
 from math import inf
 from typing import Literal
 
+from controller.checked import Checked
+
 
 @dataclass(frozen=True, kw_only=True)
-class ServoSettings:
+class ServoSettings(Checked):
     """How end effector and base approach their goals: position-based servoing (eq. 17)."""
+
+    POSITIVE = (
+        "gain",
+        "rotation_gain",
+        "deceleration",
+        "turn_deceleration",
+        "joint_deceleration",
+    )
 
     gain: float = 4.0
     """β: speed per metre of error near the goal [1/s]."""
@@ -31,8 +41,10 @@ class ServoSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointLimitSettings:
+class JointLimitSettings(Checked):
     """Velocity dampers before the joint limits (eq. 15, 16), and braking for them."""
+
+    POSITIVE = ("damper_gain",)
 
     damper_gain: float = 1.0
     """η: joint speed allowed at the influence distance [rad/s]."""
@@ -43,9 +55,14 @@ class JointLimitSettings:
     return_speed: float = 0.2
     """A joint outside its limits comes back no faster than this [rad/s]."""
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.influence_distance > self.stop_distance:
+            raise ValueError("`influence_distance` must be larger than `stop_distance`")
+
 
 @dataclass(frozen=True, kw_only=True)
-class ContactSettings:
+class ContactSettings(Checked):
     """Keeping the arm off itself, the base and the floor; soft bounds in the QP."""
 
     influence_distance: float = 0.12
@@ -61,8 +78,10 @@ class ContactSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class DriveSettings:
+class DriveSettings(Checked):
     """How a differential drive steers to a pose (Park and Kuipers, ICRA 2011)."""
+
+    POSITIVE = ("pivot_blend", "arrival_distance")
 
     heading_gain: float = 1.0
     """k1: how strongly the path bends to arrive with the goal's heading."""
@@ -79,8 +98,10 @@ class DriveSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StanceSettings:
+class StanceSettings(Checked):
     """What a stance costs. Costs are in seconds: a stance is preferred for the time it saves."""
+
+    POSITIVE = ("arm_speed",)
 
     # How long it takes to get there.
     arm_speed: float = 0.5
@@ -122,8 +143,17 @@ class StanceSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GuidanceSettings:
+class GuidanceSettings(Checked):
     """When and how strongly base and arm are led to a stance that reaches the goal."""
+
+    POSITIVE = (
+        "fade_length",
+        "fade_base",
+        "fade_heading",
+        "fade_joint",
+        "posture_rate",
+        "joint_speed",
+    )
 
     stance: StanceSettings = StanceSettings()
 
@@ -185,11 +215,13 @@ class GuidanceSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ControllerSettings:
+class ControllerSettings(Checked):
     """How the terms of the QP weigh against each other, and what surrounds it.
 
     The defaults are the preset `frankie`; `PAPER` is the published controller.
     """
+
+    POSITIVE = ("period", "min_error")
 
     period: float = 0.01
     """Control period [s]."""

@@ -7,6 +7,7 @@ from typing import NoReturn
 import numpy as np
 
 from controller.command import (
+    N_ARM,
     Array,
     BaseGoal,
     Command,
@@ -23,7 +24,7 @@ _ROTATION_TOLERANCE = 1e-4
 
 
 class GoalError(ValueError):
-    """A goal or a state has numbers that are not finite, or a matrix that is not a rotation."""
+    """A goal or a state has numbers that no goal can have, or a matrix that is not a rotation."""
 
 
 def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) -> None:
@@ -41,15 +42,34 @@ def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) 
     match goal:
         case PoseGoal():
             poses["goal pose"], numbers["goal twist"] = goal.wTe, goal.twist
+            _check_positive("speed", goal.speed)
+            _check_positive("turn rate", goal.turn_rate)
+            _check_tolerance("position tolerance", goal.position_tolerance)
+            _check_tolerance("orientation tolerance", goal.orientation_tolerance)
         case PostureGoal():
             numbers["goal posture"] = goal.q
+            if np.shape(goal.q) != (N_ARM,):
+                raise GoalError(f"the goal posture must have {N_ARM} joints, got {goal.q}")
+            _check_tolerance("tolerance", goal.tolerance)
         case BaseGoal():
             poses["goal base pose"] = goal.wTb
+            _check_tolerance("position tolerance", goal.position_tolerance)
+            _check_tolerance("heading tolerance", goal.heading_tolerance)
     everything = np.concatenate([*numbers.values(), *(pose.translation for pose in poses.values())])
     if not np.abs(everything).max() <= _MAX_SIZE:
         _refuse(numbers | {name: pose.homogeneous for name, pose in poses.items()})
     for name, pose in poses.items():
         _check_rotation(name, pose.rotation)
+
+
+def _check_positive(name: str, value: float) -> None:
+    if not 0.0 < value <= _MAX_SIZE:
+        raise GoalError(f"the goal's {name} must be a number above 0, got {value}")
+
+
+def _check_tolerance(name: str, value: float) -> None:
+    if not value >= 0.0:
+        raise GoalError(f"the goal's {name} must be a number of at least 0, got {value}")
 
 
 def _check_rotation(name: str, rotation: Array) -> None:

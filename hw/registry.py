@@ -45,7 +45,7 @@ def _kinematic(description: RobotDescription, options: WorldOptions) -> Backend:
     """The kinematic simulator."""
     from hw.sim import kinematic_robot, load_scene
 
-    world = load_scene(options.scene, options.seed)
+    world = load_scene(options.scene, options.seed, description.base.size[:2])
     clock = SimClock(pace=1.0 if options.paced else None)
     robot = kinematic_robot(
         description,

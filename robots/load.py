@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import product
+from os.path import isfile
 from pathlib import Path
 
 import numpy as np
@@ -55,8 +56,8 @@ def load_robot(robot: str | Path) -> RobotDescription:
         ConfigError: there is no such robot, or one of its files says something impossible.
     """
     shipped = SHIPPED / f"{robot}.yaml"
-    path = shipped if shipped.is_file() else Path(robot)
-    if not path.is_file():
+    path = shipped if isfile(shipped) else Path(robot)
+    if not isfile(path):
         hint = suggest(str(robot), robot_names())
         raise ConfigError(f"no robot is called `{robot}`; {hint} (or give a robot file)")
     return _load(path.resolve())

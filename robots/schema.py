@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import isclose
+from os.path import isfile
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
@@ -126,8 +127,8 @@ class GripperFile(StrictModel):
 class IntrinsicsFile(StrictModel):
     """A pinhole camera [px]."""
 
-    width: Annotated[int, Field(gt=0)]
-    height: Annotated[int, Field(gt=0)]
+    width: Annotated[int, Field(gt=0, le=4096)]
+    height: Annotated[int, Field(gt=0, le=4096)]
     fx: Positive
     fy: Positive
     cx: Finite
@@ -189,7 +190,7 @@ def _found(part: str, info: ValidationInfo) -> str:
     """The path of a part's file, for its name or path; the context holds the folders to search."""
     folders: tuple[Path, ...] = info.context  # type: ignore[assignment]
     for path in (folders[0] / part, *(folder / "parts" / f"{part}.yaml" for folder in folders)):
-        if path.is_file():
+        if isfile(path):
             return str(path)
     names = {path.stem for folder in folders for path in (folder / "parts").glob("*.yaml")}
     raise ValueError(f"no part is called `{part}`; {suggest(part, names)}")

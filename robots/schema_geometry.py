@@ -16,9 +16,10 @@ from pydantic import AfterValidator, Field, field_validator, model_validator
 from config import StrictModel
 from robots.shapes import Box, Capsule, Colour, Geom, Sphere
 
-Finite: TypeAlias = Annotated[float, Field(allow_inf_nan=False)]
-Positive: TypeAlias = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-NotNegative: TypeAlias = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+# Nothing of a robot is smaller or larger than these bounds, in SI units, degrees or pixels.
+Finite: TypeAlias = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
+Positive: TypeAlias = Annotated[float, Field(ge=1e-6, le=1e4, allow_inf_nan=False)]
+NotNegative: TypeAlias = Annotated[float, Field(ge=0.0, le=1e4, allow_inf_nan=False)]
 
 
 def _ordered(bounds: tuple[float, float]) -> tuple[float, float]:

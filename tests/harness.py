@@ -146,6 +146,12 @@ class Harness:
         self._ticks += 1
         self.clock.sleep_until(self._ticks * 0.01)
 
+    def grip(self, width: float, force: float = 20.0) -> None:
+        """Set the fingers moving as a leaf does, and wait for them."""
+        self.context.log.gripped(width, self.robot.read().gripper_width)
+        self.robot.grip(width, force)
+        self.run_for(None, 1.0)
+
     def reach(self, goal: PoseGoal) -> None:
         """Bring the hand to a goal without any leaf."""
         for _ in range(1500):

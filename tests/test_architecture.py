@@ -25,6 +25,7 @@ ROOMS = (
     "trees",
     "trees.draw",
     "trees.btcpp",
+    "app.terminal",
     "app.live",
     "app.core",
     "app.review",
@@ -173,6 +174,16 @@ def test_there_is_no_circle_between_modules():
 
     circles = [circle for module in graph if (circle := circle_from(module, ()))]
     assert circles == []
+
+
+def test_nothing_is_printed_past_the_terminal_that_makes_text_visible():
+    consoles = [
+        f"{path.relative_to(ROOT)}:{node.lineno}"
+        for path in FILES
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "Console"
+    ]
+    assert consoles == []
 
 
 TESTS = sorted((ROOT / "tests").rglob("*.py"))

@@ -5,6 +5,7 @@ Each `*.yaml` here is a task; wherever a tree is asked for, its name stands for 
 
 from __future__ import annotations
 
+from os.path import isfile
 from pathlib import Path
 
 from config import UserError, quoted, suggest
@@ -55,4 +56,4 @@ def find(tree: str) -> Path:
         UnknownTreeError: it is neither.
     """
     path = Path(tree)
-    return path if path.suffix or len(path.parts) > 1 or path.is_file() else shipped(tree)
+    return path if path.suffix or len(path.parts) > 1 or isfile(path) else shipped(tree)

@@ -16,7 +16,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from app.core import End, Outcome, failed_node
-from behaviours import Key
+from behaviours import Key, TaskLog
 from config import UserError, quoted, suggest
 from hw import SimClock, TaskClock
 from trees.language import (
@@ -182,6 +182,7 @@ class _DryLeaf(Behaviour):
     def __init__(self, node: LeafNode, script: Script, arguments: Mapping[str, object]) -> None:
         super().__init__(node.name)
         self.key = node.type.key
+        self.is_condition = node.type.is_condition
         self._script = script
         self._outputs = {
             key: _smallest(node.type.outputs[name].type)
@@ -267,6 +268,7 @@ class _DryContext:
 
     clock: TaskClock
     keys: dict[str, Key[object]] = field(default_factory=dict)
+    log: TaskLog = field(default_factory=TaskLog)
 
 
 def _outcome_of(root: Behaviour, most_ticks: int) -> Outcome:

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from app.commands.refuse import find_tree, refuse
+from app.terminal import Terminal, visible
 
 authoring = typer.Typer()
 
@@ -35,9 +35,9 @@ def nodes(
     from app.authoring import show_all, show_one
 
     if name is None:
-        show_all(Console())
+        show_all(Terminal())
         return
-    show_one(name, Console())
+    show_one(name, Terminal())
 
 
 @authoring.command()
@@ -51,7 +51,7 @@ def draw(
     from trees.language import load
 
     task = load(find_tree(tree), open_parameters=True)
-    _deliver(FORMATS[picture.value](boxes(task.root)), output)
+    _deliver(visible(FORMATS[picture.value](boxes(task.root))), output)
 
 
 @authoring.command()

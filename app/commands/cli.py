@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from app.commands.authoring import authoring
 from app.commands.bench import bench
@@ -13,6 +12,7 @@ from app.commands.grasp import app as grasp
 from app.commands.refuse import RefusingGroup, find_tree
 from app.commands.review import explain, runs, view
 from app.commands.run import run
+from app.terminal import Terminal
 
 app = typer.Typer(
     cls=RefusingGroup,
@@ -24,7 +24,7 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, runs, view, explain):
+for command in (run, runs, view, explain, replay):
     app.command()(command)
 app.add_typer(bench, name="bench")
 app.add_typer(grasp, name="grasp")
@@ -38,17 +38,17 @@ def check(
     from config import Severity, UserError
     from trees.language import check as mistakes_in
 
-    console = Console()
+    console = Terminal()
     errors = 0
     for tree in trees:
         path = find_tree(tree)
         mistakes = mistakes_in(path)
         for mistake in mistakes:
-            console.print(str(mistake), soft_wrap=True, highlight=False, markup=False)
+            console.say(str(mistake))
         bad = sum(mistake.severity is Severity.ERROR for mistake in mistakes)
         errors += bad
         if not bad:
-            console.print(f"{path}: good", soft_wrap=True, highlight=False, markup=False)
+            console.say(f"{path}: good")
     if errors:
         raise typer.Exit(UserError.exit_code)
 

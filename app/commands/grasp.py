@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from app.commands.refuse import refuse
+from app.terminal import Terminal
 
 app = typer.Typer(no_args_is_help=True, help="The grasp networks: train, evaluate, show.")
 
@@ -29,7 +29,7 @@ def train(
     """Render scenes, label every grasp in them, and train a network from scratch."""
     from app.lab import grasps
 
-    console = Console(stderr=True)
+    console = Terminal(stderr=True)
     out = grasps.train_weights(
         grasps.read_recipe(recipe),
         folder,
@@ -83,7 +83,7 @@ def evaluate(
         cornell=cornell,
         workers=workers or os.cpu_count() or 1,
     )
-    Console().print(grasps.evaluation_table(evaluation))
+    Terminal().print(grasps.evaluation_table(evaluation))
     typer.echo(f"perception step: {evaluation.step_median_ms:.1f} ms of one core (median)")
     if json is not None:
         json.write_text(json_format.dumps(evaluation.to_json(), indent=1), encoding="utf-8")

@@ -6,15 +6,16 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import typer
-from rich.console import Console
 from typer.core import TyperGroup
+
+from app.terminal import Terminal
 
 
 def refuse(message: str) -> NoReturn:
     """Say in one line on standard error what is wrong, and end with exit code 2."""
     from config import UserError
 
-    Console(stderr=True).print(message, soft_wrap=True, highlight=False, markup=False)
+    Terminal(stderr=True).say(message)
     raise typer.Exit(UserError.exit_code)
 
 

@@ -1,4 +1,4 @@
-"""`frankie-task runs`, `view` and `explain`: commands about finished runs."""
+"""`frankie-task runs`, `view`, `explain` and `replay`: commands about finished runs."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from app.commands.refuse import refuse
+from app.terminal import Terminal
 
 Run = Annotated[
     str, typer.Argument(help="Folder of a run, a file in it, its name in --runs, or `last`.")
@@ -28,7 +28,10 @@ def runs(
     if as_json:
         print(json.dumps([record.row() for record in records], indent=2))
     elif records:
-        Console().print(runs_table(records))
+        Terminal().print(runs_table(records))
+        for record in records:
+            if record.damage:
+                Terminal(stderr=True).say(f"{record.folder}: {record.damage}")
     else:
         refuse(f"{folder}: no runs here")
 
@@ -54,4 +57,14 @@ def explain(run: Run = "last", runs: Runs = Path("runs")) -> None:
     from app.review import find_run
 
     text = str(explained(find_run(run, runs)))
-    Console().print(text, soft_wrap=True, highlight=False, markup=False)
+    Terminal().say(text)
+
+
+def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:
+    """Run what was recorded through tree and controller again, and compare the commands."""
+    from app.core import replay_run
+    from app.review import find_run
+
+    result = replay_run(find_run(run, runs))
+    typer.echo(str(result))
+    raise typer.Exit(0 if result.identical else 1)

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from app.commands.refuse import find_tree, refuse
+from app.terminal import Terminal, visible
 
 if TYPE_CHECKING:
     from app.core import Result
@@ -110,6 +110,10 @@ def run(
     groot2_port: Annotated[
         int, typer.Option(help="Of --groot2; the next one is taken too.", min=1, max=65534)
     ] = 1667,
+    groot2_control: Annotated[
+        bool,
+        typer.Option("--groot2-control", help="Serve Groot2, and let it replace outcomes."),
+    ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as one JSON object.")
     ] = False,
@@ -161,8 +165,9 @@ def run(
             page_port=control_port,
             paused=paused,
             breaks=tuple(stop_before or ()),
-            groot=groot2,
+            groot=groot2 or groot2_control,
             groot_port=groot2_port,
+            groot_control=groot2_control,
             acknowledge_after=acknowledge_after,
         ),
     )
@@ -190,20 +195,17 @@ def _parameters(values: list[str]) -> dict[str, str]:
 
 def _show(result: Result, as_json: bool) -> None:
     """What a run left, for people and for programs."""
-    for_people = Console(stderr=as_json)
+    for_people = Terminal(stderr=as_json)
     if as_json:
         _unless_closed(sys.stdout, lambda: print(result.summary.to_json(), flush=True))
     _unless_closed(for_people.file, lambda: result.summary.show(for_people))
     left = f"left in {result.folder}/"
-    _unless_closed(for_people.file, lambda: for_people.print(left, highlight=False))
+    _unless_closed(for_people.file, lambda: for_people.print(left))
 
 
 def _say(text: str) -> None:
-    console = Console(stderr=True)
-    _unless_closed(
-        console.file,
-        lambda: console.print(text, soft_wrap=True, highlight=False, markup=False),
-    )
+    terminal = Terminal(stderr=True)
+    _unless_closed(terminal.file, lambda: terminal.say(text))
 
 
 def _unless_closed(file: IO[str], write: Callable[[], object]) -> None:
@@ -222,5 +224,5 @@ def _run_dry(
     from app.authoring import dry_run
 
     result = dry_run(tree, outcomes=outcomes, overrides=parameters, most_ticks=ticks)
-    typer.echo(result.to_json() if as_json else result.to_text())
+    typer.echo(result.to_json() if as_json else visible(result.to_text()))
     return result.outcome.end.exit_code

@@ -6,10 +6,12 @@ and `events` say what a run leaves behind.
 
 from app.core.events import EVENTS, Event, read_events
 from app.core.folder import COMMANDS, RECORDING, STATES, SUMMARY, FolderError
+from app.core.footprint import Footprint, footprint
 from app.core.launch import Result, RunOptions, run_task
 from app.core.measurements import Measurements
 from app.core.on_save import run_on_save
 from app.core.outcome import End, Outcome, failed_node
+from app.core.replay import Replay, ReplayError, replay_run
 from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
@@ -24,8 +26,11 @@ __all__ = [
     "End",
     "Event",
     "FolderError",
+    "Footprint",
     "Measurements",
     "Outcome",
+    "Replay",
+    "ReplayError",
     "Result",
     "RunOptions",
     "Session",
@@ -35,8 +40,10 @@ __all__ = [
     "Tick",
     "VisionForm",
     "failed_node",
+    "footprint",
     "open_setup",
     "read_events",
+    "replay_run",
     "run_on_save",
     "run_task",
     "scene_view",

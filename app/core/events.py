@@ -15,7 +15,7 @@ It is written while the run goes on, so that the log of a killed process lacks h
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -42,6 +42,8 @@ class Event:
     time: float
     """On the session's clock [s]."""
     fields: Mapping[str, Any]
+    line: int
+    """In the file, from 1."""
 
 
 class EventLog:
@@ -136,14 +138,22 @@ class EventLog:
 
 
 def read_events(path: Path) -> list[Event]:
-    """The events of a run; a last line that was cut off by a kill is left out."""
-    return list(_events(path.read_text(encoding="utf-8", errors="replace").splitlines()))
+    """The events of a run, as they are written; nothing but their form is checked.
+
+    Lines that are no JSON, as a kill or a full disk leaves them, are left out.
+
+    Raises:
+        OSError: the file cannot be read.
+    """
+    lines = enumerate(path.read_bytes().split(b"\n"), start=1)
+    return [event for number, line in lines if (event := _event(line, number)) is not None]
 
 
-def _events(lines: Iterable[str]) -> Iterable[Event]:
-    for line in lines:
-        try:
-            fields = json.loads(line)
-            yield Event(event=fields.pop("event"), time=fields.pop("time"), fields=fields)
-        except (ValueError, KeyError, AttributeError):
-            continue
+def _event(line: bytes, number: int) -> Event | None:
+    try:
+        read = json.loads(line.decode("utf-8"))
+    except (ValueError, RecursionError):
+        return None
+    fields = read if isinstance(read, dict) else {}
+    name, time = str(fields.pop("event", "")), fields.pop("time", None)
+    return Event(event=name, time=time, fields=fields, line=number)

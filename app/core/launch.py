@@ -9,8 +9,6 @@ from os.path import relpath
 from pathlib import Path
 from typing import NamedTuple
 
-from rich.console import Console
-
 from app.core.decisions import RecordedDecisions
 from app.core.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder
 from app.core.interrupts import interrupts, leave, terminal_settings
@@ -33,6 +31,7 @@ from app.live import (
     WebViewer,
     tree_view,
 )
+from app.terminal import Terminal
 from controller import RobotModel
 from hw import Truth, WorldOptions, stopwatch
 from perception import GraspDetector
@@ -240,7 +239,7 @@ def _web_viewer(viewer: Viewer) -> WebViewer | None:
 def _tell(text: str) -> None:
     """Say something to the person at the terminal."""
     with suppress(OSError):  # the terminal is gone
-        Console(stderr=True).print(text, soft_wrap=True, highlight=False, markup=False)
+        Terminal(stderr=True).say(text)
 
 
 def _scene(options: RunOptions, task: Task) -> str:

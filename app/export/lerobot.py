@@ -10,21 +10,24 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from os.path import isfile, lexists
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import yaml
 
 from app.core import COMMANDS, STATES
 from app.review import read_run
-from config import UserError
+from config import Diagnostics, UserError, content, read_yaml
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 USUAL_FPS = 50
+
+_SHORTEST, _LONGEST = 1e-4, 1.0
+"""Of a control period [s]."""
 
 _JOINTS = [f"joint_{number}" for number in range(1, 8)]
 _VECTORS = {
@@ -78,7 +81,7 @@ def export_lerobot(folders: Sequence[Path], out: Path, fps: int = USUAL_FPS) -> 
     Raises:
         ExportError: a run has no recorded motion, or a different rate or robot; or `out` exists.
     """
-    if out.exists():
+    if lexists(out):
         raise ExportError(f"{out}: exists already; choose a new folder")
     episodes = [_read(folder, fps) for folder in folders]
     robots = {episode.robot for episode in episodes}
@@ -103,14 +106,14 @@ def export_lerobot(folders: Sequence[Path], out: Path, fps: int = USUAL_FPS) -> 
 
 def _read(folder: Path, fps: int) -> _Episode:
     """The frames of one run."""
-    try:
-        states, commands = np.load(folder / STATES), np.load(folder / COMMANDS)
-    except (OSError, ValueError) as error:
-        raise ExportError(f"{folder}: the run has no recorded motion ({error})") from error
+    states, commands = _array(folder / STATES, 22), _array(folder / COMMANDS, 11)
     count = min(len(states), len(commands))
     if count < 2:
-        raise ExportError(f"{folder}: the run is too short ({count} ticks)")
-    rate = round(1.0 / float(np.median(np.diff(states[:, 0]))))
+        raise ExportError(f"{folder}: the run is too short ({count} ticks); name another")
+    period = float(np.median(np.diff(states[:count, 0])))
+    if not _SHORTEST <= period <= _LONGEST:
+        raise ExportError(f"{folder}: its stamps are {period:g} s apart; name another run")
+    rate = round(1.0 / period)
     if fps < 1 or rate % fps:
         fitting = ", ".join(str(n) for n in range(1, rate + 1) if rate % n == 0)
         raise ExportError(f"--fps {fps}: {folder} has {rate} ticks per second; choose {fitting}")
@@ -120,7 +123,7 @@ def _read(folder: Path, fps: int) -> _Episode:
     record = read_run(folder)
     return _Episode(
         task=_description(folder) or record.task,
-        robot=str(record.summary.get("robot", "frankie")),
+        robot=record.summary.robot or "frankie",
         columns={
             "observation.state": np.hstack([pose, q, fingers]).astype(np.float32),
             "observation.velocity": np.hstack([twist, qd]).astype(np.float32),
@@ -130,13 +133,35 @@ def _read(folder: Path, fps: int) -> _Episode:
     )
 
 
-def _description(folder: Path) -> str:
-    """The description in the task file."""
+def _array(path: Path, columns: int) -> Array:
+    """Recorded numbers, (ticks, columns); files that contain code are refused, not run."""
     try:
-        task = yaml.safe_load((folder / "task.yaml").read_text(encoding="utf-8"))
-        return str(task.get("description") or "")
-    except (OSError, yaml.YAMLError, AttributeError):
-        return ""
+        if not isfile(path):
+            raise ValueError("there is no such file")
+        array = np.load(path, allow_pickle=False)
+    except (OSError, ValueError, EOFError, MemoryError, OverflowError, SyntaxError) as error:
+        reason = " ".join(str(error).split())[:100]
+        raise ExportError(
+            f"{path}: the run has no recorded motion ({reason}); name another"
+        ) from error
+    if not isinstance(array, np.ndarray) or array.dtype != np.float64:
+        raise ExportError(f"{path}: contains no array of float64; name another run")
+    if array.shape[1:] != (columns,):
+        raise ExportError(
+            f"{path}: has the shape {array.shape}, not (ticks, {columns}); name another run"
+        )
+    if not np.isfinite(array).all():
+        raise ExportError(f"{path}: contains numbers that are not finite; name another run")
+    return array
+
+
+def _description(folder: Path) -> str:
+    """The description in the task file; empty if it has none that can be read."""
+    path = folder / "task.yaml"
+    read = read_yaml(Diagnostics(path)) if isfile(path) else None
+    task = content(read[1]) if read is not None else None
+    description = task.get("description") if isinstance(task, dict) else None
+    return description if isinstance(description, str) else ""
 
 
 def _numbered(episodes: Iterable[_Episode], tasks: list[str]) -> list[dict[str, Array]]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from app.terminal import Terminal
 
 _LINES = 10
 
@@ -22,7 +23,7 @@ def progress(name: str, total: int) -> Iterator[Callable[[bool], None]]:
     Yields:
         A function to call after each item, with whether it failed.
     """
-    console = Console(stderr=True)
+    console = Terminal(stderr=True)
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -42,6 +43,6 @@ def progress(name: str, total: int) -> Iterator[Callable[[bool], None]]:
             done += 1
             bar.update(task, completed=done, failed=failures)
             if not console.is_terminal and done * _LINES // total > (done - 1) * _LINES // total:
-                console.print(f"{name}: {done} of {total}, {failures} failed", highlight=False)
+                console.print(f"{name}: {done} of {total}, {failures} failed")
 
         yield advance

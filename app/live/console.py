@@ -49,6 +49,8 @@ class ControlOptions:
     groot: bool = False
     """Serve Groot2."""
     groot_port: int = USUAL_PORT
+    groot_control: bool = False
+    """Let Groot2 replace the outcomes of nodes."""
     acknowledge_after: float | None = None
     """For unattended tests: a released emergency stop is acknowledged, and the run resumed, by
     itself after this [s]; None leaves it to a person."""
@@ -108,7 +110,14 @@ class OperatorConsole:
         try:
             if options.groot:
                 self._groot = self._stack.enter_context(
-                    GrootServer(task, tree, hooks, self.control, port=options.groot_port)
+                    GrootServer(
+                        task,
+                        tree,
+                        hooks,
+                        self.control,
+                        port=options.groot_port,
+                        may_replace=options.groot_control,
+                    )
                 )
             if options.page:
                 self._page = self._stack.enter_context(

@@ -16,6 +16,7 @@ from rich.text import Text
 
 from app.live.nodes import path_from_root, tip
 from app.live.throttle import Throttle
+from app.terminal import Terminal
 from hw import stopwatch
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class StatusLine:
     ) -> None:
         self._tree = tuple(tree)
         self._seconds = seconds
-        self._console = console or Console(stderr=True)
+        self._console = console or Terminal(stderr=True)
         self._live: Live | None = None
         if self._console.is_terminal:
             self._live = Live(console=self._console, auto_refresh=False, transient=True)

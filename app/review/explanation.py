@@ -10,30 +10,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.core import EVENTS, End, Event, read_events
+from app.core import EVENTS, End
+from app.review.event_log import (
+    FaultEvent,
+    Log,
+    LoggedEvent,
+    Node,
+    NodeEvent,
+    NowEvent,
+    PauseEvent,
+    ResumeEvent,
+    read_log,
+)
 from app.review.finished import UNFINISHED, RunRecord, read_run
-from config import UserError
 
 _MOST_LINES = 40
 """A longer history is shortened in the middle."""
-
-
-class NoEventsError(UserError):
-    """A run has no event log."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Node:
-    """A node of the tree."""
-
-    path: str
-    name: str
-    kind: str
-
-    @property
-    def title(self) -> str:
-        """Its name, and its kind if that differs."""
-        return self.name if self.kind in ("", self.name) else f"{self.name} ({self.kind})"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +51,8 @@ class Explanation:
     """The line of code in which a leaf crashed; empty if none did."""
     history: Sequence[str]
     """What happened, one event per line."""
+    damage: Sequence[str]
+    """What could not be read, a line each."""
 
     def __str__(self) -> str:
         """The explanation as text."""
@@ -72,62 +66,62 @@ def explain(folder: Path) -> Explanation:
         folder: of the run.
 
     Raises:
-        NoEventsError: its event log is missing or empty.
+        DamagedRunError: its event log is missing, or no log that a run writes.
     """
-    path = folder / EVENTS
-    events = read_events(path) if path.is_file() else []
-    if not events or events[0].event != "begin":
-        raise NoEventsError(f"{folder}: no {EVENTS} with the events of a run")
-    nodes = [Node(**described) for described in events[0].fields["nodes"]]
-    last = events[-1]
-    end = last if last.event == "end" else None
-    outcome = str(end.fields["outcome"]) if end else UNFINISHED
-    index = end.fields["node"] if end else _running_leaf(events, nodes)
-    decisive = _decisive(events, index, outcome)
-    faults = [event.fields["faults"] for event in events if event.event == "fault"]
+    log = read_log(folder)
+    end, record = log.end, read_run(folder)
+    index = end.node if end else _running_leaf(log)
+    outcome = end.outcome if end else UNFINISHED
+    decisive = _decisive(log.events, index, outcome)
+    faults = [event.faults for event in log.events if isinstance(event, FaultEvent)]
+    values = decisive.values if isinstance(decisive, NodeEvent) else {}
     return Explanation(
-        record=read_run(folder),
+        record=record,
         outcome=outcome,
-        time=last.time,
-        node=None if index is None else nodes[index],
+        time=log.events[-1].time,
+        node=None if index is None else log.nodes[index],
         since=decisive.time,
-        reason=str(end.fields["reason"]) if end else _last_message(events, index),
-        verdict=_last_message(events, 0),
-        values=decisive.fields.get("values") or (end.fields["values"] if end else {}),
+        reason=end.reason if end else _last_message(log.events, index),
+        verdict=_last_message(log.events, 0),
+        values=values or (end.values if end else {}),
         faults=faults[-1] if faults else (),
-        code=_innermost(str(end.fields["trace"])) if end else "",
-        history=list(_history(events, nodes)),
+        code=_innermost(end.trace) if end else "",
+        history=list(_history(log)),
+        damage=list(_damage(log, record)),
     )
 
 
-def _running_leaf(events: Sequence[Event], nodes: Sequence[Node]) -> int | None:
+def _damage(log: Log, record: RunRecord) -> Iterator[str]:
+    if log.left_out:
+        yield f"{EVENTS}: lines that cannot be read, left out here: {log.left_out}"
+    if record.damage:
+        yield record.damage
+
+
+def _running_leaf(log: Log) -> int | None:
     """Index of the leaf that was running when the log was cut off."""
-    statuses = ["INVALID"] * len(nodes)
-    for event in events:
-        if event.event == "node":
-            statuses[event.fields["node"]] = event.fields["status"]
+    statuses = ["INVALID"] * len(log.nodes)
+    for event in log.events:
+        if isinstance(event, NodeEvent):
+            statuses[event.node] = event.status
     running = [i for i, status in enumerate(statuses) if status == "RUNNING"]
     return running[-1] if running else None
 
 
-def _decisive(events: Sequence[Event], index: int | None, outcome: str) -> Event:
+def _decisive(events: Sequence[LoggedEvent], index: int | None, outcome: str) -> LoggedEvent:
     """The event in which the node that decided the end got its last status."""
     wanted = "FAILURE" if outcome == End.FAILURE.value else "RUNNING"
     for event in reversed(events):
-        if (
-            event.event == "node"
-            and event.fields["node"] == index
-            and event.fields["status"] == wanted
-        ):
+        if isinstance(event, NodeEvent) and (event.node, event.status) == (index, wanted):
             return event
     return events[-1]
 
 
-def _last_message(events: Sequence[Event], index: int | None) -> str:
+def _last_message(events: Sequence[LoggedEvent], index: int | None) -> str:
     """The last message of a node."""
     for event in reversed(events):
-        if event.event in ("node", "now") and event.fields["node"] == index:
-            return str(event.fields["message"])
+        if isinstance(event, NodeEvent | NowEvent) and event.node == index:
+            return event.message
     return ""
 
 
@@ -137,36 +131,33 @@ def _innermost(trace: str) -> str:
     return frames[-1] if frames else ""
 
 
-def _history(events: Sequence[Event], nodes: Sequence[Node]) -> Iterator[str]:
+def _history(log: Log) -> Iterator[str]:
     """What the leaves did, and faults and pauses, with times."""
-    inner = {node.path.rpartition("/")[0] for node in nodes}
-    for event in sorted(events, key=_order):
-        fields, at = event.fields, f"{event.time:8.2f} s  "
-        match event.event:
-            case "node":
-                node = nodes[fields["node"]]
-                if node.path not in inner and fields["status"] in ("SUCCESS", "FAILURE"):
-                    mark = "✔" if fields["status"] == "SUCCESS" else "✗"
-                    yield f"{at}{mark} {node.name}: {fields['message']}"
-                elif node.kind in ("timeout", "retry") and fields["status"] == "FAILURE":
-                    yield f"{at}✗ {node.name}: {fields['message']}"
-            case "fault":
-                faults = "; ".join(fields["faults"])
-                yield f"{at}! {faults}" if faults else f"{at}! faults cleared"
-            case "pause":
-                yield f"{at}‖ paused {fields['why']}"
-            case "resume":
+    inner = {node.path.rpartition("/")[0] for node in log.nodes}
+    for event in sorted(log.events, key=_order):
+        at = f"{event.time:8.2f} s  "
+        match event:
+            case NodeEvent(status="SUCCESS" | "FAILURE"):
+                node, failed = log.nodes[event.node], event.status == "FAILURE"
+                if node.path not in inner or (failed and node.kind in ("timeout", "retry")):
+                    yield f"{at}{'✗' if failed else '✔'} {node.name}: {event.message}"
+            case FaultEvent():
+                yield f"{at}! {'; '.join(event.faults) or 'faults cleared'}"
+            case PauseEvent():
+                yield f"{at}‖ paused {event.why}"
+            case ResumeEvent():
                 yield f"{at}▶ resumed"
 
 
-def _order(event: Event) -> tuple[float, int]:
+def _order(event: LoggedEvent) -> tuple[float, int]:
     """Sort key: within a tick, faults come first, and children before their parents."""
-    return event.time, -event.fields["node"] if event.event in ("node", "now") else -(10**9)
+    return event.time, -event.node if isinstance(event, NodeEvent | NowEvent) else -(10**9)
 
 
 def _text(run: Explanation) -> Iterator[str]:
-    about = {key: run.record.summary.get(key) for key in ("robot", "scene", "seed")}
-    known = ", ".join(f"{key} {value}" for key, value in about.items() if value is not None)
+    summary = run.record.summary
+    about = {"robot": summary.robot, "scene": summary.scene, "seed": summary.seed}
+    known = ", ".join(f"{key} {value}" for key, value in about.items() if value not in (None, ""))
     yield f"{run.record.task}: {run.outcome} after {run.time:.2f} s" + (
         f" ({known})" if known else ""
     )
@@ -186,12 +177,15 @@ def _text(run: Explanation) -> Iterator[str]:
         omitted = f"            ... {len(history) - 2 * half} more ..."
         history = [*history[:half], omitted, *history[-half:]]
     yield from (f"  {line}" for line in history or ["no node ended"])
-    if placed := run.record.summary.get("objects"):
+    if summary.objects:
         yield ""
         yield (
-            f"{run.record.summary['placed']} of {placed} objects placed, "
-            f"{run.record.summary['attempts']} grasps attempted"
+            f"{summary.placed} of {summary.objects} objects placed, "
+            f"{summary.attempts} grasps attempted"
         )
+    if run.damage:
+        yield ""
+        yield from run.damage
 
 
 def _why(run: Explanation) -> Iterator[str]:
@@ -212,11 +206,13 @@ def _why(run: Explanation) -> Iterator[str]:
             yield f"The robot failed at {run.time:.2f} s, during {where}: {run.reason}"
         case End.INTERRUPTED.value:
             yield f"It was {run.reason} at {run.time:.2f} s, during {where}"
-        case _:
+        case _ if run.outcome == UNFINISHED:
             yield (
                 "The end was not recorded: the run is still going on, or its process was killed. "
                 f"Last event at {run.time:.2f} s, during {where}: {run.reason}"
             )
+        case _:
+            yield f"It ended at {run.time:.2f} s, during {where}, as {run.outcome}: {run.reason}"
     if run.node is not None:
         yield f"  in {' > '.join(run.node.path.split('/'))}"
     if run.faults:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
+import re
 from dataclasses import dataclass
+from os.path import getmtime, isdir, isfile, lexists
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from rich.table import Table
 
-from app.core import RECORDING, SUMMARY
+from app.core import EVENTS, RECORDING, SUMMARY
+from app.review.event_log import first_problem
 from config import UserError
 
 RUNS = Path("runs")
@@ -20,11 +22,33 @@ LAST = "last"
 UNFINISHED = "unfinished"
 """Outcome of a run without a summary: it is still going on, or its process was killed."""
 
+DAMAGED = "damaged"
+"""Outcome of a run whose summary cannot be read."""
+
 _STAMP = len("2026-01-31-235959")
+_NAME = re.compile(r"\d{4}-\d\d-\d\d-\d{6}-.+")
+_Count = Annotated[int, Field(ge=0, le=10**9)]
 
 
 class UnknownRunError(UserError):
     """There is no such run; the text says where it was looked for."""
+
+
+class RecordedSummary(BaseModel):
+    """What is used of a summary; what it lacks keeps the values below."""
+
+    model_config = ConfigDict(strict=True, extra="ignore", frozen=True, allow_inf_nan=False)
+
+    outcome: Annotated[str, Field(min_length=1)]
+    task: str = ""
+    robot: str = ""
+    scene: str = ""
+    seed: int | None = None
+    node: str = ""
+    duration_s: Annotated[float, Field(ge=0.0, le=1e9)] | None = None
+    placed: _Count | None = None
+    objects: _Count | None = None
+    attempts: _Count | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,8 +56,10 @@ class RunRecord:
     """One run, as read from its folder."""
 
     folder: Path
-    summary: Mapping[str, Any]
-    """Empty if the run left none."""
+    summary: RecordedSummary
+    """Nothing but an outcome if the run left none, or a damaged one."""
+    damage: str
+    """What is wrong with the summary, in one line; empty if it is missing or good."""
 
     @property
     def began(self) -> str:
@@ -43,12 +69,12 @@ class RunRecord:
     @property
     def task(self) -> str:
         """Name of the task."""
-        return str(self.summary.get("task") or self.folder.name[_STAMP + 1 :])
+        return self.summary.task or self.folder.name[_STAMP + 1 :]
 
     @property
     def outcome(self) -> str:
-        """One of the values of `End`, or `UNFINISHED`."""
-        return str(self.summary.get("outcome", UNFINISHED))
+        """One of the values of `End`, or `UNFINISHED`, or `DAMAGED`."""
+        return self.summary.outcome
 
     def row(self) -> dict[str, Any]:
         """Its entry in the list of runs."""
@@ -58,10 +84,11 @@ class RunRecord:
             "began": self.began,
             "task": self.task,
             "outcome": self.outcome,
-            "node": s.get("node", ""),
-            "duration_s": s.get("duration_s"),
-            "placed": s.get("placed"),
-            "objects": s.get("objects"),
+            "node": s.node,
+            "duration_s": s.duration_s,
+            "placed": s.placed,
+            "objects": s.objects,
+            "damage": self.damage,
         }
 
 
@@ -81,7 +108,7 @@ def find_run(name: str, runs: Path = RUNS) -> Path:
             raise UnknownRunError(f"{runs}: no runs here; choose another folder with --runs")
         return folders[-1]
     for path in (Path(name), runs / name):
-        folder = path.parent if path.is_file() else path
+        folder = path.parent if isfile(path) else path
         if _is_run(folder):
             return folder
     raise UnknownRunError(
@@ -90,19 +117,35 @@ def find_run(name: str, runs: Path = RUNS) -> Path:
 
 
 def run_folders(runs: Path) -> list[Path]:
-    """The folders of all runs, oldest first."""
-    if not runs.is_dir():
+    """The folders of all runs, oldest first.
+
+    Raises:
+        UnknownRunError: the folder cannot be looked into.
+    """
+    try:
+        return sorted((path for path in runs.iterdir() if _is_run(path)), key=_age)
+    except FileNotFoundError:
         return []
-    return sorted((path for path in runs.iterdir() if _is_run(path)), key=_age)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UnknownRunError(f"{runs}: no folder of runs ({reason}); name another") from error
 
 
 def read_run(folder: Path) -> RunRecord:
-    """The run in a folder; the summary is empty if it is missing or damaged."""
+    """The run in a folder, whatever is left of it."""
+    path = folder / SUMMARY
+    if not lexists(path):
+        return RunRecord(folder=folder, summary=RecordedSummary(outcome=UNFINISHED), damage="")
     try:
-        summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        summary = {}
-    return RunRecord(folder=folder, summary=summary if isinstance(summary, dict) else {})
+        if not isfile(path):
+            raise OSError(None, "it is no file")
+        summary = RecordedSummary.model_validate_json(path.read_bytes())
+        return RunRecord(folder=folder, summary=summary, damage="")
+    except ValidationError as invalid:
+        damage = f"{SUMMARY}: {first_problem(invalid)}"
+    except OSError as error:
+        damage = f"{SUMMARY}: cannot be read ({error.strerror})"
+    return RunRecord(folder=folder, summary=RecordedSummary(outcome=DAMAGED), damage=damage)
 
 
 def runs_table(records: list[RunRecord]) -> Table:
@@ -129,9 +172,14 @@ def runs_table(records: list[RunRecord]) -> Table:
 
 
 def _is_run(folder: Path) -> bool:
-    return (folder / RECORDING).is_file() or (folder / "task.yaml").is_file()
+    """Whether a folder has the name of a run, or anything that a run leaves."""
+    if not isdir(folder):
+        return False
+    left = (RECORDING, "task.yaml", EVENTS, SUMMARY)
+    return bool(_NAME.fullmatch(folder.name)) or any(isfile(folder / name) for name in left)
 
 
 def _age(folder: Path) -> tuple[str, float]:
     """Sort key: the second in the folder's name, then when its task file was written."""
-    return folder.name[:_STAMP], (folder / "task.yaml").stat().st_mtime
+    task = folder / "task.yaml"
+    return folder.name[:_STAMP], getmtime(task) if isfile(task) else 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from pinocchio import SE3, exp3
@@ -15,11 +15,13 @@ from hw.sim.objects import OBJECT_CLASSES, fitting, make_object
 from hw.sim.scene import (
     Container,
     Fixture,
+    Footprint,
     Objects,
     Scene,
     SceneError,
     SideTable,
     Table,
+    place,
     read_scene,
 )
 from hw.sim.sim_object import Motion, SimObject
@@ -41,34 +43,50 @@ _POSITIONS = 10
 _LAYOUTS = 30
 """How many layouts, each with new objects, are tried before giving up."""
 
+Keys: TypeAlias = tuple[str | int, ...]
+
 _FLOOR: Colour = (196, 190, 180)
 _WOOD: Colour = (176, 136, 96)
 _PLASTIC: Colour = (120, 150, 170)
 _STONE: Colour = (150, 150, 150)
 
 
-def load_scene(scene: str | Path, seed: int) -> World:
+class LayoutError(SceneError):
+    """Objects cannot be made, or do not fit.
+
+    Args:
+        text: what is wrong, and a hint.
+        keys: on the way to the objects in the scene file.
+    """
+
+    def __init__(self, text: str, keys: Keys) -> None:
+        super().__init__(text)
+        self.keys = keys
+
+
+def load_scene(scene: str | Path, seed: int, footprint: Footprint | None = None) -> World:
     """Build the world that a scene describes.
 
     Args:
         scene: name of a shipped scene, or path of a scene file.
         seed: of the objects and their poses; the same seed gives the same world.
+        footprint: of the robot that starts in it; None leaves the start unchecked.
 
     Raises:
         SceneError: there is no such scene, its file is not valid, or the objects do not fit.
     """
-    described = read_scene(scene)
+    described = read_scene(scene, footprint)
     try:
         return build_world(described, np.random.default_rng(seed))
-    except SceneError as error:
-        raise SceneError(f"{scene}: {error}") from error
+    except LayoutError as error:
+        raise SceneError(f"{place(scene, error.keys)}: {error}") from error
 
 
 def build_world(scene: Scene, rng: np.random.Generator) -> World:
     """Build the world of a scene that was read.
 
     Raises:
-        SceneError: the objects cannot be made, or do not fit.
+        LayoutError: the objects cannot be made, or do not fit.
     """
     fixtures = [
         Geom(Plane(), SE3.Identity(), "floor", _FLOOR),
@@ -78,8 +96,8 @@ def build_world(scene: Scene, rng: np.random.Generator) -> World:
         *(_fixture(f) for f in scene.fixtures),
     ]
     objects = _objects(scene.objects, _floor(scene.container), 0, rng)
-    for table in scene.side_tables:
-        lying = _objects(table.objects, _top(table), len(objects), rng)
+    for number, table in enumerate(scene.side_tables):
+        lying = _objects(table.objects, _top(table, number), len(objects), rng)
         objects += [_moving(obj, table) for obj in lying]
     return World(fixtures, objects)
 
@@ -93,15 +111,21 @@ class _Surface(NamedTuple):
     size: tuple[float, float]
     """Along x and y [m]."""
     height: float
+    keys: Keys
+    """On the way to its objects in the scene file."""
 
 
 def _floor(container: Container) -> _Surface:
     return _Surface(
-        "into the container", container.centre, container.inner_size, container.floor_height
+        "into the container",
+        container.centre,
+        container.inner_size,
+        container.floor_height,
+        ("objects",),
     )
 
 
-def _top(table: SideTable) -> _Surface:
+def _top(table: SideTable, number: int) -> _Surface:
     """The part of a table top that its moving objects never leave."""
     (x, y), (wide, deep) = table.centre, table.size
     dx, dy = table.motion.along if table.motion else (0.0, 0.0)
@@ -110,6 +134,7 @@ def _top(table: SideTable) -> _Surface:
         (x - dx / 2.0, y - dy / 2.0),
         (wide - abs(dx), deep - abs(dy)),
         table.height,
+        ("side_tables", number, "objects"),
     )
 
 
@@ -134,9 +159,10 @@ def _objects(
     names = fitting(OBJECT_CLASSES, wanted.kinds, widths)
     if wanted.count and not names:
         low, high = wanted.width_mm
-        raise SceneError(
-            f"objects: no {' or '.join(wanted.kinds)} is {low:g} to {high:g} mm wide: "
-            "widen width_mm or name other kinds"
+        raise LayoutError(
+            f"objects: no {' or '.join(wanted.kinds)} is {low:g} to {high:g} mm wide; "
+            "widen width_mm or name other kinds",
+            surface.keys,
         )
     for _ in range(_LAYOUTS):
         objects = [
@@ -145,9 +171,10 @@ def _objects(
         ]
         if _lay_out(objects, surface, rng):
             return objects
-    raise SceneError(
-        f"objects: {wanted.count} do not fit {surface.name}: lower count or width_mm, "
-        "or enlarge what they lie on"
+    raise LayoutError(
+        f"objects: {wanted.count} do not fit {surface.name}; lower count or width_mm, "
+        "or enlarge what they lie on",
+        surface.keys,
     )
 
 

@@ -11,6 +11,7 @@ import pickle
 import warnings
 from collections.abc import Mapping
 from importlib.resources import as_file, files
+from os.path import isfile
 from pathlib import Path
 from typing import TypeAlias
 
@@ -81,7 +82,7 @@ def network_name(network: Network) -> str:
 
 
 def _read(path: Path) -> dict[str, Tensor]:
-    if not path.is_file():
+    if not isfile(path):
         raise WeightsError(f"{path}: no such weights file; give the path of a .safetensors file")
     if path.suffix == ".safetensors":
         try:

@@ -245,7 +245,7 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
         ),
         (
             GOOD + "side_tables:\n  - {name: a, centre: [0, 0], size: [0.2, 0.2], objects: {}}\n",
-            "objects: 10 do not fit on a: lower",
+            "objects: 10 do not fit on a; lower",
         ),
         ("table: {centre: [0, 0]}\n", "1:1: container: is missing; add it at the top level"),
         ("table: [\n", "2:1: this is not YAML: "),

@@ -42,12 +42,8 @@ ODD = {
         "`open_gripper` is never reached: `play` before it never succeeds",
     ),
     "sequence after what never ends": (
-        f"sequence: [forever: {HOPELESS}, open_gripper]",
-        "`open_gripper` is never reached: `forever` before it never ends",
-    ),
-    "fallback after forever": (
-        f"fallback: [forever: {{{ACT}}}, open_gripper]",
-        "`open_gripper` is never reached: `forever` before it never fails",
+        f"sequence: [until: [{HOPELESS}, {SURE}], open_gripper]",
+        "`open_gripper` is never reached: `until` before it never ends",
     ),
     "fallback after unless that cannot fail": (
         f"fallback: [{{unless: {{{ASKED}}}, force_success: true, {ACT}}}, open_gripper]",
@@ -70,8 +66,8 @@ ODD = {
         "`retry` has no effect on `sequence`: it cannot fail",
     ),
     "forced success of what cannot fail": (
-        f"{{force_success: true, forever: {{{ACT}}}}}",
-        "`force_success` has no effect on `forever`: it cannot fail",
+        f"{{force_success: true, sequence: [{SURE}]}}",
+        "`force_success` has no effect on `sequence`: it cannot fail",
     ),
     "forced failure of what cannot succeed": (
         f"{{force_failure: true, sequence: [{HOPELESS}]}}",

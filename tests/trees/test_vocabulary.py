@@ -9,7 +9,9 @@ from dataclasses import fields
 import pytest
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
+from tree_toys import ToyContext
 
+from hw import TaskTime
 from trees.language import COMPOSITES, MODIFIERS
 from trees.language.ends import Ends
 from trees.language.registry import SET, LeafType
@@ -57,6 +59,16 @@ class Dice(Behaviour):
         if status is not Status.RUNNING:
             self.ended.append((self.name, status))
         return status
+
+
+class HastyClock:
+    """Every look at it takes three seconds."""
+
+    def __init__(self) -> None:
+        self._looks = itertools.count(step=3)
+
+    def now(self) -> TaskTime:
+        return TaskTime(float(next(self._looks)))
 
 
 POSSIBLE = {"S": [Status.SUCCESS], "F": [Status.FAILURE], "SF": [Status.SUCCESS, Status.FAILURE]}
@@ -110,12 +122,15 @@ def judge(ends: Ends, seen: list[tuple[Status, set[str]]]) -> None:
 @pytest.mark.parametrize("key", COMPOSITES)
 def test_a_composite_ends_as_its_definition_says(key, ways):
     word = COMPOSITES[key]
-    count = word.most or 3
+    count, world = word.most or 3, ToyContext(clock=HastyClock())
     policies = [{}] if not word.options else [{}, *({"policy": one} for one in ("all", "any", 2))]
     for options in policies:
         children = [claimed(ways[i], f"c{i}") for i in range(count)]
         ends = word.ends(children, options, frozenset())
-        seen = observe(lambda made, o=options: word.node(key, made, **o), count, ways)
+        world = ToyContext(clock=HastyClock())
+        seen = observe(
+            lambda made, o=options, w=world: word.node.built(key, made, o, w), count, ways
+        )
         judge(ends, seen)
 
 

@@ -10,7 +10,16 @@ from typing import Literal
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from behaviours import BasePose, BehaviourSettings, Condition, Key, Posture, Region, ToolPose
+from behaviours import (
+    BasePose,
+    BehaviourSettings,
+    Condition,
+    Key,
+    Posture,
+    Region,
+    TaskLog,
+    ToolPose,
+)
 from hw import SimClock
 from robots import load_robot
 from trees.language import build, load
@@ -30,6 +39,7 @@ class ToyContext:
     events: list[str] = field(default_factory=list)
     counted: int = 0
     keys: dict[str, object] = field(default_factory=dict)
+    log: TaskLog = field(default_factory=TaskLog)
     settings: BehaviourSettings = field(default_factory=BehaviourSettings)
     robot: object = field(
         default_factory=lambda: SimpleNamespace(description=load_robot("frankie"))

@@ -10,12 +10,20 @@ leaf that was running.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Generator, Iterable
-from typing import ClassVar
+from collections.abc import Callable, Generator, Iterable, Mapping
+from typing import TYPE_CHECKING, ClassVar
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Composite
+
+from hw import TaskTime
+
+if TYPE_CHECKING:
+    from behaviours import Context
+
+Now = Callable[[], TaskTime]
+"""The time of the task."""
 
 Ticking = Generator[Behaviour, None, Status]
 """Yields the nodes that it ticks and returns a status."""
@@ -34,6 +42,17 @@ class Branch(Composite):
 
     def __init__(self, name: str, children: Iterable[Behaviour]) -> None:
         super().__init__(name, list(children))
+
+    @classmethod
+    def built(
+        cls,
+        name: str,
+        children: Iterable[Behaviour],
+        options: Mapping[str, object],
+        context: Context,
+    ) -> Branch:
+        """The node of a task: made from what its file says and what all its leaves share."""
+        return cls(name, children, **options)
 
     def restart(self) -> None:
         """Forget the last round; called before the first tick of a new one."""
@@ -90,3 +109,11 @@ def reason(node: Behaviour) -> str:
     message = str(node.feedback_message or node.status.value.lower())
     unnamed = isinstance(node, Branch) and node.name == node.key
     return message if unnamed else f"{node.name}: {message}"
+
+
+def failed_node(root: Behaviour) -> Behaviour:
+    """The deepest node that made a failed tree fail: down the last failed child of each node."""
+    node = root
+    while failed := [child for child in node.children if child.status is Status.FAILURE]:
+        node = failed[-1]
+    return node

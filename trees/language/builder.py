@@ -79,7 +79,8 @@ class _Builder:
         """The behaviours of a node and of everything below it."""
         if isinstance(node, CompositeNode):
             children = [self.build(child) for child in node.children]
-            behaviour: Behaviour = COMPOSITES[node.key].node(node.name, children, **node.options)
+            composite = COMPOSITES[node.key].node
+            behaviour: Behaviour = composite.built(node.name, children, node.options, self.context)
         elif isinstance(node, SubtreeNode):
             behaviour = self._subtree(node)
         else:
@@ -117,10 +118,13 @@ class _Builder:
 
         def make() -> Behaviour:
             arguments = {name: supply() for name, supply in supplies.items()}
+            for name, value in node.arguments.items():
+                if isinstance(value, KeyRead):
+                    value.check(name, arguments[name])
             return self.make_leaf(node, self.context, {**arguments, **outputs})
 
         if any(isinstance(value, KeyRead) for value in node.arguments.values()):
-            return LateLeaf(node.name, node.type.key, make)
+            return LateLeaf(node.name, node.type.key, node.type.is_condition, make)
         try:
             return make()
         except ValueError as error:

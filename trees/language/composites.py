@@ -5,12 +5,24 @@ The first line of each docstring is what `frankie-task nodes` and an editor show
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from trees.language.branch import Branch, Ticking, halt, reason
+from trees.language.branch import Branch, Now, Ticking, failed_node, halt, reason
+
+if TYPE_CHECKING:
+    from behaviours import Context
+
+GIVE_UP_AFTER = 5
+"""So many failures of the same kind in a row end `forever`."""
+FAILURES_APART = 2.0
+"""Failures of the same kind that follow each other faster than this count once [s]."""
+
+_NUMBER = re.compile(r"\d+(\.\d+)?")
 
 
 class Sequence(Branch):
@@ -117,17 +129,70 @@ class Parallel(Branch):
 
 
 class Forever(Branch):
-    """Starts its child again after every failure; ends when the child succeeds."""
+    """Starts its child again after every failure; gives up when it always fails alike.
+
+    Alike is: the same node failed with the same message, numbers aside, `GIVE_UP_AFTER` times in a
+    row, and no object was placed in between. An answer of a condition is no failure, and failures
+    that follow each other faster than `FAILURES_APART` count once, so that a task may wait.
+
+    Args:
+        name: the node's name in the tree.
+        children: exactly one.
+        now: the task's clock.
+        placed: how many objects have been placed so far.
+    """
 
     key = "forever"
+
+    def __init__(
+        self, name: str, children: Iterable[Behaviour], now: Now, placed: Callable[[], int]
+    ) -> None:
+        super().__init__(name, children)
+        self._now = now
+        self._placed = placed
+
+    @classmethod
+    def built(
+        cls,
+        name: str,
+        children: Iterable[Behaviour],
+        options: Mapping[str, object],
+        context: Context,
+    ) -> Branch:
+        """With the clock and the log of the task."""
+        return cls(name, children, context.clock.now, lambda: context.log.placed)
+
+    def restart(self) -> None:
+        """Nothing has failed yet."""
+        self._cause: tuple[Behaviour, str, int] | None = None
+        self._times, self._counted = 0, self._now()
 
     def advance(self) -> Ticking:
         """One tick of the child; a failure is followed by a new start at the next tick."""
         status = yield from self.run(self.children[0])
-        if status is Status.FAILURE:
-            self.feedback_message = f"starting again after {self.feedback_message}"
-            return Status.RUNNING
-        return status
+        if status is not Status.FAILURE:
+            return status
+        failed = failed_node(self.children[0])
+        if self._count(failed) == GIVE_UP_AFTER:
+            times = f"{GIVE_UP_AFTER} times in a row"
+            self.feedback_message = f"gave up: {self.feedback_message}, {times}"
+            failed.feedback_message += f", {times}"  # which is what a summary quotes
+            return Status.FAILURE
+        self.feedback_message = f"starting again after {self.feedback_message}"
+        return Status.RUNNING
+
+    def _count(self, failed: Behaviour) -> int:
+        """How often in a row the child has failed for the reason that it has failed now."""
+        if getattr(failed, "is_condition", False):
+            return 0
+        now, message = self._now(), _NUMBER.sub("#", failed.feedback_message)
+        cause = (failed, message, self._placed())
+        if cause != self._cause:
+            self._cause, self._times = cause, 0
+        if self._times == 0 or now - self._counted >= FAILURES_APART:
+            self._counted = now
+            self._times += 1
+        return self._times
 
 
 class Until(Branch):

@@ -84,14 +84,23 @@ class LateLeaf(Behaviour):
     Args:
         name: the node's name in the tree.
         key: of the leaf.
+        is_condition: whether the leaf is one.
         make: makes the leaf; a ValueError is a failure of the node.
     """
 
-    def __init__(self, name: str, key: str, make: Callable[[], Behaviour]) -> None:
+    def __init__(
+        self, name: str, key: str, is_condition: bool, make: Callable[[], Behaviour]
+    ) -> None:
         super().__init__(name)
         self.key = key
+        self.is_condition = is_condition
         self._make = make
         self._leaf: Behaviour | None = None
+
+    @property
+    def phase(self) -> str:
+        """That of the leaf."""
+        return str(getattr(self._leaf, "phase", ""))
 
     def initialise(self) -> None:
         """Make the leaf.

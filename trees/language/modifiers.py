@@ -5,18 +5,14 @@ The first line of each docstring is what `frankie-task nodes` and an editor show
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import ClassVar
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from hw import TaskTime
-from trees.language.branch import Branch, Ticking, reason
+from trees.language.branch import Branch, Now, Ticking, reason
 from trees.language.composites import ReactiveFallback, ReactiveSequence
-
-Now = Callable[[], TaskTime]
-"""The time of the task."""
 
 _ROUNDING = 1e-9
 """Stamps are sums of periods: this keeps the number of ticks independent of their rounding [s]."""

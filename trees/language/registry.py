@@ -153,7 +153,7 @@ def _parameters(
     carrier.__annotations__ = {parameter.name: parameter.annotation for parameter in declared}
     names = getattr(constructor, "__globals__", {})
     try:
-        hints = typing.get_type_hints(carrier, globalns=names)
+        hints = typing.get_type_hints(carrier, globalns=names, include_extras=True)
         for parameter in declared:
             yield _parameter(parameter, hints[parameter.name], texts.get(parameter.name, ""))
     except (NameError, TypeError) as error:

@@ -1,17 +1,18 @@
 """The types of values that a task file can give.
 
 A type is read from an annotation: numbers, text, truth values, `Literal` choices, the poses,
-postures and regions of `behaviours.poses`, `None`, and unions of those.
+postures and regions of `behaviours.poses`, `None`, and unions of those. Numbers may be annotated
+with `Bounds`.
 """
 
 from __future__ import annotations
 
 import types
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Literal, TypeAlias, Union, get_args, get_origin
+from dataclasses import asdict, dataclass
+from typing import Annotated, Literal, TypeAlias, Union, get_args, get_origin
 
-from behaviours import BasePose, Posture, Region, ToolPose
+from behaviours import BasePose, Bounds, Posture, Region, ToolPose
 from config import Plain, written
 
 NamedValue: TypeAlias = ToolPose | BasePose | Posture | Region
@@ -89,8 +90,12 @@ def read_annotation(annotation: object) -> ValueType:
     """
     found: list[type] = []
     choices: list[Plain] = []
+    bounds = Bounds()
     is_union = get_origin(annotation) in (Union, types.UnionType)
     for part in get_args(annotation) if is_union else (annotation,):
+        if get_origin(part) is Annotated:
+            part, *notes = get_args(part)
+            bounds = next((note for note in notes if isinstance(note, Bounds)), bounds)
         member = types.NoneType if part is None else part
         if get_origin(part) is Literal:
             choices.extend(get_args(part))
@@ -98,7 +103,7 @@ def read_annotation(annotation: object) -> ValueType:
             found.append(member)
         else:
             raise TypeError(f"a task file cannot give a value of type {annotation!r}")
-    return ValueType(types=tuple(found), choices=tuple(choices))
+    return ValueType(types=tuple(found), choices=tuple(choices), **asdict(bounds))
 
 
 def type_of(value: Plain | NamedValue) -> ValueType:

@@ -43,6 +43,17 @@ class KeyRead:
         whole = type(value) is int and int not in self.type.types
         return float(value) if whole and isinstance(value, int) else value
 
+    def check(self, name: str, value: object) -> None:
+        """Check the bounds of a value that has become known.
+
+        Raises:
+            ValueError: it is out of bounds; `name` is that of the parameter.
+        """
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            return
+        if not self.type.within(value):
+            raise ValueError(f"`{name}`: expected {self.type}, got {value} from `{self}`")
+
 
 @dataclass(frozen=True, kw_only=True)
 class KeyWrite:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from py_trees.behaviour import Behaviour
 
 from trees.language import composites, modifiers
-from trees.language.branch import Branch
+from trees.language.branch import Branch, Now
 from trees.language.ends import (
     InOrder,
     Need,
@@ -17,7 +17,6 @@ from trees.language.ends import (
     until_first_succeeds,
     until_success,
 )
-from trees.language.modifiers import Now
 from trees.language.value_types import ValueType
 from trees.language.word_types import CompositeWord, Counterpart, ModifierWord, Option
 

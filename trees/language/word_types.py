@@ -13,9 +13,8 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 
 from config import Plain
-from trees.language.branch import Branch
+from trees.language.branch import Branch, Now
 from trees.language.ends import Ends, Keys, Need, Outcome, Rule, Source, ends_from
-from trees.language.modifiers import Now
 from trees.language.value_types import ValueType
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from app.commands.refuse import refuse
+from app.terminal import Terminal
 
 BOTH = "both"
 """Value of `--robot` for all shipped robots."""
@@ -33,10 +33,10 @@ def chosen_robots(robot: str) -> list[str]:
     return [robot]
 
 
-def console() -> Console:
+def console() -> Terminal:
     """Standard output, wide enough for a table even if it is not a terminal."""
-    console = Console()
-    return console if console.is_terminal else Console(width=_WIDTH)
+    console = Terminal()
+    return console if console.is_terminal else Terminal(width=_WIDTH)
 
 
 def check_writable(path: Path | None) -> None:

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from app.commands.bench.options import Json, check_writable, console, write_json
 from app.commands.refuse import find_tree, refuse
+from app.terminal import Terminal
 
 
 def pick_place(
@@ -32,7 +32,7 @@ def pick_place(
     summaries = bench.run_pick_place(
         options,
         range(int(first), int(last or first) + 1),
-        lambda summary: summary.show(Console(stderr=True)),
+        lambda summary: summary.show(Terminal(stderr=True)),
     )
     console().print(bench.pick_place_table(summaries))
     write_json(json, bench.pick_place_json(summaries))

@@ -12,6 +12,8 @@ from app.live.operator import Control, Hook, HookAction, Side
 
 _BREAKPOINT, _REPLACE = 0, 1
 _OUTCOMES = {"SUCCESS": Status.SUCCESS, "FAILURE": Status.FAILURE}
+_NO_OUTCOMES = ("SKIPPED", "IDLE", "RUNNING")
+"""What Groot2 sends besides, for a breakpoint that goes on."""
 
 
 class _HookRequest(NamedTuple):
@@ -26,33 +28,33 @@ class _HookRequest(NamedTuple):
 class ClientHooks:
     """Sets the actions of a tree's hooks as the client requests; used by one thread.
 
-    Requests and the list are JSON. A malformed request raises ValueError, KeyError or TypeError,
-    with a text for the client.
+    Requests and the list are JSON. A malformed or forbidden request raises an exception, with a
+    text for the client, and changes nothing.
 
     Args:
         hooks: one per node; a node's number is its position, from 1. Actions that a hook already
             has are kept.
         control: resumes the run.
+        may_replace: whether clients may replace the outcomes of nodes.
     """
 
-    def __init__(self, hooks: Sequence[Hook], control: Control) -> None:
+    def __init__(
+        self, hooks: Sequence[Hook], control: Control, *, may_replace: bool = False
+    ) -> None:
         self._hooks = dict(enumerate(hooks, start=1))
         self._own = {uid: dict(hook.actions) for uid, hook in self._hooks.items()}
         self._control = control
+        self._may_replace = may_replace
         self._requests: dict[tuple[int, Side], _HookRequest] = {}
         self._silent = False
 
     def insert(self, text: bytes) -> None:
         """Add a hook, or several."""
         described = json.loads(text)
-        for one in described if isinstance(described, list) else [described]:
-            uid, side = self._position(one)
-            self._requests[uid, side] = _HookRequest(
-                enabled=bool(one["enabled"]),
-                mode=int(one["mode"]),
-                once=bool(one["once"]),
-                desired_status=str(one["desired_status"]),
-            )
+        several = described if isinstance(described, list) else [described]
+        requests = {self._position(one): self._request(one) for one in several}
+        self._requests |= requests
+        for uid, _ in requests:
             self._apply(uid)
 
     def remove(self, text: bytes) -> None:
@@ -66,10 +68,11 @@ class ClientHooks:
         """Resume a run that is paused at a hook; the client may replace the outcome."""
         described = json.loads(text)
         uid, side = self._existing(described)
+        answer = self._outcome(described["desired_status"])
         if described["remove_when_done"] or self._requests[uid, side].once:
             del self._requests[uid, side]
             self._apply(uid)
-        self._resume_at(uid, _OUTCOMES.get(str(described["desired_status"])))
+        self._resume_at(uid, answer)
 
     def dump(self) -> bytes:
         """All hooks."""
@@ -103,9 +106,31 @@ class ClientHooks:
             for uid in self._hooks:
                 self._apply(uid)
 
+    def _request(self, described: dict[str, Any]) -> _HookRequest:
+        """A hook as the client describes it, if it may have it."""
+        mode, status = described["mode"], described["desired_status"]
+        if mode not in (_BREAKPOINT, _REPLACE):
+            raise ValueError("Hook mode not recognized")
+        self._outcome(status, wanted=mode == _REPLACE)
+        return _HookRequest(
+            enabled=bool(described["enabled"]),
+            mode=mode,
+            once=bool(described["once"]),
+            desired_status=str(status),
+        )
+
+    def _outcome(self, status: object, *, wanted: bool = True) -> Status | None:
+        """The outcome that a client asks for; None if it asks for none."""
+        if status not in (*_OUTCOMES, *_NO_OUTCOMES):
+            raise ValueError("Status not recognized")
+        outcome = _OUTCOMES.get(str(status)) if wanted else None
+        if outcome is not None and not self._may_replace:
+            raise ValueError("replacing outcomes is off: run the task with --groot2-control")
+        return outcome
+
     def _position(self, described: dict[str, Any]) -> tuple[int, Side]:
-        uid, side = int(described["uid"]), Side(int(described["position"]))
-        if uid not in self._hooks:
+        uid, side = described["uid"], Side(described["position"])
+        if not isinstance(uid, int) or uid not in self._hooks:
             raise ValueError("Node ID not found")
         return uid, side
 

@@ -36,6 +36,10 @@ _HEARTBEAT = 5.0
 """The hooks of a client that is silent for this long are disabled [s of real time]."""
 _POLL_MS = 20
 _MOST_TRANSITIONS = 1000
+_MOST_BYTES = 1_000_000
+"""Of a request; a client that sends more is disconnected."""
+_MOST_WAITING = 100
+"""Requests that wait for an answer."""
 Reply = bytes | None
 """The second part of a reply, if it has one."""
 
@@ -56,6 +60,7 @@ class GrootServer:
         hooks: one per node.
         control: pauses and resumes the run.
         port: for requests; notices go to the next one.
+        may_replace: whether clients may replace the outcomes of nodes.
         seconds: real time from an arbitrary start, for the heartbeat [s].
 
     Raises:
@@ -70,13 +75,14 @@ class GrootServer:
         control: Control,
         *,
         port: int = USUAL_PORT,
+        may_replace: bool = False,
         seconds: Callable[[], float] = stopwatch,
     ) -> None:
         self._zmq, self._pack = _libraries()
         self._task = task
         self._xml = tree_xml(task, tree)
         self._uids = {hook: uid for uid, hook in enumerate(hooks, start=1)}
-        self._client_hooks = ClientHooks(hooks, control)
+        self._client_hooks = ClientHooks(hooks, control, may_replace=may_replace)
         self._seconds = seconds
         self._tree_id = secrets.token_bytes(16)
         self._lock = threading.Lock()
@@ -144,6 +150,8 @@ class GrootServer:
     def _listen(self, kind: int, port: int) -> Any:
         socket = self._context.socket(kind)
         socket.setsockopt(self._zmq.LINGER, 0)
+        socket.setsockopt(self._zmq.MAXMSGSIZE, _MOST_BYTES)
+        socket.setsockopt(self._zmq.RCVHWM, _MOST_WAITING)
         try:
             socket.bind(f"tcp://{HOST}:{port}")
         except self._zmq.ZMQError as error:
@@ -176,8 +184,8 @@ class GrootServer:
             if header.kind not in self._answers:
                 raise ValueError("Request not recognized")
             body = self._answers[header.kind](request[1] if len(request) > 1 else b"")
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            return [b"error", str(error).encode()]
+        except Exception as error:  # whatever a client sends, the next one gets its answer
+            return [b"error", str(error).encode("ascii", errors="backslashreplace")]
         first = header.pack() + self._tree_id
         return [first] if body is None else [first, body]
 

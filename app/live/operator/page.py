@@ -16,14 +16,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.client import HTTPException
+from http.server import BaseHTTPRequestHandler
 from importlib.resources import files
 from typing import TYPE_CHECKING
-from urllib.error import URLError
 from urllib.parse import quote, unquote, urlsplit
 from urllib.request import urlopen
 
 from app.live.nodes import tip
+from app.live.operator.bounded_server import PATIENCE, BoundedServer
 from app.live.operator.control import Control
 from config import UserError
 from hw import INJECTABLE
@@ -51,8 +52,6 @@ _VIEWER_POLICY = (
     "frame-ancestors 'self'; base-uri 'none'; form-action 'none'"
 )
 _VIEWER_FILE = re.compile(r"/viewer/([\w.-]*)")
-_PATIENCE = 10.0
-"""Timeout of a request [s]."""
 _SHUTDOWN_POLL = 0.1
 """How often the server checks whether it is to end [s]."""
 
@@ -179,23 +178,24 @@ class ControlPage:
         self._thread.join()
 
 
-class _Server(ThreadingHTTPServer):
-    daemon_threads = True
+class _Server(BoundedServer):
     page: ControlPage
-
-    def handle_error(self, request: object, client_address: object) -> None:
-        """Ignore a browser that disconnects in the middle of a reply."""
 
 
 class _Request(BaseHTTPRequestHandler):
     """One request."""
 
     server: _Server
-    timeout = _PATIENCE
+    timeout = PATIENCE
+
+    @property
+    def _path(self) -> str:
+        """What is asked for, without the query."""
+        return self.path.partition("?")[0].partition("#")[0]
 
     def do_GET(self) -> None:
         """The page's files, the viewer's files, and the state."""
-        path = urlsplit(self.path).path
+        path = self._path
         if not self._is_same_origin():
             self._refuse(HTTPStatus.FORBIDDEN)
         elif path in _FILES:
@@ -213,7 +213,7 @@ class _Request(BaseHTTPRequestHandler):
 
     def do_POST(self) -> None:
         """The buttons."""
-        action = self.server.page.actions.get(unquote(urlsplit(self.path).path))
+        action = self.server.page.actions.get(unquote(self._path))
         if not (self._is_same_origin() and self._has_token()):
             self._refuse(HTTPStatus.FORBIDDEN)
         elif action is None:
@@ -239,10 +239,10 @@ class _Request(BaseHTTPRequestHandler):
     def _proxy(self, viewer: WebViewer, name: str) -> None:
         """A file of the viewer, under a policy that keeps it on this machine."""
         try:
-            with urlopen(f"{viewer.files}/{name}", timeout=_PATIENCE) as reply:
+            with urlopen(f"{viewer.files}/{name}", timeout=PATIENCE) as reply:
                 body, kind = reply.read(), reply.headers.get_content_type()
                 coding = reply.headers.get("Content-Encoding")
-        except (URLError, OSError):
+        except (HTTPException, OSError, ValueError):
             self._refuse(HTTPStatus.BAD_GATEWAY)
             return
         policy = _VIEWER_POLICY.format(data=viewer.data_origin)

@@ -112,15 +112,23 @@ def test_a_leaf_that_never_ends_meets_its_timeout_in_simulated_time(dry):
 
 def test_a_tree_that_never_ends_is_given_up_and_said_so(dry):
     code, out, _ = dry(
-        "task: t\ntree: {forever: open_gripper}\n",
+        "task: t\ntree: {forever: arm_healthy}\n",
         "--outcome",
-        "open_gripper=failure",
+        "arm_healthy=failure",
         "--ticks",
         500,
     )
     assert code == 1
     assert "more lines" in out
     assert "no end: still running after 500 ticks" in out.splitlines()[-1]
+
+
+def test_what_always_fails_alike_is_not_tried_for_ever(dry):
+    code, out, _ = dry(
+        "task: t\ntree: {forever: open_gripper}\n", "--outcome", "open_gripper=failure"
+    )
+    assert code == 1
+    assert out.splitlines()[-1].endswith("again, 5 times in a row (in open_gripper)")
 
 
 def test_keys_are_written_and_read(dry):

@@ -89,13 +89,19 @@ class Client:
 class ServedTree:
     """A served tree, its hooks, and the clock of the heartbeat."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, may_replace: bool = True) -> None:
         self.control = Control()
         self.now = 0.0
         self.acted: list[tuple[str, Side]] = []
         self.hooks = [Hook(Nothing(node.name, []), self._reached) for node in TREE]
         self.server = GrootServer(
-            "demo", TREE, self.hooks, self.control, port=PORT, seconds=lambda: self.now
+            "demo",
+            TREE,
+            self.hooks,
+            self.control,
+            port=PORT,
+            may_replace=may_replace,
+            seconds=lambda: self.now,
         )
 
     def _reached(self, hook: Hook, side: Side, act: HookAction) -> None:

@@ -191,7 +191,7 @@ def test_breakpoints_of_the_command_line_outlive_the_client():
     hooks = [Hook(Nothing(node.name, []), lambda *_: None) for node in TREE]
     hooks[2].actions = {Side.BEFORE: HookAction()}
     with (
-        GrootServer("demo", TREE, hooks, control, port=PORT),
+        GrootServer("demo", TREE, hooks, control, port=PORT, may_replace=True),
         zmq.Context() as context,
     ):
         client = Client(context)

@@ -130,10 +130,11 @@ fallback:
       - navigate: {to: near}
   - recover: {arm: ready}
 """)
-    assert told.node.path == "fallback/recover"
-    assert told.reason == ("emergency stop, injected: clear it by hand, then run the task again")
+    assert told.outcome == "hardware fault"
+    assert told.node.path == "fallback/the job/navigate"
+    assert told.reason == "emergency stop, injected; nobody is here to acknowledge it"
     assert told.faults == ["emergency stop, injected"]
-    assert "✗ navigate: emergency stop, injected" in text
+    assert "The robot failed at " in text
     assert "! emergency stop, injected" in text
 
 

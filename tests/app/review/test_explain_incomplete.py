@@ -12,8 +12,7 @@ import pytest
 from app.core.disk import Disk
 from app.core.events import EventLog
 from app.core.outcome import End, Outcome
-from app.review import explain
-from app.review.explanation import NoEventsError
+from app.review import DamagedRunError, explain
 from trees.language import nodes_in_order
 from trees.language.composites import Sequence
 
@@ -57,7 +56,7 @@ def test_a_run_whose_process_was_killed(tmp_path):
 
 
 def test_a_folder_without_events_is_refused(tmp_path):
-    with pytest.raises(NoEventsError, match=r"events\.jsonl"):
+    with pytest.raises(DamagedRunError, match=r"events\.jsonl"):
         explain(tmp_path)
 
 

@@ -1,0 +1,202 @@
+"""The event log of a run, checked line by line where it comes in.
+
+What a kill or a full disk leaves behind can be read: lines that are cut off are left out and
+counted. Everything else that no run writes is refused, with its line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from os.path import isfile
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+
+from app.core import EVENTS, End, Event, read_events
+from config import UserError
+
+Time = Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
+Index = Annotated[int, Field(ge=0)]
+Values = Mapping[str, Annotated[float, Field(allow_inf_nan=False)]]
+
+
+class DamagedRunError(UserError):
+    """What is left of a run cannot be used; the text says which file and line, and why."""
+
+
+def _known_end(outcome: str) -> str:
+    if outcome not in {end.value for end in End}:
+        raise ValueError(f"no run ends as `{outcome[:40]}`")
+    return outcome
+
+
+class _Checked(BaseModel):
+    """Without conversions; what a later version writes beside it is passed over."""
+
+    model_config = ConfigDict(strict=True, extra="ignore", frozen=True)
+
+
+class Node(_Checked):
+    """A node of the tree."""
+
+    path: str
+    name: str
+    kind: str
+
+    @property
+    def title(self) -> str:
+        """Its name, and its kind if that differs."""
+        return self.name if self.kind in ("", self.name) else f"{self.name} ({self.kind})"
+
+
+class LoggedEvent(_Checked):
+    """One line of the log."""
+
+    time: Time
+    """On the session's clock [s]."""
+
+
+class Begin(LoggedEvent):
+    """Before the first tick."""
+
+    nodes: Annotated[list[Node], Field(min_length=1)]
+    """Of the tree, in preorder."""
+
+
+class NodeEvent(LoggedEvent):
+    """A node changed its status."""
+
+    node: Index
+    status: Literal["INVALID", "RUNNING", "SUCCESS", "FAILURE"]
+    message: str
+    values: Values = {}
+
+
+class NowEvent(LoggedEvent):
+    """What is going on."""
+
+    node: Index
+    message: str
+
+
+class FaultEvent(LoggedEvent):
+    """The robot's faults changed."""
+
+    faults: list[str]
+
+
+class PauseEvent(LoggedEvent):
+    """A person paused the run."""
+
+    why: str
+
+
+class ResumeEvent(LoggedEvent):
+    """The run goes on."""
+
+
+class EndEvent(LoggedEvent):
+    """After the last tick."""
+
+    outcome: Annotated[str, AfterValidator(_known_end)]
+    reason: str
+    node: Index | None
+    trace: str
+    values: Values = {}
+
+
+_KINDS: Mapping[str, type[LoggedEvent]] = {
+    "begin": Begin,
+    "node": NodeEvent,
+    "now": NowEvent,
+    "fault": FaultEvent,
+    "pause": PauseEvent,
+    "resume": ResumeEvent,
+    "end": EndEvent,
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Log:
+    """The events of one run."""
+
+    nodes: Sequence[Node]
+    events: Sequence[LoggedEvent]
+    """In the order of the file; the first is a `Begin`, and an `EndEvent` is the last."""
+    left_out: int
+    """Lines that are cut off or garbled."""
+
+    @property
+    def end(self) -> EndEvent | None:
+        """How it ended; None if that is not recorded."""
+        last = self.events[-1]
+        return last if isinstance(last, EndEvent) else None
+
+
+def read_log(folder: Path) -> Log:
+    """The event log of a run.
+
+    Args:
+        folder: of the run.
+
+    Raises:
+        DamagedRunError: it is missing, or no log that a run writes.
+    """
+    path = folder / EVENTS
+    try:
+        if not isfile(path):
+            raise OSError(None, "there is no such file")
+        written = read_events(path)
+    except OSError as error:
+        raise DamagedRunError(
+            f"{path}: the events of the run cannot be read ({error.strerror}); name another run"
+        ) from error
+    if not written or written[0].event != "begin":
+        raise DamagedRunError(
+            f"{path}: does not begin with the event `begin`, so it is not the log of a run; "
+            "name another run"
+        )
+    events = [_checked(event, path) for event in written if event.event in ("", *_KINDS)]
+    nodes = events[0].nodes if isinstance(events[0], Begin) else []
+    for event, checked in zip((e for e in written if e.event in _KINDS), events, strict=True):
+        _check_place(event, checked, nodes, is_last=checked is events[-1], path=path)
+    return Log(nodes=nodes, events=events, left_out=written[-1].line - len(written))
+
+
+def _checked(event: Event, path: Path) -> LoggedEvent:
+    """An event with the fields that its kind has."""
+    if event.event not in _KINDS:
+        raise _refusal(path, event.line, "is no event")
+    try:
+        return _KINDS[event.event].model_validate({**event.fields, "time": event.time})
+    except ValidationError as invalid:
+        raise _refusal(path, event.line, first_problem(invalid)) from invalid
+
+
+def _check_place(
+    event: Event, checked: LoggedEvent, nodes: Sequence[Node], *, is_last: bool, path: Path
+) -> None:
+    """Refuse an event that names a node that is not there, or that stands where it cannot."""
+    node = getattr(checked, "node", None)
+    if node is not None and node >= len(nodes):
+        raise _refusal(path, event.line, f"node {node} is none of the {len(nodes)} of the tree")
+    if isinstance(checked, Begin) and checked.nodes is not nodes:
+        raise _refusal(path, event.line, "the run begins again")
+    if isinstance(checked, EndEvent) and not is_last:
+        raise _refusal(path, event.line, "the run goes on after its end")
+
+
+def _refusal(path: Path, line: int, what: str) -> DamagedRunError:
+    hint = "no run writes this: the file was changed; look at the recording instead"
+    return DamagedRunError(f"{path}:{line}: {what}; {hint}")
+
+
+def first_problem(invalid: ValidationError) -> str:
+    """The first thing that is wrong, in one line: where, and what was expected."""
+    first = invalid.errors(include_url=False)[0]
+    where = ".".join(str(key) for key in first["loc"])
+    message = first["msg"].removeprefix("Value error, ")
+    message = message[:1].lower() + message[1:]
+    return f"{where[:100]}: {message}" if where else message

@@ -1,0 +1,182 @@
+"""Groot2's port under garbage: the next good request is answered, nothing is replaced."""
+
+import json
+import random
+import socket
+import struct
+import threading
+
+import pytest
+from groot_client import PORT, Client, ServedTree
+from py_trees.common import Status
+from sample_run import TREE, snapshot
+
+zmq = pytest.importorskip("zmq", reason='needs pip install "frankie-task[groot]"')
+
+LETTERS = b"TSBIRNUDAXrtZ\x00\xff"
+DEEP = b"[" * 100_000
+
+
+def head(letter: bytes) -> bytes:
+    return b"\x02" + letter + struct.pack("<I", 1)
+
+
+def described(**more: object) -> bytes:
+    hook = {"uid": 8, "position": 0, "enabled": True, "mode": 0, "once": False}
+    return json.dumps(hook | {"desired_status": "SKIPPED"} | more).encode()
+
+
+GARBAGE = {
+    "nothing": [b""],
+    "one byte": [b"\x02"],
+    "five bytes": [b"\x02S\x00\x00\x00"],
+    "seven bytes": [b"\x02S\x00\x00\x00\x00\x00"],
+    "a header of a megabyte": [b"\x02S" * 400_000],
+    "an unknown kind": [head(b"Z")],
+    "a notice": [head(b"N")],
+    "many parts": [head(b"I"), *([b"x"] * 1000)],
+    "no body": [head(b"I")],
+    "no text": [head(b"I"), b"\xff\xfe"],
+    "nested deep": [head(b"I"), DEEP],
+    "nested deep to remove": [head(b"R"), DEEP],
+    "nested deep to unlock": [head(b"U"), DEEP],
+    "null": [head(b"I"), b"null"],
+    "a number": [head(b"R"), b"17"],
+    "endless digits": [head(b"I"), b"9" * 100_000],
+    "a list of numbers": [head(b"I"), b"[1, 2]"],
+    "an endless uid": [head(b"I"), described().replace(b"8", b"1e999")],
+    "a uid that is no number": [head(b"I"), described().replace(b"8", b"NaN")],
+    "a uid of 400 digits": [head(b"I"), described(uid=10**400)],
+    "a uid that is half": [head(b"I"), described(uid=8.5)],
+    "a uid that is a list": [head(b"I"), described(uid=[8])],
+    "a uid below zero": [head(b"I"), described(uid=-1)],
+    "an endless position": [head(b"I"), described(position=float("inf"))],
+    "a third side": [head(b"I"), described(position=2)],
+    "an unknown mode": [head(b"I"), described(mode=10**30)],
+    "a mode that is a list": [head(b"I"), described(mode=[])],
+    "a status that is a list": [head(b"I"), described(desired_status=["FAILURE"])],
+    "a status of half a pair": [head(b"I"), described(desired_status="\ud800")],
+    "an unknown status": [head(b"I"), described(desired_status="GLORY")],
+    "a key of half a pair": [head(b"R"), b'{"\\ud800": 1}'],
+    "a board that is no text": [head(b"B"), b"\xff"],
+}
+
+
+@pytest.fixture
+def served():
+    served = ServedTree(may_replace=False)
+    with served.server:
+        yield served
+
+
+@pytest.fixture
+def client(served):
+    with zmq.Context() as context:
+        client = Client(context)
+        yield client
+        context.destroy(linger=0)
+
+
+def alive(client: Client) -> bool:
+    return len(client.ask(b"S")[1]) == 3 * len(TREE)
+
+
+@pytest.mark.parametrize("kind", GARBAGE)
+def test_garbage_is_answered_by_an_error(client, kind):
+    client.socket.send_multipart(GARBAGE[kind])
+    assert client.socket.recv_multipart()[0] == b"error"
+    assert alive(client)
+    assert json.loads(client.ask(b"D")[1]) == []
+
+
+def test_a_list_with_one_bad_hook_inserts_none(client):
+    both = b"[" + described(uid=1) + b"," + described(uid=999) + b"]"
+    assert client.ask(b"I", both)[0] == b"error"
+    assert json.loads(client.ask(b"D")[1]) == []
+
+
+def test_random_messages_leave_the_server_alive(served, client):
+    rng = random.Random(0)
+    for number in range(400):
+        first = rng.choice(
+            [head(bytes([rng.choice(LETTERS)])), rng.randbytes(6), rng.randbytes(rng.randrange(20))]
+        )
+        more = [rng.randbytes(rng.randrange(60)) for _ in range(rng.randrange(3))]
+        client.socket.send_multipart([first, *more])
+        client.socket.recv_multipart()
+        if number % 50 == 0:
+            served.server.show(snapshot(number), {"odd": object()})
+    assert alive(client)
+    assert all(hook.tick_once() is None for hook in served.hooks)
+
+
+def test_other_kinds_of_peers_leave_the_server_alive(client):
+    with zmq.Context() as context:
+        for kind in (zmq.DEALER, zmq.PUSH, zmq.PUB, zmq.SUB, zmq.ROUTER):
+            peer = context.socket(kind)
+            peer.setsockopt(zmq.LINGER, 0)
+            for port in (PORT, PORT + 1):
+                peer.connect(f"tcp://127.0.0.1:{port}")
+            for parts in ([b""], [b"x"] * 5, [b"", b"x" * 2_000_000], [b"", head(b"I"), DEEP]):
+                peer.send_multipart(parts, zmq.NOBLOCK) if kind == zmq.DEALER else None
+        assert alive(client)
+        context.destroy(linger=0)
+    for garbage in (b"GET / HTTP/1.1\r\n\r\n", bytes(100), b"\xff" * 10_000, b"\xff\x00"):
+        for port in (PORT, PORT + 1):
+            with socket.create_connection(("127.0.0.1", port)) as raw:
+                raw.sendall(garbage)
+    assert alive(client)
+
+
+def test_one_client_that_sends_too_much_is_disconnected(client):
+    with zmq.Context() as context:
+        greedy = Client(context)
+        greedy.socket.setsockopt(zmq.RCVTIMEO, 300)
+        greedy.socket.send_multipart([head(b"I"), b"x" * 50_000_000])
+        with pytest.raises(zmq.Again):
+            greedy.socket.recv_multipart()
+        assert alive(client)
+        context.destroy(linger=0)
+
+
+def test_outcomes_are_replaced_only_where_a_person_allowed_it(served, client):
+    for mode, status in ((1, "FAILURE"), (1, "SUCCESS")):
+        reply = client.hook(8, mode=mode, desired_status=status)
+        assert reply[0] == b"error"
+        assert b"--groot2-control" in reply[1]
+    assert served.tick(8) is Status.SUCCESS
+    assert len(client.hook(8)) == 1  # a breakpoint is a pause, as every watcher may have
+    assert served.tick(8) is Status.RUNNING
+    for status in ("FAILURE", "SUCCESS"):
+        assert b"--groot2-control" in client.unlock(8, status)[1]
+        assert served.control.state.paused
+    client.unlock(8)
+    assert served.tick(8) is Status.SUCCESS
+    assert not served.control.state.paused
+
+
+def test_the_loop_never_waits_for_the_port(served, client):
+    stop = threading.Event()
+
+    def shout() -> None:
+        with zmq.Context() as context:
+            peer = context.socket(zmq.DEALER)
+            peer.setsockopt(zmq.LINGER, 0)
+            peer.connect(f"tcp://127.0.0.1:{PORT}")
+            while not stop.is_set():
+                try:
+                    peer.send_multipart([b"", head(b"T")], zmq.NOBLOCK)
+                except zmq.Again:
+                    stop.wait(0.001)
+            context.destroy(linger=0)
+
+    thread = threading.Thread(target=shout)
+    thread.start()
+    try:
+        for tick in range(100):
+            served.server.show(snapshot(tick), {})
+            served.tick(1 + tick % len(TREE))
+        assert alive(client)
+    finally:
+        stop.set()
+        thread.join()

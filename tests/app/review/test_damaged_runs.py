@@ -1,0 +1,218 @@
+"""Damaged folders of runs: every command says in a line what is wrong, and nothing is executed."""
+
+import json
+import os
+import stat
+import sys
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from run_damage import (
+    ARRAY_DAMAGE,
+    EVENT_DAMAGE,
+    EVENTS,
+    STATES,
+    STATES_DAMAGE,
+    SUMMARY,
+    SUMMARY_DAMAGE,
+    damaged,
+    first_half,
+    raw_line,
+)
+from typer.testing import CliRunner
+
+from app.commands import app
+from app.core.launch import RunOptions, run_task
+
+TASK = """\
+task: toy
+description: Go near.
+poses:
+  near: {xyz: [0.9, 0.1, 0.7], rpy_deg: [180, 0, 0]}
+tree:
+  sequence:
+    - wait: {duration_s: 0.1}
+    - navigate: {to: near, timeout_s: 0.3}
+"""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A run that really failed."""
+    root = tmp_path_factory.mktemp("recorded")
+    (root / "toy.yaml").write_text(TASK)
+    return run_task(RunOptions(tree=root / "toy.yaml", scene="single", record=root)).folder
+
+
+def call(*arguments: object) -> tuple[int, str, str]:
+    """Exit code and output; whatever else a command raises fails the test."""
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+def refusal(*arguments: object) -> str:
+    """The one line with which a command refuses."""
+    code, out, err = call(*arguments)
+    assert (code, out) == (2, ""), (out, err)
+    assert err.count("\n") == 1
+    assert len(err) < 600 + sum(len(str(argument)) for argument in arguments)
+    assert "; " in err  # what is wrong, and a hint
+    return err
+
+
+@pytest.mark.parametrize("kind", EVENT_DAMAGE)
+def test_explain_refuses_a_log_that_no_run_writes(run, tmp_path, kind):
+    folder = damaged(run, tmp_path, EVENTS, EVENT_DAMAGE[kind])
+    assert f"{folder.name}/{EVENTS}" in refusal("explain", folder)
+
+
+@pytest.mark.parametrize(
+    ("damage", "left_out"),
+    [
+        (raw_line(2, '{"event": "node", "ti'), 1),
+        (raw_line(2, "\0" * 500), 1),
+        (raw_line(2, '{"event": "begin"' * 9), 1),
+        (lambda path: path.write_bytes(path.read_bytes().replace(b"waited", b"w\xffited")), 1),
+        (lambda path: path.write_bytes(path.read_bytes()[:-20]), 0),
+    ],
+)
+def test_explain_leaves_out_what_a_kill_or_a_full_disk_cut_off(run, tmp_path, damage, left_out):
+    code, out, _ = call("explain", damaged(run, tmp_path, EVENTS, damage))
+    assert code == 0
+    assert out.startswith("toy: ")
+    assert ("lines that cannot be read, left out here: 1" in out) == bool(left_out)
+
+
+def test_explain_passes_over_what_a_later_version_writes(run, tmp_path):
+    def add(path: Path) -> None:
+        first, *others = path.read_text().splitlines(keepends=True)
+        later = '{"event": "weather", "time": "noon", "sun": true}\n'
+        path.write_text(first.replace('"task"', '"more": [1], "task"') + later + "".join(others))
+
+    expected = call("explain", run)[1]
+    assert call("explain", damaged(run, tmp_path, EVENTS, add))[1] == expected
+
+
+@pytest.mark.parametrize("kind", SUMMARY_DAMAGE)
+def test_explain_does_without_a_summary_and_runs_says_that_it_is_damaged(run, tmp_path, kind):
+    folder = damaged(run, tmp_path, SUMMARY, SUMMARY_DAMAGE[kind])
+    code, out, _ = call("explain", folder)
+    assert code == 0
+    assert "navigate failed at" in out
+    assert out.splitlines()[-1].startswith(f"{SUMMARY}: ")
+    code, out, err = call("runs", tmp_path)
+    (row,) = out.splitlines()[1:]
+    assert code == 0
+    assert "damaged" in row
+    assert err.startswith(f"{folder}: {SUMMARY}: ")
+    assert err.count("\n") == 1
+    code, out, _ = call("runs", tmp_path, "--json")
+    (entry,) = json.loads(out)
+    assert entry["outcome"] == "damaged"
+    assert entry["damage"].startswith(f"{SUMMARY}: ")
+
+
+def test_a_run_without_a_summary_is_unfinished(run, tmp_path):
+    damaged(run, tmp_path, SUMMARY, Path.unlink)
+    assert "unfinished" in call("runs", tmp_path)[1]
+
+
+@pytest.mark.parametrize("kind", STATES_DAMAGE)
+def test_export_refuses_states_that_no_run_writes(run, tmp_path, kind):
+    folder = damaged(run, tmp_path, STATES, STATES_DAMAGE[kind])
+    refusal("export", folder, "--lerobot", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    assert not (folder / "ran").exists()
+
+
+@pytest.mark.parametrize("kind", ARRAY_DAMAGE)
+def test_export_refuses_commands_that_no_run_writes(run, tmp_path, kind):
+    folder = damaged(run, tmp_path, "commands.npy", ARRAY_DAMAGE[kind])
+    refusal("export", folder, "--lerobot", tmp_path / "out")
+    assert not (folder / "ran").exists()
+
+
+@pytest.mark.parametrize("kind", [kind for kind in SUMMARY_DAMAGE if kind in EVENT_DAMAGE])
+def test_export_does_without_the_task_file(run, tmp_path, kind):
+    pytest.importorskip("pyarrow")
+    folder = damaged(run, tmp_path, "task.yaml", SUMMARY_DAMAGE[kind])
+    if kind == "a pipe":
+        return
+    assert call("export", folder, "--lerobot", tmp_path / "out")[0] == 0
+
+
+@pytest.mark.parametrize("kind", [kind for kind in EVENT_DAMAGE if kind in SUMMARY_DAMAGE])
+def test_view_refuses_what_is_no_recording(run, tmp_path, kind, monkeypatch):
+    monkeypatch.setenv("DISPLAY", ":0")
+    folder = damaged(run, tmp_path, "recording.rrd", EVENT_DAMAGE[kind])
+    assert "recording" in refusal("view", folder)
+
+
+def test_view_opens_what_a_killed_run_leaves(run, tmp_path, monkeypatch):
+    started = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(
+        "app.live.monitor.open_recording.os.execv", lambda program, command: started.append(command)
+    )
+    assert call("view", damaged(run, tmp_path, "recording.rrd", first_half))[0] == 0
+    assert started
+
+
+def test_folders_that_are_no_runs(run, tmp_path):
+    empty = tmp_path / "2026-01-01-000000-empty"
+    empty.mkdir()
+    assert EVENTS in refusal("explain", empty)
+    assert "recording" in refusal("view", empty)
+    refusal("export", empty, "--lerobot", tmp_path / "out")
+    assert "unfinished" in call("runs", tmp_path)[1]
+    (tmp_path / "only").mkdir()
+    (tmp_path / "only" / "recording.rrd").write_bytes(b"RRF2")
+    assert call("runs", tmp_path)[0] == 0
+    for name in ("x" * 5000, "a\0b", "/dev/null", "/proc/self/mem", "", str(empty / EVENTS)):
+        for command in ("explain", "view"):
+            refusal(command, name, "--runs", tmp_path / "nowhere")
+        assert call("runs", name)[0] == 2
+
+
+@contextmanager
+def forbidden(path: Path):
+    """Nobody may read a file or look into a folder, for a while; root neither."""
+    mode, user = path.stat().st_mode, os.geteuid()
+    path.chmod(0)
+    if user == 0:
+        os.seteuid(65534)
+    try:
+        yield
+    finally:
+        if user == 0:
+            os.seteuid(0)
+        path.chmod(stat.S_IMODE(mode))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="permissions of another kind")
+def test_without_permission(run):
+    with tempfile.TemporaryDirectory() as name:
+        root = Path(name)
+        root.chmod(0o755)
+        folder = damaged(run, root, SUMMARY, lambda path: None)
+        for one in folder.iterdir():
+            one.chmod(0o644)
+        with forbidden(folder / EVENTS):
+            assert "Permission denied" in refusal("explain", folder)
+        with forbidden(folder / SUMMARY):
+            assert "damaged" in call("runs", root)[1]
+            assert "Permission denied" in call("explain", folder)[1]
+        with forbidden(folder / STATES):
+            assert "Permission denied" in refusal("export", folder, "--lerobot", root / "out")
+        with forbidden(folder / "recording.rrd"):
+            assert "Permission denied" in refusal("view", folder)
+        with forbidden(folder):
+            refusal("explain", folder)
+            refusal("view", folder)
+            assert call("runs", root)[0] == 0
+        with forbidden(root):
+            assert call("runs", root)[0] == 2

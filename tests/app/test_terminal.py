@@ -1,0 +1,102 @@
+"""Text from files and robots on the screen: it is shown, and does nothing to the terminal."""
+
+import io
+
+import pytest
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+from typer.testing import CliRunner
+
+from app.commands import app
+from app.terminal import Terminal, visible
+
+HOSTILE = {
+    "clear the screen": "\x1b[2J",
+    "set the title": "\x1b]0;owned\x07",
+    "eight-bit sequence": "\x9b31m",
+    "overwrite the line": "all is well\r",
+    "take back": "fail\b\b\b\bgood",
+    "answer back": "\x05\x1b[c",
+    "right to left": "\u202egnp.exe",
+    "no width": "a\u200bb",
+    "half a pair": "\ud800",
+    "nothing": "\0",
+    "line separator": "a\u2028b",
+}
+
+
+@pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE)
+def test_only_text_reaches_the_terminal(text):
+    for renderable in (text, Text(text), _table(text)):
+        written = _printed(lambda terminal, it=renderable: terminal.print(it))
+        assert all(letter.isprintable() or letter in "\n\t" for letter in written)
+        written.encode("utf-8")
+    assert visible(f"{text}\n") == visible(text) + "\n"
+    assert visible(visible(text)) == visible(text)
+
+
+def test_good_text_and_markup_are_taken_literally():
+    text = "✔ 1° [red]no markup[/] :smile: é 漢字 →"
+    assert _printed(lambda terminal: terminal.say(text)) == f"{text}\n"
+    assert "[/bold]" in _printed(lambda terminal: terminal.print(_table("[/bold]")))
+
+
+def test_a_display_that_stays_in_place_still_moves_the_cursor():
+    file = io.StringIO()
+    terminal = Terminal(file=file, force_terminal=True, width=60)
+    with Live(console=terminal, auto_refresh=False, transient=True) as live:
+        live.update(Text("one\x1b[2J"), refresh=True)
+        live.update(Text("two"), refresh=True)
+    assert "\x1b[2K" in file.getvalue()  # its own
+    assert "\x1b[2J" not in file.getvalue()
+    assert r"one\x1b[2J" in file.getvalue()
+
+
+TASK = """\
+task: toy
+description: "\\e[2J"
+tree:
+  sequence:
+    - say: {text: "good \\e]0;owned\\a \\r [/red]"}
+    - wait: {duration_s: 0.01}
+"""
+
+
+def test_a_task_says_things_to_people_and_not_to_their_terminal(tmp_path):
+    task = tmp_path / "toy.yaml"
+    task.write_text(TASK)
+    runs = tmp_path / "runs"
+    hostile_name = 'task: toy\ntree: {name: "a\\e[2J", wait: {duration_s: 1}}\n'
+    (tmp_path / "named.yaml").write_text(hostile_name)
+    options = ("--scene", "single", "--view", "none", "--record", str(runs))
+    for code, arguments in (
+        (0, ("run", str(task), *options)),
+        (0, ("run", str(task), "--dry")),
+        (0, ("draw", str(task))),
+        (0, ("explain", "--runs", str(runs))),
+        (0, ("runs", str(runs))),
+        (2, ("check", str(tmp_path / "named.yaml"))),
+        (2, ("run", str(tmp_path / "named.yaml"), *options)),
+        (2, ("check", str(tmp_path / "no\x1b[2Jsuch.yaml"))),
+        (2, ("run", str(task), "--scene", "no\x1b[2Jsuch")),
+        (2, ("run", str(task), "--robot", "no\x1b[2Jsuch")),
+        (2, ("run", str(task), "--weights", "no\x1b[2Jsuch")),
+    ):
+        result = CliRunner().invoke(app, list(arguments))
+        assert result.exit_code == code, (arguments, result.output)
+        for text in (result.stdout, result.stderr):
+            assert all(letter.isprintable() or letter in "\n\t" for letter in text), arguments
+
+
+def _printed(what) -> str:
+    file = io.StringIO()
+    what(Terminal(file=file, width=200))
+    return file.getvalue()
+
+
+def _table(text: str) -> Table:
+    table = Table(title=text)
+    table.add_column(text)
+    table.add_row(text)
+    return table
