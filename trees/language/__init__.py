@@ -5,7 +5,7 @@ and a hint; `build` makes the tree. Leaves are classes with typed constructors (
 other words of the language are defined in `vocabulary`.
 """
 
-from trees.language.branch import Branch, Ticking
+from trees.language.branch import Branch, Ticking, failed_node
 from trees.language.builder import build
 from trees.language.documents import FILE_KEYS
 from trees.language.errors import LeafError, TaskFileError
@@ -75,6 +75,7 @@ __all__ = [
     "build",
     "check",
     "describe_leaves",
+    "failed_node",
     "known_leaves",
     "load",
     "nodes_below",
