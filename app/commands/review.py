@@ -66,5 +66,5 @@ def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:
     from app.review import find_run
 
     result = replay_run(find_run(run, runs))
-    typer.echo(str(result))
+    Terminal().say(str(result))
     raise typer.Exit(0 if result.identical else 1)

@@ -123,7 +123,9 @@ def _options(folder: Path) -> dict[str, Any]:
         }
         held = control["breaks"] or control["groot"]
     except OSError as error:
-        raise ReplayError(f"{path}: cannot be read ({error.strerror})") from error
+        raise ReplayError(
+            f"{path}: cannot be read ({error.strerror}); replay another run"
+        ) from error
     except _DAMAGED as error:
         raise _damage(path, error) from error
     if vision != VisionForm.STEP:
@@ -144,7 +146,9 @@ def _turns(path: Path) -> npt.NDArray[np.void]:
         _require_file(path)
         turns: npt.NDArray[np.void] = np.load(path, allow_pickle=False)
     except OSError as error:
-        raise ReplayError(f"{path}: cannot be read ({error.strerror or error})") from error
+        raise ReplayError(
+            f"{path}: cannot be read ({error.strerror or error}); replay another run"
+        ) from error
     except (EOFError, MemoryError, *_DAMAGED) as error:
         raise _damage(path, error) from error
     if not isinstance(turns, np.ndarray) or turns.dtype != TURN or turns.ndim != 1:
@@ -181,7 +185,9 @@ def _notes(path: Path) -> _Notes:
             if "number" in note:
                 notes.faults[int(note["number"])] = tuple(map(_fault, note["faults"]))
     except OSError as error:
-        raise ReplayError(f"{path}: cannot be read ({error.strerror})") from error
+        raise ReplayError(
+            f"{path}: cannot be read ({error.strerror}); replay another run"
+        ) from error
     except _DAMAGED as error:
         raise _damage(path, error) from error
     return notes
@@ -191,6 +197,10 @@ _DAMAGED = (
     ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError, SyntaxError,
 )  # fmt: skip
 """What reading a file raises that no run has written."""
+
+
+def _unreadable(path: Path, error: OSError) -> ReplayError:
+    return ReplayError(f"{path}: cannot be read ({error.strerror or error}); replay another run")
 
 
 def _damage(path: Path, error: BaseException) -> ReplayError:

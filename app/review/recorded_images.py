@@ -57,7 +57,10 @@ def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:
         raise NoDepthError(f"{recording}: not a recording ({error}){_HINT}") from error
     if best is None:
         raise NoDepthError(f"{recording}: the recording has no depth images{_HINT}")
-    depth = _decoded(best[1])
+    try:
+        depth = _decoded(best[1])
+    except (LookupError, TypeError, ValueError) as error:
+        raise NoDepthError(f"{recording}: its depth images are damaged ({error}){_HINT}") from error
     if depth is None:
         raise NoDepthError(f"{recording}: the encoding of its depth images is not supported{_HINT}")
     return RecordedDepth(depth, focal)
