@@ -10,18 +10,21 @@ which it got.
 from hw.background import InlineExecutor, one_thread
 from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, stopwatch
 from hw.composition import ComposedRobot
-from hw.fault_injection import INJECTABLE, FaultInjection
+from hw.faults import INJECTABLE, FaultInjection, Injectable, InjectionError, injectable
 from hw.frame import DepthFrame, DepthImage
 from hw.gate import Gate, Refusal, UntrustedRobotError
+from hw.recording import TURN, Notes, RecordedRobot, Turn
 from hw.registry import Backend, WorldError, WorldOptions, open_backend, world_names
+from hw.replay import Difference, RecordEndsError, ReplayRobot
 from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
 from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
-from hw.truth import TrueObject, Truth
+from hw.truth import DisturbableWorld, TrueObject, Truth
 from hw.watchdog import SIMULATION, LoopBlockedError, Patience, Watchdog
 
 __all__ = [
     "INJECTABLE",
     "SIMULATION",
+    "TURN",
     "Arm",
     "ArmState",
     "Backend",
@@ -33,6 +36,8 @@ __all__ = [
     "DepthCamera",
     "DepthFrame",
     "DepthImage",
+    "Difference",
+    "DisturbableWorld",
     "Fault",
     "FaultInjection",
     "FaultKind",
@@ -40,10 +45,16 @@ __all__ = [
     "Gripper",
     "GripperState",
     "HardwareError",
+    "Injectable",
+    "InjectionError",
     "InlineExecutor",
     "LoopBlockedError",
+    "Notes",
     "Patience",
+    "RecordEndsError",
+    "RecordedRobot",
     "Refusal",
+    "ReplayRobot",
     "Robot",
     "RobotState",
     "SimClock",
@@ -51,11 +62,13 @@ __all__ = [
     "TaskTime",
     "TrueObject",
     "Truth",
+    "Turn",
     "UntrustedRobotError",
     "WallClock",
     "Watchdog",
     "WorldError",
     "WorldOptions",
+    "injectable",
     "one_thread",
     "open_backend",
     "stopwatch",

@@ -121,9 +121,13 @@ class Harness:
     """Runs one leaf as the session would."""
 
     def __init__(
-        self, world: World | None = None, robot: str = "frankie", dynamics: Dynamics | None = None
+        self,
+        world: World | None = None,
+        robot: str = "frankie",
+        dynamics: Dynamics | None = None,
+        pace: float | None = None,
     ) -> None:
-        self.clock = SimClock()
+        self.clock = SimClock(pace)
         self.world = world or table_world()
         described = load_robot(robot)
         # Rendering takes most of the time of a test.

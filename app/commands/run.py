@@ -57,6 +57,9 @@ def run(
     ] = None,
     speed: Annotated[Speed, typer.Option(help="Pace of simulated time.")] = Speed.MAX,
     record: Annotated[Path, typer.Option(help="Folder for the folders of runs.")] = Path("runs"),
+    replayable: Annotated[
+        bool, typer.Option("--replayable", help="Keep the camera's images too, for `replay`.")
+    ] = False,
     weights: Annotated[Path | None, typer.Option(help="A file of a grasp network.")] = None,
     network: Annotated[
         str | None, typer.Option(help="Which shipped grasp network: bins (the default) or ggcnn.")
@@ -107,6 +110,13 @@ def run(
     groot2_port: Annotated[
         int, typer.Option(help="Of --groot2; the next one is taken too.", min=1, max=65534)
     ] = 1667,
+    faults: Annotated[
+        Path | None, typer.Option(help="A file of faults that come by themselves.")
+    ] = None,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(help="A fault, as reflex@12.5 or `frames lost@approach for 2`."),
+    ] = None,
     groot2_control: Annotated[
         bool,
         typer.Option("--groot2-control", help="Serve Groot2, and let it replace outcomes."),
@@ -136,7 +146,15 @@ def run(
         refuse("--watch: a dry run ends at once, and there is nothing to watch; leave it out")
     if dry:
         raise typer.Exit(_run_dry(find_tree(tree), parameters, outcome or [], ticks, as_json))
-    from app.core import End, RunOptions, VisionForm, run_on_save, run_task
+    from app.core import (
+        End,
+        RunOptions,
+        VisionForm,
+        parse_fault,
+        read_faults,
+        run_on_save,
+        run_task,
+    )
     from app.live import ControlOptions, View, ViewOptions
     from config import UserError
     from hw import HardwareError
@@ -153,6 +171,7 @@ def run(
         parameters=parameters,
         paced=paced,
         record=record,
+        replayable=replayable,
         weights=weights,
         network=network,
         view=ViewOptions(view=View(view.value), host=view_host, port=view_port, web_port=web_port),
@@ -165,6 +184,10 @@ def run(
             groot_port=groot2_port,
             groot_control=groot2_control,
             acknowledge_after=acknowledge_after,
+        ),
+        faults=(
+            *(read_faults(faults) if faults is not None else ()),
+            *(parse_fault(text) for text in fault or ()),
         ),
     )
     try:
@@ -197,8 +220,6 @@ def _show(result: Result, as_json: bool) -> None:
     _unless_closed(for_people.file, lambda: result.summary.show(for_people))
     left = f"left in {result.folder}/"
     _unless_closed(for_people.file, lambda: for_people.print(left))
-    if result.warning:
-        _say(result.warning)
 
 
 def _say(text: str) -> None:

@@ -1,6 +1,6 @@
 """The log of a run: every transition of a node and what else happened, one JSON object a line.
 
-It is written as events happen, so that the log of a killed process is as complete as any other.
+It is written while the run goes on, so that the log of a killed process lacks half a second.
 
 | event | when | fields besides `time` |
 |---|---|---|
@@ -16,15 +16,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from app.core.folder import FolderError
+from app.core.disk import GrowingFile
 from app.core.outcome import Outcome
 from app.live import Hook, Snapshot, Throttle, key_figures, tip
 from trees.language import TreeNode
@@ -48,20 +47,16 @@ class Event:
 
 
 class EventLog:
-    """Writes the log of one run; use it in a `with` statement.
+    """Writes the log of one run.
 
     Args:
-        path: the file to write.
+        file: takes the lines.
         task: name of the task.
         nodes: the nodes of the tree, in preorder.
-
-    Raises:
-        FolderError: it cannot be written. Once the run goes on, that only ends the log.
     """
 
-    def __init__(self, path: Path, task: str, nodes: Sequence[TreeNode]) -> None:
-        self.error: OSError | None = None
-        """Why the log ends early, if it does."""
+    def __init__(self, file: GrowingFile, task: str, nodes: Sequence[TreeNode]) -> None:
+        self._file = file
         self._nodes = [place.node for place in nodes]
         self._statuses = [Status.INVALID] * len(nodes)
         self._faults: tuple[str, ...] = ()
@@ -72,21 +67,7 @@ class EventLog:
             {"path": n.path, "name": n.node.name, "kind": str(getattr(n.node, "key", ""))}
             for n in nodes
         ]
-        try:
-            self._file: TextIO = path.open("w", encoding="utf-8", buffering=1)
-        except OSError as error:
-            self.error = error
-        else:
-            self._write("begin", 0.0, task=task, nodes=described)
-        if self.error is not None:
-            raise FolderError(f"{path}: cannot be written ({self.error.strerror})") from self.error
-
-    def __enter__(self) -> EventLog:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        with suppress(OSError):
-            self._file.close()
+        self._write("begin", 0.0, task=task, nodes=described)
 
     def update(self, seen: Snapshot, *, paused: bool, why: str = "") -> bool:
         """Write down what a tick changed.
@@ -150,13 +131,10 @@ class EventLog:
         return self._nodes.index(known) if known in self._nodes else None
 
     def _write(self, event: str, time: float, **fields: object) -> None:
-        if self.error is not None:
-            return
         line = {"event": event, "time": round(time, 4), **fields}
-        try:
-            self._file.write(json.dumps(line, ensure_ascii=False) + "\n")
-        except OSError as error:  # the robot must go on
-            self.error = error
+        self._file.add(
+            (json.dumps(line, ensure_ascii=False) + "\n").encode(errors="backslashreplace")
+        )
 
 
 def read_events(path: Path) -> list[Event]:

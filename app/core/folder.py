@@ -8,13 +8,14 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from config import UserError
 
 RECORDING = "recording.rrd"
 SUMMARY = "summary.json"
+TASK = "task.yaml"
+"""The task as it was run; its subtrees lie beside it."""
+OPTIONS = "options.json"
+"""What a person chose."""
 BT_LOG = "tree.btlog"
 """The status of every node over time, as Groot2 replays it."""
 VIEWER_LOG = "viewer.log"
@@ -24,6 +25,12 @@ COMMANDS = "commands.npy"
 STATES = "states.npy"
 """(ticks, 22) float64, as read: stamp [s], base x, y [m] and heading [rad], base twist (3), joint
 positions (7) and velocities (7), width between the fingers [m]."""
+READINGS = "readings.npy"
+"""(turns,) `hw.TURN`: everything that passed between loop and robot but the images."""
+NOTES = "readings.jsonl"
+"""What the readings refer to, an object a line: each set of faults, and how the readings end."""
+FRAMES = "frames.arrow"
+"""The camera's images that the loop was given, as a stream of Arrow record batches."""
 
 
 class FolderError(UserError):
@@ -55,17 +62,9 @@ def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[s
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text(text, encoding="utf-8")
         options_text = json.dumps(options, indent=2, default=str)
-        (folder / "options.json").write_text(options_text + "\n", encoding="utf-8")
+        (folder / OPTIONS).write_text(options_text + "\n", encoding="utf-8")
     except OSError as error:
         raise FolderError(
             f"{root}: cannot keep the run here ({error.strerror}); choose another with --record"
         ) from error
     return folder
-
-
-def write_arrays(
-    folder: Path, *, commands: npt.NDArray[np.float64], states: npt.NDArray[np.float64]
-) -> None:
-    """Keep every command that the robot applied and every state that it was in."""
-    np.save(folder / COMMANDS, commands)
-    np.save(folder / STATES, states)

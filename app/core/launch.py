@@ -9,19 +9,24 @@ from os.path import relpath
 from pathlib import Path
 from typing import NamedTuple
 
-from app.core.events import EVENTS, EventLog
-from app.core.folder import BT_LOG, RECORDING, SUMMARY, VIEWER_LOG, make_folder, write_arrays
+from app.core.decisions import RecordedDecisions
+from app.core.fault_schedule import FaultSchedule, ScheduledFault
+from app.core.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder
+from app.core.instruments import Instruments
 from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
 from app.core.observers import Observers
 from app.core.outcome import End, Outcome
+from app.core.outputs import Outputs
 from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary, summarise
 from app.core.surfaces import unsupported_places
 from app.live import (
+    AnyRecorder,
     ControlOptions,
+    NoRecorder,
     OperatorConsole,
     Recorder,
     RecorderError,
@@ -36,8 +41,10 @@ from controller import RobotModel
 from hw import Truth, WorldOptions, stopwatch
 from perception import GraspDetector
 from robots import load_robot
-from trees.btcpp import BtLog
 from trees.language import Task, TreeNode, build, load, nodes_in_order
+
+_SHORT_PATIENCE = 1.0
+"""Time that the disk has for the rest of a run that is abandoned [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +66,8 @@ class RunOptions:
     """In real time instead of as fast as it goes."""
     record: Path = Path("runs")
     """Where the folder of the run is made."""
+    replayable: bool = False
+    """Keep the camera's images too, so that a run that looks at some can be replayed."""
     weights: Path | None = None
     """A file of a grasp network; None takes a network that comes with the package."""
     network: str | None = None
@@ -67,6 +76,10 @@ class RunOptions:
     """How it is watched meanwhile."""
     control: ControlOptions = field(default_factory=ControlOptions)
     """What people have in hand meanwhile."""
+    faults: tuple[ScheduledFault, ...] = ()
+    """What goes wrong by itself meanwhile."""
+    recording: bool = True
+    """Whether the motion is recorded for the viewer."""
 
 
 class Result(NamedTuple):
@@ -75,16 +88,20 @@ class Result(NamedTuple):
     outcome: Outcome
     summary: Summary
     folder: Path
-    warning: str
-    """What could not be kept of it; usually empty."""
 
 
-def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: False) -> Result:
+def run_task(
+    options: RunOptions,
+    *,
+    interrupted: Callable[[], bool] = lambda: False,
+    instruments: Instruments | None = None,
+) -> Result:
     """Run a task.
 
     Args:
         options: what a person chose.
         interrupted: asked every tick whether to end, as Ctrl-C does.
+        instruments: what a bench measures or disturbs the run with.
 
     Raises:
         UserError: bad input; nothing has moved.
@@ -100,7 +117,8 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
     )
     gripper = load_robot(options.robot).gripper
     detector = GraspDetector(options.weights, options.network, gripper=gripper)
-    with open_setup(options.robot, options.world, world, detector, options.vision) as setup:
+    tools, vision = instruments or Instruments(), options.vision
+    with open_setup(options.robot, options.world, world, detector, vision, tools.beneath) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         for warning in unsupported_places(task, setup.truth.fixtures) if setup.truth else ():
             _tell(warning)
@@ -114,7 +132,7 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
             say=_tell,
         )
         with room:
-            return _run(options, task, setup, nodes, room, viewer, interrupted)
+            return _run(options, task, setup, nodes, room, viewer, interrupted, tools)
 
 
 def _run(
@@ -125,6 +143,7 @@ def _run(
     room: OperatorConsole,
     viewer: Viewer,
     interrupted: Callable[[], bool],
+    instruments: Instruments,
 ) -> Result:
     """Run what has been put together, and keep all that it leaves."""
     log, tree = setup.context.log, tree_view(nodes)
@@ -133,34 +152,46 @@ def _run(
     robot = setup.robot.description.name
     measurements = Measurements(limits=setup.model.limits)
     scene = _scene(options, task)
+    behaviours = [place.node for place in nodes]
+    faults = FaultSchedule(options.faults, setup.robot, behaviours, options.seed)
+    instruments.begin(setup, nodes)
     folder = make_folder(
         options.record, task.name, _texts(task), asdict(options) | {"scene": scene}
     )
-    recorder = Recorder(
-        folder / RECORDING,
-        tree=tree,
-        model=RobotModel(setup.robot.description),
-        scene=scene_view(setup.truth),
-        lossless=not options.paced,
-        server=viewer.server,
+    lossless = not options.paced
+    outputs = Outputs(
+        folder,
+        task=task.name,
+        nodes=nodes,
+        robot=setup.recorded,
+        attended=room.control.attended,
+        lossless=lossless,
+        frames=options.replayable,
     )
+    recorder: AnyRecorder = NoRecorder()
+    if options.recording:
+        recorder = Recorder(
+            folder / RECORDING,
+            tree=tree,
+            model=RobotModel(setup.robot.description),
+            scene=scene_view(setup.truth),
+            lossless=lossless,
+            server=viewer.server,
+        )
     begun, observers, terminal = stopwatch(), Observers(), terminal_settings()
     with (
         viewer.showing(folder / VIEWER_LOG),
         room.open(),
         interrupts(room.control.stop, setup.robot.stop, End.INTERRUPTED.exit_code),
-        EventLog(folder / EVENTS, task.name, nodes) as events,
         StatusLine(tree) as status_line,
     ):
-        bt_log = BtLog(nodes)
 
         def tell(tick: Tick) -> None:
             seen = snapshots.of(tick)
             why = room.control.state.why if tick.paused else ""
-            changed = events.update(seen, paused=tick.paused, why=why)
+            changed = outputs.update(seen, paused=tick.paused, why=why)
             room.control.node_changed(changed)
             observers.tell("the recording", lambda: recorder.record(seen))
-            observers.tell(BT_LOG, lambda: bt_log.note(seen.stamp))
             observers.tell("the controls", lambda: room.show(seen))
             observers.tell(
                 "the status line",
@@ -170,11 +201,14 @@ def _run(
         def watch(tick: Tick) -> None:
             if interrupted():
                 room.control.stop()
+            observers.tell("the faults", lambda: faults.update(setup.clock.session.now()))
+            observers.tell("the instruments", lambda: instruments.after(tick))
             observers.tell("what watches the run", lambda: tell(tick))
 
         def abandon(outcome: Outcome) -> None:
-            observers.tell(EVENTS, lambda: events.end(outcome, setup.clock.session.now()))
             observers.tell("the terminal", lambda: _tell(f"{outcome.reason}; the run is abandoned"))
+            outputs.end(outcome, setup.clock.session.now())
+            outputs.close(_SHORT_PATIENCE)
             leave(setup.robot.stop, outcome.end.exit_code, terminal)
 
         outcome = Session(
@@ -184,14 +218,14 @@ def _run(
             gate=setup.gate,
             measurements=measurements,
             clock=setup.clock,
-            control=room.control,
+            control=RecordedDecisions(room.control, setup.recorded),
             watch=watch,
             abandon=abandon,
         ).run()
         real_seconds = stopwatch() - begun - measurements.paused_s
         duration = setup.clock.now().seconds
-        events.end(outcome, setup.clock.session.now())
-        warnings = [*observers.failures, *_kept(recorder, events, bt_log, measurements, folder)]
+        outputs.end(outcome, setup.clock.session.now())
+        warnings = [*observers.failures, *_closed(recorder), *outputs.close()]
         summary = summarise(
             task=task.name,
             robot=robot,
@@ -209,33 +243,15 @@ def _run(
             dropped_snapshots=recorder.dropped,
             warnings=warnings,
         )
-        warnings += _attempt(SUMMARY, lambda: summary.write(folder / SUMMARY))
-    return Result(outcome, summary, folder, "; ".join(warnings))
+    return Result(outcome, summary.kept(folder / SUMMARY), folder)
 
 
-def _kept(
-    recorder: Recorder, events: EventLog, bt_log: BtLog, measurements: Measurements, folder: Path
-) -> list[str]:
-    """Keep what the run left; returns what could not be kept."""
-    warnings = _attempt(RECORDING, recorder.close)
-    if events.error is not None:
-        warnings.append(f"{EVENTS} ends early ({events.error.strerror})")
-    warnings += _attempt(BT_LOG, lambda: (folder / BT_LOG).write_bytes(bt_log.to_bytes()))
-    warnings += _attempt(
-        "commands and states",
-        lambda: write_arrays(folder, commands=measurements.commands, states=measurements.states),
-    )
-    return warnings
-
-
-def _attempt(name: str, keep: Callable[[], object]) -> list[str]:
-    """Try to keep a part of what a run leaves; returns what went wrong, if anything."""
+def _closed(recorder: AnyRecorder) -> list[str]:
+    """Close a recorder; returns what went wrong, if anything."""
     try:
-        keep()
+        recorder.close()
     except RecorderError as error:
         return [str(error)]
-    except OSError as error:
-        return [f"{name} could not be written ({error.strerror})"]
     return []
 
 

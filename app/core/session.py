@@ -15,9 +15,9 @@ import numpy as np
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from app.core.decisions import Decisions
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome, Stage, last_ticked, outcome_of
-from app.live import Control
 from behaviours import Context
 from controller import Command, HolisticController, MotionGoal, StepReport
 from hw import (
@@ -84,7 +84,7 @@ class Session:
         gate: Gate,
         measurements: Measurements,
         clock: TaskClock,
-        control: Control,
+        control: Decisions,
         watch: Callable[[Tick], None],
         abandon: Callable[[Outcome], None] = lambda outcome: None,
     ) -> None:
@@ -101,7 +101,7 @@ class Session:
         )
         self._watch = watch
         self._number = 0
-        self._due = 0
+        self._due, self._origin = 0, 0.0
         self._period = controller.settings.period
         self._stage = Stage.READ
         self._report: StepReport | None = None
@@ -187,6 +187,7 @@ class Session:
         command, self._report = self._controller.step(state, goal, last)
         self._stage = Stage.SEND
         self._gate.send(command, state, self._clock.session.now())
+        self._stage = Stage.WATCH
         return self._report
 
     def _heed_faults(self, state: RobotState) -> None:
@@ -210,9 +211,7 @@ class Session:
         """Tell what has happened, and wait for the next tick."""
         measurements, applied = self._measurements, self._gate.applied
         seconds = stopwatch() - begun
-        self._stage = Stage.WATCH
         measurements.reading(state)
-        measurements.command(state.stamp, applied)
         if not paused:
             measurements.ticks_s.append(seconds)
         if self._report is not None:
@@ -238,11 +237,12 @@ class Session:
             self._control.wait(period - (stopwatch() - begun))
             self._measurements.paused_s += stopwatch() - begun
         self._due += 1
-        clock.sleep_until(self._due * period)
-        missed = int((clock.now() - self._due * period) / period + 1e-6)
-        self._due += missed
-        if not paused:
-            self._measurements.missed_ticks += missed
+        due = self._origin + self._due * period
+        clock.sleep_until(due)
+        late = clock.now() - due
+        if late >= period * (1.0 - 1e-6):
+            self._origin += late
+            self._measurements.missed_ticks += 0 if paused else int(late / period + 1e-6)
 
     def _come_to_rest(self) -> Outcome:
         """Tick without the tree until nothing moves, within the usual limits."""
@@ -263,7 +263,9 @@ class Session:
             begun = stopwatch()
             try:
                 state, now = self._read()
-            except Exception:
+            except LoopBlockedError:
+                raise
+            except BaseException:  # without readings the gate brakes all the same
                 self._gate.brake(None, self._clock.session.now())
                 self._wait(begun, paused=False)
                 continue

@@ -9,7 +9,18 @@ from enum import StrEnum
 
 from behaviours import Context, Vision, VisionBeside, VisionInStep
 from controller import HolisticController, RobotModel
-from hw import Camera, FaultInjection, Gate, TaskClock, Truth, WorldOptions, open_backend
+from hw import (
+    Backend,
+    Camera,
+    FaultInjection,
+    Gate,
+    RecordedRobot,
+    Robot,
+    TaskClock,
+    Truth,
+    WorldOptions,
+    open_backend,
+)
 from perception import GraspDetector
 
 
@@ -34,6 +45,8 @@ class Setup:
 
     robot: FaultInjection
     """Connected."""
+    recorded: RecordedRobot
+    """The same robot, as the loop sees it."""
     clock: TaskClock
     truth: Truth | None
     """What is known of the world; None on hardware."""
@@ -50,7 +63,12 @@ class Setup:
 
 @contextmanager
 def open_setup(
-    robot: str, world: str, options: WorldOptions, detector: GraspDetector, form: VisionForm
+    robot: str,
+    world: str,
+    options: WorldOptions,
+    detector: GraspDetector,
+    form: VisionForm,
+    beneath: Callable[[Robot], Robot] = lambda robot: robot,
 ) -> Iterator[Setup]:
     """Connect a robot and put together what a session works with; closes it in the end.
 
@@ -60,28 +78,56 @@ def open_setup(
         options: of the world.
         detector: finds grasps in what the camera sees.
         form: how that is done.
+        beneath: what to put between the robot and the faults that are injected into it.
 
     Raises:
         UserError: there is no such robot, world or scene, or its file has a mistake.
         HardwareError: the robot cannot be connected.
     """
     backend = open_backend(robot, world, options)
-    injected = FaultInjection(backend.robot)
-    with injected, closing(_VISION[form](injected.camera, detector)) as vision:
+    with set_up(backend, detector, form, beneath=beneath, seed=options.seed) as setup:
+        yield setup
+
+
+@contextmanager
+def set_up(
+    backend: Backend,
+    detector: GraspDetector,
+    form: VisionForm,
+    *,
+    beneath: Callable[[Robot], Robot] = lambda robot: robot,
+    seed: int = 0,
+) -> Iterator[Setup]:
+    """Connect a robot and put together what a session works with; closes it in the end.
+
+    Args:
+        backend: the robot, its clock and its world.
+        detector: finds grasps in what the camera sees.
+        form: how that is done.
+        beneath: what to put between the robot and the faults that are injected into it.
+        seed: of the faults.
+
+    Raises:
+        HardwareError: the robot cannot be connected.
+    """
+    injected = FaultInjection(beneath(backend.robot), backend.truth, seed)
+    robot = RecordedRobot(injected, backend.clock)
+    with robot, closing(_VISION[form](robot.camera, detector)) as vision:
         clock = TaskClock(backend.clock)
-        controller = HolisticController(RobotModel(injected.description))
+        controller = HolisticController(RobotModel(robot.description))
         yield Setup(
             robot=injected,
+            recorded=robot,
             clock=clock,
             truth=backend.truth,
             controller=controller,
-            gate=Gate(injected, injected.description, controller.settings.period),
+            gate=Gate(robot, robot.description, controller.settings.period),
             vision=vision,
             context=Context(
-                robot=injected,
+                robot=robot,
                 model=controller.model,
                 clock=clock,
                 vision=vision,
-                state=injected.read(),
+                state=robot.read(),
             ),
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -74,9 +74,14 @@ class Summary:
     carried: list[dict[str, float | int | None]]
     """Each object's times and attempts."""
 
-    def write(self, path: Path) -> None:
-        """Keep it as JSON."""
-        path.write_text(self.to_json() + "\n", encoding="utf-8")
+    def kept(self, path: Path) -> Summary:
+        """Keep it as JSON; returns it with a warning if that fails."""
+        try:
+            path.write_text(self.to_json() + "\n", encoding="utf-8")
+        except OSError as error:
+            missing = f"{path.name} cannot be written ({error.strerror})"
+            return replace(self, warnings=[*self.warnings, missing])
+        return self
 
     def to_json(self) -> str:
         """One JSON object."""
@@ -108,6 +113,8 @@ class Summary:
             rows["refused"] = ", ".join(refused)
         if self.dropped_snapshots:
             rows["recording"] = f"{self.dropped_snapshots} of {self.ticks} ticks are missing"
+        if self.warnings:
+            rows["missing"] = "\n".join(self.warnings)
         for name, value in rows.items():
             table.add_row(name, str(value))
         console.print(table)
@@ -151,7 +158,6 @@ def summarise(
         warnings: what could not be kept or shown of the run.
     """
     done = [one for one in log.carried if one.placed is not None]
-    ticks_ms = 1000.0 * np.array(measurements.ticks_s or [0.0])
     return Summary(
         task=task,
         robot=robot,
@@ -172,8 +178,8 @@ def summarise(
         smallest_joint_margin_deg=round(float(np.degrees(measurements.smallest_margin)), 2),
         refused_commands={reason.value: n for reason, n in gate.refusals.items() if n},
         ticks=len(measurements.ticks_s),
-        tick_median_ms=round(float(np.median(ticks_ms)), 3),
-        tick_p99_ms=round(float(np.percentile(ticks_ms, 99)), 3),
+        tick_median_ms=round(1000.0 * measurements.ticks_s.quantile(0.5), 3),
+        tick_p99_ms=round(1000.0 * measurements.ticks_s.quantile(0.99), 3),
         late_ticks=measurements.late_ticks,
         missed_ticks=measurements.missed_ticks,
         stalls=measurements.stalls,

@@ -23,7 +23,7 @@ _STATUS = {Status.INVALID: 0, Status.RUNNING: 1, Status.SUCCESS: 2, Status.FAILU
 
 
 class BtLog:
-    """Collects the log of one run.
+    """The log of one run, piece by piece.
 
     Args:
         nodes: of the built tree, in preorder.
@@ -33,26 +33,25 @@ class BtLog:
         self._nodes = [entry.node for entry in nodes]
         self._before = [Status.INVALID] * len(self._nodes)
         xml = tree_xml(nodes).encode()
-        self._parts = [MAGIC + struct.pack("<Bi", VERSION, len(xml)) + xml]
-        self._parts.append(struct.pack("<q", 0))  # a session's clock begins at 0
+        began = struct.pack("<q", 0)  # a session's clock begins at 0
+        self.head = MAGIC + struct.pack("<Bi", VERSION, len(xml)) + xml + began
+        """What the file begins with."""
 
-    def note(self, stamp: float) -> None:
-        """Note which statuses have changed since the last call.
+    def changes(self, stamp: float) -> bytes:
+        """What the file goes on with: the statuses that have changed since the last call.
 
         Args:
             stamp: the session's time [s].
         """
+        records = []
         for number, node in enumerate(self._nodes):
             if node.status is not self._before[number]:
                 self._before[number] = node.status
-                self._parts.append(
+                records.append(
                     round(1e6 * stamp).to_bytes(6, "little")
                     + struct.pack("<HB", number + 1, _STATUS[node.status])
                 )
-
-    def to_bytes(self) -> bytes:
-        """The file."""
-        return b"".join(self._parts)
+        return b"".join(records)
 
 
 def tree_xml(nodes: Sequence[TreeNode]) -> str:

@@ -20,6 +20,7 @@ from trees.language.registry import (
     Parameter,
     describe_leaves,
     known_leaves,
+    plugin_problems,
 )
 from trees.language.syntax import (
     CompositeNode,
@@ -79,4 +80,5 @@ __all__ = [
     "load",
     "nodes_below",
     "nodes_in_order",
+    "plugin_problems",
 ]

@@ -29,7 +29,20 @@ _CLOUD_RANGE = (150.0, 1500.0)
 _BACKGROUND = (24, 26, 31)
 
 
-def blueprint(tree: Sequence[NodeInfo], scene: SceneView, *, live: bool) -> rrb.Blueprint:
+class Arrangement(rrb.Blueprint):
+    """A layout that can end the stream that Rerun makes for it and never ends itself."""
+
+    def _log_to_stream(self, stream: rr.RecordingStream) -> None:
+        self._stream = stream
+        super()._log_to_stream(stream)
+
+    def release(self) -> None:
+        """End that stream, once the layout has been sent."""
+        self._stream.disconnect()
+        del self._stream
+
+
+def blueprint(tree: Sequence[NodeInfo], scene: SceneView, *, live: bool) -> Arrangement:
     """The layout for `tree` and `scene`; in a `live` run the cursor follows the newest data."""
     history = rrb.StateTimelineView(
         origin="/status", name="history", time_view=_last(_HISTORY_WINDOW)
@@ -51,7 +64,7 @@ def blueprint(tree: Sequence[NodeInfo], scene: SceneView, *, live: bool) -> rrb.
     camera = rrb.Spatial2DView(
         origin="/world/camera", name="depth and grasp quality", background=_BACKGROUND
     )
-    return rrb.Blueprint(
+    return Arrangement(
         rrb.Horizontal(
             rrb.Vertical(_trees(tree), _texts(), row_shares=[5, 1]),
             rrb.Vertical(history, _log(), row_shares=[2, 1]),

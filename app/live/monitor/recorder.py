@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
-from app.live.monitor.feed import Feed
+from app.live.feed import Feed
 from app.live.nodes import NodeInfo
 from app.live.snapshot import SceneView, Snapshot
 from app.live.throttle import Throttle
@@ -28,8 +30,52 @@ _PATIENCE = 30.0
 """Time that the disk has for the rest of the recording at the end [s]."""
 
 
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep Rerun, imported inside, from warning that a file has no footer; it is not needed."""
+    name = "RUST_LOG"
+    if name in os.environ:
+        yield
+        return
+    os.environ[name] = "warn,re_log_encoding=error"
+    try:
+        yield
+    finally:
+        del os.environ[name]
+
+
 class RecorderError(UserError):
     """A recording cannot be written, or is incomplete."""
+
+
+class AnyRecorder(Protocol):
+    """What a run tells its recorder."""
+
+    @property
+    def dropped(self) -> int:
+        """Number of snapshots dropped because writing was too slow."""
+
+    def record(self, snapshot: Snapshot) -> None:
+        """Add a snapshot; never raises."""
+
+    def close(self) -> None:
+        """Write what is left.
+
+        Raises:
+            RecorderError: the recording is incomplete; raised once.
+        """
+
+
+class NoRecorder:
+    """Records nothing."""
+
+    dropped = 0
+
+    def record(self, snapshot: Snapshot) -> None:
+        """Nothing."""
+
+    def close(self) -> None:
+        """Nothing."""
 
 
 class Recorder:
@@ -60,7 +106,8 @@ class Recorder:
         lossless: bool,
         server: Address | None = None,
     ) -> None:
-        from app.live.monitor.writer import Writer  # Rerun takes a second to import
+        with _quiet():
+            from app.live.monitor.writer import Writer  # Rerun takes a second to import
 
         self._path = path
         try:

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import rerun as rr
+import rerun_bindings
 
 from app.live.monitor.blueprint import blueprint
 from app.live.monitor.camera_panel import CameraPanel
@@ -64,11 +65,14 @@ class Writer:
         rr.set_strict_mode(True)  # mistakes are raised, not turned into a warning on the terminal
         self._live = server is not None
         self._stream = rr.RecordingStream(APPLICATION)
+        layout = blueprint(tree, scene, live=self._live)
         self._stream.set_sinks(
-            rr.FileSink(path),
+            # A footer would keep something of every chunk in memory until the end.
+            rr.FileSink(path, write_footer=False),
             *([] if server is None else [_served(server)]),
-            default_blueprint=blueprint(tree, scene, live=self._live),
+            default_blueprint=layout,
         )
+        layout.release()
         if server is not None:
             _check(server)
         self._panels = (
@@ -85,11 +89,16 @@ class Writer:
             panel.write(batch)
 
     def close(self) -> None:
-        """Flush and close the file, and stop serving viewers."""
-        self._stream.flush()
-        if self._live:
-            threading.Event().wait(_LINGER)
-        self._stream.disconnect()
+        """Flush and close the file, stop serving viewers, and end the stream's threads."""
+        try:
+            self._stream.flush()
+            if self._live:
+                threading.Event().wait(_LINGER)
+        finally:
+            self._stream.disconnect()
+            # A stream that nobody holds any more still has its threads, until it is cleaned up.
+            del self._stream, self._panels
+            rerun_bindings.flush_and_cleanup_orphaned_recordings()
 
 
 def _check(server: Address) -> None:

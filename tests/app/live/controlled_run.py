@@ -92,8 +92,13 @@ class ControlledRun:
         state = self.ticks[ticks].state
         return float(max(np.abs(state.base_twist).max(), np.abs(state.qd).max()))
 
+    @property
+    def commands(self) -> np.ndarray:
+        """(ticks, 10) as they were applied."""
+        return np.array([[*tick.applied.base_twist, *tick.applied.qd] for tick in self.ticks])
+
     def assert_kept_limits(self, emergency: bool = False) -> None:
-        commands = self.measurements.commands[:, 1:]
+        commands = self.commands
         limits = self.harness.controller.model.limits
         base = limits.base_emergency if emergency else limits.base_acceleration
         allowed = np.concatenate([base, limits.qdd]) * 0.01

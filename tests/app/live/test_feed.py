@@ -3,7 +3,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from app.live.monitor.feed import Feed
+from app.live.feed import Feed
 
 
 class Stalled:

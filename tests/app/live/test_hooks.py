@@ -86,7 +86,7 @@ def test_hooks_that_do_nothing_change_nothing():
     outcomes = [plain.run(), hooked.run()]
     assert outcomes[0] == outcomes[1]
     assert plain.root.feedback_message == hooked.root.feedback_message
-    assert plain.measurements.commands.tobytes() == hooked.measurements.commands.tobytes()
+    assert plain.commands.tobytes() == hooked.commands.tobytes()
     assert len(plain.ticks) == len(hooked.ticks)
 
 

@@ -64,7 +64,7 @@ class Sabotage(Leaf):
             case "interrupt":
                 os.kill(os.getpid(), signal.SIGINT)
             case fault:
-                self.context.robot.inject(fault)
+                self.context.robot.inner.inject(fault)
         return self.success(self._kind)
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from app.core.disk import Disk
 from app.core.events import EventLog
-from app.core.folder import FolderError
 from app.core.outcome import End, Outcome
 from app.review import DamagedRunError, explain
 from trees.language import nodes_in_order
@@ -62,16 +62,15 @@ def test_a_folder_without_events_is_refused(tmp_path):
 
 def test_a_full_disk_ends_the_log_and_not_the_run(tmp_path):
     nodes = nodes_in_order(Sequence("sequence", []))
-    with pytest.raises(FolderError, match="/dev/full: cannot be written"):
-        EventLog(Path("/dev/full"), "toy", nodes)
-    path = tmp_path / "events.jsonl"
+    disk = Disk(tmp_path, lossless=True)
+    log = EventLog(disk.file("events.jsonl"), "toy", nodes)
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    with EventLog(path, "toy", nodes) as log:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 20, limits[1]))
-        try:
-            log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
-            log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert log.error is not None
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
+    try:
+        log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
+        log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
+        wrong = disk.close()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert wrong == ["events.jsonl ends early (File too large)"]
     assert explain(tmp_path).history == []  # the rest can still be read

@@ -26,6 +26,7 @@ class Feed(Generic[Item]):
         period: how often a batch is written, unless it is full before [s of real time].
         capacity: most items in the queue.
         batch: number of items that is written at once, without waiting for the period to end.
+        name: of the thread.
     """
 
     def __init__(
@@ -36,6 +37,7 @@ class Feed(Generic[Item]):
         period: float = 0.5,
         capacity: int = 400,
         batch: int = 100,
+        name: str = "recorder",
     ) -> None:
         self.dropped = 0
         self.error: Exception | None = None
@@ -47,7 +49,7 @@ class Feed(Generic[Item]):
         self._items: deque[Item] = deque()
         self._closing = False
         self._wake, self._room = threading.Event(), threading.Event()
-        self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
     def put(self, item: Item) -> None:

@@ -1,0 +1,210 @@
+"""The files that grow while a run goes on, written beside the loop by a thread of their own.
+
+Every file is whole at every moment, so that a run whose process is killed leaves all but the last
+half second. An array is an ordinary `.npy` file: rows are appended first, then the number of rows
+in its header is set, which stands in a field of fixed width.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from io import BytesIO
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+from numpy.lib.format import dtype_to_descr, write_array_header_1_0
+
+from app.core.folder import FolderError
+from app.live import Feed
+
+_PERIOD = 0.5
+"""How often is written [s of real time]; what a killed process loses at most."""
+_CAPACITY = 20_000
+"""Pieces that wait for a slow disk at most: more than half a minute of a run in real time."""
+_BATCH = 2_000
+PATIENCE = 30.0
+"""Time that the disk has for the rest at the end [s]."""
+
+Encode: TypeAlias = Callable[[Sequence[Any]], bytes]
+"""Makes bytes of pieces, on the thread that writes."""
+
+
+class Disk:
+    """Writes the growing files of one run.
+
+    What goes wrong under way ends the file that it happened to, and nothing else.
+
+    Args:
+        folder: of the run.
+        lossless: whether `add` waits for a slow disk (a simulation at full speed) or drops the
+            oldest pieces instead (anything in real time).
+        capacity: most pieces that wait for the disk.
+    """
+
+    def __init__(self, folder: Path, *, lossless: bool, capacity: int = _CAPACITY) -> None:
+        self._folder = folder
+        self._files: list[GrowingFile] = []
+        self._feed: Feed[tuple[GrowingFile, Any]] = Feed(
+            self._write,
+            lossless=lossless,
+            period=_PERIOD,
+            capacity=capacity,
+            batch=_BATCH,
+            name="disk",
+        )
+
+    def file(self, name: str, encode: Encode = b"".join) -> GrowingFile:
+        """A new file of the run.
+
+        Args:
+            name: of the file.
+            encode: makes bytes of what is added; by default it is bytes.
+
+        Raises:
+            FolderError: it cannot be written.
+        """
+        return self._opened(GrowingFile(self._folder / name, self._feed, encode))
+
+    def array(self, name: str, row: npt.DTypeLike) -> GrowingFile:
+        """A new `.npy` file of the run; a piece of it is the bytes of one row.
+
+        Args:
+            name: of the file.
+            row: type of a row, with its shape if it has one.
+
+        Raises:
+            FolderError: it cannot be written.
+        """
+        return self._opened(GrowingArray(self._folder / name, self._feed, np.dtype(row)))
+
+    def close(self, patience: float = PATIENCE) -> list[str]:
+        """Write what is left, close every file, and end the thread.
+
+        Args:
+            patience: time that the disk has for it [s].
+
+        Returns:
+            What went wrong, a line each; empty if everything is kept.
+        """
+        wrong = []
+        if not self._feed.close(patience):
+            return [f"the disk did not take the rest of the run within {patience:.0f} s"]
+        if self._feed.dropped:
+            wrong.append(f"{self._feed.dropped} pieces are missing because the disk was too slow")
+        return [*wrong, *filter(None, [file.close() for file in self._files])]
+
+    def _opened(self, file: GrowingFile) -> GrowingFile:
+        self._files.append(file)
+        return file
+
+    def _write(self, batch: Sequence[tuple[GrowingFile, Any]]) -> None:
+        pieces: dict[GrowingFile, list[Any]] = defaultdict(list)
+        for file, piece in batch:
+            pieces[file].append(piece)
+        for file, some in pieces.items():
+            file.write(some)
+
+
+class GrowingFile:
+    """A file that is only added to.
+
+    Args:
+        path: where it lies.
+        feed: takes pieces to the thread that writes.
+        encode: makes bytes of them.
+
+    Raises:
+        FolderError: it cannot be written.
+    """
+
+    def __init__(
+        self, path: Path, feed: Feed[tuple[GrowingFile, Any]], encode: Encode = b"".join
+    ) -> None:
+        self._name = path.name
+        self._feed = feed
+        self._encode = encode
+        self._error: Exception | None = None
+        try:
+            self._file = path.open("wb", buffering=0)
+            self._begin()
+        except OSError as error:
+            raise FolderError(f"{path}: cannot be written ({error.strerror})") from error
+
+    def add(self, piece: Any) -> None:
+        """Add to the end, soon; never raises and does not touch the disk."""
+        self._feed.put((self, piece))
+
+    def write(self, pieces: Sequence[Any]) -> None:
+        """Add to the end now; does nothing after an error."""
+        if self._error is not None:
+            return
+        try:
+            self._append(pieces)
+        except Exception as error:  # the run must go on, and so must the other files
+            self._error = error
+
+    def close(self) -> str:
+        """Close the file; returns what went wrong with it, if anything."""
+        removed = os.fstat(self._file.fileno()).st_nlink == 0
+        with suppress(OSError):
+            self._file.close()
+        if self._error is not None:
+            why = getattr(self._error, "strerror", None) or repr(self._error)
+            return f"{self._name} ends early ({why})"
+        return f"{self._name} was removed while it was written" if removed else ""
+
+    def _begin(self) -> None:
+        """Write what stands before the first piece."""
+
+    def _append(self, pieces: Sequence[Any]) -> None:
+        self._write_all(self._encode(pieces))
+
+    def _write_all(self, data: bytes) -> None:
+        rest = memoryview(data)
+        while rest:  # a disk that is nearly full takes a part
+            rest = rest[self._file.write(rest) :]
+
+
+class GrowingArray(GrowingFile):
+    """An array that grows by rows.
+
+    Args:
+        path: where it lies.
+        feed: takes rows to the thread that writes.
+        row: type of a row.
+
+    Raises:
+        FolderError: it cannot be written.
+    """
+
+    def __init__(self, path: Path, feed: Feed[tuple[GrowingFile, Any]], row: np.dtype[Any]) -> None:
+        self._row = row
+        self._count = 0
+        super().__init__(path, feed)
+
+    def _begin(self) -> None:
+        self._write_all(_header(self._row, 0))
+
+    def _append(self, pieces: Sequence[Any]) -> None:
+        super()._append(pieces)
+        self._count += len(pieces)
+        self._file.seek(0)
+        self._write_all(_header(self._row, self._count))
+        self._file.seek(0, os.SEEK_END)
+
+
+def _header(row: np.dtype[Any], count: int) -> bytes:
+    """The header of an array; NumPy leaves it room to grow, so its length is always the same."""
+    buffer = BytesIO()
+    description = {
+        "descr": dtype_to_descr(row.base),
+        "fortran_order": False,
+        "shape": (count, *row.shape),
+    }
+    write_array_header_1_0(buffer, description)
+    return buffer.getvalue()

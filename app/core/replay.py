@@ -1,0 +1,203 @@
+"""A recorded run once more: the same readings and frames, the same tree and controller."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from app.core.decisions import ReplayedDecisions
+from app.core.folder import FRAMES, NOTES, OPTIONS, READINGS, TASK
+from app.core.frames import RecordedFrames
+from app.core.measurements import Measurements
+from app.core.outcome import Outcome
+from app.core.session import Session
+from app.core.setup import VisionForm, set_up
+from config import UserError
+from hw import TURN, Backend, DepthFrame, Difference, Fault, FaultKind, ReplayRobot
+from perception import GraspDetector
+from robots import RobotDescription, load_robot
+from trees.language import build, load, nodes_in_order
+
+
+class ReplayError(UserError):
+    """A run cannot be replayed; the text says why."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Replay:
+    """What came of a replay."""
+
+    commands: int
+    """How many commands are those that were recorded, before the first difference."""
+    recorded: int
+    """How many were recorded."""
+    difference: Difference | None
+    """The first command that differs."""
+    ran_out: bool
+    """Whether the replay went on where a complete recording ends."""
+    complete: bool
+    """Whether the recording reaches to the end of the run."""
+    outcome: Outcome
+    """How the replay ended."""
+
+    @property
+    def identical(self) -> bool:
+        """Whether the replay commanded what was recorded, bit for bit, and ended where it did."""
+        same = self.difference is None and self.commands == self.recorded
+        return same and not (self.complete and self.ran_out)
+
+    def __str__(self) -> str:
+        """One line for people."""
+        if self.difference is not None:
+            return str(self.difference)
+        if self.commands < self.recorded:
+            ends = f"after {self.commands} of {self.recorded} commands"
+            return f"the replay ends {ends}: {self.outcome.reason}"
+        if not self.identical:
+            return f"the replay goes on after the last of {self.recorded} recorded commands"
+        cut = "" if self.complete else "; the recording was cut off there"
+        return f"all {self.recorded} commands are identical, bit for bit{cut}"
+
+
+def replay(folder: Path) -> Replay:
+    """Run what was recorded through tree and controller again.
+
+    Args:
+        folder: of the run.
+
+    Raises:
+        ReplayError: it cannot be replayed.
+        UserError: its task, robot or weights cannot be loaded any more.
+    """
+    options = _options(folder)
+    turns = _turns(folder / READINGS)
+    notes = _notes(folder / NOTES)
+    if notes.end not in ("", "complete"):
+        raise ReplayError(f"{folder}: cannot be replayed: {notes.end}")
+    description = load_robot(options["robot"])
+    robot = ReplayRobot(description, turns, notes.faults, _frames(folder, turns, description))
+    detector = GraspDetector(options["weights"], options["network"], gripper=description.gripper)
+    task = load(folder / TASK, overrides=options["parameters"])
+    backend = Backend(robot=robot, clock=robot.clock, truth=None)
+    with set_up(backend, detector, VisionForm.STEP) as setup:
+        nodes = nodes_in_order(build(task, setup.context))
+        robot.begin()
+        outcome = Session(
+            root=nodes[0].node,
+            context=setup.context,
+            controller=setup.controller,
+            gate=setup.gate,
+            measurements=Measurements(limits=setup.model.limits),
+            clock=setup.clock,
+            control=ReplayedDecisions(robot, attended=notes.attended),
+            watch=lambda tick: None,
+        ).run()
+    return Replay(
+        commands=robot.sent,
+        recorded=int(turns["sent"].sum()),
+        difference=robot.difference,
+        ran_out=robot.ran_out,
+        complete=bool(notes.end),
+        outcome=outcome,
+    )
+
+
+def _options(folder: Path) -> dict[str, Any]:
+    """What the run was started with, if a run of that kind can be replayed."""
+    path = folder / OPTIONS
+    try:
+        options = json.loads(path.read_text(encoding="utf-8"))
+        vision, control = options["vision"], options["control"]
+        kept = {
+            "robot": str(options["robot"]),
+            "parameters": {str(k): str(v) for k, v in options["parameters"].items()},
+            "weights": None if options["weights"] is None else Path(options["weights"]),
+            "network": options["network"],
+        }
+        held = control["breaks"] or control["groot"]
+    except OSError as error:
+        raise ReplayError(f"{path}: cannot be read ({error.strerror})") from error
+    except (ValueError, LookupError, TypeError, AttributeError) as error:
+        raise ReplayError(f"{path}: damaged ({type(error).__name__}: {error})") from error
+    if vision != VisionForm.STEP:
+        raise ReplayError(
+            f"{folder}: with --vision {vision} the commands depend on when a search ended; "
+            "only runs with --vision step can be replayed"
+        )
+    if held:
+        raise ReplayError(
+            f"{folder}: with --break or --groot2 a person may hold or answer for a node; "
+            "such a run cannot be replayed"
+        )
+    return kept
+
+
+def _turns(path: Path) -> npt.NDArray[np.void]:
+    try:
+        turns: npt.NDArray[np.void] = np.load(path)
+    except OSError as error:
+        raise ReplayError(f"{path}: cannot be read ({error.strerror or error})") from error
+    except (ValueError, EOFError) as error:
+        raise ReplayError(f"{path}: damaged ({error})") from error
+    if turns.dtype != TURN or turns.ndim != 1:
+        raise ReplayError(f"{path}: of another version of frankie-task")
+    if not turns.size:
+        raise ReplayError(f"{path}: there is no reading in it")
+    if (turns["number"] != np.arange(len(turns))).any():
+        raise ReplayError(f"{path}: readings are missing, because the disk was too slow")
+    return turns
+
+
+@dataclass(kw_only=True)
+class _Notes:
+    """What the readings refer to."""
+
+    faults: dict[int, tuple[Fault, ...]] = field(default_factory=dict)
+    """By number."""
+    attended: bool = True
+    end: str = ""
+    """How the readings end; empty if they were cut off."""
+
+
+def _notes(path: Path) -> _Notes:
+    notes = _Notes()
+    try:
+        for line in path.read_text(encoding="utf-8").splitlines():
+            note = json.loads(line)
+            notes.end = str(note.get("end", notes.end))
+            notes.attended = bool(note.get("attended", notes.attended))
+            if "number" in note:
+                notes.faults[int(note["number"])] = tuple(map(_fault, note["faults"]))
+    except OSError as error:
+        raise ReplayError(f"{path}: cannot be read ({error.strerror})") from error
+    except (ValueError, LookupError, TypeError, AttributeError) as error:
+        raise ReplayError(f"{path}: damaged ({type(error).__name__}: {error})") from error
+    return notes
+
+
+def _fault(described: Mapping[str, Any]) -> Fault:
+    fault = Fault(**described)
+    return replace(fault, kind=FaultKind[described["kind"]])
+
+
+def _frames(
+    folder: Path, turns: npt.NDArray[np.void], description: RobotDescription
+) -> Callable[[int], DepthFrame]:
+    if not (turns["frame"] > 0).any():
+        return _no_frame
+    if not (folder / FRAMES).is_file():
+        raise ReplayError(
+            f"{folder}: the task looked at images, and they were not kept; "
+            "run it with --replayable to keep them"
+        )
+    return RecordedFrames(folder / FRAMES, description.camera.intrinsics)
+
+
+def _no_frame(number: int) -> DepthFrame:
+    raise ReplayError(f"frame {number} was not recorded")

@@ -1,0 +1,285 @@
+"""Everything that a loop gets from its robot and gives it, noted turn by turn, for a replay."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from math import inf, nan
+from typing import Protocol, Self
+
+import numpy as np
+import numpy.typing as npt
+from pinocchio import SE3
+
+from controller import Command
+from hw.clock import Clock
+from hw.frame import DepthFrame
+from hw.robot import Robot
+from hw.state import Fault, PartStamps, RobotState
+from robots import RobotDescription
+
+TURN = np.dtype(
+    [
+        ("number", "u4"),
+        ("time", "f8"),
+        ("stopped", "?"),
+        ("read", "?"),
+        ("turn", "u1"),
+        ("acknowledged", "?"),
+        ("stamp", "f8"),
+        ("wTb", "f8", (3, 4)),
+        ("base_twist", "f8", 3),
+        ("q", "f8", 7),
+        ("qd", "f8", 7),
+        ("width", "f8"),
+        ("moving", "?"),
+        ("recovering", "?"),
+        ("battery", "f8"),
+        ("parts_told", "?"),
+        ("parts", "f8", 3),
+        ("faults", "u4"),
+        ("frame", "i4"),
+        ("sent", "?"),
+        ("sent_time", "f8"),
+        ("command", "f8", 10),
+        ("applied", "f8", 10),
+    ]
+)
+"""One turn of the loop, in this order: its number from 0, session time [s], whether a person had
+ended the run, whether there was a reading, what the loop did with it (`Turn`), whether a person
+acknowledged an emergency stop; the reading itself (`battery` NaN: not told; `parts` are the stamps
+of arm, base and gripper; `faults` counts the sets of faults from 1, 0 is none); the camera's frame
+(counted from 1; 0: it had none, -1: nobody asked); whether a command was sent, when, which one
+(base twist, joint velocities), and what the robot said that it applied."""
+
+_EMPTY = np.zeros((), TURN)
+_EMPTY["frame"] = -1
+_EMPTY["battery"] = nan
+
+
+class Turn(IntEnum):
+    """What the loop did with a reading."""
+
+    NONE = 0
+    """Nothing but braking."""
+    TREE = 1
+    """It ticked the tree."""
+    PAUSED = 2
+    """A person had paused the tree."""
+
+
+class Notes(Protocol):
+    """Who keeps what is noted; nothing here may raise or take time."""
+
+    def turn(self, row: npt.NDArray[np.void]) -> None:
+        """A turn is complete: one `TURN`, which is used again afterwards."""
+
+    def faults(self, number: int, faults: tuple[Fault, ...]) -> None:
+        """A set of faults that has not been there before, and its number."""
+
+    def frame(self, number: int, frame: DepthFrame) -> None:
+        """A frame that the loop has not been given before, and its number."""
+
+
+class RecordedRobot:
+    """A robot whose readings, frames and commands are noted once somebody keeps them.
+
+    The camera answers once a turn: all who ask in one turn are given the same frame.
+
+    Args:
+        robot: what it is otherwise.
+        clock: session time.
+    """
+
+    def __init__(self, robot: Robot, clock: Clock) -> None:
+        self.inner = robot
+        """The robot behind."""
+        self._clock = clock
+        self._notes: Notes | None = None
+        self._row = _EMPTY.copy()
+        self._is_open = False
+        self._stopped = False
+        self._turns = 0
+        self._known_faults: dict[tuple[Fault, ...], int] = {}
+        self._shown: DepthFrame | None = None
+        self._frames = 0
+        self.broken = ""
+        """Why the notes are of no use for a replay; empty while they are."""
+        self.camera = _RecordedCamera(self, clock)
+
+    def record(self, notes: Notes) -> None:
+        """Note every turn from the next reading on."""
+        self._notes = notes
+
+    def note_turn(self, turn: Turn) -> None:
+        """Note what the loop does with the last reading."""
+        self._row["turn"] = turn
+
+    def note_acknowledged(self) -> None:
+        """Note that a person has acknowledged an emergency stop in this turn."""
+        self._row["acknowledged"] = True
+
+    def note_stopped(self) -> None:
+        """Note that a person had ended the run before the coming turn."""
+        self._stopped = True
+
+    def end(self) -> None:
+        """Hand on the last turn, and note nothing more."""
+        self._hand_on()
+        self._notes = None
+
+    @property
+    def description(self) -> RobotDescription:
+        """That of the robot."""
+        return self.inner.description
+
+    def connect(self) -> None:
+        """As the robot does."""
+        self.inner.connect()
+
+    def read(self) -> RobotState:
+        """The robot's reading."""
+        self._hand_on()
+        self.camera.begin_turn()
+        state = self.inner.read()
+        if self._notes is not None:
+            self._begin()
+            self._row["read"] = True
+            try:
+                _put(self._row, state)
+            except (ValueError, TypeError) as error:  # a driver's mistake; the gate judges it
+                self.broken = self.broken or f"a reading has a wrong shape ({error})"
+            self._row["faults"] = self._number(state.faults)
+        return state
+
+    def send(self, command: Command) -> Command:
+        """As the robot does."""
+        applied = self.inner.send(command)
+        if self._notes is not None:
+            if not self._is_open or self._row["sent"]:
+                self._hand_on()
+                self._begin()
+            row = self._row
+            row["sent"], row["sent_time"] = True, self._clock.now()
+            try:
+                row["command"][:3], row["command"][3:] = command.base_twist, command.qd
+                row["applied"][:3], row["applied"][3:] = applied.base_twist, applied.qd
+            except (ValueError, TypeError) as error:
+                self.broken = self.broken or f"a command has a wrong shape ({error})"
+        return applied
+
+    def grip(self, width: float, force: float) -> None:
+        """As the robot does."""
+        self.inner.grip(width, force)
+
+    def recover(self) -> None:
+        """As the robot does."""
+        self.inner.recover()
+
+    def stop(self) -> None:
+        """As the robot does."""
+        self.inner.stop()
+
+    def close(self) -> None:
+        """As the robot does."""
+        self.inner.close()
+
+    def __enter__(self) -> Self:
+        self.connect()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def frame(self) -> DepthFrame | None:
+        """The camera's newest frame, noted."""
+        frame = self.inner.camera.latest(inf)
+        if self._notes is not None:
+            if frame is not None and frame is not self._shown:
+                self._frames += 1
+                self._shown = frame
+                self._notes.frame(self._frames, frame)
+            self._row["frame"] = 0 if frame is None else self._frames
+        return frame
+
+    def _begin(self) -> None:
+        self._row[...] = _EMPTY
+        self._row["number"], self._turns = self._turns, self._turns + 1
+        self._row["time"], self._row["stopped"] = self._clock.now(), self._stopped
+        self._is_open = True
+
+    def _hand_on(self) -> None:
+        if self._is_open and self._notes is not None:
+            self._notes.turn(self._row)
+        self._is_open = False
+
+    def _number(self, faults: tuple[Fault, ...]) -> int:
+        if not faults:
+            return 0
+        if faults not in self._known_faults:
+            self._known_faults[faults] = len(self._known_faults) + 1
+            if self._notes is not None:
+                self._notes.faults(self._known_faults[faults], faults)
+        return self._known_faults[faults]
+
+
+class _RecordedCamera:
+    """The camera of a recorded robot.
+
+    Args:
+        robot: whose camera.
+        clock: session time.
+    """
+
+    def __init__(self, robot: RecordedRobot, clock: Clock) -> None:
+        self._robot = robot
+        self._clock = clock
+        self._frame: DepthFrame | None = None
+        self._is_asked = False
+
+    def begin_turn(self) -> None:
+        """From now on a newer frame may be shown."""
+        self._is_asked = False
+
+    def latest(self, max_age: float) -> DepthFrame | None:
+        """The frame of this turn, unless it is older than `max_age` [s]."""
+        if not self._is_asked:
+            self._frame, self._is_asked = self._robot.frame(), True
+        frame = self._frame
+        if frame is None or self._clock.now() - frame.stamp > max_age:
+            return None
+        return frame
+
+
+def _put(row: npt.NDArray[np.void], state: RobotState) -> None:
+    row["stamp"] = state.stamp
+    row["wTb"][:, :3], row["wTb"][:, 3] = state.wTb.rotation, state.wTb.translation
+    row["base_twist"], row["q"], row["qd"] = state.base_twist, state.q, state.qd
+    row["width"] = state.gripper_width
+    row["moving"], row["recovering"] = state.gripper_moving, state.recovering
+    if state.battery is not None:
+        row["battery"] = state.battery
+    if state.stamps is not None:
+        row["parts_told"], row["parts"] = True, state.stamps
+
+
+def reading(row: npt.NDArray[np.void], faults: tuple[Fault, ...]) -> RobotState:
+    """The reading of a turn, bit for bit.
+
+    Args:
+        row: one `TURN`.
+        faults: those that its number stands for.
+    """
+    battery = float(row["battery"])
+    return RobotState(
+        stamp=float(row["stamp"]),
+        wTb=SE3(row["wTb"][:, :3].copy(), row["wTb"][:, 3].copy()),
+        base_twist=row["base_twist"].copy(),
+        q=row["q"].copy(),
+        qd=row["qd"].copy(),
+        gripper_width=float(row["width"]),
+        gripper_moving=bool(row["moving"]),
+        recovering=bool(row["recovering"]),
+        faults=faults,
+        battery=None if np.isnan(battery) else battery,
+        stamps=PartStamps(*row["parts"].tolist()) if row["parts_told"] else None,
+    )

@@ -1,0 +1,228 @@
+"""A robot that gives back what one was recorded to give, and compares what it is commanded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from controller import Command
+from hw.frame import DepthFrame
+from hw.recording import reading
+from hw.robot import HardwareError
+from hw.state import Fault, RobotState
+from robots import RobotDescription
+
+_VELOCITIES = (
+    *("base vx", "base vy", "base ω"),
+    *(f"joint {number}" for number in range(1, 8)),
+)
+
+
+class RecordEndsError(HardwareError):
+    """A replay has come to the end of what was recorded, or has left it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Difference:
+    """The first command that is not the recorded one."""
+
+    number: int
+    """Of the command, from 0."""
+    time: float
+    """On the session's clock [s]."""
+    velocity: str
+    """Which component differs."""
+    recorded: float
+    replayed: float
+
+    def __str__(self) -> str:
+        """One line for people, with every digit."""
+        return (
+            f"command {self.number} at {self.time:.2f} s differs in {self.velocity}: "
+            f"recorded {self.recorded!r}, replayed {self.replayed!r}"
+        )
+
+
+class ReplayClock:
+    """Session time as it was recorded.
+
+    Args:
+        times: of the turns [s].
+    """
+
+    def __init__(self, times: npt.NDArray[np.float64]) -> None:
+        self._times = times
+        self._next = 0
+        self._now = 0.0
+
+    def now(self) -> float:
+        """Recorded seconds since the session began [s]."""
+        return self._now
+
+    def sleep_until(self, stamp: float) -> None:
+        """Go on to the next turn; where there is none, to `stamp` [s]."""
+        self._now = float(self._times[self._next]) if self._next < len(self._times) else stamp
+
+    @property
+    def is_real(self) -> bool:
+        """Never: time waits."""
+        return False
+
+    def set(self, turn: int, time: float) -> None:
+        """It is `time` [s] in a turn."""
+        self._next, self._now = turn + 1, time
+
+
+class ReplayRobot:
+    """What was recorded, as a robot.
+
+    Args:
+        description: of the robot that was recorded.
+        turns: rows of `TURN`.
+        faults: the sets of faults, by their numbers.
+        frame: a recorded frame, by its number.
+    """
+
+    def __init__(
+        self,
+        description: RobotDescription,
+        turns: npt.NDArray[np.void],
+        faults: Mapping[int, tuple[Fault, ...]],
+        frame: Callable[[int], DepthFrame],
+    ) -> None:
+        self.description = description
+        self.clock = ReplayClock(turns["time"])
+        self.camera = _ReplayCamera(self, frame)
+        self.difference: Difference | None = None
+        self.sent = 0
+        """How many commands were compared."""
+        self._turns = turns
+        self._faults = faults
+        self._at = -1
+        self._is_over = True
+        """Whether the present turn has no more to give."""
+        self._has_begun = False
+        self.ran_out = False
+        """Whether more was asked for than was recorded."""
+
+    def begin(self) -> None:
+        """From now on a reading begins a turn; until then it is the first one."""
+        self._has_begun = True
+
+    @property
+    def row(self) -> npt.NDArray[np.void]:
+        """The present turn; the first one before it has begun."""
+        row: npt.NDArray[np.void] = self._turns[max(self._at, 0)]
+        return row
+
+    @property
+    def next_row(self) -> npt.NDArray[np.void] | None:
+        """The coming turn; None at the end."""
+        return self._turns[self._at + 1] if self._at + 1 < len(self._turns) else None
+
+    def connect(self) -> None:
+        """Nothing to reach."""
+
+    def read(self) -> RobotState:
+        """The recorded reading of the next turn.
+
+        Raises:
+            RecordEndsError: there is none.
+        """
+        if not self._has_begun:
+            return self._reading(self.row)
+        self._is_over = True
+        row = self.next_row
+        if row is None or not row["read"] or self.difference is not None:
+            self.ran_out |= row is None
+            raise RecordEndsError("the recorded readings end here")
+        self._go_on()
+        return self._reading(row)
+
+    def send(self, command: Command) -> Command:
+        """Compare with the recorded command; returns what was applied then.
+
+        Raises:
+            RecordEndsError: no command was recorded here, or another one.
+        """
+        row = self.next_row
+        if self._is_over and row is not None and not row["read"]:  # sent without a reading
+            self._go_on()
+        if self._is_over or not self.row["sent"] or self.difference is not None:
+            self.ran_out |= row is None
+            raise RecordEndsError("the recorded commands end here")
+        self._is_over = True
+        row = self.row
+        replayed = np.concatenate([command.base_twist, command.qd])
+        differs = replayed.view(np.uint64) != row["command"].view(np.uint64)
+        if differs.any():
+            first = int(np.argmax(differs))
+            self.difference = Difference(
+                number=self.sent,
+                time=float(row["sent_time"]),
+                velocity=_VELOCITIES[first],
+                recorded=float(row["command"][first]),
+                replayed=float(replayed[first]),
+            )
+            raise RecordEndsError(str(self.difference))
+        self.sent += 1
+        self.clock.set(self._at, float(row["sent_time"]))
+        return Command(base_twist=row["applied"][:3].copy(), qd=row["applied"][3:].copy())
+
+    def grip(self, width: float, force: float) -> None:
+        """What came of it is in the readings."""
+
+    def recover(self) -> None:
+        """What came of it is in the readings."""
+
+    def stop(self) -> None:
+        """What came of it is in the readings."""
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Nothing to let go of."""
+
+    def _go_on(self) -> None:
+        self._at += 1
+        self._is_over = False
+        self.clock.set(self._at, float(self.row["time"]))
+
+    def _reading(self, row: npt.NDArray[np.void]) -> RobotState:
+        number = int(row["faults"])
+        return reading(row, self._faults[number] if number else ())
+
+
+class _ReplayCamera:
+    """The camera of a recorded robot.
+
+    Args:
+        robot: whose turns.
+        frame: a recorded frame, by its number.
+    """
+
+    def __init__(self, robot: ReplayRobot, frame: Callable[[int], DepthFrame]) -> None:
+        self._robot = robot
+        self._load = frame
+        self._number = 0
+        self._frame: DepthFrame | None = None
+
+    def latest(self, max_age: float) -> DepthFrame | None:
+        """The recorded frame of this turn, unless it is older than `max_age` [s]."""
+        number = int(self._robot.row["frame"])
+        if number == 0:
+            return None
+        if number > 0 and number != self._number:
+            self._frame, self._number = self._load(number), number
+        frame = self._frame
+        if frame is None or self._robot.clock.now() - frame.stamp > max_age:
+            return None
+        return frame
