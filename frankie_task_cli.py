@@ -7,6 +7,7 @@ distribution installed over ours, would otherwise end in a traceback from the mi
 
 from __future__ import annotations
 
+import os
 import sys
 from importlib.machinery import PathFinder
 from pathlib import Path
@@ -29,8 +30,22 @@ def foreign_package() -> str | None:
     return None
 
 
+def open_streams() -> None:
+    """Give a process that was started with a closed input or output the null device instead.
+
+    The first file that it opens would otherwise take the number of standard output, and whatever is
+    printed would end up in that file.
+    """
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        if getattr(sys, name) is None:
+            null = os.open(os.devnull, os.O_RDWR)
+            os.dup2(null, number)
+            setattr(sys, name, os.fdopen(number, mode))
+
+
 def main() -> None:
     """Refuse foreign packages, then run the command line."""
+    open_streams()
     if (line := foreign_package()) is not None:
         print(line, file=sys.stderr)
         sys.exit(_EXIT_BAD_INPUT)

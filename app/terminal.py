@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from typing import Any
 
@@ -45,6 +46,11 @@ class Terminal(Console):
                 yield segment
             else:
                 yield Segment(visible(segment.text), segment.style)
+
+    def on_broken_pipe(self) -> None:
+        """Nobody reads any more: be silent. `rich` would end the process with a code of its own."""
+        os.dup2(os.open(os.devnull, os.O_WRONLY), self.file.fileno())
+        self.quiet = True
 
     def say(self, text: str) -> None:
         """Print text as it is, without breaking its lines."""

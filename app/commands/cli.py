@@ -10,7 +10,7 @@ from app.commands.authoring import authoring
 from app.commands.bench import bench
 from app.commands.grasp import app as grasp
 from app.commands.refuse import RefusingGroup, find_tree
-from app.commands.review import explain, runs, view
+from app.commands.review import explain, replay, runs, view
 from app.commands.run import run
 from app.terminal import Terminal
 
@@ -24,7 +24,7 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, runs, view, explain):
+for command in (run, runs, view, explain, replay):
     app.command()(command)
 app.add_typer(bench, name="bench")
 app.add_typer(grasp, name="grasp")

@@ -1,4 +1,4 @@
-"""`frankie-task runs`, `view` and `explain`: commands about finished runs."""
+"""`frankie-task runs`, `view`, `explain` and `replay`: commands about finished runs."""
 
 from __future__ import annotations
 
@@ -58,3 +58,13 @@ def explain(run: Run = "last", runs: Runs = Path("runs")) -> None:
 
     text = str(explained(find_run(run, runs)))
     Terminal().say(text)
+
+
+def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:
+    """Run what was recorded through tree and controller again, and compare the commands."""
+    from app.core import replay_run
+    from app.review import find_run
+
+    result = replay_run(find_run(run, runs))
+    typer.echo(str(result))
+    raise typer.Exit(0 if result.identical else 1)

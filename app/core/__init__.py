@@ -20,6 +20,7 @@ from app.core.launch import Result, RunOptions, run_task
 from app.core.measurements import Measurements
 from app.core.on_save import run_on_save
 from app.core.outcome import End, Outcome
+from app.core.replay import Replay, ReplayError, replay_run
 from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
@@ -39,6 +40,8 @@ __all__ = [
     "Instruments",
     "Measurements",
     "Outcome",
+    "Replay",
+    "ReplayError",
     "Result",
     "RunOptions",
     "ScheduledFault",
@@ -55,6 +58,7 @@ __all__ = [
     "phases_of",
     "read_events",
     "read_faults",
+    "replay_run",
     "run_on_save",
     "run_task",
     "scene_view",

@@ -65,7 +65,7 @@ class Replay:
         return f"all {self.recorded} commands are identical, bit for bit{cut}"
 
 
-def replay(folder: Path) -> Replay:
+def replay_run(folder: Path) -> Replay:
     """Run what was recorded through tree and controller again.
 
     Args:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -79,6 +80,8 @@ class Summary:
         try:
             path.write_text(self.to_json() + "\n", encoding="utf-8")
         except OSError as error:
+            with suppress(OSError):
+                path.unlink(missing_ok=True)  # half a summary is none
             missing = f"{path.name} cannot be written ({error.strerror})"
             return replace(self, warnings=[*self.warnings, missing])
         return self

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -66,7 +67,10 @@ def _batches(recording: Path) -> Iterator[Iterator[dict[str, Any]]]:
     """Rows of every chunk, by component; times in seconds."""
     from rerun.chunk import RrdReader
 
-    for chunk in RrdReader(recording).stream().to_chunks():
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="RRD file has no footer")
+        chunks = RrdReader(recording).stream().to_chunks()
+    for chunk in chunks:
         batch = chunk.to_record_batch()
         if any("DepthImage:" in n or "Pinhole:" in n for n in batch.schema.names):
             yield _rows(batch)

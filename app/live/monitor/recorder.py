@@ -32,12 +32,12 @@ _PATIENCE = 30.0
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep Rerun, imported inside, from warning that a file has no footer; it is not needed."""
+    """Keep Rerun, imported inside, from printing what goes wrong; the summary tells it."""
     name = "RUST_LOG"
     if name in os.environ:
         yield
         return
-    os.environ[name] = "warn,re_log_encoding=error"
+    os.environ[name] = "warn,re_log_encoding=off,re_sdk=off"
     try:
         yield
     finally:

@@ -65,7 +65,7 @@ def test_a_full_disk_ends_the_log_and_not_the_run(tmp_path):
     disk = Disk(tmp_path, lossless=True)
     log = EventLog(disk.file("events.jsonl"), "toy", nodes)
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200, limits[1]))
     try:
         log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
         log.end(Outcome(end=End.SUCCESS, reason="done"), 1.0)
