@@ -10,7 +10,7 @@ which it got.
 from hw.background import InlineExecutor, one_thread
 from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, stopwatch
 from hw.composition import ComposedRobot
-from hw.fault_injection import INJECTABLE, FaultInjection
+from hw.faults import INJECTABLE, FaultInjection, Injectable, InjectionError, injectable
 from hw.frame import DepthFrame, DepthImage
 from hw.gate import Gate, Refusal, UntrustedRobotError
 from hw.recording import TURN, Notes, RecordedRobot, Turn
@@ -18,7 +18,7 @@ from hw.registry import Backend, WorldError, WorldOptions, open_backend, world_n
 from hw.replay import Difference, RecordEndsError, ReplayRobot
 from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
 from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
-from hw.truth import TrueObject, Truth
+from hw.truth import DisturbableWorld, TrueObject, Truth
 from hw.watchdog import SIMULATION, LoopBlockedError, Patience, Watchdog
 
 __all__ = [
@@ -37,6 +37,7 @@ __all__ = [
     "DepthFrame",
     "DepthImage",
     "Difference",
+    "DisturbableWorld",
     "Fault",
     "FaultInjection",
     "FaultKind",
@@ -44,6 +45,8 @@ __all__ = [
     "Gripper",
     "GripperState",
     "HardwareError",
+    "Injectable",
+    "InjectionError",
     "InlineExecutor",
     "LoopBlockedError",
     "Notes",
@@ -65,6 +68,7 @@ __all__ = [
     "Watchdog",
     "WorldError",
     "WorldOptions",
+    "injectable",
     "one_thread",
     "open_backend",
     "stopwatch",

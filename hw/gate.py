@@ -126,7 +126,8 @@ class Gate:
             UntrustedRobotError: as for `judge`; or what the robot applied is not finite.
         """
         refusal = self.judge(state, now)
-        if refusal is Refusal.READING:
+        if refusal is Refusal.READING or not self._plausibility.is_fresh(state, now):
+            refusal = Refusal.READING
             self.refusals[refusal] += 1
             return self.brake(None, now)
         self.continue_from(state, now)

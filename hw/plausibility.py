@@ -44,7 +44,7 @@ class Plausibility:
 
     def doubt(self, state: RobotState, now: float) -> Doubt | None:
         """Why not to believe a reading at session time `now` [s]; None if it is believed."""
-        if not now - state.stamp <= self._oldest:  # NaN is stale, too
+        if not self.is_fresh(state, now):
             return Doubt.STALE
         if state.stamp - now > _AHEAD:
             return Doubt.FUTURE
@@ -55,9 +55,9 @@ class Plausibility:
         self._before = state
         return None
 
-    def forget(self) -> None:
-        """Judge the next reading by itself."""
-        self._before = None
+    def is_fresh(self, state: RobotState, now: float) -> bool:
+        """Whether a reading is young enough at session time `now` [s]; NaN is not."""
+        return now - state.stamp <= self._oldest
 
     def _is_within_reason(self, state: RobotState) -> bool:
         limits = self._limits

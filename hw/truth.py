@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from pinocchio import SE3
 
@@ -39,3 +39,11 @@ class Truth(Protocol):
 
     def supports(self) -> Mapping[str, str]:
         """What carries each object, by its name: `table`, `hand`, ...; empty for nothing."""
+
+
+@runtime_checkable
+class DisturbableWorld(Truth, Protocol):
+    """A world in which people can be told to interfere with the robot's work."""
+
+    def put(self, name: str, wTo: SE3) -> None:
+        """Put an object somewhere, out of the hand if it is held; it falls onto what is below."""

@@ -12,7 +12,17 @@ from py_trees.common import Status
 
 from behaviours import Context, Leaf, Region, VisionInStep
 from controller import HolisticController, PoseGoal, robot_model
-from hw import Camera, Fault, FaultInjection, FaultKind, Gate, RobotState, SimClock, TaskClock
+from hw import (
+    Camera,
+    Fault,
+    FaultInjection,
+    FaultKind,
+    Gate,
+    RobotState,
+    SimClock,
+    TaskClock,
+    TaskTime,
+)
 from hw.sim import SimObject, World, kinematic_robot
 from hw.sim.body import Dynamics
 from perception import GraspDetector
@@ -111,9 +121,13 @@ class Harness:
     """Runs one leaf as the session would."""
 
     def __init__(
-        self, world: World | None = None, robot: str = "frankie", dynamics: Dynamics | None = None
+        self,
+        world: World | None = None,
+        robot: str = "frankie",
+        dynamics: Dynamics | None = None,
+        pace: float | None = None,
     ) -> None:
-        self.clock = SimClock()
+        self.clock = SimClock(pace)
         self.world = world or table_world()
         described = load_robot(robot)
         # Rendering takes most of the time of a test.
@@ -177,6 +191,13 @@ class Harness:
                 break
         return leaf.status
 
+    def run_into(self, leaf: Leaf, phase: str) -> None:
+        """Tick until the leaf is in a phase."""
+        self.tick(leaf)
+        while leaf.phase != phase:
+            assert leaf.status is Status.RUNNING, leaf.feedback_message
+            self.tick(leaf)
+
     def run_for(self, leaf: Leaf | None, seconds: float) -> None:
         for _ in range(round(seconds * 100)):
             self.tick(leaf)
@@ -185,3 +206,29 @@ class Harness:
     def speed(self) -> float:
         state = self.robot.read()
         return float(max(np.abs(state.qd).max(), np.abs(state.base_twist).max()))
+
+
+def over_the_table(*objects: SimObject) -> Harness:
+    """The hand 0.35 m above the table, looking down on it."""
+    harness = Harness(table_world(*objects))
+    harness.reach_over(looking_down(0.68, 0.0, TABLE_TOP + 0.35))
+    return harness
+
+
+def held_block(thing: SimObject | None = None) -> Harness:
+    """The hand holds a block, low over the table."""
+    harness = Harness(table_world(thing or block()))
+    harness.reach_over(looking_down(0.7, 0.0, TABLE_TOP + 0.12, yaw=np.pi / 2))
+    harness.reach(
+        PoseGoal(
+            wTe=looking_down(0.7, 0.0, TABLE_TOP + 0.03, yaw=np.pi / 2),
+            position_tolerance=0.002,
+            straight=True,
+        )
+    )
+    harness.run_for(None, 0.5)
+    harness.grip(0.0)
+    assert harness.world.held is not None
+    harness.context.log.grip_height = 0.03
+    harness.context.log.attempt(TaskTime(0.0), TaskTime(1.0))
+    return harness

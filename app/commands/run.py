@@ -110,6 +110,13 @@ def run(
     groot2_port: Annotated[
         int, typer.Option(help="Of --groot2; the next one is taken too.", min=1, max=65534)
     ] = 1667,
+    faults: Annotated[
+        Path | None, typer.Option(help="A file of faults that come by themselves.")
+    ] = None,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(help="A fault, as reflex@12.5 or `frames lost@approach for 2`."),
+    ] = None,
     groot2_control: Annotated[
         bool,
         typer.Option("--groot2-control", help="Serve Groot2, and let it replace outcomes."),
@@ -139,7 +146,15 @@ def run(
         refuse("--watch: a dry run ends at once, and there is nothing to watch; leave it out")
     if dry:
         raise typer.Exit(_run_dry(find_tree(tree), parameters, outcome or [], ticks, as_json))
-    from app.core import End, RunOptions, VisionForm, run_on_save, run_task
+    from app.core import (
+        End,
+        RunOptions,
+        VisionForm,
+        parse_fault,
+        read_faults,
+        run_on_save,
+        run_task,
+    )
     from app.live import ControlOptions, View, ViewOptions
     from config import UserError
     from hw import HardwareError
@@ -169,6 +184,10 @@ def run(
             groot_port=groot2_port,
             groot_control=groot2_control,
             acknowledge_after=acknowledge_after,
+        ),
+        faults=(
+            *(read_faults(faults) if faults is not None else ()),
+            *(parse_fault(text) for text in fault or ()),
         ),
     )
     try:

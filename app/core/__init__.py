@@ -5,8 +5,17 @@ and `events` say what a run leaves behind.
 """
 
 from app.core.events import EVENTS, Event, read_events
+from app.core.fault_schedule import (
+    PHASES,
+    ScheduledFault,
+    current_phases,
+    parse_fault,
+    phases_of,
+    read_faults,
+)
 from app.core.folder import COMMANDS, RECORDING, STATES, SUMMARY, FolderError
 from app.core.footprint import Footprint, footprint
+from app.core.instruments import Instruments
 from app.core.launch import Result, RunOptions, run_task
 from app.core.measurements import Measurements
 from app.core.on_save import run_on_save
@@ -20,6 +29,7 @@ from app.core.summary import Summary
 __all__ = [
     "COMMANDS",
     "EVENTS",
+    "PHASES",
     "RECORDING",
     "STATES",
     "SUMMARY",
@@ -27,22 +37,28 @@ __all__ = [
     "Event",
     "FolderError",
     "Footprint",
+    "Instruments",
     "Measurements",
     "Outcome",
     "Replay",
     "ReplayError",
     "Result",
     "RunOptions",
+    "ScheduledFault",
     "Session",
     "Setup",
     "Snapshots",
     "Summary",
     "Tick",
     "VisionForm",
+    "current_phases",
     "failed_node",
     "footprint",
     "open_setup",
+    "parse_fault",
+    "phases_of",
     "read_events",
+    "read_faults",
     "replay_run",
     "run_on_save",
     "run_task",

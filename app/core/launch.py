@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from app.core.decisions import RecordedDecisions
+from app.core.fault_schedule import FaultSchedule, ScheduledFault
 from app.core.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder
+from app.core.instruments import Instruments
 from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
 from app.core.observers import Observers
@@ -21,7 +23,9 @@ from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary, summarise
 from app.live import (
+    AnyRecorder,
     ControlOptions,
+    NoRecorder,
     OperatorConsole,
     Recorder,
     RecorderError,
@@ -71,6 +75,10 @@ class RunOptions:
     """How it is watched meanwhile."""
     control: ControlOptions = field(default_factory=ControlOptions)
     """What people have in hand meanwhile."""
+    faults: tuple[ScheduledFault, ...] = ()
+    """What goes wrong by itself meanwhile."""
+    recording: bool = True
+    """Whether the motion is recorded for the viewer."""
 
 
 class Result(NamedTuple):
@@ -81,12 +89,18 @@ class Result(NamedTuple):
     folder: Path
 
 
-def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: False) -> Result:
+def run_task(
+    options: RunOptions,
+    *,
+    interrupted: Callable[[], bool] = lambda: False,
+    instruments: Instruments | None = None,
+) -> Result:
     """Run a task.
 
     Args:
         options: what a person chose.
         interrupted: asked every tick whether to end, as Ctrl-C does.
+        instruments: what a bench measures or disturbs the run with.
 
     Raises:
         UserError: bad input; nothing has moved.
@@ -102,7 +116,8 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
     )
     gripper = load_robot(options.robot).gripper
     detector = GraspDetector(options.weights, options.network, gripper=gripper)
-    with open_setup(options.robot, options.world, world, detector, options.vision) as setup:
+    tools, vision = instruments or Instruments(), options.vision
+    with open_setup(options.robot, options.world, world, detector, vision, tools.beneath) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         room = OperatorConsole(
             options.control,
@@ -114,7 +129,7 @@ def run_task(options: RunOptions, *, interrupted: Callable[[], bool] = lambda: F
             say=_tell,
         )
         with room:
-            return _run(options, task, setup, nodes, room, viewer, interrupted)
+            return _run(options, task, setup, nodes, room, viewer, interrupted, tools)
 
 
 def _run(
@@ -125,6 +140,7 @@ def _run(
     room: OperatorConsole,
     viewer: Viewer,
     interrupted: Callable[[], bool],
+    instruments: Instruments,
 ) -> Result:
     """Run what has been put together, and keep all that it leaves."""
     log, tree = setup.context.log, tree_view(nodes)
@@ -133,6 +149,9 @@ def _run(
     robot = setup.robot.description.name
     measurements = Measurements(limits=setup.model.limits)
     scene = _scene(options, task)
+    behaviours = [place.node for place in nodes]
+    faults = FaultSchedule(options.faults, setup.robot, behaviours, options.seed)
+    instruments.begin(setup, nodes)
     folder = make_folder(
         options.record, task.name, _texts(task), asdict(options) | {"scene": scene}
     )
@@ -146,14 +165,16 @@ def _run(
         lossless=lossless,
         frames=options.replayable,
     )
-    recorder = Recorder(
-        folder / RECORDING,
-        tree=tree,
-        model=RobotModel(setup.robot.description),
-        scene=scene_view(setup.truth),
-        lossless=lossless,
-        server=viewer.server,
-    )
+    recorder: AnyRecorder = NoRecorder()
+    if options.recording:
+        recorder = Recorder(
+            folder / RECORDING,
+            tree=tree,
+            model=RobotModel(setup.robot.description),
+            scene=scene_view(setup.truth),
+            lossless=lossless,
+            server=viewer.server,
+        )
     begun, observers, terminal = stopwatch(), Observers(), terminal_settings()
     with (
         viewer.showing(folder / VIEWER_LOG),
@@ -177,6 +198,8 @@ def _run(
         def watch(tick: Tick) -> None:
             if interrupted():
                 room.control.stop()
+            observers.tell("the faults", lambda: faults.update(setup.clock.session.now()))
+            observers.tell("the instruments", lambda: instruments.after(tick))
             observers.tell("what watches the run", lambda: tell(tick))
 
         def abandon(outcome: Outcome) -> None:
@@ -220,7 +243,7 @@ def _run(
     return Result(outcome, summary.kept(folder / SUMMARY), folder)
 
 
-def _closed(recorder: Recorder) -> list[str]:
+def _closed(recorder: AnyRecorder) -> list[str]:
     """Close a recorder; returns what went wrong, if anything."""
     try:
         recorder.close()

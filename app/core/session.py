@@ -100,7 +100,7 @@ class Session:
         )
         self._watch = watch
         self._number = 0
-        self._due = 0
+        self._due, self._origin = 0, 0.0
         self._period = controller.settings.period
         self._stage = Stage.READ
         self._report: StepReport | None = None
@@ -186,6 +186,7 @@ class Session:
         command, self._report = self._controller.step(state, goal, last)
         self._stage = Stage.SEND
         self._gate.send(command, state, self._clock.session.now())
+        self._stage = Stage.WATCH
         return self._report
 
     def _heed_faults(self, state: RobotState) -> None:
@@ -209,7 +210,6 @@ class Session:
         """Tell what has happened, and wait for the next tick."""
         measurements, applied = self._measurements, self._gate.applied
         seconds = stopwatch() - begun
-        self._stage = Stage.WATCH
         measurements.reading(state)
         if not paused:
             measurements.ticks_s.append(seconds)
@@ -236,11 +236,12 @@ class Session:
             self._control.wait(period - (stopwatch() - begun))
             self._measurements.paused_s += stopwatch() - begun
         self._due += 1
-        clock.sleep_until(self._due * period)
-        missed = int((clock.now() - self._due * period) / period + 1e-6)
-        self._due += missed
-        if not paused:
-            self._measurements.missed_ticks += missed
+        due = self._origin + self._due * period
+        clock.sleep_until(due)
+        late = clock.now() - due
+        if late >= period * (1.0 - 1e-6):
+            self._origin += late
+            self._measurements.missed_ticks += 0 if paused else int(late / period + 1e-6)
 
     def _come_to_rest(self) -> Outcome:
         """Tick without the tree until nothing moves, within the usual limits."""
@@ -261,7 +262,9 @@ class Session:
             begun = stopwatch()
             try:
                 state, now = self._read()
-            except Exception:
+            except LoopBlockedError:
+                raise
+            except BaseException:  # without readings the gate brakes all the same
                 self._gate.brake(None, self._clock.session.now())
                 self._wait(begun, paused=False)
                 continue

@@ -15,6 +15,7 @@ from hw import (
     FaultInjection,
     Gate,
     RecordedRobot,
+    Robot,
     TaskClock,
     Truth,
     WorldOptions,
@@ -62,7 +63,12 @@ class Setup:
 
 @contextmanager
 def open_setup(
-    robot: str, world: str, options: WorldOptions, detector: GraspDetector, form: VisionForm
+    robot: str,
+    world: str,
+    options: WorldOptions,
+    detector: GraspDetector,
+    form: VisionForm,
+    beneath: Callable[[Robot], Robot] = lambda robot: robot,
 ) -> Iterator[Setup]:
     """Connect a robot and put together what a session works with; closes it in the end.
 
@@ -72,28 +78,39 @@ def open_setup(
         options: of the world.
         detector: finds grasps in what the camera sees.
         form: how that is done.
+        beneath: what to put between the robot and the faults that are injected into it.
 
     Raises:
         UserError: there is no such robot, world or scene, or its file has a mistake.
         HardwareError: the robot cannot be connected.
     """
-    with set_up(open_backend(robot, world, options), detector, form) as setup:
+    backend = open_backend(robot, world, options)
+    with set_up(backend, detector, form, beneath=beneath, seed=options.seed) as setup:
         yield setup
 
 
 @contextmanager
-def set_up(backend: Backend, detector: GraspDetector, form: VisionForm) -> Iterator[Setup]:
+def set_up(
+    backend: Backend,
+    detector: GraspDetector,
+    form: VisionForm,
+    *,
+    beneath: Callable[[Robot], Robot] = lambda robot: robot,
+    seed: int = 0,
+) -> Iterator[Setup]:
     """Connect a robot and put together what a session works with; closes it in the end.
 
     Args:
         backend: the robot, its clock and its world.
         detector: finds grasps in what the camera sees.
         form: how that is done.
+        beneath: what to put between the robot and the faults that are injected into it.
+        seed: of the faults.
 
     Raises:
         HardwareError: the robot cannot be connected.
     """
-    injected = FaultInjection(backend.robot)
+    injected = FaultInjection(beneath(backend.robot), backend.truth, seed)
     robot = RecordedRobot(injected, backend.clock)
     with robot, closing(_VISION[form](robot.camera, detector)) as vision:
         clock = TaskClock(backend.clock)

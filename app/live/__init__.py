@@ -10,7 +10,9 @@ from app.live.console import ControlOptions, OperatorConsole
 from app.live.feed import Feed
 from app.live.monitor import (
     Address,
+    AnyRecorder,
     HeadlessViewer,
+    NoRecorder,
     Recorder,
     RecorderError,
     View,
@@ -28,11 +30,13 @@ from app.live.throttle import Throttle
 
 __all__ = [
     "Address",
+    "AnyRecorder",
     "Control",
     "ControlOptions",
     "Feed",
     "HeadlessViewer",
     "Hook",
+    "NoRecorder",
     "NodeStatus",
     "ObjectView",
     "OperatorConsole",

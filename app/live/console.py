@@ -91,7 +91,7 @@ class OperatorConsole:
         has_person = options.page or options.groot or in_terminal(0)
         self.control = Control(
             paused=options.paused,
-            attended=has_person or options.acknowledge_after is not None,
+            attended=options.page or in_terminal(0) or options.acknowledge_after is not None,
         )
         self._acknowledge_after = options.acknowledge_after
         self._released_at: float | None = None

@@ -60,6 +60,7 @@ class SimBody:
         self._width_goal = self.width
         self._pressing_from: SE3 | None = None
         self._wanted_width = self.width
+        self._holds = False
         self._slipping = False
         self._forgiven: str | None = None
 
@@ -117,13 +118,14 @@ class SimBody:
         if width > self.width:
             self.world.open_fingers()
             self._width_goal = min(width, self.description.gripper.opening)
-            self._pressing_from = None
+            self._pressing_from, self._holds = None, False
         else:
             hand = self.hand
             outcome = self.world.close_fingers(hand, self.width, force, width)
-            self._width_goal = outcome.width
-            if outcome.holding is None:
-                self._pressing_from, self._wanted_width = hand.wTe, width
+            self._width_goal, self._wanted_width = outcome.width, width
+            self._holds = outcome.holding is not None
+            if not self._holds:
+                self._pressing_from = hand.wTe
         self._slipping = False
         self.fingers_move = self.width != self._width_goal
 
@@ -145,6 +147,8 @@ class SimBody:
 
     def _move_fingers(self, step: float) -> None:
         """A step towards the width that is wanted; slipping fingers slide along the object."""
+        if self._holds and self.world.held is None:  # somebody took it out of the hand
+            self._holds, self._width_goal = False, self._wanted_width
         width = self.width + float(np.clip(self._width_goal - self.width, -step, step))
         if self._slipping and self.world.collision(self.hand, width):
             width = self.width

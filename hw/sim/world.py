@@ -121,6 +121,22 @@ class World:
             dropped, self.held = self.held, None
             self._drop(dropped)
 
+    def put(self, name: str, wTo: SE3) -> None:
+        """Put an object somewhere, out of the hand if it is held; it falls onto what is below.
+
+        Args:
+            name: of the object.
+            wTo: from where it falls.
+
+        Raises:
+            KeyError: there is no such object.
+        """
+        obj = self.find(name)
+        if obj is self.held:
+            self.held = None
+        obj.pose, obj.motion = wTo, None
+        self._drop(obj)
+
     def carry(self, wTe: SE3) -> None:
         """Move the held object along with the end effector."""
         if self.held is not None:

@@ -30,6 +30,11 @@ NETWORKS: dict[str, type[Network]] = {"bins": AngleBinNetwork, "ggcnn": GGCNN}
 """Every network by its name on the command line. Weights of all are shipped in `weights/`."""
 DEFAULT_NETWORK = "bins"
 
+LARGEST_WEIGHT = 1e4
+"""No trained weight is larger; those that are shipped stay below 100."""
+_LARGEST_OUTPUT = 1e6
+"""On a plain image. What trained networks answer is of the order of 1."""
+
 
 def shipped_network(name: str = DEFAULT_NETWORK) -> Network:
     """A network with its shipped weights.
@@ -51,7 +56,8 @@ def load_network(path: Path) -> Network:
         path: a safetensors file, or a state dict saved by PyTorch with the published names.
 
     Raises:
-        WeightsError: the file is missing, unreadable or not of a known network.
+        WeightsError: the file is missing, unreadable, not of a known network, or holds numbers that
+            no training leaves.
     """
     state = _read(path)
     for make in NETWORKS.values():
@@ -65,15 +71,40 @@ def load_network(path: Path) -> Network:
             "trained for one of them"
         )
     for name, value in network.state_dict().items():
-        if value.shape != state[name].shape:
-            raise WeightsError(
-                f"{path}: tensor `{name}` has shape {tuple(state[name].shape)}, not "
-                f"{tuple(value.shape)}; give weights that were trained for {make.__name__}"
-            )
-        if not bool(torch.isfinite(state[name]).all()):
-            raise WeightsError(f"{path}: some weights are not finite; train or download them again")
+        if problem := _problem(state[name], value):
+            hint = f"give weights that were trained for {make.__name__}"
+            raise WeightsError(f"{path}: tensor `{name}` {problem}; {hint}")
     network.load_state_dict(state)
-    return network.float().eval()
+    network = network.float().eval()
+    with torch.inference_mode():
+        answer = network(_plain_image())
+    if not bool((answer.abs() < _LARGEST_OUTPUT).all()):
+        raise WeightsError(
+            f"{path}: with these weights the network answers numbers out of all reason; train or "
+            "download them again"
+        )
+    return network
+
+
+def _problem(given: Tensor, expected: Tensor) -> str:
+    """Why a tensor cannot stand for another; empty if it can."""
+    if given.layout is not torch.strided or given.is_quantized or given.device.type != "cpu":
+        return "is not a plain array of numbers"
+    if given.shape != expected.shape:
+        return f"has shape {tuple(given.shape)}, not {tuple(expected.shape)}"
+    if given.is_floating_point() != expected.is_floating_point() or given.dtype is torch.bool:
+        return f"has numbers of type {given.dtype}, not {expected.dtype}"
+    if not bool(torch.isfinite(given).all()):
+        return "has numbers that are not finite"
+    if given.is_floating_point() and bool((given.abs() > LARGEST_WEIGHT).any()):
+        return f"has numbers beyond {LARGEST_WEIGHT:g}, out of all reason"
+    return ""
+
+
+def _plain_image() -> Tensor:
+    """A smooth depth image, small because the networks take every size: (1, 1, 60, 60)."""
+    slope = torch.linspace(-0.3, 0.3, 60)
+    return (slope[:, None] + slope[None, :])[None, None]
 
 
 def network_name(network: Network) -> str:
@@ -87,9 +118,10 @@ def _read(path: Path) -> dict[str, Tensor]:
     if path.suffix == ".safetensors":
         try:
             return load_file(path)
-        except (SafetensorError, OSError) as error:
+        except Exception as error:  # of a parser of files that anybody may have made
             raise WeightsError(
-                f"{path}: not a readable safetensors file ({error}); train or download it again"
+                f"{path}: not a readable safetensors file ({_one_line(error)}); train or download "
+                "it again"
             ) from error
     try:
         with warnings.catch_warnings(action="ignore"):  # such files are refused below
@@ -99,13 +131,17 @@ def _read(path: Path) -> dict[str, Tensor]:
             f"{path}: contains pickled code, which is never run; save only its state_dict() and "
             "give that file"
         ) from error
-    except (RuntimeError, OSError, EOFError, ValueError, KeyError) as error:
+    except Exception as error:  # as above
         raise WeightsError(
             f"{path}: not a weights file; give a .safetensors file or a saved state_dict()"
         ) from error
     if not isinstance(state, dict) or not all(isinstance(v, Tensor) for v in state.values()):
         raise WeightsError(f"{path}: not a state_dict; save the network's state_dict() instead")
     return state
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())[:100]
 
 
 def save_network(network: Network, path: Path, metadata: Mapping[str, object]) -> None:
@@ -117,15 +153,25 @@ def save_network(network: Network, path: Path, metadata: Mapping[str, object]) -
 
 
 def read_metadata(path: Path) -> dict[str, object]:
-    """The metadata of a weights file; empty if it is not a safetensors file."""
+    """The metadata of a weights file; empty if it is not a safetensors file.
+
+    Raises:
+        WeightsError: it cannot be read.
+    """
     if path.suffix != ".safetensors":
         return {}
-    with safe_open(path, framework="pt") as file:
-        texts = file.metadata() or {}
+    try:
+        with safe_open(path, framework="pt") as file:
+            texts = file.metadata() or {}
+    except (SafetensorError, OSError, ValueError) as error:
+        raise WeightsError(
+            f"{path}: not a readable safetensors file ({_one_line(error)}); train or download it "
+            "again"
+        ) from error
     metadata: dict[str, object] = {}
     for key, text in texts.items():
         try:
             metadata[key] = json.loads(text)
-        except json.JSONDecodeError:  # other tools store plain text
+        except (ValueError, RecursionError):  # other tools store plain text
             metadata[key] = text
     return metadata

@@ -4,33 +4,27 @@ import re
 
 import numpy as np
 import pytest
-from harness import ON_TABLE, REFLEX, TABLE_TOP, Harness, block, looking_down, table_world
+from harness import (
+    ON_TABLE,
+    REFLEX,
+    TABLE_TOP,
+    Harness,
+    block,
+    held_block,
+    looking_down,
+    table_world,
+)
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import Region, ToolPose
+from behaviours import Region
 from behaviours.gripper import HoldingObject, OpenGripper
-from behaviours.navigate import Navigate
 from behaviours.place import Place, slots
 from behaviours.retreat_check import RetreatCheck
 from controller import PoseGoal
-from hw import TaskTime
 from robots import load_robot
 
 READY = load_robot("frankie").arm.ready
-
-
-def held_block_stage() -> Harness:
-    """The hand holds a block, 0.2 m above the table."""
-    harness = Harness(table_world(block()))
-    grip = looking_down(0.7, 0.0, TABLE_TOP + 0.03, yaw=np.pi / 2)
-    to = ToolPose(name="block", wTe=grip)
-    harness.run(Navigate("navigate", harness.context, to=to))
-    harness.grip(0.0)
-    assert harness.world.held is not None
-    harness.context.log.grip_height = 0.03
-    harness.context.log.attempt(TaskTime(0.0), TaskTime(1.0))
-    return harness
 
 
 # fingers
@@ -62,7 +56,7 @@ def test_open_gripper_fails_on_a_fault_and_on_fingers_that_stop():
 
 
 def test_fingers_that_never_stop_are_not_waited_for():
-    harness = held_block_stage()
+    harness = held_block()
     harness.robot.restless = True
     grip = harness.robot.grip
     harness.robot.grip = lambda width, force: grip(0.07, force)
@@ -72,7 +66,7 @@ def test_fingers_that_never_stop_are_not_waited_for():
 
 
 def test_holding_object_tells_something_from_nothing():
-    harness = held_block_stage()
+    harness = held_block()
     leaf = HoldingObject("holding_object", harness.context)
     harness.tick(leaf)
     assert leaf.status is Status.SUCCESS
@@ -87,7 +81,7 @@ def test_holding_object_tells_something_from_nothing():
 
 
 def test_retreat_check_lifts_what_is_held():
-    harness = held_block_stage()
+    harness = held_block()
     leaf = RetreatCheck("retreat_check", harness.context)
     assert harness.run(leaf) is Status.SUCCESS
     assert re.fullmatch("holding something 4[01] mm wide", leaf.feedback_message)
@@ -117,7 +111,7 @@ def test_retreat_check_fails_when_the_object_slips_on_the_way_up(half_width):
 
 
 def test_retreat_check_fails_on_a_fault_of_the_arm():
-    harness = held_block_stage()
+    harness = held_block()
     leaf = RetreatCheck("retreat_check", harness.context)
     harness.run_for(leaf, 0.1)
     harness.robot.faults = (REFLEX,)
@@ -126,7 +120,7 @@ def test_retreat_check_fails_on_a_fault_of_the_arm():
 
 
 def test_retreat_check_fails_when_the_hand_does_not_rise():
-    harness = held_block_stage()
+    harness = held_block()
     harness.robot.stuck = True
     leaf = RetreatCheck("retreat_check", harness.context)
     assert harness.run(leaf) is Status.FAILURE
@@ -144,7 +138,7 @@ FAR = Region(
 
 
 def test_place_sets_the_object_down_where_it_is_free():
-    harness = held_block_stage()
+    harness = held_block()
     harness.run(RetreatCheck("retreat_check", harness.context))
     leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
     assert harness.run(leaf) is Status.SUCCESS
@@ -172,7 +166,7 @@ def test_place_fails_without_anything_to_place():
 
 
 def test_place_fails_when_every_place_is_taken():
-    harness = held_block_stage()
+    harness = held_block()
     harness.context.log.places_used["table"] = set(range(1, 10))
     leaf = Place("place", harness.context, on=ON_TABLE, pitch_m=0.13)
     assert harness.run(leaf) is Status.FAILURE
@@ -180,7 +174,7 @@ def test_place_fails_when_every_place_is_taken():
 
 
 def test_place_fails_on_a_fault_and_when_it_cannot_get_there():
-    harness = held_block_stage()
+    harness = held_block()
     leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
     harness.run_for(leaf, 0.1)
     harness.robot.faults = (REFLEX,)

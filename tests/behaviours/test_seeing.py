@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from harness import REFLEX, TABLE_TOP, Harness, block, looking_down, table_world
-from pinocchio import SE3
+from pinocchio import SE3, log3
 from py_trees.common import Status
 
 from behaviours import Region, ToolPose
@@ -64,6 +64,29 @@ def test_once_locked_the_goal_stays():
     harness.run(leaf)
     assert harness.context.log.last_grasp.isApprox(locked, 1e-9)
     assert harness.world.held is None
+
+
+@pytest.mark.parametrize("distance", [0.27, 0.32])
+def test_the_grasp_is_locked_at_the_distance_that_the_task_says(distance):
+    harness = looking_stage(block())
+    leaf = grasp(harness, lock_distance_m=distance)
+    harness.run_into(leaf, "lock")
+    context = harness.context
+    wTc = context.wTe * context.robot.description.camera.eTc
+    away = np.linalg.norm(context.vision.grasp.wTg.translation - wTc.translation)
+    assert distance - 0.05 < away < distance + 0.005
+
+
+@pytest.mark.parametrize("half", [(0.02, 0.03, 0.025), (0.03, 0.02, 0.025)])
+def test_the_hand_goes_down_only_when_it_stands_over_the_grasp(half):
+    """Whether it has to turn for it, or not."""
+    harness = looking_stage(block(half=half, x=0.82, y=0.09))
+    leaf = grasp(harness, lock_distance_m=0.45)  # locked long before the hand is there
+    harness.run_into(leaf, "descend")
+    settings, wTg = harness.context.settings.grasp, harness.context.vision.grasp.wTg
+    error = wTg.actInv(harness.context.wTe)
+    assert np.linalg.norm(error.translation[:2]) <= settings.above_position + 1e-3
+    assert np.linalg.norm(log3(error.rotation)) <= settings.above_angle + 0.01
 
 
 def test_a_grasp_out_of_the_region_is_not_taken():

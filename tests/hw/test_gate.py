@@ -183,6 +183,13 @@ def test_after_a_gap_the_command_continues_what_is_measured(stand):
     assert stand.gate.applied.base_twist[0] < 0.02
 
 
+def test_a_command_that_took_too_long_to_compute_does_not_pass(stand):
+    state = stand.reading()
+    assert stand.gate.judge(state, 0.0) is None
+    assert not stand.gate.send(command((0.01, 0.0, 0.0)), state, 0.2).base_twist.any()
+    assert stand.gate.refusals[Refusal.READING] == 1
+
+
 def test_braking_after_a_gap_never_speeds_the_robot_up(stand):
     stand.spin_up()
     assert not stand.gate.brake(None, stand.now + 1.0).base_twist.any()

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-import pytest
-from tree_toys import TOYS, Toy
+from typing import Annotated
 
-from behaviours import LEAVES
+import pytest
+from py_trees.common import Status
+from tree_toys import TOYS, Toy, ToyContext
+
+from behaviours import LEAVES, Bounds, Positive
 from behaviours.key import Key
-from trees.language import COMPOSITES, MODIFIERS, LeafError, describe_leaves
+from trees.language import COMPOSITES, MODIFIERS, LeafError, build, describe_leaves, load
 
 
 class Measure(Toy):
@@ -101,3 +104,33 @@ def test_an_output_that_no_file_can_take_is_refused():
 
     with pytest.raises(LeafError, match=r"^leaf `odd`: .*dict.*; use float, int, bool"):
         describe_leaves({"odd": Odd})
+
+
+class Bounded(Toy):
+    def __init__(
+        self,
+        name: str,
+        context: object,
+        *,
+        speed: Positive = 1.0,
+        times: Annotated[int, Bounds(least=2, most=4)] | None = None,
+    ) -> None:
+        super().__init__(name, context)
+
+
+def test_a_leaf_declares_what_its_numbers_may_be():
+    parameters = describe_leaves({"bounded": Bounded})["bounded"].parameters
+    assert str(parameters["speed"].type) == "a number greater than 0"
+    assert str(parameters["times"].type) == "a whole number of at least 2 and at most 4 or null"
+
+
+@pytest.mark.parametrize(("value", "status"), [("2.0", Status.SUCCESS), ("-2.0", Status.FAILURE)])
+def test_a_number_from_a_key_is_checked_when_it_is_known(tmp_path, value, status):
+    path = tmp_path / "t.yaml"
+    path.write_text(f"task: t\ntree:\n  sequence: [set: {{v: {value}}}, bounded: {{speed: $v}}]\n")
+    root = build(load(path, leaves=TOYS | {"bounded": Bounded}), ToyContext())
+    root.tick_once()
+    assert root.status is status
+    if status is Status.FAILURE:
+        expected = "refuses its parameters: `speed`: expected a number greater than 0, got -2.0"
+        assert expected in root.feedback_message

@@ -45,12 +45,20 @@ class ValueType:
     most: float | None = None
 
     def __str__(self) -> str:
-        names = [_PLAIN_TYPES.get(one) or f"a {NAMED_TYPES[one]}" for one in self.types]
-        choices = [f"`{written(choice)}`" for choice in self.choices]
+        names = [
+            (_PLAIN_TYPES.get(one) or f"a {NAMED_TYPES[one]}")
+            + (self._bounds if one in (int, float) else "")
+            for one in self.types
+        ]
+        return " or ".join([*(f"`{written(choice)}`" for choice in self.choices), *names])
+
+    @property
+    def _bounds(self) -> str:
+        """Of its numbers, as the end of what is expected."""
         ends = (("at least", self.least), ("at most", self.most))
         bounds = " and ".join(f"{words} {bound:g}" for words, bound in ends if bound is not None)
         above = "" if self.above is None else f" greater than {self.above:g}"
-        return " or ".join([*choices, *names]) + above + (f" of {bounds}" if bounds else "")
+        return above + (f" of {bounds}" if bounds else "")
 
     @property
     def named_types(self) -> tuple[type, ...]:

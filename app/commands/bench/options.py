@@ -53,3 +53,11 @@ def write_json(path: Path | None, text: str) -> None:
     """Write the figures to the file of `--json`, if it was given."""
     if path is not None:
         path.write_text(text + "\n", encoding="utf-8")
+
+
+def seed_range(seeds: str) -> range:
+    """The seeds that `--seeds A-B` names."""
+    first, dash, last = seeds.partition("-")
+    if not (first.isdigit() and (last.isdigit() or not dash)):
+        refuse(f"--seeds {seeds}: give the first and the last seed, for example 0-4")
+    return range(int(first), int(last or first) + 1)

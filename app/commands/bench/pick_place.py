@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from app.commands.bench.options import Json, check_writable, console, write_json
-from app.commands.refuse import find_tree, refuse
+from app.commands.bench.options import Json, check_writable, console, seed_range, write_json
+from app.commands.refuse import find_tree
 from app.terminal import Terminal
 
 
@@ -24,14 +24,12 @@ def pick_place(
     from app.core import RunOptions
     from app.lab import bench
 
-    first, dash, last = seeds.partition("-")
-    if not (first.isdigit() and (last.isdigit() or not dash)):
-        refuse(f"--seeds {seeds}: give the first and the last seed, for example 0-4")
+    wanted = seed_range(seeds)
     check_writable(json)
     options = RunOptions(tree=find_tree(tree), robot=robot, scene=scene, record=record)
     summaries = bench.run_pick_place(
         options,
-        range(int(first), int(last or first) + 1),
+        wanted,
         lambda summary: summary.show(Terminal(stderr=True)),
     )
     console().print(bench.pick_place_table(summaries))

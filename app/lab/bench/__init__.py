@@ -6,6 +6,9 @@ task achieves.
 """
 
 from app.lab.bench.configuration import EXAMPLE, Configuration
+from app.lab.bench.fault_matrix import QUICK, QUICK_PHASES
+from app.lab.bench.fault_report import faults_json, faults_notes, faults_table
+from app.lab.bench.faults import Cell, CellResult, cells, run_cells
 from app.lab.bench.goals import generate_goals, load_goals
 from app.lab.bench.pick_place import pick_place_json, pick_place_table, run_pick_place
 from app.lab.bench.plots import make_plots, prepare_plots
@@ -20,20 +23,42 @@ from app.lab.bench.reach import (
     reach_table,
     run_trials,
 )
+from app.lab.bench.signals import (
+    KINDS,
+    SPEEDS,
+    SignalResult,
+    run_signals,
+    signal_cases,
+    signals_json,
+    signals_table,
+)
+from app.lab.bench.soak import Soak, run_soak, soak_json, soak_table
 from app.lab.bench.step import step_json, step_notes, step_table, time_steps
 from app.lab.bench.tree import time_tree, tree_json, tree_table
 from app.lab.bench.viewing import Watcher, measure_watching, watch_json, watch_table
 
 __all__ = [
     "EXAMPLE",
+    "KINDS",
     "POSES",
+    "QUICK",
+    "QUICK_PHASES",
+    "SPEEDS",
     "SWEEPS",
+    "Cell",
+    "CellResult",
     "Conditions",
     "Configuration",
     "PoseRun",
     "Reach",
+    "SignalResult",
+    "Soak",
     "Watcher",
     "aggregate_trials",
+    "cells",
+    "faults_json",
+    "faults_notes",
+    "faults_table",
     "generate_goals",
     "load_goals",
     "make_plots",
@@ -47,9 +72,17 @@ __all__ = [
     "reach_json",
     "reach_notes",
     "reach_table",
+    "run_cells",
     "run_pick_place",
     "run_pose",
+    "run_signals",
+    "run_soak",
     "run_trials",
+    "signal_cases",
+    "signals_json",
+    "signals_table",
+    "soak_json",
+    "soak_table",
     "step_json",
     "step_notes",
     "step_table",

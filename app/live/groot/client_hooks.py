@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from py_trees.common import Status
 
-from app.live.operator import Control, Hook, HookAction, Side
+from app.live.operator import ACKNOWLEDGED, Control, Hook, HookAction, Side
 
 _BREAKPOINT, _REPLACE = 0, 1
 _OUTCOMES = {"SUCCESS": Status.SUCCESS, "FAILURE": Status.FAILURE}
@@ -158,8 +158,8 @@ class ClientHooks:
             self._resume_at(uid)
 
     def _resume_at(self, uid: int, answer: Status | None = None) -> None:
-        """Resume the run if it is paused at a node."""
-        hook = self._hooks[uid]
-        if hook.waiting:
+        """Resume the run if it is paused at a node; after an emergency stop only a person does."""
+        hook, state = self._hooks[uid], self._control.state
+        if hook.waiting and not state.emergency and state.why != ACKNOWLEDGED:
             hook.answer = answer
             self._control.resume()

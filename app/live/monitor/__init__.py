@@ -8,12 +8,14 @@ itself is imported when the first recorder is made.
 from app.live.monitor.headless import HeadlessViewer, headless_viewer
 from app.live.monitor.open_recording import open_in_viewer
 from app.live.monitor.ports import Address
-from app.live.monitor.recorder import Recorder, RecorderError
+from app.live.monitor.recorder import AnyRecorder, NoRecorder, Recorder, RecorderError
 from app.live.monitor.viewer import View, Viewer, ViewError, ViewOptions
 
 __all__ = [
     "Address",
+    "AnyRecorder",
     "HeadlessViewer",
+    "NoRecorder",
     "Recorder",
     "RecorderError",
     "View",

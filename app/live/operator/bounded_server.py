@@ -20,6 +20,7 @@ class BoundedServer(ThreadingHTTPServer):
     """A thread for each connection, but only so many, and none for longer than `PATIENCE`."""
 
     daemon_threads = True
+    request_queue_size = MOST_CONNECTIONS
 
     def __init__(self, *arguments: Any) -> None:
         self._begun: dict[socket.socket, float] = {}

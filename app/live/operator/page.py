@@ -52,6 +52,8 @@ _VIEWER_POLICY = (
     "frame-ancestors 'self'; base-uri 'none'; form-action 'none'"
 )
 _VIEWER_FILE = re.compile(r"/viewer/([\w.-]*)")
+_OFFERED = tuple(name for name, fault in INJECTABLE.items() if not fault.of_world)
+"""The faults that every robot can be given."""
 _SHUTDOWN_POLL = 0.1
 """How often the server checks whether it is to end [s]."""
 
@@ -118,7 +120,7 @@ class ControlPage:
             "/stop": control.stop,
             "/acknowledge": control.acknowledge,
             "/clear": clear,
-            **{f"/fault/{name}": partial(inject, name) for name in INJECTABLE},
+            **{f"/fault/{name}": partial(inject, name) for name in _OFFERED},
         }
         self._server = _listen(self, port)
         self._thread = threading.Thread(
@@ -155,7 +157,7 @@ class ControlPage:
             "ticks": state.ticks,
             "emergency": state.emergency,
             "pressed": state.pressed,
-            "injectable": list(INJECTABLE),
+            "injectable": list(_OFFERED),
             "viewer": self.viewer.path if self.viewer else None,
         }
         if snapshot is not None:
@@ -219,7 +221,11 @@ class _Request(BaseHTTPRequestHandler):
         elif action is None:
             self._refuse(HTTPStatus.NOT_FOUND)
         else:
-            action()
+            try:
+                action()
+            except Exception:  # the run reports it; the page goes on
+                self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR)
+                return
             self._answer(json.dumps(self.server.page.state()).encode(), "application/json")
 
     def log_message(self, format: str, *arguments: object) -> None:

@@ -8,7 +8,7 @@ from controlled_run import ControlledRun, leaf
 from harness import Harness
 
 from app.core.outcome import End
-from hw import INJECTABLE, FaultInjection, FaultKind, SimClock, TaskClock
+from hw import FaultInjection, FaultKind, SimClock, TaskClock
 from trees.language.composites import Sequence
 from trees.language.modifiers import Timeout
 
@@ -220,7 +220,7 @@ def test_from_one_metre_per_second_an_emergency_stop_takes_at_most_six_tenths_of
 
 def test_recovery_clears_the_injected_faults_that_a_program_may_clear():
     robot = FaultInjection(Harness().robot)
-    for name in INJECTABLE:
+    for name in ("reflex", "emergency stop", "stale pose"):
         robot.inject(name)
     robot.recover()
     assert {fault.kind for fault in robot.read().faults} == {

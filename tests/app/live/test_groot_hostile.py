@@ -155,6 +155,22 @@ def test_outcomes_are_replaced_only_where_a_person_allowed_it(served, client):
     assert not served.control.state.paused
 
 
+def test_nobody_resumes_after_an_emergency_stop_from_here(served, client):
+    control = served.control
+    client.hook(8)
+    assert served.tick(8) is Status.RUNNING
+    control.emergency_stop("pressed", pressed=True)
+    client.unlock(8)
+    control.emergency_stop("pressed", pressed=False)
+    control.acknowledge()
+    assert control.emergency_stop("pressed", pressed=False)
+    client.unlock(8)
+    client.ask(b"A")
+    assert control.state.paused
+    control.resume()
+    assert not control.state.paused
+
+
 def test_the_loop_never_waits_for_the_port(served, client):
     stop = threading.Event()
 

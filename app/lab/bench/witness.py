@@ -1,0 +1,160 @@
+"""What a robot really does, whatever faults make of its readings: the judge of the benches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from controller import Command
+from hw import Camera, Robot, RobotState
+from robots import Array, RobotDescription
+
+AT_REST = 0.01
+"""Slower than this is at rest [m/s or rad/s]."""
+
+_PERIOD = 0.01
+"""Of control [s]."""
+_GAP = 1.5 * _PERIOD
+"""After this long without a command the robot may have begun to stop by itself [s]."""
+_ROUNDING = 1.001
+
+
+@dataclass(kw_only=True)
+class Violations:
+    """How often a limit was exceeded."""
+
+    position: int = 0
+    """Readings with a joint out of its range."""
+    velocity: int = 0
+    """Readings with a joint or the base faster than it may be."""
+    acceleration: int = 0
+    """Commands that change a velocity faster than it may change. Braking may use the emergency
+    deceleration, and a change that was not used may be saved up for one period."""
+
+    @property
+    def total(self) -> int:
+        """All."""
+        return self.position + self.velocity + self.acceleration
+
+
+class Witness:
+    """A robot between the injected faults and the real or simulated one, which it passes on to.
+
+    Args:
+        robot: the one that is watched.
+        violations: where they are counted; None starts at zero.
+        seen: called after every reading.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        violations: Violations | None = None,
+        seen: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._robot = robot
+        self._seen = seen
+        self._limits = robot.description.limits
+        self.violations = Violations() if violations is None else violations
+        self.state: RobotState | None = None
+        """The last true reading."""
+        self._now = -np.inf
+        self._sent = self._before = Command.stop()
+
+    @property
+    def speed(self) -> float:
+        """The largest velocity of the last true reading [m/s or rad/s]."""
+        if self.state is None:
+            return 0.0
+        return float(max(np.abs(self.state.qd).max(), np.abs(self.state.base_twist).max()))
+
+    @property
+    def description(self) -> RobotDescription:
+        """That of the robot."""
+        return self._robot.description
+
+    @property
+    def camera(self) -> Camera:
+        """That of the robot."""
+        return self._robot.camera
+
+    def connect(self) -> None:
+        """As the robot does."""
+        self._robot.connect()
+
+    def read(self) -> RobotState:
+        """The robot's reading, held against the limits."""
+        state = self.state = self._robot.read()
+        limits, found = self._limits, self.violations
+        found.position += bool(
+            ((state.q > limits.q_max + 1e-6) | (state.q < limits.q_min - 1e-6)).any()
+        )
+        found.velocity += _exceeds(state.qd, limits.qd) or _exceeds(
+            state.base_twist, limits.base_speed(state.base_twist)
+        )
+        self._seen()
+        return state
+
+    def send(self, command: Command) -> Command:
+        """Pass a command on, held against the one before."""
+        state = self._robot.read()
+        if state.stamp > self._now:
+            gap, self._now, self._before = state.stamp - self._now, state.stamp, self._sent
+        else:
+            gap = 0.0
+        dt = min(gap, _GAP) + _PERIOD
+        measured = Command(base_twist=state.base_twist, qd=state.qd)
+        starts = (self._before, measured) if gap > _GAP else (self._before,)
+        self.violations.acceleration += not any(self._follows(one, command, dt) for one in starts)
+        self._sent = self._robot.send(command)
+        return self._sent
+
+    def grip(self, width: float, force: float) -> None:
+        """As the robot does."""
+        self._robot.grip(width, force)
+
+    def recover(self) -> None:
+        """As the robot does."""
+        self._robot.recover()
+
+    def stop(self) -> None:
+        """As the robot does."""
+        self._robot.stop()
+
+    def close(self) -> None:
+        """As the robot does."""
+        self._robot.close()
+
+    def __enter__(self) -> Self:
+        self.connect()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _follows(self, before: Command, command: Command, dt: float) -> bool:
+        """Whether a command may follow another within a time [s]."""
+        limits = self._limits
+        return command.is_finite() and not (
+            _changes(
+                before.base_twist,
+                command.base_twist,
+                limits.base_acceleration,
+                limits.base_emergency,
+                dt,
+            )
+            or _changes(before.qd, command.qd, limits.qdd, limits.qdd, dt)
+        )
+
+
+def _changes(before: Array, after: Array, faster: Array, slower: Array, dt: float) -> bool:
+    """Whether a velocity changes by more than it may within a time [s]."""
+    brakes = (np.abs(after) < np.abs(before)) & (after * before >= 0.0)
+    return _exceeds(after - before, np.where(brakes, slower, faster) * dt)
+
+
+def _exceeds(values: Array, limits: Array) -> bool:
+    return bool((np.abs(values) > limits * _ROUNDING + 1e-6).any())

@@ -1,0 +1,98 @@
+"""Faults of the camera."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+
+from hw.faults.effect import Effect
+from hw.frame import DepthArray, DepthFrame
+
+
+class FramesLost(Effect):
+    """There is no frame."""
+
+    def frame(self, frame: DepthFrame | None) -> DepthFrame | None:
+        """None."""
+        return None
+
+
+class FramesLate(Effect):
+    """Frames arrive late, with the stamps of when they were captured.
+
+    Args:
+        delay: from the capture to the arrival [s].
+    """
+
+    def __init__(self, delay: float) -> None:
+        self._delay = delay
+        self._under_way: deque[DepthFrame] = deque()
+
+    def frame(self, frame: DepthFrame | None) -> DepthFrame | None:
+        """The newest one that has arrived; the oldest known until one has."""
+        if frame is not None and (not self._under_way or frame is not self._under_way[-1]):
+            self._under_way.append(frame)
+        arrived = self.site.now - self._delay + 1e-9
+        while len(self._under_way) > 1 and self._under_way[1].stamp <= arrived:
+            self._under_way.popleft()
+        return self._under_way[0] if self._under_way else None
+
+
+class FramesFrozen(Effect):
+    """The camera delivers one and the same frame."""
+
+    _first: DepthFrame | None = None
+
+    def frame(self, frame: DepthFrame | None) -> DepthFrame | None:
+        """The first frame."""
+        self._first = self._first or frame
+        return self._first
+
+
+class _Repainted(Effect):
+    """Every new frame is changed once."""
+
+    _seen: DepthFrame | None = None
+    _shown: DepthFrame | None = None
+
+    def frame(self, frame: DepthFrame | None) -> DepthFrame | None:
+        """The changed frame, one object for each frame of the camera."""
+        if frame is not self._seen:
+            self._seen = frame
+            self._shown = frame and replace(frame, depth=self.repaint(frame.depth))
+        return self._shown
+
+    def repaint(self, depth: DepthArray) -> DepthArray:
+        """The picture instead of a picture."""
+        raise NotImplementedError
+
+
+class PictureFrozen(_Repainted):
+    """The picture stands still; stamps and places of the camera are fresh."""
+
+    _first: DepthArray | None = None
+
+    def repaint(self, depth: DepthArray) -> DepthArray:
+        """The first picture."""
+        if self._first is None:
+            self._first = depth
+        return self._first
+
+
+class FramesFilled(_Repainted):
+    """Pixels have one value, all of them or a random share.
+
+    Args:
+        value: 0 as of a dark camera, NaN as of one that measures nothing [m].
+        share: of the pixels.
+    """
+
+    def __init__(self, value: float, share: float = 1.0) -> None:
+        self._value, self._share = value, share
+
+    def repaint(self, depth: DepthArray) -> DepthArray:
+        """The picture with the value in it."""
+        hit = self.site.rng.random(depth.shape) < self._share
+        return np.where(hit, np.float32(self._value), depth)

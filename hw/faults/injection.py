@@ -1,0 +1,210 @@
+"""A robot that has faults on request."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf
+from typing import Self
+
+import numpy as np
+
+from controller import Command
+from hw.faults.effect import Effect, Site
+from hw.faults.table import INJECTABLE, InjectionError, injectable
+from hw.frame import DepthFrame
+from hw.robot import Camera, Robot
+from hw.state import RobotState
+from hw.truth import DisturbableWorld, Truth
+from robots import RobotDescription
+
+
+@dataclass(eq=False)
+class _Injected:
+    """A fault that the robot is to have."""
+
+    effect: Effect
+    duration: float
+    """How long it lasts [s]."""
+    until: float = inf
+    """When it ends; known once it has begun [s]."""
+
+
+class FaultInjection:
+    """A robot that also has the faults that a person gives it, from the next reading on.
+
+    With the same seed and the same calls at the same readings, a fault does the same.
+
+    Args:
+        robot: what it is otherwise.
+        truth: of the robot's world, for faults that are done to the world.
+        seed: of what is random about the faults.
+    """
+
+    def __init__(self, robot: Robot, truth: Truth | None = None, seed: int = 0) -> None:
+        self._robot = robot
+        self._world = truth if isinstance(truth, DisturbableWorld) else None
+        self._rng = np.random.default_rng((seed, len(INJECTABLE)))
+        self._site: Site | None = None
+        self._homes = {one.name: one.pose for one in self._world.objects} if self._world else {}
+        self._lock = threading.Lock()
+        self._wanted: dict[str, _Injected] = {}
+        """What was injected and not cleared, by name; changed by any thread."""
+        self._effects: dict[str, Effect] = {}
+        """What has begun and not ended; changed by `read` alone."""
+        self._camera = _FaultyCamera(robot.camera, lambda: self._effects, self._now)
+
+    def check(self, name: str) -> None:
+        """Whether this robot, in this world, can have a fault.
+
+        Raises:
+            InjectionError: there is no such fault, or not in this world.
+        """
+        if injectable(name).of_world and self._world is None:
+            raise InjectionError(
+                f"`{name}` is done to the objects of a simulated world, and here is none"
+            )
+
+    @property
+    def injected(self) -> tuple[str, ...]:
+        """The names of the faults that it is given now."""
+        return tuple(self._wanted)
+
+    def inject(self, name: str, duration: float = inf) -> None:
+        """Have a fault of `INJECTABLE` from the next reading on; from any thread.
+
+        Args:
+            name: of the fault.
+            duration: how long, by the stamps of the robot's own readings, if nobody clears it [s].
+
+        Raises:
+            InjectionError: there is no such fault, or not in this world.
+        """
+        self.check(name)
+        with self._lock:
+            self._wanted[name] = _Injected(INJECTABLE[name].make(), duration)
+
+    def clear(self, name: str | None = None) -> None:
+        """Have a fault no more from the next reading on, whatever its kind; from any thread.
+
+        Args:
+            name: of the fault; None clears all.
+        """
+        with self._lock:
+            self._wanted = {n: e for n, e in self._wanted.items() if name not in (None, n)}
+
+    @property
+    def description(self) -> RobotDescription:
+        """That of the robot."""
+        return self._robot.description
+
+    @property
+    def camera(self) -> Camera:
+        """That of the robot, as the faults let its frames through."""
+        return self._camera
+
+    def connect(self) -> None:
+        """As the robot does."""
+        self._robot.connect()
+
+    def read(self) -> RobotState:
+        """The robot's reading, as the faults let it through."""
+        state = self._robot.read()
+        if self._wanted or self._effects:
+            self._update(state)
+            for effect in self._effects.values():
+                state = effect.reading(state)
+        return state
+
+    def send(self, command: Command) -> Command:
+        """What the robot applied, or claims to have applied."""
+        wanted = command
+        for effect in self._effects.values():
+            wanted = effect.command(wanted)
+        applied = self._robot.send(wanted)
+        if wanted is command:
+            return applied
+        return Command(base_twist=command.base_twist, qd=applied.qd)
+
+    def grip(self, width: float, force: float) -> None:
+        """As the robot does, if its fingers do."""
+        for effect in self._effects.values():
+            if (reached := effect.grip(width)) is None:
+                return
+            width = reached
+        self._robot.grip(width, force)
+
+    def recover(self) -> None:
+        """As the robot does; clears the injected faults that a program may clear, too."""
+        self._robot.recover()
+        with self._lock:
+            self._wanted = {n: e for n, e in self._wanted.items() if not INJECTABLE[n].clearable}
+
+    def stop(self) -> None:
+        """As the robot does."""
+        self._robot.stop()
+
+    def close(self) -> None:
+        """As the robot does."""
+        self._robot.close()
+
+    def __enter__(self) -> Self:
+        self.connect()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _update(self, state: RobotState) -> None:
+        """Begin what was injected and end what was cleared since the last reading."""
+        with self._lock:
+            self._wanted = {n: i for n, i in self._wanted.items() if state.stamp < i.until - 1e-9}
+            wanted = {name: injected.effect for name, injected in self._wanted.items()}
+            for injected in self._wanted.values():
+                injected.until = min(injected.until, state.stamp + injected.duration)
+        site = self._site = self._site or Site(
+            description=self.description,
+            state=state,
+            world=self._world,
+            homes=self._homes,
+            rng=self._rng,
+        )
+        site.state = state
+        before, self._effects = self._effects, wanted
+        for name, effect in before.items():
+            if wanted.get(name) is not effect:
+                effect.end()
+        for name, effect in wanted.items():
+            if before.get(name) is not effect:
+                effect.begin(site)
+
+    def _now(self) -> float:
+        return self._site.now if self._site is not None else 0.0
+
+
+class _FaultyCamera:
+    """The camera of a robot that has faults.
+
+    Args:
+        camera: the robot's own.
+        effects: the faults of the moment.
+        now: session time [s].
+    """
+
+    def __init__(
+        self,
+        camera: Camera,
+        effects: Callable[[], dict[str, Effect]],
+        now: Callable[[], float],
+    ) -> None:
+        self._camera, self._effects, self._now = camera, effects, now
+
+    def latest(self, max_age: float) -> DepthFrame | None:
+        """The newest frame that the faults let through, unless it is older than `max_age` [s]."""
+        effects = self._effects()
+        frame = self._camera.latest(inf if effects else max_age)
+        for effect in effects.values():
+            frame = effect.frame(frame)
+        is_old = frame is not None and bool(effects) and self._now() - frame.stamp > max_age
+        return None if is_old else frame

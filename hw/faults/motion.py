@@ -1,0 +1,63 @@
+"""Faults of what is commanded: base, arm and fingers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from controller import Command
+from hw.faults.effect import Effect, Site
+
+_LONGEST_PERIOD = 0.02
+"""A command counts for this long at most [s]."""
+
+
+class BaseIgnoresCommands(Effect):
+    """The base rolls out within its own acceleration limits, and says nothing."""
+
+    def begin(self, site: Site) -> None:
+        """From the speed that it has."""
+        super().begin(site)
+        self._twist = site.state.base_twist
+        self._since = site.now
+
+    def command(self, command: Command) -> Command:
+        """The arm's part of it."""
+        dt = min(self.site.now - self._since, _LONGEST_PERIOD)
+        self._since = self.site.now
+        step = self.site.description.limits.base_acceleration * dt
+        self._twist = self._twist - np.clip(self._twist, -step, step)
+        return replace(command, base_twist=self._twist)
+
+
+class SendingFails(Effect):
+    """Commanding the robot raises an exception; nothing reaches it.
+
+    Args:
+        error: makes it.
+    """
+
+    def __init__(self, error: Callable[[], Exception]) -> None:
+        self._error = error
+
+    def command(self, command: Command) -> Command:
+        """Never returns."""
+        raise self._error()
+
+
+class GripperDead(Effect):
+    """The fingers do not move, and say nothing."""
+
+    def grip(self, width: float) -> float | None:
+        """None."""
+        return None
+
+
+class GripperHalfway(Effect):
+    """The fingers stop in the middle of their way."""
+
+    def grip(self, width: float) -> float | None:
+        """The middle."""
+        return (width + self.site.state.gripper_width) / 2.0

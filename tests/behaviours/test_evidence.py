@@ -1,0 +1,227 @@
+"""What the behaviours take as evidence that the hand holds something, and that it let go."""
+
+import re
+
+import numpy as np
+import pytest
+from harness import (
+    BUTTON,
+    REFLEX,
+    TABLE_TOP,
+    Harness,
+    block,
+    held_block,
+    looking_down,
+    over_the_table,
+    table_world,
+)
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours import Region
+from behaviours.grasp import Grasp
+from behaviours.gripper import HoldingObject, OpenGripper
+from behaviours.place import Place
+from behaviours.retreat_check import RetreatCheck
+
+FAR = Region(
+    name="table",
+    wTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
+    size=np.array([0.3, 0.4, 0.2]),
+)
+
+
+def kill_gripper(harness: Harness, says_it_moves: bool = False) -> None:
+    """From now on the fingers stay where they are, whatever they are told."""
+    harness.robot.grip = lambda width, force: None
+    harness.robot.restless = says_it_moves
+
+
+def place(harness: Harness, on: Region = FAR) -> Place:
+    return Place("place", harness.context, on=on, pitch_m=0.13)
+
+
+@pytest.mark.parametrize("says_it_moves", [False, True])
+def test_a_grasp_with_fingers_that_never_move_fails_and_the_grasp_is_not_blamed(says_it_moves):
+    harness = over_the_table(block(x=0.75))
+    kill_gripper(harness, says_it_moves)
+    leaf = Grasp("grasp", harness.context, within=FAR)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "the fingers did not move"
+    assert harness.context.log.attempts == 0
+    harness.reach_over(looking_down(0.68, 0.0, TABLE_TOP + 0.35))
+    assert harness.run(leaf) is Status.FAILURE  # it was found again, and gripped
+    assert leaf.feedback_message == "the fingers did not move"
+
+
+@pytest.mark.parametrize("says_it_moves", [False, True])
+@pytest.mark.parametrize("width", [0.08, 0.04])
+def test_fingers_that_never_move_hold_nothing_wherever_they_stand(width, says_it_moves):
+    harness = Harness(table_world())
+    if width < 0.08:
+        harness.robot.grip(width, 20.0)
+        harness.run_for(None, 1.0)
+    kill_gripper(harness, says_it_moves)
+    harness.grip(0.0)
+    for leaf in (
+        RetreatCheck("retreat_check", harness.context),
+        HoldingObject("holding_object", harness.context),
+        place(harness),
+    ):
+        assert harness.run(leaf) is Status.FAILURE
+        assert re.search("did not move|still move", leaf.feedback_message)
+    assert harness.context.log.placed == 0
+
+
+def test_a_gripper_that_only_says_that_it_moves_does_not_keep_the_hand_up_for_ever():
+    harness = held_block()
+    harness.robot.restless = True
+    leaf = RetreatCheck("retreat_check", harness.context)
+    assert harness.run(leaf, seconds=10.0) is Status.FAILURE
+    assert leaf.feedback_message == "the fingers still move after 3 s"
+
+
+def test_a_retreat_without_a_grip_before_it_holds_nothing():
+    harness = Harness()
+    leaf = RetreatCheck("retreat_check", harness.context)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "the fingers were not told to close"
+
+
+def test_fingers_that_opened_again_hold_nothing():
+    harness = held_block()
+    harness.robot.grip(0.07, 20.0)  # somebody lets go
+    harness.run_for(None, 1.0)
+    leaf = RetreatCheck("retreat_check", harness.context)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "the fingers have opened"
+
+
+def test_fingers_that_went_where_they_were_told_hold_nothing():
+    harness = Harness()
+    harness.grip(0.06)  # as before going down on a grasp
+    leaf = HoldingObject("holding_object", harness.context)
+    harness.tick(leaf)
+    assert leaf.status is Status.FAILURE
+    assert leaf.feedback_message.endswith("nothing stopped the fingers")
+
+
+def test_something_nearly_as_wide_as_the_hand_is_held():
+    thing = block(half=(0.0385, 0.03, 0.025), x=1.0)
+    harness = Harness(table_world(thing))
+    harness.reach_over(looking_down(0.7, 0.0, TABLE_TOP + 0.03, yaw=np.pi / 2))
+    thing.pose.translation = np.array([*harness.context.wTe.translation[:2], TABLE_TOP + 0.025])
+    harness.grip(0.0)
+    assert harness.context.state.gripper_width > 0.076
+    leaf = RetreatCheck("retreat_check", harness.context)
+    assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message
+
+
+# place
+
+
+def test_nothing_moves_when_nothing_was_grasped():
+    """Fingers around something, and yet nobody has grasped it."""
+    harness = held_block()
+    harness.context.log.carried.clear()
+    leaf = place(harness)
+    harness.tick(leaf)
+    assert leaf.status is Status.FAILURE
+    assert leaf.feedback_message == "nothing to place: nothing was grasped"
+    harness.run_for(None, 0.1)
+    assert harness.speed < 1e-3
+
+
+def test_open_fingers_have_nothing_to_place():
+    harness = Harness()
+    leaf = place(harness)
+    harness.tick(leaf)
+    assert leaf.feedback_message == "nothing to place: the fingers are open"
+    assert harness.speed == 0.0
+
+
+def test_what_is_not_let_go_is_not_placed():
+    harness = held_block()
+    kill_gripper(harness)
+    leaf = place(harness)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "the fingers did not move"
+    assert harness.context.log.placed == 0
+
+
+def test_fingers_that_open_half_way_have_not_let_go():
+    harness = held_block()
+    grip = harness.robot.grip
+    harness.robot.grip = lambda width, force: grip(0.06, force)
+    leaf = place(harness)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "not let go: the fingers stopped at 60 mm"
+    assert harness.context.log.placed == 0
+
+
+def lowest_pad(harness: Harness) -> float:
+    """Height of the lower finger tip over the table in this tick [m]."""
+    gripper, wTe = harness.context.robot.description.gripper, harness.context.wTe
+    corners = [wTe.act(np.array([0.0, y, gripper.tip])) for y in (-0.048, 0.048)]
+    return float(min(corner[2] for corner in corners)) - TABLE_TOP
+
+
+@pytest.mark.parametrize("grip_height", [-0.02, 0.0, 0.008, 0.03])
+def test_the_finger_tips_stay_above_the_surface(grip_height):
+    """However low the object was gripped, or seemed to be."""
+    harness = held_block(block(half=(0.02, 0.02, 0.02)))
+    harness.context.log.grip_height = grip_height
+    leaf, lowest = place(harness), np.inf
+    while harness.run(leaf, seconds=0.01) is Status.RUNNING:
+        lowest = min(lowest, lowest_pad(harness))
+    assert 0.003 < lowest < 0.03 + max(grip_height, 0.0)
+
+
+def test_a_place_at_which_lowering_failed_is_not_tried_again():
+    harness = held_block()
+    leaf = place(harness)
+    harness.run_into(leaf, "lower")
+    harness.robot.faults = (REFLEX,)
+    harness.tick(leaf)
+    assert harness.context.log.places_blocked == {"table": {1}}
+    harness.robot.faults = ()
+    assert harness.run(leaf) is Status.SUCCESS
+    assert leaf.feedback_message == "placed on table, place 2"
+
+
+def test_a_place_that_the_hand_cannot_be_lowered_on_is_not_tried_again():
+    harness = held_block()
+    leaf = place(harness)
+    harness.run_into(leaf, "lower")
+    harness.robot.stuck = True
+    assert harness.run(leaf, seconds=5.0) is Status.FAILURE
+    assert leaf.feedback_message.startswith("lowering: stuck")
+    assert harness.context.log.places_blocked == {"table": {1}}
+
+
+def test_an_emergency_stop_says_nothing_about_the_place():
+    harness = held_block()
+    leaf = place(harness)
+    harness.run_into(leaf, "lower")
+    harness.robot.faults = (BUTTON,)
+    harness.tick(leaf)
+    assert leaf.status is Status.FAILURE
+    assert harness.context.log.places_blocked == {}
+
+
+def test_places_that_are_taken_or_blocked_are_counted():
+    harness = held_block()
+    log = harness.context.log
+    log.places_used["table"], log.places_blocked["table"] = {1, 2, 4}, {3, 5, 6}
+    leaf = place(harness)
+    harness.tick(leaf)
+    assert leaf.status is Status.FAILURE
+    assert leaf.feedback_message == "all 6 places on table are taken or blocked (3)"
+
+
+def test_open_gripper_says_that_the_fingers_did_not_move():
+    harness = held_block()
+    kill_gripper(harness)
+    leaf = OpenGripper("open_gripper", harness.context)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "the fingers did not move"

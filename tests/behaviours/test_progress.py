@@ -1,0 +1,160 @@
+"""When a motion counts as stuck: the one notion of progress of all behaviours that move."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from harness import Harness, block, looking_down, over_the_table, table_world
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours import BasePose, Leaf, LeafCrashedError, Progress, Region, ToolPose
+from behaviours.drive import Drive
+from behaviours.grasp import Grasp
+from behaviours.navigate import Navigate
+from controller import BaseGoal, PoseGoal
+
+FAR_AWAY = ToolPose(name="far_away", wTe=looking_down(2.5, 0.5, 0.8))
+
+
+def base_pose(x: float, y: float, degrees: float) -> BasePose:
+    return BasePose(
+        name="there",
+        wTb=SE3(pin.utils.rotate("z", np.radians(degrees)), np.array([x, y, 0.0])),
+    )
+
+
+@pytest.mark.parametrize(
+    ("start", "to"),
+    [
+        ((2.535, -0.012, -15.0), (0.0, 0.0, 0.0)),
+        ((2.0, 0.3, 0.0), (0.0, 0.0, 0.0)),
+        ((1.5, 1.0, 90.0), (0.0, 0.0, 0.0)),
+    ],
+)
+def test_a_base_that_swings_round_is_not_stuck(start, to):
+    harness = Harness()
+    assert harness.run(Drive("drive", harness.context, to=base_pose(*start))) is Status.SUCCESS
+    leaf = Drive("drive", harness.context, to=base_pose(*to))
+    assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message
+
+
+@pytest.mark.parametrize("goal", [FAR_AWAY, base_pose(2.0, 0.0, 0.0)])
+def test_a_robot_that_does_not_move_is_stuck_within_seconds(goal):
+    harness = Harness()
+    harness.robot.stuck = True
+    leaf = Navigate("navigate", harness.context, to=goal)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message.startswith("stuck")
+    assert 2.0 < harness.clock.now() < 4.0
+
+
+def test_a_robot_that_only_moves_about_is_stuck_in_the_end():
+    """It turns on the spot, whatever it is told."""
+    harness = Harness()
+    send = harness.robot.send
+    turning = np.array([0.0, 0.0, 0.5])
+    harness.robot.send = lambda command: send(replace(command, base_twist=turning, qd=np.zeros(7)))
+    leaf = Navigate("navigate", harness.context, to=base_pose(2.0, 0.0, 0.0))
+    assert harness.run(leaf, seconds=40.0) is Status.FAILURE
+    assert leaf.feedback_message.startswith("stuck")
+    assert harness.clock.now() < 25.0  # a turn brings the base's heading nearer once
+
+
+def test_a_goal_out_of_reach_is_given_up():
+    harness = Harness()
+    leaf = Navigate(
+        "navigate", harness.context, to=ToolPose(name="sky", wTe=looking_down(0.5, 0.0, 2.5))
+    )
+    assert harness.run(leaf, seconds=60.0) is Status.FAILURE
+    assert leaf.feedback_message.startswith("stuck")
+
+
+def test_a_pause_counts_in_no_patience():
+    harness = Harness()
+    leaf = Navigate("navigate", harness.context, to=FAR_AWAY)
+    harness.run_for(leaf, 1.0)
+    harness.robot.stuck = True
+    harness.run_for(leaf, 2.0)
+    harness.task_clock.hold()
+    harness.run_for(None, 20.0)
+    harness.task_clock.release()
+    harness.robot.stuck = False
+    harness.run_for(leaf, 0.1)
+    assert leaf.status is Status.RUNNING
+    assert harness.run(leaf) is Status.SUCCESS
+
+
+def test_late_ticks_count_in_no_patience():
+    harness = Harness()
+    progress = Progress(harness.context)
+    _, report = harness.controller.step(
+        harness.context.state, BaseGoal(wTb=FAR_AWAY.wTe), harness.gate.applied
+    )
+    assert not progress.is_stuck(report)
+    harness.clock.sleep_until(60.0)
+    assert not progress.is_stuck(report)
+
+
+@pytest.mark.parametrize("kind", ["tool", "base"])
+def test_the_controller_reports_what_base_and_arm_have_left(kind):
+    harness = Harness()
+    goal = PoseGoal(wTe=FAR_AWAY.wTe) if kind == "tool" else BaseGoal(wTb=base_pose(2, 0, 0).wTb)
+    applied, reports = harness.gate.applied, []
+    for _ in range(200):
+        state = harness.robot.read()
+        command, report = harness.controller.step(state, goal, applied)
+        applied = harness.gate.send(command, state, harness.clock.now())
+        harness.clock.sleep_until(harness.clock.now() + 0.01)
+        reports.append(report)
+    assert reports[0].base_time > reports[-1].base_time > 0.0
+    assert (reports[0].posture_error > 0.0) is (kind == "tool")
+
+
+# the time of a grasp
+
+
+def test_a_grasp_has_a_total_time():
+    harness = over_the_table(block(x=0.75))
+    region = Region(name="spot", wTr=SE3(np.eye(3), np.array([0.75, 0, 0.6])), size=np.full(3, 0.4))
+    leaf = Grasp("grasp", harness.context, within=region, timeout_s=0.8)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "not done after 0.8 s"
+
+
+# two goals in one tick
+
+
+def test_two_leaves_that_move_the_robot_at_the_same_time_are_named():
+    harness = Harness(table_world())
+    first = Navigate("go there", harness.context, to=FAR_AWAY)
+    second = Drive("drive", harness.context, forward_m=1.0)
+
+    class Both(Leaf):
+        def update(self) -> Status:
+            first.tick_once()
+            second.tick_once()
+            return Status.RUNNING
+
+    with pytest.raises(LeafCrashedError, match="`go there` and `drive` both move the robot"):
+        harness.tick(Both("both", harness.context))
+
+
+def test_a_leaf_may_take_over_in_the_tick_in_which_another_ends():
+    harness = Harness()
+    first = Navigate("first", harness.context, to=base_pose(0.0, 0.0, 0.0))
+    second = Navigate("second", harness.context, to=base_pose(0.5, 0.0, 0.0))
+    harness.tick(first)
+    harness.tick(first)
+    assert first.status is Status.RUNNING or first.status is Status.SUCCESS
+
+    class InOrder(Leaf):
+        def update(self) -> Status:
+            if first.status is not Status.SUCCESS:
+                first.tick_once()
+            if first.status is Status.SUCCESS:
+                second.tick_once()
+            return second.status if second.status is Status.SUCCESS else Status.RUNNING
+
+    assert harness.run(InOrder("both", harness.context)) is Status.SUCCESS

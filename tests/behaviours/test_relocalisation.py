@@ -1,0 +1,151 @@
+"""What the world tells late, and where it is not what it was: late frames, jumps of the base."""
+
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from harness import TABLE_TOP, Harness, block, held_block, over_the_table
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours import BehaviourSettings, Region
+from behaviours.follow import Follow
+from behaviours.grasp import Grasp
+from behaviours.place import Place
+from behaviours.relocalisation import Relocalisation
+
+REGION = Region(
+    name="spot",
+    wTr=SE3(np.eye(3), np.array([0.75, 0.0, TABLE_TOP + 0.1])),
+    size=np.array([0.4, 0.4, 0.2]),
+)
+
+
+class LateCamera:
+    """Delivers every frame some time after it was captured."""
+
+    def __init__(self, harness: Harness, late: float) -> None:
+        self._camera, self._clock, self._late = harness.robot.camera, harness.clock, late
+        self._frames: deque = deque()
+
+    def latest(self, max_age: float):
+        self._frames.append(self._camera.latest(max_age))
+        due = self._clock.now() - self._late
+        while len(self._frames) > 1 and self._frames[1].stamp <= due + 1e-6:
+            self._frames.popleft()
+        return self._frames[0] if self._frames[0].stamp <= due + 1e-6 else None
+
+
+def with_late_frames(late: float) -> Harness:
+    harness = over_the_table(block(x=0.75))
+    camera = LateCamera(harness, late)
+    harness.context.vision._camera = camera
+    for _ in range(60):
+        camera.latest(1.0)
+        harness.run_for(None, 0.01)
+    return harness
+
+
+@pytest.mark.parametrize("behaviour", ["grasp", "follow"])
+def test_frames_that_come_late_are_a_reason_of_their_own(behaviour):
+    harness = with_late_frames(0.3)
+    begun = harness.clock.now()
+    leaf = {"grasp": Grasp, "follow": Follow}[behaviour](behaviour, harness.context, within=REGION)
+    assert harness.run(leaf) is Status.FAILURE
+    assert "frames come 0.3" in leaf.feedback_message
+    assert harness.clock.now() - begun < 2.0
+
+
+# jumps of the localisation
+
+
+def displace(harness: Harness, metres: float, degrees: float = 0.0) -> None:
+    """The base believes from now on that it is somewhere else."""
+    read = harness.robot.read
+    jump = SE3(pin.utils.rotate("z", np.radians(degrees)), np.array([0.0, metres, 0.0]))
+    harness.robot.read = lambda: replace(state := read(), wTb=state.wTb * jump)
+
+
+def test_a_grasp_that_was_locked_is_looked_for_again_after_a_jump():
+    harness = over_the_table(block(x=0.75))
+    leaf = Grasp("grasp", harness.context, within=REGION)
+    harness.run_into(leaf, "lock")
+    displace(harness, 0.1)
+    harness.tick(leaf)
+    assert harness.context.relocalised == "the base was relocalised by 0.10 m and 0°"
+    assert leaf.phase == "approach"
+
+
+@pytest.mark.parametrize(("metres", "degrees"), [(0.1, 0.0), (0.0, 5.0)])
+def test_a_hand_that_goes_down_stops_after_a_jump(metres, degrees):
+    harness = over_the_table(block(x=0.75))
+    leaf = Grasp("grasp", harness.context, within=REGION)
+    harness.run_into(leaf, "descend")
+    displace(harness, metres, degrees)
+    harness.tick(leaf)
+    assert leaf.status is Status.FAILURE
+    assert leaf.feedback_message.startswith("the base was relocalised by")
+    assert not harness.context.vision.tracker.locked
+
+
+def test_an_object_is_not_lowered_where_the_place_is_no_longer():
+    harness = held_block()
+    leaf = Place("place", harness.context, on=REGION, pitch_m=0.13)
+    harness.run_into(leaf, "lower")
+    displace(harness, 0.05)
+    harness.tick(leaf)
+    assert leaf.phase == "approach"
+    assert harness.run(leaf) is Status.SUCCESS
+
+
+def test_a_localisation_that_jumps_again_and_again_ends_the_placing():
+    harness = held_block()
+    leaf = Place("place", harness.context, on=REGION, pitch_m=0.13)
+    for _ in range(4):
+        harness.run_into(leaf, "lower")
+        displace(harness, 0.05)
+        harness.tick(leaf)
+    assert leaf.status is Status.FAILURE
+    assert "relocalised" in leaf.feedback_message
+
+
+def test_a_jump_during_a_pause_is_told_by_the_next_tick():
+    harness = Harness()
+    harness.run_for(None, 0.5)
+    displace(harness, 0.1)
+    harness.context.read(harness.robot.read())
+    harness.run_for(None, 0.01)
+    assert harness.context.relocalised
+    harness.run_for(None, 0.01)
+    assert not harness.context.relocalised
+
+
+def readings(harness: Harness, seconds: float, twist: np.ndarray) -> list:
+    """What the robot tells while its base moves with a twist."""
+    seen = []
+    for _ in range(round(seconds * 100)):
+        seen.append(harness.robot.read())
+        harness.robot.send(replace(harness.gate.applied, base_twist=twist))
+        harness.clock.sleep_until(harness.clock.now() + 0.01)
+    return seen
+
+
+def test_motion_gaps_and_the_first_reading_are_no_jumps():
+    seen = readings(Harness(), 3.0, np.array([1.0, 0.0, 1.0]))
+    relocalisation = Relocalisation(BehaviourSettings().relocalisation)
+    assert not any(relocalisation.note(state) for state in seen)
+    relocalisation = Relocalisation(BehaviourSettings().relocalisation)
+    assert not any(relocalisation.note(state) for state in seen[::40])  # gaps of 0.4 s
+
+
+def test_a_jump_that_is_spread_over_some_readings_is_one_jump():
+    """As interpolation between the readings of a slow base does."""
+    seen = readings(Harness(), 1.0, np.array([0.5, 0.0, 0.0]))
+    relocalisation = Relocalisation(BehaviourSettings().relocalisation)
+    told = []
+    for number, state in enumerate(seen):
+        away = SE3(np.eye(3), np.array([0.0, 0.005 * np.clip(number - 50, 0, 8), 0.0]))
+        told.append(relocalisation.note(replace(state, wTb=state.wTb * away)))
+    assert [bool(text) for text in told].count(True) == 1
