@@ -18,7 +18,7 @@ from behaviours.log import Carried, TaskLog
 from behaviours.look_at import LookAt
 from behaviours.move_arm import MoveArm
 from behaviours.navigate import Navigate
-from behaviours.place import Place
+from behaviours.place import Place, slots
 from behaviours.poses import BasePose, Posture, Region, ToolPose
 from behaviours.progress import Progress
 from behaviours.ranges import Bounds, Count, NotNegative, Percent, Positive
@@ -85,4 +85,5 @@ __all__ = [
     "Vision",
     "VisionBeside",
     "VisionInStep",
+    "slots",
 ]

@@ -15,7 +15,7 @@ from typing import Any, cast
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from app.core import End, Outcome, failed_node
+from app.core import End, Outcome
 from behaviours import Key, TaskLog
 from config import UserError, quoted, suggest
 from hw import SimClock, TaskClock
@@ -27,6 +27,7 @@ from trees.language import (
     Task,
     ValueType,
     build,
+    failed_node,
     load,
     nodes_below,
     nodes_in_order,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -32,6 +33,15 @@ class RefusingGroup(TyperGroup):
             if not isinstance(error, UserError):
                 raise
             refuse(str(error))
+        finally:
+            _warn_of_plugins()
+
+
+def _warn_of_plugins() -> None:
+    """Name the packages that could not be used, if this command looked at them."""
+    if (language := sys.modules.get("trees.language")) is not None:
+        for problem in language.plugin_problems():
+            Terminal(stderr=True).say(f"warning: {problem}")
 
 
 def find_tree(tree: str) -> Path:

@@ -19,7 +19,7 @@ from app.core.instruments import Instruments
 from app.core.launch import Result, RunOptions, run_task
 from app.core.measurements import Measurements
 from app.core.on_save import run_on_save
-from app.core.outcome import End, Outcome, failed_node
+from app.core.outcome import End, Outcome
 from app.core.replay import Replay, ReplayError, replay_run
 from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
@@ -52,7 +52,6 @@ __all__ = [
     "Tick",
     "VisionForm",
     "current_phases",
-    "failed_node",
     "footprint",
     "open_setup",
     "parse_fault",

@@ -22,6 +22,7 @@ from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary, summarise
+from app.core.surfaces import unsupported_places
 from app.live import (
     AnyRecorder,
     ControlOptions,
@@ -119,6 +120,8 @@ def run_task(
     tools, vision = instruments or Instruments(), options.vision
     with open_setup(options.robot, options.world, world, detector, vision, tools.beneath) as setup:
         nodes = nodes_in_order(build(task, setup.context))
+        for warning in unsupported_places(task, setup.truth.fixtures) if setup.truth else ():
+            _tell(warning)
         room = OperatorConsole(
             options.control,
             task=task.name,

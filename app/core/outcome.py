@@ -7,7 +7,6 @@ from enum import Enum
 from traceback import format_exception
 
 from py_trees.behaviour import Behaviour
-from py_trees.common import Status
 
 from behaviours import Context, LeafCrashedError
 from controller import GoalError
@@ -91,14 +90,6 @@ def outcome_of(error: BaseException, stage: Stage, root: Behaviour, context: Con
         text = text if isinstance(error, GoalError) else f"{stage.value}: {text}"
     trace = "".join(format_exception(error))
     return Outcome(end=End.CRASH, reason=text, node=leaf.name, where=leaf, trace=trace)
-
-
-def failed_node(root: Behaviour) -> Behaviour:
-    """The deepest node that made a failed tree fail: down the last failed child of each node."""
-    node = root
-    while failed := [child for child in node.children if child.status is Status.FAILURE]:
-        node = failed[-1]
-    return node
 
 
 def last_ticked(root: Behaviour) -> Behaviour:

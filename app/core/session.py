@@ -17,7 +17,7 @@ from py_trees.common import Status
 
 from app.core.decisions import Decisions
 from app.core.measurements import Measurements
-from app.core.outcome import End, Outcome, Stage, failed_node, last_ticked, outcome_of
+from app.core.outcome import End, Outcome, Stage, last_ticked, outcome_of
 from behaviours import Context
 from controller import Command, HolisticController, MotionGoal, StepReport
 from hw import (
@@ -33,6 +33,7 @@ from hw import (
     Watchdog,
     stopwatch,
 )
+from trees.language import failed_node
 
 _LONGEST_STOP = 3.0
 """Coming to rest is given up after this [s]."""
@@ -164,7 +165,7 @@ class Session:
             self._root.tick_once()
         else:
             self._clock.hold()
-            context.state = state
+            context.read(state)
         report = self._step(state, now, context.goal if turn else None)
         if turn:
             context.end_tick(report)

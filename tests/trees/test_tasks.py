@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import metadata
-
 import numpy as np
 import pytest
 from tree_toys import TOYS, Play, ToyContext
@@ -155,23 +153,6 @@ def test_a_leaf_whose_parameters_no_file_can_give_is_refused(tmp_path):
         load(path, leaves={"odd": Odd})
     with pytest.raises(LeafError, match=r"^leaf `Play`: `retry` is a word of the language"):
         load(path, leaves={"retry": Play})
-
-
-def test_installed_packages_add_leaves(tmp_path, monkeypatch):
-    def installed(value: str) -> None:
-        offered = metadata.EntryPoint(name="extra", value=value, group="frankie_task.behaviours")
-        monkeypatch.setattr(metadata, "entry_points", lambda group: [offered])
-
-    path = tmp_path / "t.yaml"
-    path.write_text("task: toy\ntree: {sequence: [open_gripper, play: {script: S}]}\n")
-    assert "unknown node `play`" in str(check(path)[0])
-    installed("tree_toys:Play")
-    assert check(path) == []
-    installed("tree_toys:Nothing")
-    with pytest.raises(
-        LeafError, match=r"`extra` of `tree_toys:Nothing` cannot be loaded: .*; fix"
-    ):
-        check(path)
 
 
 @pytest.mark.parametrize("name", trees.shipped_names())

@@ -5,7 +5,7 @@ and a hint; `build` makes the tree. Leaves are classes with typed constructors (
 other words of the language are defined in `vocabulary`.
 """
 
-from trees.language.branch import Branch, Ticking
+from trees.language.branch import Branch, Ticking, failed_node
 from trees.language.builder import build
 from trees.language.documents import FILE_KEYS
 from trees.language.errors import LeafError, TaskFileError
@@ -20,6 +20,7 @@ from trees.language.registry import (
     Parameter,
     describe_leaves,
     known_leaves,
+    plugin_problems,
 )
 from trees.language.syntax import (
     CompositeNode,
@@ -74,8 +75,10 @@ __all__ = [
     "build",
     "check",
     "describe_leaves",
+    "failed_node",
     "known_leaves",
     "load",
     "nodes_below",
     "nodes_in_order",
+    "plugin_problems",
 ]

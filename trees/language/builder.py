@@ -128,13 +128,20 @@ class _Builder:
         try:
             return make()
         except ValueError as error:
-            diagnostic = Diagnostic(
-                path=self.path,
-                location=node.location,
-                message=f"`{node.type.key}` refuses its parameters: {error}",
-                hint="change them",
-            )
-            raise TaskFileError([diagnostic]) from error
+            message, hint = f"refuses its parameters: {error}", "change them"
+            raise self._refusal(node, message, hint) from error
+        except (Exception, SystemExit) as error:  # of a constructor that anybody may have written
+            message = f"cannot be made: {type(error).__name__}: {error}"
+            raise self._refusal(node, message, "correct the constructor of the leaf") from error
+
+    def _refusal(self, node: LeafNode, message: str, hint: str) -> TaskFileError:
+        diagnostic = Diagnostic(
+            path=self.path,
+            location=node.location,
+            message=f"`{node.type.key}` {message}",
+            hint=hint,
+        )
+        return TaskFileError([diagnostic])
 
     def _key(self, name: str) -> Key[object]:
         if name not in self.keys:

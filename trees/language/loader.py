@@ -18,7 +18,7 @@ from trees.language.lint import lint
 from trees.language.named_poses import read_named_values
 from trees.language.parameters import TaskParameter, override_values, with_values
 from trees.language.parse import read_node
-from trees.language.registry import LeafType, describe_leaves, known_leaves
+from trees.language.registry import Installed, LeafType, describe_leaves, installed
 from trees.language.scope import Scope
 from trees.language.subtrees import Subtrees
 from trees.language.syntax import Task
@@ -86,8 +86,12 @@ def _read(
     path: Path, leaves: Mapping[str, type[Leaf]] | None, overrides: Mapping[str, str], mode: _Mode
 ) -> tuple[Task | None, list[Diagnostic]]:
     """The task, or None if there are errors; and all diagnostics in order."""
-    leaf_types = describe_leaves(known_leaves() if leaves is None else leaves)
-    assembler = _Assembler(leaves=leaf_types, open_tree=mode is _Mode.OPEN)
+    known = installed() if leaves is None else Installed(leaves=leaves, problems={})
+    assembler = _Assembler(
+        leaves=describe_leaves(known.leaves),
+        problems=known.problems,
+        open_tree=mode is _Mode.OPEN,
+    )
     diagnostics = Diagnostics(path, MAX_ERRORS)
     task = None
     try:
@@ -121,6 +125,8 @@ class _Assembler:
     """Makes tasks of the sections of files."""
 
     leaves: Mapping[str, LeafType]
+    problems: Mapping[str, str]
+    """Of leaves that installed packages offer and that cannot be used."""
     open_tree: bool
     """Whether parameters stay in the tree by their names."""
 
@@ -150,6 +156,7 @@ class _Assembler:
             parameters = declared
         scope = Scope(
             leaves=self.leaves,
+            problems=self.problems,
             parameters=parameters,
             named=named,
             diagnostics=diagnostics,

@@ -85,7 +85,9 @@ def _node_key(location: Location, entries: Mapping[str, YamlEntry], scope: Scope
     keys = [key for key in entries if key in nodes]
     unknown = [key for key in entries if key not in (*nodes, *MODIFIERS, NAME)]
     for key in unknown:
-        if not keys:
+        if key in scope.problems:
+            message, _, hint = scope.problems[key].rpartition("; ")
+        elif not keys:
             message, hint = f"unknown node `{key}`", suggest(key, nodes)
         elif keys[0] in scope.leaves and key in scope.leaves[keys[0]].parameters:
             message = f"`{key}` stands beside `{keys[0]}`, and is a parameter of it"

@@ -14,21 +14,18 @@ import typing
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from importlib import metadata
 from typing import TYPE_CHECKING
 
 from behaviours import LEAVES, Condition, Key, Leaf
 from trees.language.errors import LeafError
 from trees.language.keys import Set
+from trees.language.mappings import NAMING_HINT, WORD
+from trees.language.plugins import Offer, offers
 from trees.language.value_types import ValueType, read_annotation
 from trees.language.vocabulary import RESERVED
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
-
-
-ENTRY_POINTS = "frankie_task.behaviours"
-"""Entry-point group in which other packages offer their leaves."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,24 +88,54 @@ SET = LeafType(
 """The one leaf that is a word of the language: its arguments have the names of the keys."""
 
 
-def known_leaves() -> dict[str, type[Leaf]]:
-    """The project's own leaves and those that installed packages offer.
+@dataclass(frozen=True, kw_only=True)
+class Installed:
+    """The leaves of this installation."""
 
-    Raises:
-        LeafError: a package's leaf cannot be loaded, or takes a key that is taken.
-    """
-    leaves = dict(LEAVES)
-    for entry in metadata.entry_points(group=ENTRY_POINTS):
-        try:
-            leaf: type[Leaf] = entry.load()
-            key = leaf.key
-        except Exception as error:
-            message = f"behaviour `{entry.name}` of `{entry.value}` cannot be loaded: {error}"
-            raise LeafError(f"{message}; fix or uninstall its package") from error
-        if key in leaves:
-            raise LeafError(f"`{entry.value}` takes the key `{key}`, which is taken; rename it")
-        leaves[key] = leaf
-    return leaves
+    leaves: Mapping[str, type[Leaf]]
+    """By their keys: the project's own, and those of packages that can be used."""
+    problems: Mapping[str, str]
+    """Of packages that cannot, in a line each, by the name of the entry point."""
+
+
+def installed() -> Installed:
+    """The project's own leaves, and what installed packages offer."""
+    leaves, problems = dict(LEAVES), {}
+    for offer in offers():
+        usable = _checked(offer, leaves)
+        if usable.leaf is None:
+            problems[usable.name] = usable.problem
+        else:
+            leaves[usable.leaf.key] = usable.leaf
+    _found_problems.clear()
+    _found_problems.update(problems)
+    return Installed(leaves=leaves, problems=problems)
+
+
+_found_problems: dict[str, str] = {}
+
+
+def plugin_problems() -> list[str]:
+    """What is wrong with installed packages, as far as they were looked at: a line each."""
+    return list(_found_problems.values())
+
+
+def _checked(offer: Offer, taken: Iterable[str]) -> Offer:
+    """The offer, with a problem if its leaf does not keep to the contract."""
+    if offer.leaf is None:
+        return offer
+    try:
+        if offer.leaf.key in taken:
+            return offer.broken(f"it takes the key `{offer.leaf.key}`, which is taken")
+        _describe(offer.leaf.key, offer.leaf)
+    except Exception as error:  # of a class that anybody may have written
+        return offer.broken(str(error) or type(error).__name__)
+    return offer
+
+
+def known_leaves() -> dict[str, type[Leaf]]:
+    """The leaves that task files may use, by their keys; see `installed`."""
+    return dict(installed().leaves)
 
 
 def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
@@ -122,6 +149,8 @@ def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
 
 @cache
 def _describe(key: str, leaf: type[Leaf]) -> LeafType:
+    if not isinstance(key, str) or not WORD.fullmatch(key):
+        raise LeafError(f"leaf `{leaf.__name__}`: its key is no word; {NAMING_HINT}")
     if key in (*RESERVED, SET.key):
         raise LeafError(f"leaf `{leaf.__name__}`: `{key}` is a word of the language; rename it")
     docstring = inspect.cleandoc(leaf.__doc__ or "")

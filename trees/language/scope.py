@@ -28,6 +28,8 @@ class Scope:
     named: NamedValues
     diagnostics: Diagnostics
     include: Include
+    problems: Mapping[str, str] = field(default_factory=dict)
+    """Of leaves that cannot be used, by their names."""
     level: int = 0
     """How many nodes and modifiers are above, those of including files counted."""
     used_parameters: set[str] = field(default_factory=set)

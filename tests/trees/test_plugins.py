@@ -1,0 +1,201 @@
+"""Packages that offer leaves, installed as pip does it: good ones, and broken ones of all kinds."""
+
+import itertools
+import json
+import re
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from app.commands import app
+from trees.language import check, known_leaves, plugin_problems, plugins
+
+LEAF = """\
+from frankie_task import Leaf, Status
+
+class Hello(Leaf):
+    '''Says hello.'''
+    key = "hello"
+    def update(self):
+        return self.success("hello")
+"""
+BROKEN = {
+    "exits": "import sys\nsys.exit(3)\n",
+    "exits without a word": "raise SystemExit\n",
+    "exits well": "import sys\nsys.exit(0)\n",
+    "raises": "raise ValueError('two\\nlines \\x1b[2J')\n",
+    "raises what nobody catches": "class Odd(BaseException): pass\nraise Odd('odd')\n",
+    "ends a generator": "raise GeneratorExit\n",
+    "lacks a module": "import no_such_module\n",
+    "is no Python": "def (:\n",
+    "is no text": "\0",
+    "recurses": "def f(): f()\nf()\n",
+    "has no such class": "x = 1\n",
+    "hangs": "import time\ntime.sleep(3600)\n",
+    "offers a number": "Hello = 7\n",
+    "offers a function": "def Hello(name, context): return None\n",
+    "offers nothing": "Hello = None\n",
+    "offers another class": "class Hello:\n    key = 'hello'\n",
+    "offers an object": "class A: pass\nHello = A()\n",
+    "offers a leaf without a key": LEAF.replace('    key = "hello"\n', ""),
+    "takes a key that is no word": LEAF.replace('"hello"', '"hel lo\\x1b[2J"'),
+    "takes a key that is no text": LEAF.replace('key = "hello"', "key = ['hello']"),
+    "takes a word of the language": LEAF.replace('"hello"', '"sequence"'),
+    "takes the key of a shipped leaf": LEAF.replace('"hello"', '"navigate"'),
+    "asks for what no file can give": LEAF
+    + "    def __init__(self, name, context, *, where: dict) -> None: ...\n",
+    "has a key that raises": (
+        "from frankie_task import Leaf\nclass Meta(type(Leaf)):\n"
+        "    @property\n    def key(cls): raise KeyError('odd')\n"
+        "class Hello(Leaf, metaclass=Meta): pass\n"
+    ),
+}
+PROBLEM = (
+    r"behaviour `hello` of `plugin_\d+:Hello` cannot be used: .+; fix or uninstall its package"
+)
+TOLD = {
+    "exits": "SystemExit: 3",
+    "raises": "ValueError: two lines",
+    "lacks a module": "ModuleNotFoundError: No module named 'no_such_module'",
+    "hangs": "its import has not ended after 1 s",
+    "offers a function": "it is no class that derives from Leaf or Condition",
+    "takes a word of the language": "`sequence` is a word of the language",
+    "takes the key of a shipped leaf": "it takes the key `navigate`, which is taken",
+}
+NUMBERS = itertools.count()
+UNRELATED = "task: toy\ntree: {wait: {duration_s: 0.02}}\n"
+USER = "task: toy\ntree: {hello: {}}\n"
+
+
+@pytest.fixture
+def install(tmp_path, monkeypatch):
+    """Installs a package with one module, as the metadata of pip describe it."""
+    home = tmp_path / "site"
+    home.mkdir()
+    monkeypatch.syspath_prepend(str(home))
+    monkeypatch.setattr(plugins, "PATIENCE", 1.0)
+    plugins._offer.cache_clear()
+    installed = []
+
+    def install(source: str, entry: str = "hello") -> None:
+        module = f"plugin_{next(NUMBERS)}"  # a package whose import hangs blocks its name for ever
+        (home / f"{module}.py").write_text(source)
+        info = home / f"{module}-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n")
+        offer = f"[frankie_task.behaviours]\n{entry} = {module}:Hello\n"
+        (info / "entry_points.txt").write_text(offer)
+        installed.append(module)
+
+    yield install
+    for module in installed:
+        sys.modules.pop(module, None)
+    monkeypatch.undo()
+    plugins._offer.cache_clear()
+    known_leaves()  # forgets the problems
+
+
+@pytest.fixture
+def task(tmp_path):
+    def write(text: str):
+        path = tmp_path / "toy.yaml"
+        path.write_text(text)
+        return str(path)
+
+    return write
+
+
+def call(*arguments: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, list(arguments))
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+def test_a_good_package_adds_a_leaf(install, task):
+    path = task(USER)
+    assert "unknown node `hello`" in str(check(path)[0])
+    install(LEAF)
+    assert check(path) == []
+    assert plugin_problems() == []
+    code, _, err = call("run", path, "--dry")
+    assert (code, err) == (0, "")
+    assert "hello" in call("nodes")[1]
+
+
+@pytest.mark.parametrize("kind", BROKEN)
+def test_a_broken_package_is_named_and_stops_only_who_uses_it(install, task, kind, tmp_path):
+    install(BROKEN[kind])
+    run = ("--scene", "single", "--view", "none", "--record", str(tmp_path / "runs"))
+    path = task(UNRELATED)
+    for arguments in (
+        ("check", path),
+        ("run", path, "--dry"),
+        ("nodes",),
+        ("schema",),
+        ("draw", path),
+    ):
+        code, out, err = call(*arguments)
+        assert code == 0
+        assert out
+        (line,) = err.splitlines()
+        assert re.fullmatch(rf"warning: {PROBLEM}", line)
+        if told := TOLD.get(kind):
+            assert told in line
+        assert line.isprintable()
+        assert len(line) < 500
+    path = task(USER)
+    code, out, err = call("run", path, *run)
+    assert (code, out) == (2, "")
+    assert re.match(rf"{path}:2:8: {PROBLEM}\n", err)
+    code, out, err = call("check", path)
+    assert code == 2
+    assert re.match(rf"{path}:2:8: {PROBLEM}\n", out)
+    assert not (tmp_path / "runs").exists()
+
+
+def test_an_unrelated_task_really_runs_beside_a_broken_package(install, task, tmp_path):
+    install(BROKEN["exits"])
+    options = ("--scene", "single", "--view", "none", "--record", str(tmp_path / "runs"), "--json")
+    code, out, err = call("run", task(UNRELATED), *options)
+    assert code == 0
+    assert json.loads(out)["outcome"] == "success"
+    assert err.count("warning: behaviour `hello`") == 1
+
+
+def test_a_broken_package_takes_no_good_one_along(install, task):
+    install(BROKEN["raises"], entry="bad")
+    install(LEAF)
+    install(LEAF, entry="again")
+    assert check(task(USER)) == []
+    assert [problem.partition("`:")[0] for problem in plugin_problems()]
+    assert len(plugin_problems()) == 2
+    assert "takes the key `hello`, which is taken" in "".join(plugin_problems())
+
+
+def test_ctrl_c_during_an_import_is_one(install, task):
+    install("raise KeyboardInterrupt\n")
+    with pytest.raises(KeyboardInterrupt):
+        check(task(USER))
+
+
+@pytest.mark.parametrize(
+    ("raised", "told"),
+    [
+        ("ValueError('odd')", "refuses its parameters: odd; change them"),
+        ("KeyError('odd')", "cannot be made: KeyError: 'odd'; correct"),
+        ("SystemExit(0)", "cannot be made: SystemExit: 0; correct"),
+        ("AssertionError", "cannot be made: AssertionError:; correct"),
+    ],
+)
+def test_a_constructor_that_raises_is_refused_before_anything_moves(
+    install, task, tmp_path, raised, told
+):
+    install(LEAF + f"    def __init__(self, name, context):\n        raise {raised}\n")
+    options = ("--scene", "single", "--view", "none", "--record", str(tmp_path / "runs"))
+    path = task(USER)
+    code, out, err = call("run", path, *options)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"{path}:2:8: `hello` {told}")
+    assert not (tmp_path / "runs").exists()
