@@ -18,6 +18,7 @@ class Recorded:
     seed: int = 0
     faults: tuple[ScheduledFault, ...] = ()
     frames: bool = True
+    paced: bool = False
     seconds: float | None = None
     """When a person ends it [s]; None lets it end by itself."""
 
@@ -45,6 +46,7 @@ def record(run: Recorded, root: Path) -> Path:
         seed=run.seed,
         faults=run.faults,
         replayable=run.frames,
+        paced=run.paced,
         record=root,
         recording=False,
         control=ControlOptions(acknowledge_after=0.5),

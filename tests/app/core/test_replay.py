@@ -118,7 +118,6 @@ def set_option(folder: Path, **changed) -> None:
         (lambda f: np.save(f / "readings.npy", np.zeros(3)), "another version"),
         (lambda f: (f / "readings.jsonl").write_text("{"), "damaged"),
         (lambda f: (f / "options.json").write_text("[]"), "damaged"),
-        (lambda f: set_option(f, vision="beside"), "only runs with --vision step"),
         (lambda f: np.save(f / "readings.npy", np.load(f / "readings.npy")[5:]), "missing"),
     ],
 )
@@ -135,6 +134,19 @@ def test_a_run_that_looked_at_images_says_how_to_keep_them(tmp_path):
     code, text = replayed(record(run, tmp_path))
     assert code == 2
     assert "run it with --replayable" in text
+
+
+def test_a_run_that_looked_beside_the_loop_is_refused(tmp_path):
+    folder = record(Recorded(tree="pick_one", scene="single", frames=False, seconds=6.0), tmp_path)
+    set_option(folder, vision="beside")
+    code, text = replayed(folder)
+    assert code == 2
+    assert "with --vision step only" in text
+
+
+def test_a_run_in_real_time_is_replayed_though_ticks_were_missed(toy, tmp_path):
+    run = Recorded(tree=str(toy / "task.yaml"), paced=True)
+    assert replay_run(record(run, tmp_path)).identical
 
 
 @pytest.mark.parametrize("run", RECORDED[:1], ids=str)
