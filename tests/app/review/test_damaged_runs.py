@@ -25,7 +25,7 @@ from typer.testing import CliRunner
 
 from app.commands import app
 from app.core.launch import RunOptions, run_task
-from app.core.replay import replay
+from app.core.replay import replay_run
 from config import UserError
 
 TASK = """\
@@ -169,10 +169,10 @@ def test_view_opens_what_a_killed_run_leaves(run, tmp_path, monkeypatch):
 def test_replay_refuses_what_no_run_writes(run, tmp_path, kind, file):
     folder = damaged(run, tmp_path, file, EVENT_DAMAGE[kind])
     if (file, kind) == ("readings.jsonl", "empty"):  # as of a run that was killed at once
-        assert not replay(folder).complete
+        assert not replay_run(folder).complete
         return
     with pytest.raises(UserError) as error:
-        replay(folder)
+        replay_run(folder)
     assert str(error.value).startswith(f"{folder}/{file}: ")
     assert "\n" not in str(error.value)
 
