@@ -78,6 +78,11 @@ def replay_run(folder: Path) -> Replay:
     """
     options = _options(folder)
     turns = _turns(folder / READINGS)
+    if options["vision"] != VisionForm.STEP and (turns["frame"] >= 0).any():
+        raise ReplayError(
+            f"{folder}: with --vision {options['vision']} the commands depend on when a search "
+            "ended; a run that looks at images can be replayed with --vision step only"
+        )
     notes = _notes(folder / NOTES)
     if notes.end not in ("", "complete"):
         raise ReplayError(f"{folder}: cannot be replayed: {notes.end}")
@@ -120,6 +125,7 @@ def _options(folder: Path) -> dict[str, Any]:
             "parameters": {str(k): str(v) for k, v in options["parameters"].items()},
             "weights": None if options["weights"] is None else Path(options["weights"]),
             "network": options["network"],
+            "vision": str(vision),
         }
         held = control["breaks"] or control["groot"]
     except OSError as error:
@@ -128,11 +134,6 @@ def _options(folder: Path) -> dict[str, Any]:
         ) from error
     except _DAMAGED as error:
         raise _damage(path, error) from error
-    if vision != VisionForm.STEP:
-        raise ReplayError(
-            f"{folder}: with --vision {vision} the commands depend on when a search ended; "
-            "only runs with --vision step can be replayed"
-        )
     if held:
         raise ReplayError(
             f"{folder}: with --break or --groot2 a person may hold or answer for a node; "
