@@ -106,7 +106,7 @@ TROUBLES = (
     Trouble(name="frames sparse", lasts=3.0),
     Trouble(name="state frozen", lasts=1.0, stops=True),
     Trouble(name="stamps frozen", lasts=1.0, stops=True),
-    Trouble(name="state nan", lasts=0.2, stops=True),
+    Trouble(name="state nan", lasts=0.2),
     Trouble(name="localisation jump"),
     Trouble(name="localisation drift"),
     Trouble(name="base ignores commands", lasts=2.0),

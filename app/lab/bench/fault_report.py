@@ -48,9 +48,12 @@ def _wrong(one: CellResult) -> list[str]:
         "hang": one.hang,
         "crash": one.crash,
         "limits": one.violations.total > 0,
-        "still moving": one.moving,
+        "still moving": one.moving and not one.stopped,
         "never entered": one.injected_s is None,
-        "never at rest": one.injected_s is not None and _stops(one) and one.rest_s is None,
+        "never at rest": one.injected_s is not None
+        and _stops(one)
+        and one.rest_s is None
+        and not one.stopped,
     }
     return [name for name, is_so in found.items() if is_so]
 
@@ -72,7 +75,7 @@ def _sums(results: Sequence[CellResult]) -> list[str]:
             for values in (
                 [one.violations.total for one in hit],
                 [one.lost for one in hit],
-                [one.moving for one in hit],
+                [one.moving and not one.stopped for one in hit],
                 [one.wrong_success for one in hit],
                 [one.hang for one in hit],
                 [one.crash for one in hit],

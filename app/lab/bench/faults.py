@@ -82,6 +82,8 @@ class CellResult:
     """Objects on the floor or nowhere, without those that the fault itself took away."""
     moving: bool
     """Whether the robot still moved when the run was over."""
+    stopped: bool
+    """Whether it had been told to stop by itself then, which takes time that is not simulated."""
     wrong_success: bool
     """Whether the tree says success and the object is not where it was to be placed."""
     hang: bool
@@ -237,6 +239,7 @@ def run_cell(cell: Cell) -> CellResult:
         violations=run.witness.violations if run.witness else Violations(),
         lost=len(set(run.lost()) - run.excused),
         moving=run.speed > _MOVES,
+        stopped=run.witness is not None and run.witness.stopped,
         wrong_success=succeeded and not run.is_placed(),
         hang=run.hang,
         crash=code is None,

@@ -61,6 +61,8 @@ class Witness:
         self.violations = Violations() if violations is None else violations
         self.state: RobotState | None = None
         """The last true reading."""
+        self.stopped = False
+        """Whether the last that it was told was to stop by itself."""
         self._now = -np.inf
         self._sent = self._before = Command.stop()
 
@@ -100,6 +102,7 @@ class Witness:
 
     def send(self, command: Command) -> Command:
         """Pass a command on, held against the one before."""
+        self.stopped = False
         state = self._robot.read()
         if state.stamp > self._now:
             gap, self._now, self._before = state.stamp - self._now, state.stamp, self._sent
@@ -122,6 +125,7 @@ class Witness:
 
     def stop(self) -> None:
         """As the robot does."""
+        self.stopped = True
         self._robot.stop()
 
     def close(self) -> None:
