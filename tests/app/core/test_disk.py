@@ -100,3 +100,4 @@ def test_a_run_in_real_time_never_waits_for_a_disk_that_hangs(tmp_path):
     assert not loop.is_alive()
     assert disk.close(0.1) == ["the disk did not take the rest of the run within 0 s"]
     os.close(reader)
+    assert "pipe ends early (Broken pipe)" in disk.close()  # it goes on, and ends

@@ -1,5 +1,6 @@
 """The footprint sees what a process takes and gives back."""
 
+import gc
 from pathlib import Path
 from threading import Event, Thread
 
@@ -9,6 +10,7 @@ from app.core.footprint import footprint
 
 
 def test_memory_threads_and_handles_are_counted(tmp_path: Path) -> None:
+    gc.collect()  # what other tests left must not be let go in between
     before = footprint()
     taken = np.ones(8_000_000)  # 64 MB
     done = Event()
