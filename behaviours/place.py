@@ -171,8 +171,8 @@ class Place(Leaf):
         self, what: str, wTe: SE3, speed: float, tolerance: float, then: Callable[[], Status]
     ) -> Status:
         """One tick of a straight motion of the hand, then the next phase."""
-        if then != self._done and self.gripper_is_closed:
-            return self.failure("nothing left between the fingers")
+        if then != self._done and (reason := self.empty_hand):
+            return self.failure(f"nothing left to place: {reason}")
         goal = PoseGoal(
             wTe=wTe,
             speed=speed,

@@ -105,14 +105,15 @@ class RecordedFrames:
 
         try:
             batch = next(b for b in self._batches if b["number"][0].as_py() == number)
+            pose = batch["wTc"].flatten().to_numpy().reshape(3, 4)
+            shape = batch["shape"].flatten().to_numpy()
+            return DepthFrame(
+                depth=batch["depth"].flatten().to_numpy().reshape(shape),
+                intrinsics=self._intrinsics,
+                wTc=SE3(pose[:, :3].copy(), pose[:, 3].copy()),
+                stamp=batch["stamp"][0].as_py(),
+            )
         except (StopIteration, OSError, pa.ArrowException):
             raise FramesError(f"{self._path}: frame {number} is missing") from None
-        pose = batch["wTc"].flatten().to_numpy().reshape(3, 4)
-        shape = batch["shape"].flatten().to_numpy()
-        depth = batch["depth"].flatten().to_numpy().reshape(shape)
-        return DepthFrame(
-            depth=depth,
-            intrinsics=self._intrinsics,
-            wTc=SE3(pose[:, :3].copy(), pose[:, 3].copy()),
-            stamp=batch["stamp"][0].as_py(),
-        )
+        except (LookupError, ValueError, TypeError) as error:
+            raise FramesError(f"{self._path}: frame {number} is damaged ({error})") from error

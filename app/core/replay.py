@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from os.path import isfile
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +78,11 @@ def replay_run(folder: Path) -> Replay:
     """
     options = _options(folder)
     turns = _turns(folder / READINGS)
+    if options["vision"] != VisionForm.STEP and (turns["frame"] >= 0).any():
+        raise ReplayError(
+            f"{folder}: with --vision {options['vision']} the commands depend on when a search "
+            "ended; a run that looks at images can be replayed with --vision step only"
+        )
     notes = _notes(folder / NOTES)
     if notes.end not in ("", "complete"):
         raise ReplayError(f"{folder}: cannot be replayed: {notes.end}")
@@ -112,24 +118,20 @@ def _options(folder: Path) -> dict[str, Any]:
     """What the run was started with, if a run of that kind can be replayed."""
     path = folder / OPTIONS
     try:
-        options = json.loads(path.read_text(encoding="utf-8"))
+        options = json.loads(_text(path))
         vision, control = options["vision"], options["control"]
         kept = {
             "robot": str(options["robot"]),
             "parameters": {str(k): str(v) for k, v in options["parameters"].items()},
             "weights": None if options["weights"] is None else Path(options["weights"]),
             "network": options["network"],
+            "vision": str(vision),
         }
         held = control["breaks"] or control["groot"]
     except OSError as error:
         raise ReplayError(f"{path}: cannot be read ({error.strerror})") from error
-    except (ValueError, LookupError, TypeError, AttributeError) as error:
-        raise ReplayError(f"{path}: damaged ({type(error).__name__}: {error})") from error
-    if vision != VisionForm.STEP:
-        raise ReplayError(
-            f"{folder}: with --vision {vision} the commands depend on when a search ended; "
-            "only runs with --vision step can be replayed"
-        )
+    except _DAMAGED as error:
+        raise _damage(path, error) from error
     if held:
         raise ReplayError(
             f"{folder}: with --break or --groot2 a person may hold or answer for a node; "
@@ -140,12 +142,13 @@ def _options(folder: Path) -> dict[str, Any]:
 
 def _turns(path: Path) -> npt.NDArray[np.void]:
     try:
-        turns: npt.NDArray[np.void] = np.load(path)
+        _require_file(path)
+        turns: npt.NDArray[np.void] = np.load(path, allow_pickle=False)
     except OSError as error:
         raise ReplayError(f"{path}: cannot be read ({error.strerror or error})") from error
-    except (ValueError, EOFError) as error:
-        raise ReplayError(f"{path}: damaged ({error})") from error
-    if turns.dtype != TURN or turns.ndim != 1:
+    except (EOFError, MemoryError, *_DAMAGED) as error:
+        raise _damage(path, error) from error
+    if not isinstance(turns, np.ndarray) or turns.dtype != TURN or turns.ndim != 1:
         raise ReplayError(f"{path}: of another version of frankie-task")
     if not turns.size:
         raise ReplayError(f"{path}: there is no reading in it")
@@ -168,17 +171,43 @@ class _Notes:
 def _notes(path: Path) -> _Notes:
     notes = _Notes()
     try:
-        for line in path.read_text(encoding="utf-8").splitlines():
+        for line in _text(path).split("\n"):
+            if not line:
+                continue
             note = json.loads(line)
+            if not {"number", "attended", "end"} & note.keys():
+                raise ValueError("no note of a run")
             notes.end = str(note.get("end", notes.end))
             notes.attended = bool(note.get("attended", notes.attended))
             if "number" in note:
                 notes.faults[int(note["number"])] = tuple(map(_fault, note["faults"]))
     except OSError as error:
         raise ReplayError(f"{path}: cannot be read ({error.strerror})") from error
-    except (ValueError, LookupError, TypeError, AttributeError) as error:
-        raise ReplayError(f"{path}: damaged ({type(error).__name__}: {error})") from error
+    except _DAMAGED as error:
+        raise _damage(path, error) from error
     return notes
+
+
+_DAMAGED = (
+    ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError, SyntaxError,
+)  # fmt: skip
+"""What reading a file raises that no run has written."""
+
+
+def _damage(path: Path, error: BaseException) -> ReplayError:
+    what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+    return ReplayError(f"{path}: damaged ({what}); replay another run")
+
+
+def _text(path: Path) -> str:
+    _require_file(path)
+    return path.read_text(encoding="utf-8")
+
+
+def _require_file(path: Path) -> None:
+    """Refuse what has no end, as a device or a pipe."""
+    if not isfile(path):
+        raise OSError(None, "there is no such file")
 
 
 def _fault(described: Mapping[str, Any]) -> Fault:

@@ -1,6 +1,7 @@
 """What the behaviours take as evidence that the hand holds something, and that it let go."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -138,6 +139,17 @@ def test_open_fingers_have_nothing_to_place():
     harness.tick(leaf)
     assert leaf.feedback_message == "nothing to place: the fingers are open"
     assert harness.speed == 0.0
+
+
+@pytest.mark.parametrize(("width", "reason"), [(0.0, "closed on nothing"), (0.07, "have opened")])
+def test_an_object_that_is_lost_on_the_way_is_not_placed(width, reason):
+    harness = held_block()
+    leaf = place(harness)
+    harness.run_for(leaf, 0.2)
+    read = harness.robot.read
+    harness.robot.read = lambda: replace(read(), gripper_width=width)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == f"nothing left to place: the fingers {reason}"
 
 
 def test_what_is_not_let_go_is_not_placed():

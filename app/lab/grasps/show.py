@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from os.path import isfile
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -81,20 +83,28 @@ def read_depth(path: Path) -> npt.NDArray[np.float32]:
     Raises:
         ConfigError: the file is missing or not a depth image.
     """
-    if not path.is_file():
+    if not isfile(path):
         raise ConfigError(f"{path}: no such file; give a depth image as .npy, .png or .tiff")
     try:
         if path.suffix == ".npy":
             values = np.load(path, allow_pickle=False)
         else:
             values = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
-    except (OSError, ValueError, cv2.error) as error:
-        raise ConfigError(f"{path}: cannot be read: {error}") from error
-    if values is None or values.ndim != 2 or values.dtype == np.uint8:
-        content = "no image" if values is None else f"{values.dtype} of shape {values.shape}"
+    except Exception as error:  # of a parser of files that anybody may have made
+        what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        raise ConfigError(f"{path}: cannot be read ({what}); give another image") from error
+    is_array = isinstance(values, np.ndarray)
+    if not is_array or values.ndim != 2 or not _is_depth(values.dtype):
+        content = f"{values.dtype} of shape {values.shape}" if is_array else "no image"
         raise ConfigError(
             f"{path}: contains {content}, not a depth image; give an (H, W) array of 16-bit "
             "millimetres or of metres as floats"
         )
     metres = 1e-3 if np.issubdtype(values.dtype, np.integer) else 1.0
-    return np.asarray(values * metres, dtype=np.float32)
+    with np.errstate(over="ignore"):  # what is too far for a float is missing
+        return np.asarray(values * metres, dtype=np.float32)
+
+
+def _is_depth(dtype: np.dtype[Any]) -> bool:
+    """Whether numbers of a type can be depths: real, and of more than 8 bits."""
+    return dtype.kind in "fiu" and dtype.itemsize > 1

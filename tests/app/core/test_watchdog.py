@@ -53,7 +53,7 @@ def wait_for_a_socket() -> None:
 
 
 def compute_in_c() -> None:
-    hashlib.pbkdf2_hmac("sha256", b"x", b"y", 15_000_000)
+    hashlib.pbkdf2_hmac("sha256", b"x", b"y", 5_000_000)
 
 
 class Driver(Leaf):
@@ -148,7 +148,7 @@ def test_what_blocks_is_stopped_by_another_thread_and_ends_the_run(place, block,
             assert outcome.node == "driver"
         assert run.measurements.stalls == 1
         assert run.harness.speed < 1e-2
-        assert run.took < 10.0
+        assert run.took < 30.0
         if run.stopped_at - run.blocked_at <= DEADLINE:
             return
     raise AssertionError(f"stopped after {run.stopped_at - run.blocked_at:.3f} s")

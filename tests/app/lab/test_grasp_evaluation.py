@@ -170,6 +170,13 @@ def test_grasps_are_shown_in_a_recording(tmp_path: Path) -> None:
     assert "no grasp: " in result.output
 
 
+PETABYTE = (
+    b"\x93NUMPY\x01\x00v\x00{'descr': '<f8', 'fortran_order': False, "
+    b"'shape': (9999999999999, 22), }".ljust(127)
+    + b"\n"
+)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "says"),
     [
@@ -179,6 +186,15 @@ def test_grasps_are_shown_in_a_recording(tmp_path: Path) -> None:
         ("broken.npy", b"\x93NUMPY garbage", "cannot be read"),
         ("colour.npy", np.zeros((4, 4, 3)), "not a depth image"),
         ("noise.npy", np.random.default_rng(0).uniform(0.5, 2, (240, 320)), "one plane"),
+        ("empty.npy", b"", "cannot be read"),
+        ("petabyte.npy", PETABYTE, "cannot be read"),
+        ("words.npy", np.full((20, 20), "a"), "not a depth image"),
+        ("dates.npy", np.zeros((20, 20), "M8[s]"), "not a depth image"),
+        ("complex.npy", np.ones((20, 20), complex), "not a depth image"),
+        ("truths.npy", np.ones((20, 20), bool), "not a depth image"),
+        ("records.npy", np.zeros((20, 20), [("a", float)]), "not a depth image"),
+        ("endless.npy", np.full((20, 20), 1e300), "hardly any depth"),
+        ("nothing.npy", np.ones((0, 0)), "hardly any depth"),
     ],
 )
 def test_a_file_without_a_depth_image_is_one_clear_line(

@@ -25,6 +25,8 @@ from typer.testing import CliRunner
 
 from app.commands import app
 from app.core.launch import RunOptions, run_task
+from app.core.replay import replay_run
+from config import UserError
 
 TASK = """\
 task: toy
@@ -160,6 +162,19 @@ def test_view_opens_what_a_killed_run_leaves(run, tmp_path, monkeypatch):
     )
     assert call("view", damaged(run, tmp_path, "recording.rrd", first_half))[0] == 0
     assert started
+
+
+@pytest.mark.parametrize("file", ["options.json", "readings.jsonl", "readings.npy"])
+@pytest.mark.parametrize("kind", [kind for kind in EVENT_DAMAGE if kind in SUMMARY_DAMAGE])
+def test_replay_refuses_what_no_run_writes(run, tmp_path, kind, file):
+    folder = damaged(run, tmp_path, file, EVENT_DAMAGE[kind])
+    if (file, kind) == ("readings.jsonl", "empty"):  # as of a run that was killed at once
+        assert not replay_run(folder).complete
+        return
+    with pytest.raises(UserError) as error:
+        replay_run(folder)
+    assert str(error.value).startswith(f"{folder}/{file}: ")
+    assert "\n" not in str(error.value)
 
 
 def test_folders_that_are_no_runs(run, tmp_path):

@@ -34,7 +34,7 @@ class CloseFingers(Leaf):
     key = "close_fingers"
 
     def initialise(self) -> None:
-        self.context.robot.grip(0.0, 20.0)
+        self.grip(0.0, 20.0)
 
     def update(self) -> Status:
         moving = self.context.state.gripper_moving or self.context.state.gripper_width > 0.01

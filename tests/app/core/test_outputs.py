@@ -1,0 +1,152 @@
+"""What a run leaves, whatever happens to its process, its folder, its disk or its terminal."""
+
+import json
+import os
+import resource
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.core import RunOptions, footprint, run_task
+from app.core.outcome import End
+from trees import find
+
+TOY = """\
+task: toy
+poses:
+  near: {xyz: [0.9, 0.2, 0.7], rpy_deg: [180, 0, 0]}
+tree:
+  sequence:
+    - wait: {duration_s: WAIT}
+    - navigate: {to: near}
+"""
+
+
+def toy(folder: Path, wait: float = 0.1) -> Path:
+    path = folder / "toy.yaml"
+    path.write_text(TOY.replace("WAIT", str(wait)))
+    return path
+
+
+def command(task: Path, *options: str) -> list[str]:
+    where = ["--view", "none", "--record", str(task.parent / "runs")]
+    return [sys.executable, "-m", "frankie_task_cli", "run", str(task), *where, *options]
+
+
+def test_a_killed_run_leaves_all_but_the_last_second(tmp_path):
+    run = subprocess.Popen(
+        command(toy(tmp_path, wait=60.0), "--speed", "real"), stderr=subprocess.DEVNULL
+    )
+    try:
+        deadline = time.monotonic() + 60.0
+        while not (found := list(tmp_path.glob("runs/*/commands.npy"))):
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        while not len(np.load(found[0])):
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        seen, at = np.load(found[0])[-1, 0], time.monotonic()
+        time.sleep(2.2)
+    finally:
+        run.kill()
+        elapsed = time.monotonic() - at
+        run.wait()
+    for name, width in (("commands.npy", 11), ("states.npy", 22)):
+        rows = np.load(found[0].with_name(name))
+        assert rows.shape[1] == width
+        assert rows[-1, 0] >= seen + elapsed - 1.0
+        np.testing.assert_allclose(np.diff(rows[:, 0]), 0.01, atol=0.1)
+    events = [json.loads(line) for line in found[0].with_name("events.jsonl").open()]
+    assert events[0]["event"] == "begin"
+    assert events[-1]["time"] >= seen + elapsed - 2.0  # one a second, besides
+
+
+def full_disk() -> None:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))
+
+
+def test_a_full_disk_leaves_outcome_and_json_and_says_once_what_is_missing(tmp_path):
+    run = subprocess.run(
+        command(toy(tmp_path), "--json"), preexec_fn=full_disk, capture_output=True, text=True
+    )
+    assert run.returncode == 0
+    summary = json.loads(run.stdout)
+    assert summary["outcome"] == "success"
+    told = "\n".join(summary["warnings"])
+    assert "recording.rrd: the recording ends early" in told
+    assert "readings.npy ends early (File too large)" in told
+    assert "Traceback" not in run.stderr
+    assert "ERROR" not in run.stderr
+    kept = np.load(next(tmp_path.glob("runs/*/readings.npy")))
+    assert (kept["number"] == np.arange(len(kept))).all()
+
+
+@pytest.mark.parametrize("options", [(), ("--json",)])
+def test_a_terminal_that_is_gone_changes_nothing_but_the_words(tmp_path, options):
+    unread, closed = os.pipe()
+    os.close(unread)
+    run = subprocess.run(
+        command(toy(tmp_path), *options), stdout=closed, stderr=subprocess.PIPE, text=True
+    )
+    os.close(closed)
+    assert run.returncode == 0
+    assert "Traceback" not in run.stderr
+    assert "Exception ignored" not in run.stderr
+    assert list(tmp_path.glob("runs/*/summary.json"))
+
+
+def test_a_process_without_any_terminal_runs_and_prints_into_no_file(tmp_path):
+    run = subprocess.run(["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", *command(toy(tmp_path))])
+    assert run.returncode == 0
+    folder = next(tmp_path.glob("runs/*"))
+    json.loads((folder / "summary.json").read_text())
+    assert not any(b"success" in p.read_bytes() for p in folder.glob("*.npy"))
+
+
+def test_a_folder_that_is_removed_does_not_end_the_run(tmp_path):
+    ticks = 0
+
+    def remove() -> bool:
+        nonlocal ticks
+        ticks += 1
+        if ticks == 50:
+            shutil.rmtree(tmp_path / "runs")
+        return False
+
+    task = toy(tmp_path)
+    result = run_task(RunOptions(tree=task, record=tmp_path / "runs"), interrupted=remove)
+    assert result.outcome.end is End.SUCCESS
+    assert "commands.npy was removed while it was written" in result.summary.warnings
+    assert "summary.json cannot be written (No such file or directory)" in result.summary.warnings
+
+
+def test_runs_in_one_process_leave_no_threads_and_no_handles(tmp_path):
+    task = toy(tmp_path)
+    seen = []
+    for _ in range(4):
+        run_task(RunOptions(tree=task, record=tmp_path / "runs", replayable=True))
+        seen.append(footprint())
+    assert max(one.threads for one in seen) <= seen[0].threads
+    assert max(one.handles for one in seen) <= seen[0].handles
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow_with_the_length_of_a_run(tmp_path):
+    """Half an hour of driving about, looked at once a minute."""
+    options = RunOptions(tree=find("patrol"), record=tmp_path, parameters={"rounds": "1000"})
+    ticks, sizes = 0, []
+
+    def look() -> bool:
+        nonlocal ticks
+        if ticks % 6000 == 0:
+            sizes.append(footprint().rss)
+        ticks += 1
+        return len(sizes) > 30
+
+    run_task(options, interrupted=look)
+    assert max(sizes[3:]) < 1.05 * sizes[3]

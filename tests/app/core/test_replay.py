@@ -1,0 +1,163 @@
+"""A recorded run, replayed: the same commands bit for bit, or the first difference by name."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recorded_runs import RECORDED, Recorded, record
+from typer.testing import CliRunner
+
+from app.commands import app
+from app.core import replay_run
+
+TOY = """\
+task: toy
+poses:
+  near: {xyz: [0.9, 0.2, 0.7], rpy_deg: [180, 0, 0]}
+regions:
+  table: {centre: [0.0, 1.6, 0.60], size: [1.0, 0.4, 0.2]}
+tree:
+  sequence:
+    - wait: {duration_s: 0.2}
+    - navigate: {to: near}
+"""
+
+
+@pytest.fixture(scope="module")
+def toy(tmp_path_factory) -> Path:
+    """The folder of a short run; not to be changed."""
+    here = tmp_path_factory.mktemp("toy")
+    (here / "toy.yaml").write_text(TOY)
+    return record(Recorded(tree=str(here / "toy.yaml")), here / "runs")
+
+
+@pytest.fixture
+def folder(toy, tmp_path) -> Path:
+    """A copy of it, to change."""
+    return Path(shutil.copytree(toy, tmp_path / toy.name))
+
+
+def replayed(folder: Path) -> tuple[int, str]:
+    result = CliRunner().invoke(app, ["replay", str(folder)])
+    return result.exit_code, result.output.strip()
+
+
+def change(folder: Path, turn: int, field: str, bit: int) -> None:
+    """Turn over one bit of a field of one turn."""
+    readings = np.lib.format.open_memmap(folder / "readings.npy", mode="r+")
+    readings[field].view(np.uint64)[turn].flat[0] ^= np.uint64(1 << bit)
+    readings.flush()
+
+
+def test_a_replay_commands_the_same_bit_for_bit(toy):
+    count = len(np.load(toy / "commands.npy"))
+    assert replayed(toy) == (0, f"all {count} commands are identical, bit for bit")
+
+
+@pytest.mark.parametrize("field", ["q", "wTb"])
+def test_one_changed_bit_of_a_reading_is_found_and_named(folder, field):
+    change(folder, 100, field, 30)
+    code, text = replayed(folder)
+    assert code == 1
+    number, time = int(text.split()[1]), float(text.split()[3])
+    assert 100 <= number <= 102
+    assert time == pytest.approx(0.01 * number, abs=0.011)
+    assert "differs in" in text
+    assert "recorded" in text
+    assert "replayed" in text
+
+
+def test_one_changed_bit_of_a_command_is_found_and_named(folder):
+    readings = np.load(folder / "readings.npy")
+    recorded = float(readings["command"][100, 0])
+    change(folder, 100, "command", 0)
+    changed = float(np.load(folder / "readings.npy")["command"][100, 0])
+    code, text = replayed(folder)
+    assert code == 1
+    assert text == (
+        f"command 100 at 1.00 s differs in base vx: recorded {changed!r}, replayed {recorded!r}"
+    )
+
+
+def test_a_run_that_was_cut_off_is_replayed_up_to_there(folder):
+    readings = np.load(folder / "readings.npy")
+    np.save(folder / "readings.npy", readings[:80])
+    lines = (folder / "readings.jsonl").read_text().splitlines()
+    (folder / "readings.jsonl").write_text(lines[0] + "\n")
+    code, text = replayed(folder)
+    assert code == 0
+    assert text == "all 80 commands are identical, bit for bit; the recording was cut off there"
+
+
+def test_a_replay_that_goes_on_where_the_run_ended_is_no_success(folder):
+    readings = np.load(folder / "readings.npy")
+    np.save(folder / "readings.npy", readings[:80])
+    assert replayed(folder) == (1, "the replay goes on after the last of 80 recorded commands")
+
+
+def test_another_task_is_found(folder):
+    text = (folder / "task.yaml").read_text()
+    (folder / "task.yaml").write_text(text.replace("0.2}", "0.3}"))
+    code, text = replayed(folder)
+    assert code == 1
+    assert "differs in" in text
+
+
+def set_option(folder: Path, **changed) -> None:
+    options = json.loads((folder / "options.json").read_text())
+    (folder / "options.json").write_text(json.dumps(options | changed))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "why"),
+    [
+        (lambda f: (f / "readings.npy").unlink(), "cannot be read"),
+        (lambda f: (f / "readings.npy").write_bytes(b"nonsense"), "damaged"),
+        (lambda f: np.save(f / "readings.npy", np.zeros(3)), "another version"),
+        (lambda f: (f / "readings.jsonl").write_text("{"), "damaged"),
+        (lambda f: (f / "options.json").write_text("[]"), "damaged"),
+        (lambda f: np.save(f / "readings.npy", np.load(f / "readings.npy")[5:]), "missing"),
+    ],
+)
+def test_what_cannot_be_replayed_is_refused_in_one_line(folder, spoil, why):
+    spoil(folder)
+    code, text = replayed(folder)
+    assert code == 2
+    assert why in text
+    assert len(text.splitlines()) == 1
+
+
+def test_a_run_that_looked_at_images_says_how_to_keep_them(tmp_path):
+    run = Recorded(tree="pick_one", scene="single", frames=False, seconds=6.0)
+    code, text = replayed(record(run, tmp_path))
+    assert code == 2
+    assert "run it with --replayable" in text
+
+
+def test_a_run_that_looked_beside_the_loop_is_refused(tmp_path):
+    folder = record(Recorded(tree="pick_one", scene="single", frames=False, seconds=6.0), tmp_path)
+    set_option(folder, vision="beside")
+    code, text = replayed(folder)
+    assert code == 2
+    assert "with --vision step only" in text
+
+
+def test_a_run_in_real_time_is_replayed_though_ticks_were_missed(toy, tmp_path):
+    run = Recorded(tree=str(toy / "task.yaml"), paced=True)
+    assert replay_run(record(run, tmp_path)).identical
+
+
+@pytest.mark.parametrize("run", RECORDED[:1], ids=str)
+def test_a_short_run_with_images_and_a_fault_is_replayed(run, tmp_path):
+    replay = replay_run(record(run, tmp_path))
+    assert replay.identical, str(replay)
+    assert replay.recorded > 500
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("run", RECORDED[1:], ids=str)
+def test_recorded_runs_are_replayed_bit_for_bit(run, tmp_path):
+    replay = replay_run(record(run, tmp_path))
+    assert replay.identical, str(replay)
