@@ -9,6 +9,7 @@ import numpy as np
 
 from controller import Command
 from hw.faults.effect import Effect, Site
+from hw.state import Array
 
 _LONGEST_PERIOD = 0.02
 """A command counts for this long at most [s]."""
@@ -17,10 +18,11 @@ _LONGEST_PERIOD = 0.02
 class BaseIgnoresCommands(Effect):
     """The base rolls out within its own acceleration limits, and says nothing."""
 
+    _twist: Array | None = None
+
     def begin(self, site: Site) -> None:
-        """From the speed that it has."""
+        """From the first command on."""
         super().begin(site)
-        self._twist = site.state.base_twist
         self._since = site.now
 
     def command(self, command: Command) -> Command:
@@ -28,7 +30,8 @@ class BaseIgnoresCommands(Effect):
         dt = min(self.site.now - self._since, _LONGEST_PERIOD)
         self._since = self.site.now
         step = self.site.description.limits.base_acceleration * dt
-        self._twist = self._twist - np.clip(self._twist, -step, step)
+        twist = command.base_twist if self._twist is None else self._twist
+        self._twist = twist - np.clip(twist, -step, step)
         return replace(command, base_twist=self._twist)
 
 
