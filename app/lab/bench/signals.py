@@ -1,6 +1,6 @@
 """The bench of signals: processes that run a task get one at a random moment.
 
-Each run is a process of its own, as a person starts it. What it left is judged by its files alone.
+Each run is a process of its own. What it left is judged by its files alone.
 """
 
 from __future__ import annotations
@@ -8,11 +8,10 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
@@ -22,6 +21,7 @@ from rich.table import Table
 
 from app.core import COMMANDS, EVENTS, STATES, SUMMARY, read_events
 from app.lab import machine, run_all
+from app.lab.bench.forked import ForkServer
 from controller import HolisticController, robot_model
 
 KINDS = ("INT", "TERM", "HUP", "KILL", "STOP/CONT")
@@ -106,44 +106,49 @@ def run_signal(case: SignalCase) -> SignalResult:
     """Start a task, send the signal at a random moment, and judge what is left."""
     random = Random(f"{case.kind} {case.speed} {case.seed}")
     with TemporaryDirectory() as runs:
-        command = [sys.executable, "-m", "frankie_task_cli", "run", _TASK, "--view", "none"]
-        command += ["--speed", case.speed, "--seed", str(case.seed), "--record", runs]
-        with subprocess.Popen(
-            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
-        ) as process:
-            folder = _begun(Path(runs), process)
-            time.sleep(random.uniform(0.0, _LATEST))
-            sent = _signal(process, case.kind, random)
-            try:
-                _, err = process.communicate(timeout=_PATIENCE)
-            except subprocess.TimeoutExpired:  # not as documented, whatever it leaves
-                process.kill()
-                _, err = process.communicate()
-        return _judge(case, folder, process.returncode, sent, time.time() - sent, err)
+        errors = Path(runs) / "stderr"
+        arguments = ["run", _TASK, "--view", "none", "--speed", case.speed]
+        arguments += ["--seed", str(case.seed), "--record", runs]
+        server = _server()
+        pid = server.start(arguments, errors)
+        folder = _begun(Path(runs))
+        time.sleep(random.uniform(0.0, _LATEST))
+        sent = _signal(pid, case.kind, random)
+        exit_code = server.wait(_PATIENCE)
+        ended = time.time()
+        if exit_code is None:  # it hangs: not as documented, whatever it leaves
+            os.kill(pid, signal.SIGKILL)
+            exit_code = server.wait(_PATIENCE) or 0
+        return _judge(case, folder, exit_code, sent, ended - sent, errors.read_text())
 
 
-def _begun(runs: Path, process: subprocess.Popen[str]) -> Path:
+@cache
+def _server() -> ForkServer:
+    """One for each worker."""
+    return ForkServer()
+
+
+def _begun(runs: Path) -> Path:
     """The folder of a run whose robot moves."""
     deadline = time.monotonic() + _PATIENCE
-    while time.monotonic() < deadline and process.poll() is None:
+    while time.monotonic() < deadline:
         for path in runs.glob(f"*/{COMMANDS}"):
             if path.stat().st_size and len(np.load(path)) >= _BEGUN_ROWS:
                 return path.parent
         time.sleep(0.05)
-    process.kill()
     raise TimeoutError("the run does not begin")
 
 
-def _signal(process: subprocess.Popen[str], kind: str, random: Random) -> float:
+def _signal(pid: int, kind: str, random: Random) -> float:
     """Send it; returns when the (last) one was sent, by the clock of the file system [s]."""
     if kind == "STOP/CONT":
-        os.kill(process.pid, signal.SIGSTOP)
+        os.kill(pid, signal.SIGSTOP)
         time.sleep(random.uniform(0.05, _LONGEST_SUSPENSION))
-        os.kill(process.pid, signal.SIGCONT)
+        os.kill(pid, signal.SIGCONT)
         time.sleep(_GOES_ON)
         kind = "INT"
     sent = time.time()
-    os.kill(process.pid, getattr(signal, f"SIG{kind}"))
+    os.kill(pid, getattr(signal, f"SIG{kind}"))
     return sent
 
 
