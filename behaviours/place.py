@@ -11,6 +11,7 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
+from behaviours.aiming import camera_pose
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Region
@@ -18,7 +19,7 @@ from behaviours.progress import Progress
 from behaviours.ranges import Positive
 from behaviours.surface import Shows, look_at
 from controller import PoseGoal
-from hw import FaultKind
+from hw import FaultKind, TaskTime
 from robots import reach
 
 
@@ -99,6 +100,7 @@ class Place(Leaf):
         up = np.array([0.0, 0.0, self.settings.place.above])
         self._above = SE3(self._rotation, self._down.translation + up)
         self._surface_seen = -inf
+        self._looking_since: TaskTime | None = None
 
     def _free_place(self) -> int | None:
         """The number of the first place that is neither taken nor blocked nor seen occupied."""
@@ -143,8 +145,7 @@ class Place(Leaf):
         context, vision, settings = self.context, self.context.vision, self.settings.surface
         if context.relocalised:  # what was seen before is not where it was
             self._known_since, self._surface_seen = context.state.stamp, -inf
-        away = np.linalg.norm(context.wTe.translation - self._above.translation)
-        if self._number is None or away > settings.near:
+        if self._number is None or not self._can_see():
             return None
         frame = vision.new_frame()
         if frame is None or frame.stamp < self._known_since:
@@ -164,6 +165,13 @@ class Place(Leaf):
             return self._pass_over()
         return None
 
+    def _can_see(self) -> bool:
+        """Whether the hand is near to the place, and the camera not too near."""
+        least = self.context.robot.description.camera.min_range
+        away = np.linalg.norm(self.context.wTe.translation - self._above.translation)
+        height = camera_pose(self.context).translation[2] - self._on.floor
+        return bool(away < self.settings.surface.near and height > least)
+
     def _pass_over(self) -> str | None:
         """Something stands at the place: go to the next one; why that is none, if so."""
         if self._number is not None:
@@ -178,18 +186,30 @@ class Place(Leaf):
         return self._move("over the place", self._above, speed, tolerance, self._arrive)
 
     def _arrive(self) -> Status:
-        self._arrived, self._step = self.context.clock.now(), self._await_sight
-        return self._await_sight()
-
-    def _await_sight(self) -> Status:
-        """Go down once the surface has been seen; without a goal the hand comes to rest."""
-        stamp = self.context.state.stamp
+        """Go down once the surface has been seen."""
+        now, stamp = self.context.clock.now(), self.context.state.stamp
         if stamp - self._surface_seen <= self.settings.surface.memory:
             self._step, self._progress = self._lower, Progress(self.context)
             return self._lower()
-        if self.context.clock.now() - self._arrived > self.settings.view.patience:
-            reason = self.context.vision.blindness(stamp)
+        if self._looking_since is None:
+            self._looking_since = now
+        self._step = self._step_aside
+        return self._step_aside()
+
+    def _step_aside(self) -> Status:
+        """What is held hides the place: let the camera look past it, and come back."""
+        context, since = self.context, self._looking_since
+        if since is not None and context.clock.now() - since > self.settings.view.patience:
+            reason = context.vision.blindness(context.state.stamp)
             return self.failure(reason or f"{self._place} is not seen")
+        if self._surface_seen > -inf:
+            self._step, self._progress = self._approach, Progress(context)
+            return self._approach()
+        camera = context.robot.description.camera.eTc.translation[:2]
+        away = -self.settings.surface.aside * camera / np.linalg.norm(camera)
+        aside = self._above * SE3(np.eye(3), np.array([*away, 0.0]))
+        speed = self.settings.place.approach_speed
+        self.pursue(PoseGoal(wTe=aside, speed=speed, straight=True), "looking at the place")
         return self.running("looking at the place")
 
     def _lower(self) -> Status:

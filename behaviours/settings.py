@@ -112,15 +112,17 @@ class SurfaceSettings(Checked):
     """Of the disc round the centre of the place that is looked at [m]."""
     pitch_share: float = 0.45
     """The radius is at most this share of the distance between neighbouring places."""
-    near: float = 0.25
+    near: float = 0.5
     """The camera looks while the hand is this near to where it waits over the place [m]."""
+    aside: float = 0.14
+    """How far the hand gives way to the camera if the place was not seen by then [m]."""
     points: int = 150
     """How many points of the disc are looked at."""
     tolerance: float = 0.015
     """The surface is where it has to be if it is at most this much higher or lower [m]."""
     stray: float = 0.1
     """Share of the points that may be higher or lower."""
-    least_seen: float = 0.25
+    least_seen: float = 0.5
     """Share of the points that have to be seen; the hand and what it holds hide the others."""
     below_hand: float = 0.03
     """What reaches up to this near to the lower end of what is held belongs to it [m]."""
