@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import atan2, inf, sin
+from math import atan2, sin
 from typing import ClassVar
 
 import numpy as np
@@ -11,13 +11,12 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours.aiming import camera_pose
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Region
 from behaviours.progress import Progress
 from behaviours.ranges import Positive
-from behaviours.surface import Shows, look_at
+from behaviours.surface import Shows, SurfaceWatch
 from controller import PoseGoal
 from hw import FaultKind, TaskTime
 from robots import reach
@@ -76,7 +75,6 @@ class Place(Leaf):
         self._step = self._begin
         self._progress = Progress(self.context)
         self._relocalised = 0
-        self._known_since = self._surface_seen = -inf
         self._occupied: set[int] = set()
         x_axis = self.context.wTe.rotation[:, 0]
         self._rotation = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
@@ -88,7 +86,7 @@ class Place(Leaf):
             if any(one.kind is FaultKind.REFLEX for one in self.context.state.faults):
                 self._block()
             return self.failure(fault)
-        if self.phase in ("approach", "lower") and (reason := self._look()):
+        if self._step in (self._approach, self._give_way, self._lower) and (reason := self._look()):
             return self.failure(reason)
         return self._step()
 
@@ -99,7 +97,7 @@ class Place(Leaf):
         self._down = SE3(self._rotation, slot + np.array([0.0, 0.0, self._release_height()]))
         up = np.array([0.0, 0.0, self.settings.place.above])
         self._above = SE3(self._rotation, self._down.translation + up)
-        self._surface_seen = -inf
+        self._watch = SurfaceWatch(self.context, slot, self._radius, self._reach_down)
         self._looking_since: TaskTime | None = None
 
     def _free_place(self) -> int | None:
@@ -127,9 +125,7 @@ class Place(Leaf):
         """Nothing moves before there is something to place, and a place for it."""
         if self._number is None:
             return self.failure(self._none_free())
-        if reason := self.empty_hand or (
-            None if self.context.log.in_hand else "nothing was grasped"
-        ):
+        if reason := self.empty_hand or ("" if self.context.log.in_hand else "nothing was grasped"):
             return self.failure(f"nothing to place: {reason}")
         self._step = self._approach
         return self._approach()
@@ -141,44 +137,16 @@ class Place(Leaf):
         return f"all {len(self._slots)} places on {name} are taken{or_blocked}"
 
     def _look(self) -> str | None:
-        """See in a new frame what there is at the place; why it is none to place on, if so."""
-        context, vision, settings = self.context, self.context.vision, self.settings.surface
-        if context.relocalised:  # what was seen before is not where it was
-            self._known_since, self._surface_seen = context.state.stamp, -inf
-        if self._number is None or not self._can_see():
-            return None
-        frame = vision.new_frame()
-        if frame is None or frame.stamp < self._known_since:
-            return None
-        if vision.is_blind(context.state.stamp):
-            return None
-        hand = frame.wTc.act(context.robot.description.camera.eTc.inverse().translation)
-        lower_end = float(hand[2]) - self._reach_down
-        slot = self._slots[self._number - 1]
-        with vision.timed():
-            look = look_at(frame, slot, self._radius, lower_end - settings.below_hand, settings)
-        if look.shows is Shows.SURFACE:
-            self._surface_seen = frame.stamp
-        elif look.shows is Shows.LOWER:
+        """See what there is at the place; why nothing can be placed, if so."""
+        look = self._watch.look()
+        if look.shows is Shows.LOWER:
             return f"no surface at {self._place}: it is {-look.height:.2f} m lower"
-        elif look.shows is Shows.HIGHER:
-            return self._pass_over()
-        return None
-
-    def _can_see(self) -> bool:
-        """Whether the hand is near to the place, and the camera not too near."""
-        least = self.context.robot.description.camera.min_range
-        away = np.linalg.norm(self.context.wTe.translation - self._above.translation)
-        height = camera_pose(self.context).translation[2] - self._on.floor
-        return bool(away < self.settings.surface.near and height > least)
-
-    def _pass_over(self) -> str | None:
-        """Something stands at the place: go to the next one; why that is none, if so."""
-        if self._number is not None:
+        if look.shows is Shows.HIGHER and self._number is not None:
             self._occupied.add(self._number)
-        self._choose()
-        self._step, self._progress = self._approach, Progress(self.context)
-        return self._none_free() if self._number is None else None
+            self._choose()
+            self._step, self._progress = self._approach, Progress(self.context)
+            return self._none_free() if self._number is None else None
+        return None
 
     def _approach(self) -> Status:
         s = self.settings.place
@@ -186,28 +154,28 @@ class Place(Leaf):
         return self._move("over the place", self._above, speed, tolerance, self._arrive)
 
     def _arrive(self) -> Status:
-        """Go down once the surface has been seen."""
-        now, stamp = self.context.clock.now(), self.context.state.stamp
-        if stamp - self._surface_seen <= self.settings.surface.memory:
-            self._step, self._progress = self._lower, Progress(self.context)
+        """Go down if the surface was seen on the way, else look for it."""
+        self._progress = Progress(self.context)
+        if self._watch.has_seen_surface:
+            self._step = self._lower
             return self._lower()
         if self._looking_since is None:
-            self._looking_since = now
-        self._step = self._step_aside
-        return self._step_aside()
+            self._looking_since = self.context.clock.now()
+        self._step = self._give_way
+        return self.running("looking at the place")
 
-    def _step_aside(self) -> Status:
-        """What is held hides the place: let the camera look past it, and come back."""
+    def _give_way(self) -> Status:
+        """What is held may hide the place: let the camera look past it, and come back."""
         context, since = self.context, self._looking_since
+        if self._watch.has_seen_surface:
+            self._step, self._progress = self._approach, Progress(context)
+            return self._approach()
         if since is not None and context.clock.now() - since > self.settings.view.patience:
             reason = context.vision.blindness(context.state.stamp)
             return self.failure(reason or f"{self._place} is not seen")
-        if self._surface_seen > -inf:
-            self._step, self._progress = self._approach, Progress(context)
-            return self._approach()
         camera = context.robot.description.camera.eTc.translation[:2]
-        away = -self.settings.surface.aside * camera / np.linalg.norm(camera)
-        aside = self._above * SE3(np.eye(3), np.array([*away, 0.0]))
+        back = -self.settings.surface.aside * camera / max(float(np.linalg.norm(camera)), 1e-6)
+        aside = self._above * SE3(np.eye(3), np.array([*back, 0.0]))
         speed = self.settings.place.approach_speed
         self.pursue(PoseGoal(wTe=aside, speed=speed, straight=True), "looking at the place")
         return self.running("looking at the place")

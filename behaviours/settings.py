@@ -112,8 +112,8 @@ class SurfaceSettings(Checked):
     """Of the disc round the centre of the place that is looked at [m]."""
     pitch_share: float = 0.45
     """The radius is at most this share of the distance between neighbouring places."""
-    near: float = 0.5
-    """The camera looks while the hand is this near to where it waits over the place [m]."""
+    far: float = 0.7
+    """The camera looks from nearer than this [m]."""
     aside: float = 0.14
     """How far the hand gives way to the camera if the place was not seen by then [m]."""
     points: int = 150

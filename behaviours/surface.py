@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from enum import Enum
+from math import inf, nan
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from behaviours.aiming import camera_pose
+from behaviours.context import Context
 from behaviours.settings import SurfaceSettings
 from hw import DepthFrame
 from perception import Camera, world_points
@@ -33,6 +36,57 @@ class Look(NamedTuple):
     shows: Shows
     height: float
     """Of that over where the surface has to be, the median [m]; NaN if unseen."""
+
+
+_NOTHING = Look(Shows.UNSEEN, nan)
+
+
+class SurfaceWatch:
+    """Looks at a place with the wrist camera, on the way to it and down on it.
+
+    Args:
+        context: of the tree.
+        centre: (3,) of the place, in the world [m].
+        radius: of the disc that is looked at [m].
+        reach_down: how far what is held, or the hand, reaches below the hand [m].
+    """
+
+    def __init__(self, context: Context, centre: Array, radius: float, reach_down: float) -> None:
+        self._context, self._settings = context, context.settings.surface
+        self._centre, self._radius, self._reach_down = centre, radius, reach_down
+        self._known_since = context.state.stamp
+        self._surface_seen = -inf
+
+    @property
+    def has_seen_surface(self) -> bool:
+        """Whether the surface was seen a short time ago."""
+        return self._context.state.stamp - self._surface_seen <= self._settings.memory
+
+    def look(self) -> Look:
+        """What the frame shows that is new in this tick; unseen if there is none to believe."""
+        context, vision, settings = self._context, self._context.vision, self._settings
+        if context.relocalised:  # what was seen before is not where it was
+            self._known_since, self._surface_seen = context.state.stamp, -inf
+        if not self._can_see():
+            return _NOTHING
+        frame = vision.new_frame()
+        if frame is None or frame.stamp < self._known_since:
+            return _NOTHING
+        if vision.is_blind(context.state.stamp):
+            return _NOTHING
+        hand = frame.wTc.act(context.robot.description.camera.eTc.inverse().translation)[2]
+        lowest = float(hand) - self._reach_down - settings.below_hand
+        with vision.timed():
+            look = look_at(frame, self._centre, self._radius, lowest, settings)
+        if look.shows is Shows.SURFACE:
+            self._surface_seen = frame.stamp
+        return look
+
+    def _can_see(self) -> bool:
+        """Whether the camera is neither too far from the place nor too near to it."""
+        camera = camera_pose(self._context).translation - self._centre
+        least = self._context.robot.description.camera.min_range
+        return bool(camera[2] > least and np.linalg.norm(camera) < self._settings.far)
 
 
 def look_at(
@@ -67,7 +121,7 @@ def look_at(
     for shows, rays, share in groups:
         if rays.sum() > share * len(disc):
             return Look(shows, float(np.median(height[rays])))
-    return Look(Shows.UNSEEN, np.nan)
+    return _NOTHING
 
 
 def _disc(centre: Array, radius: float, count: int) -> Array:
