@@ -114,7 +114,7 @@ class SurfaceSettings(Checked):
     """The radius is at most this share of the distance between neighbouring places."""
     far: float = 0.7
     """The camera looks from nearer than this [m]."""
-    aside: float = 0.14
+    aside: float = 0.16
     """How far the hand gives way to the camera if the place was not seen by then [m]."""
     points: int = 150
     """How many points of the disc are looked at."""
@@ -122,7 +122,7 @@ class SurfaceSettings(Checked):
     """The surface is where it has to be if it is at most this much higher or lower [m]."""
     stray: float = 0.1
     """Share of the points that may be higher or lower."""
-    least_seen: float = 0.5
+    least_seen: float = 0.3
     """Share of the points that have to be seen; the hand and what it holds hide the others."""
     below_hand: float = 0.03
     """What reaches up to this near to the lower end of what is held belongs to it [m]."""

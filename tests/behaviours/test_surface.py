@@ -212,7 +212,7 @@ def test_frames_that_come_again_in_time_are_enough():
 
 
 def test_the_camera_looks_past_an_object_that_hides_the_place():
-    harness = held_block(block(half=(0.035, 0.1, 0.025)))
+    harness = held_block(block(half=(0.035, 0.085, 0.025)))
     x, y, z = PLACES[0]
     harness.reach_over(looking_down(x, y, z + 0.15, yaw=np.pi / 2))
     leaf, told = place(harness), set()
