@@ -100,7 +100,7 @@ def run(
     acknowledge_after: Annotated[
         float | None,
         typer.Option(
-            help="For unattended tests: acknowledge a released emergency stop after this [s].",
+            help="For unattended tests: acknowledge and resume by itself after this [s].",
             min=0.0,
         ),
     ] = None,

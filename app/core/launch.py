@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from os.path import relpath
 from pathlib import Path
 from typing import NamedTuple
@@ -132,7 +132,12 @@ def run_task(
             say=_tell,
         )
         with room:
-            return _run(options, task, setup, nodes, room, viewer, interrupted, tools)
+            result = _run(options, task, setup, nodes, room, viewer, interrupted, tools)
+    if not setup.problems:
+        return result
+    warnings = [*result.summary.warnings, *setup.problems]
+    summary = replace(result.summary, warnings=warnings).kept(result.folder / SUMMARY)
+    return result._replace(summary=summary)
 
 
 def _run(

@@ -14,8 +14,10 @@ from hw import (
     Camera,
     FaultInjection,
     Gate,
+    HardwareError,
     RecordedRobot,
     Robot,
+    RobotState,
     TaskClock,
     Truth,
     WorldOptions,
@@ -54,6 +56,8 @@ class Setup:
     gate: Gate
     vision: Vision
     context: Context
+    problems: list[str]
+    """What goes wrong when all is closed."""
 
     @property
     def model(self) -> RobotModel:
@@ -112,7 +116,11 @@ def set_up(
     """
     injected = FaultInjection(beneath(backend.robot), backend.truth, seed)
     robot = RecordedRobot(injected, backend.clock)
-    with robot, closing(_VISION[form](robot.camera, detector)) as vision:
+    problems: list[str] = []
+    with (
+        _connected(robot, problems) as state,
+        closing(_VISION[form](robot.camera, detector)) as vision,
+    ):
         clock = TaskClock(backend.clock)
         controller = HolisticController(RobotModel(robot.description))
         yield Setup(
@@ -128,6 +136,31 @@ def set_up(
                 model=controller.model,
                 clock=clock,
                 vision=vision,
-                state=robot.read(),
+                state=state,
             ),
+            problems=problems,
         )
+
+
+@contextmanager
+def _connected(robot: Robot, problems: list[str]) -> Iterator[RobotState]:
+    """A robot from its first reading to its end; what goes wrong in the end is noted, not raised.
+
+    Raises:
+        HardwareError: it cannot be connected or read.
+    """
+    try:
+        try:
+            robot.connect()
+            state = robot.read()
+        except HardwareError:
+            raise
+        except Exception as error:
+            reason = f"the robot cannot be connected ({type(error).__name__}: {error})"
+            raise HardwareError(reason) from error
+        yield state
+    finally:
+        try:
+            robot.close()
+        except Exception as error:
+            problems.append(f"closing the robot failed ({type(error).__name__}: {error})")

@@ -11,10 +11,10 @@ from py_trees.behaviour import Behaviour
 from app.live.groot import USUAL_PORT, GrootError, GrootServer
 from app.live.nodes import tree_view
 from app.live.operator import (
-    ACKNOWLEDGED,
     HELP,
     Control,
     ControlPage,
+    ControlState,
     Hook,
     HookAction,
     PageError,
@@ -52,8 +52,8 @@ class ControlOptions:
     groot_control: bool = False
     """Let Groot2 replace the outcomes of nodes."""
     acknowledge_after: float | None = None
-    """For unattended tests: a released emergency stop is acknowledged, and the run resumed, by
-    itself after this [s]; None leaves it to a person."""
+    """For unattended tests: when what only a person may clear is over for so long, it is
+    acknowledged and the run is resumed by itself [s]; None leaves it to a person."""
 
 
 class OperatorConsole:
@@ -94,7 +94,7 @@ class OperatorConsole:
             attended=options.page or in_terminal(0) or options.acknowledge_after is not None,
         )
         self._acknowledge_after = options.acknowledge_after
-        self._released_at: float | None = None
+        self._over_since: float | None = None
         self._say = say
         self._groot: GrootServer | None = None
         self._page: ControlPage | None = None
@@ -152,13 +152,13 @@ class OperatorConsole:
 
     def show(self, snapshot: Snapshot) -> None:
         """Pass a tick to the page and to Groot2."""
-        self._heed_emergency(snapshot.stamp)
+        self._heed_emergency(snapshot)
         if self._page is not None:
             self._page.show(snapshot)
         if self._groot is not None:
             self._groot.show(snapshot, {**snapshot.blackboard, **key_figures(snapshot)})
 
-    def _heed_emergency(self, now: float) -> None:
+    def _heed_emergency(self, snapshot: Snapshot) -> None:
         """Tell the user about an emergency stop, and stand in for a person in unattended tests."""
         state = self.control.state
         if state.emergency and not self._emergency:
@@ -167,16 +167,21 @@ class OperatorConsole:
                 "(key a, or the page), then resume"
             )
         self._emergency = state.emergency
-        if self._acknowledge_after is None:
-            return
-        if state.why == ACKNOWLEDGED:
-            self.control.resume()
-        if not state.emergency or state.pressed:
-            self._released_at = None
-        elif self._released_at is None:
-            self._released_at = now
-        elif now - self._released_at >= self._acknowledge_after:
-            self.control.acknowledge()
+        if self._acknowledge_after is not None:
+            self._stand_in(snapshot, state, self._acknowledge_after)
+
+    def _stand_in(self, snapshot: Snapshot, state: ControlState, patience: float) -> None:
+        """Acknowledge and resume as a person would, once what paused the run is over."""
+        over = not state.pressed and all(fault.clearable for fault in snapshot.state.faults)
+        if not (state.paused and over):
+            self._over_since = None
+        elif self._over_since is None:
+            self._over_since = snapshot.stamp
+        elif snapshot.stamp - self._over_since >= patience:
+            if state.emergency:
+                self.control.acknowledge()
+            else:
+                self.control.resume()
 
     def _insert(
         self, options: ControlOptions, nodes: Sequence[TreeNode]

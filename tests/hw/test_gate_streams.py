@@ -73,7 +73,7 @@ class Plant:
             fields["q"] = np.where(rng.random(7) < 0.3, NAN, self.q)
             return RobotState(**fields), not np.isnan(fields["q"]).any()
         wrong = {0.04: ("stamp", clock + 100.0), 0.05: ("stamp", NAN), 0.06: ("qd", np.zeros(3))}
-        wrong |= {0.07: ("stamp", clock - 0.2), 0.08: ("q", self.q + 2.0)}
+        wrong |= {0.07: ("stamp", clock - 0.2), 0.08: ("q", self.q + 9.0)}
         for share, (name, value) in wrong.items():
             if lie < share:
                 return RobotState(**fields | {name: value}), False

@@ -92,7 +92,7 @@ def _solver_raises(setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
 TROUBLES = (
     Trouble(name="reflex"),
     Trouble(name="emergency stop", lasts=1.0, stops=True, acknowledged=True),
-    Trouble(name="stale pose", lasts=1.0, stops=True),
+    Trouble(name="stale pose", lasts=1.0, stops=True, acknowledged=True),
     Trouble(name="gripper dead"),
     Trouble(name="gripper halfway"),
     Trouble(name="object moved"),

@@ -30,9 +30,9 @@ SPEEDS = ("real", "max")
 _TASK = "pick_place"
 _BEGUN_ROWS = 30
 """The robot moves when so many commands have been sent."""
-_LATEST = 4.0
+_LATEST = 3.0
 """Moment of the signal after that, at most [s of real time]."""
-_LONGEST_SUSPENSION = 3.0
+_LONGEST_SUSPENSION = 2.0
 _GOES_ON = 1.0
 """After a suspension the process goes on for this long before it is interrupted [s]."""
 _PATIENCE = 60.0

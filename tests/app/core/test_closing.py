@@ -1,0 +1,77 @@
+"""A robot that cannot be connected or closed is told in a line, and is closed whatever happens."""
+
+import pytest
+from harness import detector, table_world
+from typer.testing import CliRunner
+
+from app.commands import app
+from app.core.setup import VisionForm, set_up
+from hw import Backend, HardwareError, SimClock
+from hw.sim import kinematic_robot
+from robots import load_robot
+
+
+class Balky:
+    """A simulated robot that raises in some of its calls, and counts how often it is closed."""
+
+    def __init__(self, **raises: BaseException) -> None:
+        self.clock = SimClock()
+        self._inner = kinematic_robot(load_robot("frankie"), table_world(), self.clock)
+        self._raises = raises
+        self.closed = 0
+
+    def __getattr__(self, name: str):
+        if name == "close":
+            self.closed += 1
+        if name in self._raises:
+            error = self._raises[name]
+
+            def failing(*_: object) -> None:
+                raise error
+
+            return failing
+        return getattr(self._inner, name)
+
+
+def opened(robot: Balky):
+    return set_up(Backend(robot=robot, clock=robot.clock, truth=None), detector(), VisionForm.STEP)
+
+
+@pytest.mark.parametrize("call", ["connect", "read"])
+@pytest.mark.parametrize(
+    "error", [OSError(5, "no route"), TimeoutError("timed out"), HardwareError("unplugged")]
+)
+def test_a_robot_that_cannot_be_connected_is_a_hardware_fault_and_is_closed(call, error):
+    robot = Balky(**{call: error})
+    with pytest.raises(HardwareError, match=r"no route|timed out|unplugged"), opened(robot):
+        raise AssertionError("it is not there")
+    assert robot.closed
+
+
+@pytest.mark.parametrize("error", [ValueError("mistake"), SystemExit(1), KeyboardInterrupt()])
+def test_the_robot_is_closed_whatever_happens_in_between(error):
+    robot = Balky()
+    with pytest.raises(type(error)), opened(robot):
+        raise error
+    assert robot.closed
+
+
+def test_what_goes_wrong_in_closing_is_told_and_not_raised():
+    robot = Balky(close=ConnectionResetError("gone"))
+    with opened(robot) as setup:
+        problems = setup.problems
+    assert problems == ["closing the robot failed (ConnectionResetError: gone)"]
+
+
+def test_a_run_tells_that_its_robot_could_not_be_closed(tmp_path, monkeypatch):
+    def gone(_: object) -> None:
+        raise ConnectionResetError("gone")
+
+    monkeypatch.setattr("hw.composition.ComposedRobot.close", gone)
+    task = tmp_path / "toy.yaml"
+    task.write_text("task: toy\ntree: {wait: {duration_s: 0.1}}\n")
+    result = CliRunner().invoke(
+        app, ["run", str(task), "--record", str(tmp_path / "runs"), "--view", "none", "--json"]
+    )
+    assert result.exit_code == 0
+    assert "closing the robot failed (ConnectionResetError: gone)" in result.stdout

@@ -1,0 +1,60 @@
+"""Signals, sent to a real process: the first brings the robot to rest, the second ends it."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+TASK = """\
+task: drive_on
+poses:
+  away: {base: [30, 0], heading_deg: 0}
+tree: {drive: {to: away}}
+"""
+
+
+@pytest.fixture
+def run(tmp_path):
+    """A process whose robot moves, in real time; and the folder that it writes."""
+    (tmp_path / "drive_on.yaml").write_text(TASK)
+    command = [sys.executable, "-m", "frankie_task_cli", "run", str(tmp_path / "drive_on.yaml")]
+    command += ["--view", "none", "--speed", "real", "--record", str(tmp_path / "runs")]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        deadline = time.monotonic() + 60.0
+        while time.monotonic() < deadline:
+            folders = list((tmp_path / "runs").glob("*/states.npy"))
+            if folders and folders[0].stat().st_size:
+                states = np.load(folders[0])
+                if len(states) and states[-1, 4] > 0.5:
+                    break
+            time.sleep(0.05)
+        yield process, folders[0].parent
+        process.kill()
+
+
+@pytest.mark.parametrize("kind", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_the_first_signal_brings_the_robot_to_rest_and_leaves_a_summary(run, kind):
+    process, folder = run
+    os.kill(process.pid, kind)
+    _, err = process.communicate(timeout=60.0)
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    assert json.loads((folder / "summary.json").read_text())["outcome"] == "interrupted"
+    assert np.abs(np.load(folder / "states.npy")[-1, 4:7]).max() < 1e-2
+
+
+def test_the_second_signal_ends_the_process_at_once(run):
+    process, folder = run
+    os.kill(process.pid, signal.SIGSTOP)  # so that both arrive before the robot is at rest
+    os.kill(process.pid, signal.SIGINT)
+    os.kill(process.pid, signal.SIGTERM)
+    os.kill(process.pid, signal.SIGCONT)
+    process.communicate(timeout=60.0)
+    assert process.returncode == 130
+    assert not (folder / "summary.json").exists()
+    assert np.load(folder / "commands.npy")[-1, 1] > 0.0  # nothing was waited for
