@@ -16,8 +16,9 @@ from behaviours.leaf import Leaf
 from behaviours.poses import Region
 from behaviours.progress import Progress
 from behaviours.ranges import Positive
+from behaviours.surface import Shows, SurfaceWatch
 from controller import PoseGoal
-from hw import FaultKind
+from hw import FaultKind, TaskTime
 from robots import reach
 
 
@@ -42,10 +43,12 @@ def slots(region: Region, pitch: float) -> list[np.ndarray]:
 class Place(Leaf):
     """Set the held object down on the next free place of a region and rise.
 
-    The hand stops as high above the region's floor as it was above what the object stood on when it
-    was grasped, and a little higher, so that neither the object nor the finger tips touch it. A
-    place at which lowering failed is not tried again. Fails when nothing is held, no place is free,
-    the hand does not get there, the fingers do not open, or the robot has a fault.
+    The camera has to see the region's floor at the place before the hand is lowered; a place on
+    which something stands is passed over. The hand stops as high above the floor as it was above
+    what the object stood on when it was grasped, and a little higher, so that neither the object
+    nor the finger tips touch it. A place at which lowering failed is not tried again. Fails when
+    nothing is held, no place is free, there is no surface at the place, it is not seen, the hand
+    does not get there, the fingers do not open, or the robot has a fault.
 
     Args:
         on: region of the task file whose floor is the surface to place on.
@@ -58,6 +61,8 @@ class Place(Leaf):
         super().__init__(name, context)
         self._on = on
         self._slots = slots(on, pitch_m)
+        room = min(pitch_m, *on.size[:2])
+        self._radius = min(self.settings.surface.radius, self.settings.surface.pitch_share * room)
 
     @property
     def phase(self) -> str:
@@ -67,17 +72,13 @@ class Place(Leaf):
 
     def initialise(self) -> None:
         """Choose the place; the hand keeps the turn about the vertical that it has."""
-        context = self.context
-        self._number = self._free_place()
         self._step = self._begin
-        self._progress = Progress(context)
+        self._progress = Progress(self.context)
         self._relocalised = 0
-        x_axis = context.wTe.rotation[:, 0]
-        rotation = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
-        slot = self._slots[(self._number or 1) - 1]
-        self._down = SE3(rotation, slot + np.array([0.0, 0.0, self._release_height()]))
-        up = np.array([0.0, 0.0, self.settings.place.above])
-        self._above = SE3(rotation, self._down.translation + up)
+        self._occupied: set[int] = set()
+        x_axis = self.context.wTe.rotation[:, 0]
+        self._rotation = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
+        self._choose()
 
     def update(self) -> Status:
         """One tick of the phase that the placing is in."""
@@ -85,41 +86,99 @@ class Place(Leaf):
             if any(one.kind is FaultKind.REFLEX for one in self.context.state.faults):
                 self._block()
             return self.failure(fault)
+        if self._step in (self._approach, self._give_way, self._lower) and (reason := self._look()):
+            return self.failure(reason)
         return self._step()
 
+    def _choose(self) -> None:
+        """Aim at the next place that is free, as far as is known."""
+        self._number = self._free_place()
+        slot = self._slots[(self._number or 1) - 1]
+        self._down = SE3(self._rotation, slot + np.array([0.0, 0.0, self._release_height()]))
+        up = np.array([0.0, 0.0, self.settings.place.above])
+        self._above = SE3(self._rotation, self._down.translation + up)
+        self._watch = SurfaceWatch(self.context, slot, self._radius, self._reach_down)
+        self._looking_since: TaskTime | None = None
+
     def _free_place(self) -> int | None:
-        """The number of the first place that is neither taken nor blocked."""
+        """The number of the first place that is neither taken nor blocked nor seen occupied."""
         log, name = self.context.log, self._on.name
         gone = log.places_used.get(name, set()) | log.places_blocked.get(name, set())
+        gone |= self._occupied
         return next((n for n in range(1, len(self._slots) + 1) if n not in gone), None)
 
     def _release_height(self) -> float:
         """Height of the hand over the surface at which it lets go [m].
 
-        The finger tips reach below the hand, and in a hand that is tilted as far as it may be, the
-        outer one reaches lower still.
+        In a hand that is tilted as far as it may be, the outer finger tip reaches lower.
         """
         settings, gripper = self.settings.place, self.context.robot.description.gripper
         outer = gripper.opening / 2.0 + reach(gripper.pad, np.array([0.0, 1.0, 0.0]))
-        margin = settings.clearance + outer * sin(settings.tilt)
-        return max(self.context.log.grip_height, gripper.tip) + margin
+        return self._reach_down + settings.clearance + outer * sin(settings.tilt)
+
+    @property
+    def _reach_down(self) -> float:
+        """How far what is held, or the finger tips, reach below the hand [m]."""
+        return max(self.context.log.grip_height, self.context.robot.description.gripper.tip)
 
     def _begin(self) -> Status:
         """Nothing moves before there is something to place, and a place for it."""
-        log, name = self.context.log, self._on.name
         if self._number is None:
-            blocked = len(log.places_blocked.get(name, ()))
-            or_blocked = f" or blocked ({blocked})" if blocked else ""
-            return self.failure(f"all {len(self._slots)} places on {name} are taken{or_blocked}")
-        if reason := self.empty_hand or (None if log.in_hand else "nothing was grasped"):
+            return self.failure(self._none_free())
+        if reason := self.empty_hand or ("" if self.context.log.in_hand else "nothing was grasped"):
             return self.failure(f"nothing to place: {reason}")
         self._step = self._approach
         return self._approach()
 
+    def _none_free(self) -> str:
+        name = self._on.name
+        blocked = len(self.context.log.places_blocked.get(name, set()) | self._occupied)
+        or_blocked = f" or blocked ({blocked})" if blocked else ""
+        return f"all {len(self._slots)} places on {name} are taken{or_blocked}"
+
+    def _look(self) -> str | None:
+        """See what there is at the place; why nothing can be placed, if so."""
+        look = self._watch.look()
+        if look.shows is Shows.LOWER:
+            return f"no surface at {self._place}: it is {-look.height:.2f} m lower"
+        if look.shows is Shows.HIGHER and self._number is not None:
+            self._occupied.add(self._number)
+            self._choose()
+            self._step, self._progress = self._approach, Progress(self.context)
+            return self._none_free() if self._number is None else None
+        return None
+
     def _approach(self) -> Status:
         s = self.settings.place
         speed, tolerance = s.approach_speed, s.approach_tolerance
-        return self._move("over the place", self._above, speed, tolerance, self._lower)
+        return self._move("over the place", self._above, speed, tolerance, self._arrive)
+
+    def _arrive(self) -> Status:
+        """Go down if the surface was seen on the way, else look for it."""
+        self._progress = Progress(self.context)
+        if self._watch.has_seen_surface:
+            self._step = self._lower
+            return self._lower()
+        if self._looking_since is None:
+            self._looking_since = self.context.clock.now()
+        self._step = self._give_way
+        return self.running("looking at the place")
+
+    def _give_way(self) -> Status:
+        """What is held may hide the place: let the camera look past it, and come back."""
+        context, since = self.context, self._looking_since
+        if self._watch.has_seen_surface:
+            self._step, self._progress = self._approach, Progress(context)
+            return self._approach()
+        if since is not None and context.clock.now() - since > self.settings.view.patience:
+            reason = context.vision.blindness(context.state.stamp)
+            return self.failure(reason or f"{self._place} is not seen")
+        camera = context.robot.description.camera.eTc.translation[:2]
+        back = -self.settings.surface.aside * camera / max(float(np.linalg.norm(camera)), 1e-6)
+        aside = self._above * SE3(np.eye(3), np.array([*back, 0.0]))
+        speed = self.settings.place.approach_speed
+        self.pursue(PoseGoal(wTe=aside, speed=speed, straight=True), "looking at the place")
+        return self.running("looking at the place")
 
     def _lower(self) -> Status:
         if self.context.relocalised:
@@ -157,6 +216,10 @@ class Place(Leaf):
 
     def _done(self) -> Status:
         return self.success(f"placed on {self._on.name}, place {self._number}")
+
+    @property
+    def _place(self) -> str:
+        return f"place {self._number} of {self._on.name}"
 
     def _block(self) -> None:
         """Remember a place at which lowering failed."""

@@ -105,6 +105,32 @@ class PlaceSettings(Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
+class SurfaceSettings(Checked):
+    """How a place is looked at before something is set down on it."""
+
+    radius: float = 0.06
+    """Of the disc round the centre of the place that is looked at [m]."""
+    pitch_share: float = 0.45
+    """The radius is at most this share of the distance between neighbouring places."""
+    far: float = 0.7
+    """The camera looks from nearer than this [m]."""
+    aside: float = 0.16
+    """How far the hand gives way to the camera if the place was not seen by then [m]."""
+    points: int = 150
+    """How many points of the disc are looked at."""
+    tolerance: float = 0.015
+    """The surface is where it has to be if it is at most this much higher or lower [m]."""
+    stray: float = 0.1
+    """Share of the points that may be higher or lower."""
+    least_seen: float = 0.3
+    """Share of the points that have to be seen; the hand and what it holds hide the others."""
+    below_hand: float = 0.03
+    """What reaches up to this near to the lower end of what is held belongs to it [m]."""
+    memory: float = 2.0
+    """The surface was seen at most so long before the hand is lowered [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class RetreatSettings(Checked):
     """How the hand rises, after a grasp or out of a fault."""
 
@@ -179,6 +205,7 @@ class BehaviourSettings:
     relocalisation: RelocalisationSettings = field(default_factory=RelocalisationSettings)
     grasp: GraspSettings = field(default_factory=GraspSettings)
     place: PlaceSettings = field(default_factory=PlaceSettings)
+    surface: SurfaceSettings = field(default_factory=SurfaceSettings)
     retreat: RetreatSettings = field(default_factory=RetreatSettings)
     recover: RecoverSettings = field(default_factory=RecoverSettings)
     view: ViewSettings = field(default_factory=ViewSettings)

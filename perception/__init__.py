@@ -8,7 +8,7 @@ with a face of its own, because it imports torch; this one does not.
 
 from perception.detector import OCCUPIED_HEIGHT, WALL_MARGIN, GraspDetector
 from perception.frame import Workspace
-from perception.geometry import world_points
+from perception.geometry import Camera, world_points
 from perception.grasp import Detection, GraspEstimate
 from perception.grasp_feasibility import assess
 from perception.height_map import HeightMap, build_height_map
@@ -30,6 +30,7 @@ __all__ = [
     "OCCUPIED_HEIGHT",
     "OUTPUT_STRIDE",
     "WALL_MARGIN",
+    "Camera",
     "Crop",
     "Detection",
     "GraspDetector",

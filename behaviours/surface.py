@@ -1,0 +1,149 @@
+"""What a depth frame shows of a place: the surface to set something down on, or something else."""
+
+from __future__ import annotations
+
+from enum import Enum
+from math import inf, nan
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from behaviours.aiming import camera_pose
+from behaviours.context import Context
+from behaviours.settings import SurfaceSettings
+from hw import DepthFrame
+from perception import Camera, world_points
+
+Array = npt.NDArray[np.float64]
+
+
+class Shows(Enum):
+    """What there is at a place."""
+
+    SURFACE = "surface"
+    HIGHER = "higher"
+    """Something that stands on the surface, or a surface that lies too high."""
+    LOWER = "lower"
+    """A surface that lies too low, or ends here."""
+    UNSEEN = "unseen"
+    """Too little of the place is in the picture, or measured."""
+
+
+class Look(NamedTuple):
+    """What one frame shows of a place."""
+
+    shows: Shows
+    height: float
+    """Of that over where the surface has to be, the median [m]; NaN if unseen."""
+
+
+_NOTHING = Look(Shows.UNSEEN, nan)
+
+
+class SurfaceWatch:
+    """Looks at a place with the wrist camera, on the way to it and down on it.
+
+    Args:
+        context: of the tree.
+        centre: (3,) of the place, in the world [m].
+        radius: of the disc that is looked at [m].
+        reach_down: how far what is held, or the hand, reaches below the hand [m].
+    """
+
+    def __init__(self, context: Context, centre: Array, radius: float, reach_down: float) -> None:
+        self._context, self._settings = context, context.settings.surface
+        self._centre, self._radius, self._reach_down = centre, radius, reach_down
+        self._known_since = context.state.stamp
+        self._surface_seen = -inf
+
+    @property
+    def has_seen_surface(self) -> bool:
+        """Whether the surface was seen a short time ago."""
+        return self._context.state.stamp - self._surface_seen <= self._settings.memory
+
+    def look(self) -> Look:
+        """What the frame shows that is new in this tick; unseen if there is none to believe."""
+        context, vision, settings = self._context, self._context.vision, self._settings
+        if context.relocalised:  # what was seen before is not where it was
+            self._known_since, self._surface_seen = context.state.stamp, -inf
+        if not self._can_see():
+            return _NOTHING
+        frame = vision.new_frame()
+        if frame is None or frame.stamp < self._known_since:
+            return _NOTHING
+        if vision.is_blind(context.state.stamp):
+            return _NOTHING
+        hand = frame.wTc.act(context.robot.description.camera.eTc.inverse().translation)[2]
+        lowest = float(hand) - self._reach_down - settings.below_hand
+        with vision.timed():
+            look = look_at(frame, self._centre, self._radius, lowest, settings)
+        if look.shows is Shows.SURFACE:
+            self._surface_seen = frame.stamp
+        return look
+
+    def _can_see(self) -> bool:
+        """Whether the camera is neither too far from the place nor too near to it."""
+        camera = camera_pose(self._context).translation - self._centre
+        least = self._context.robot.description.camera.min_range
+        return bool(camera[2] > least and np.linalg.norm(camera) < self._settings.far)
+
+
+def look_at(
+    frame: DepthFrame, centre: Array, radius: float, hand: float, settings: SurfaceSettings
+) -> Look:
+    """What a frame shows of a level disc where a surface has to be.
+
+    Rays go from the camera through points spread evenly over the disc. Each tells whether the
+    surface is there, whether it goes on below, or whether something over the disc stops it. A ray
+    tells nothing if it has no depth or is stopped beside the disc or by the hand.
+
+    Args:
+        frame: from any direction.
+        centre: (3,) of the disc, in the world [m].
+        radius: of the disc [m].
+        hand: height in the world from which on what is seen belongs to the hand [m].
+        settings: what counts as the surface, and how much of it has to be seen.
+    """
+    disc = _disc(centre, radius, settings.points)
+    seen = _seen_through(frame, disc)
+    height = seen[:, 2] - centre[2]
+    over_disc = np.linalg.norm(seen[:, :2] - centre[:2], axis=1) <= radius
+    groups = (
+        (Shows.LOWER, height < -settings.tolerance, settings.stray),
+        (
+            Shows.HIGHER,
+            (height > settings.tolerance) & over_disc & (seen[:, 2] < hand),
+            settings.stray,
+        ),
+        (Shows.SURFACE, np.abs(height) <= settings.tolerance, settings.least_seen),
+    )
+    for shows, rays, share in groups:
+        if rays.sum() > share * len(disc):
+            return Look(shows, float(np.median(height[rays])))
+    return _NOTHING
+
+
+def _disc(centre: Array, radius: float, count: int) -> Array:
+    """(count, 3) points spread evenly over a level disc: the spiral of a sunflower."""
+    n = np.arange(count) + 0.5
+    r, turn = radius * np.sqrt(n / count), n * np.pi * (3.0 - np.sqrt(5.0))
+    flat: Array = np.stack([r * np.cos(turn), r * np.sin(turn), np.zeros(count)], axis=1)
+    return flat + centre
+
+
+def _seen_through(frame: DepthFrame, points: Array) -> Array:
+    """(N, 3) what is seen on the rays through (N, 3) points, in the world [m]; else NaN."""
+    seen = np.full(points.shape, np.nan)
+    ahead = np.flatnonzero((points - frame.wTc.translation) @ frame.wTc.rotation[:, 2] > 0.0)
+    camera = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)
+    u, v = np.rint(camera.project(points[ahead])).T
+    rows, columns = frame.depth.shape
+    inside = (u >= 0) & (u < columns) & (v >= 0) & (v < rows)
+    ahead, u, v = ahead[inside], u[inside], v[inside]
+    depth = frame.depth[v.astype(int), u.astype(int)]
+    measured = depth > 0.0  # neither NaN nor black
+    seen[ahead[measured]] = world_points(
+        depth[measured], frame.intrinsics, frame.wTc, u[measured], v[measured]
+    )
+    return seen

@@ -1,0 +1,224 @@
+"""Place looks before it lets go: what a frame shows of a place, and what comes of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from harness import TABLE_TOP, Harness, block, held_block, looking_down, table_world
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours import BehaviourSettings, Region
+from behaviours.place import Place, slots
+from behaviours.surface import Shows, look_at
+from hw.sim import SimObject, World
+from robots import Box, Geom, Plane
+
+SETTINGS = BehaviourSettings().surface
+RADIUS = 0.06
+FAR = Region(
+    name="table",
+    wTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
+    size=np.array([0.3, 0.4, 0.2]),
+)
+"""Six places in two columns."""
+PLACES = slots(FAR, 0.13)
+
+
+def look(world: World, x=0.7, y=0.0, floor=TABLE_TOP, camera=(0.635, 0.0, 0.8), hand=np.inf):
+    """What the first frame shows of a place, the hand being at `camera`."""
+    harness = Harness(world)
+    harness.reach_over(looking_down(*camera))
+    harness.tick(None)
+    frame = harness.context.vision.new_frame()
+    assert frame is not None
+    return look_at(frame, np.array([x, y, floor]), RADIUS, hand, SETTINGS)
+
+
+def narrow_table() -> World:
+    """A table that ends at x = 0.7 m."""
+    top = SE3(np.eye(3), np.array([0.5, 0.0, TABLE_TOP / 2]))
+    return World(
+        [
+            Geom(Plane(), SE3.Identity(), "floor"),
+            Geom(Box((0.2, 0.4, TABLE_TOP / 2)), top, "table"),
+        ],
+        [],
+    )
+
+
+# one frame
+
+
+def test_a_table_is_a_surface_at_its_height():
+    seen = look(table_world())
+    assert seen.shows is Shows.SURFACE
+    assert seen.height == pytest.approx(0.0, abs=0.003)
+
+
+@pytest.mark.parametrize(
+    ("error", "shows"), [(0.03, Shows.LOWER), (-0.03, Shows.HIGHER), (0.008, Shows.SURFACE)]
+)
+def test_a_table_of_another_height_is_told_with_its_height(error, shows):
+    seen = look(table_world(), floor=TABLE_TOP + error)
+    assert seen.shows is shows
+    assert seen.height == pytest.approx(-error, abs=0.003)
+
+
+def test_an_object_at_the_place_is_higher_and_one_beside_it_is_not():
+    half = (0.02, 0.03, 0.025)
+    seen = look(table_world(block(half, x=0.70)))
+    assert seen.shows is Shows.HIGHER
+    assert seen.height == pytest.approx(0.05, abs=0.005)
+    for x, y in ((0.82, 0.0), (0.70, 0.13), (0.70, -0.13)):
+        assert look(table_world(block(half, x=x, y=y))).shows is Shows.SURFACE
+
+
+def test_what_is_as_high_as_the_hand_is_no_object():
+    seen = look(table_world(block((0.02, 0.03, 0.025))), hand=TABLE_TOP + 0.04)
+    assert seen.shows is not Shows.HIGHER
+
+
+def test_beyond_the_edge_there_is_no_surface():
+    seen = look(narrow_table(), x=0.72)
+    assert seen.shows is Shows.LOWER
+    assert seen.height == pytest.approx(-TABLE_TOP, abs=0.02)
+    assert look(narrow_table(), x=0.63).shows is Shows.SURFACE
+
+
+def test_an_edge_under_the_disc_is_told_although_most_of_it_is_on_the_table():
+    assert look(narrow_table(), x=0.68).shows is Shows.LOWER
+
+
+@pytest.mark.parametrize("depth", [0.0, np.nan])
+def test_a_place_out_of_the_picture_or_without_depth_is_unseen(depth):
+    assert look(table_world(), x=1.15).shows is Shows.UNSEEN
+    harness = Harness()
+    harness.reach_over(looking_down(0.635, 0.0, 0.8))
+    harness.tick(None)
+    frame = harness.context.vision.new_frame()
+    dark = replace(frame, depth=np.full_like(frame.depth, depth))
+    seen = look_at(dark, np.array([0.7, 0.0, TABLE_TOP]), RADIUS, np.inf, SETTINGS)
+    assert seen.shows is Shows.UNSEEN
+
+
+# place
+
+
+def place(harness: Harness, on: Region = FAR) -> Place:
+    return Place("place", harness.context, on=on, pitch_m=0.13)
+
+
+def with_things_at(*numbers: int) -> Harness:
+    """The hand holds a block, and others stand at some places."""
+    harness = held_block()
+    harness.reach_over(looking_down(0.7, 0.0, TABLE_TOP + 0.3, yaw=np.pi / 2))
+    for number in numbers:
+        x, y, z = PLACES[number - 1]
+        thing: SimObject = block(x=x, y=y, name=f"thing {number}")
+        thing.pose = SE3(np.eye(3), np.array([x, y, z + 0.025]))
+        harness.world.objects.append(thing)
+    return harness
+
+
+def displace(harness: Harness, metres: tuple[float, float]) -> None:
+    """The base believes from now on that it is somewhere else, and so does its camera."""
+    offset = SE3(np.eye(3), np.array([*metres, 0.0]))
+    read, vision = harness.robot.read, harness.context.vision
+    harness.robot.read = lambda: replace(state := read(), wTb=offset * state.wTb)
+    latest = vision._camera.latest
+    moved: dict = {}
+
+    def displaced(max_age: float):
+        frame = latest(max_age)
+        if frame is not None and frame not in moved:
+            moved[frame] = replace(frame, wTc=offset * frame.wTc)
+        return frame and moved[frame]
+
+    vision._camera.latest = displaced
+
+
+def test_a_place_on_which_something_stands_is_passed_over():
+    harness = with_things_at(1, 2)
+    leaf = place(harness)
+    assert harness.run(leaf) is Status.SUCCESS
+    assert leaf.feedback_message == "placed on table, place 3"
+    assert harness.world.resting_on(harness.world.find("block")) == "table"
+    assert harness.context.log.places_blocked == {}  # it may be free the next time
+
+
+def test_when_something_stands_at_every_place_nothing_is_let_go():
+    harness = with_things_at(1, 2, 3, 4, 5, 6)
+    leaf = place(harness)
+    assert harness.run(leaf, seconds=40.0) is Status.FAILURE
+    assert leaf.feedback_message == "all 6 places on table are taken or blocked (6)"
+    assert harness.world.held is not None
+
+
+def test_nothing_is_let_go_where_there_is_no_surface():
+    harness = with_things_at()
+    off = Region(name="table", wTr=FAR.wTr * SE3(np.eye(3), np.array([0, 0.6, 0])), size=FAR.size)
+    leaf = place(harness, off)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "no surface at place 1 of table: it is 0.50 m lower"
+    assert harness.world.held is not None
+    assert harness.context.log.placed == 0
+
+
+@pytest.mark.parametrize("phase", ["approach", "lower"])
+def test_nothing_is_let_go_where_the_table_is_only_in_a_wrong_frame(phase):
+    harness = with_things_at()
+    leaf = place(harness)
+    harness.run_into(leaf, phase)
+    displace(harness, (0.0, 0.5))  # the table ends 0.4 m to the right of the robot
+    assert harness.run(leaf) is Status.FAILURE
+    assert "no surface at place 1 of table" in leaf.feedback_message
+    assert harness.world.held is not None
+
+
+def test_without_a_frame_nothing_is_let_go():
+    harness = with_things_at()
+    harness.robot.blind = True
+    begun = harness.clock.now()
+    leaf = place(harness)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "no camera frame"
+    assert harness.clock.now() - begun < 8.0
+    assert harness.world.held is not None
+
+
+def test_a_picture_without_depth_is_no_surface():
+    harness = with_things_at()
+    latest = harness.context.vision._camera.latest
+
+    def black(max_age: float):
+        frame = latest(max_age)
+        return frame and replace(frame, depth=np.zeros_like(frame.depth))
+
+    harness.context.vision._camera.latest = black
+    leaf = place(harness)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "place 1 of table is not seen"
+
+
+def test_frames_that_come_again_in_time_are_enough():
+    harness = with_things_at()
+    harness.robot.blind = True
+    leaf = place(harness)
+    harness.run_for(leaf, 2.5)
+    assert leaf.status is Status.RUNNING
+    harness.robot.blind = False
+    assert harness.run(leaf) is Status.SUCCESS
+
+
+def test_the_camera_looks_past_an_object_that_hides_the_place():
+    harness = held_block(block(half=(0.035, 0.085, 0.025)))
+    x, y, z = PLACES[0]
+    harness.reach_over(looking_down(x, y, z + 0.15, yaw=np.pi / 2))
+    leaf, told = place(harness), set()
+    while harness.run(leaf, seconds=0.01) is Status.RUNNING:
+        told.add(leaf.feedback_message)
+    assert leaf.feedback_message == "placed on table, place 1"
+    assert "looking at the place" in told
+    where = harness.world.find("block").pose.translation
+    np.testing.assert_allclose(where[:2], [x, y], atol=0.02)
