@@ -23,7 +23,7 @@ class ForkServer:
     """Starts one run at a time."""
 
     def __init__(self) -> None:
-        command = [sys.executable, "-m", "app.lab.bench.forked"]
+        command = [sys.executable, "-c", f"from {__name__} import serve; serve()"]
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0
         )
@@ -64,7 +64,7 @@ class ForkServer:
         return int(line)
 
 
-def _serve() -> None:
+def serve() -> None:
     """Fork a process for every line of standard input; tell its id, and how it ended."""
     import rerun  # noqa: F401
     import torch  # noqa: F401
@@ -84,7 +84,3 @@ def _serve() -> None:
             app.commands.app(arguments)
         print(pid, flush=True)
         print(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), flush=True)
-
-
-if __name__ == "__main__":
-    _serve()
