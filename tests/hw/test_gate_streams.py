@@ -16,7 +16,6 @@ from robots import load_robot
 FRANKIE = load_robot("frankie")
 LIMITS, LAG = FRANKIE.limits, FRANKIE.arm.lag
 DT = 0.01
-STEP = 0.01
 NAN = float("nan")
 
 
@@ -44,8 +43,7 @@ class Plant:
         end = self.time + seconds
         while self.time < end - 1e-12:
             live = self.time < self.valid_until - 1e-12
-            until = min(end, self.valid_until) if live else end
-            dt = min(STEP, until - self.time)
+            dt = (min(end, self.valid_until) if live else end) - self.time  # exact at any length
             command = self.command if live else Command.stop()
             self.q = self.q + LAG * self.qd * (1 - exp(-dt / LAG))
             self.q = self.q + command.qd * (dt - LAG * (1 - exp(-dt / LAG)))
