@@ -1,6 +1,5 @@
-"""The robot breaks while nobody reads the terminal, or while the disk is full."""
+"""The robot breaks while nobody reads the terminal."""
 
-import resource
 import subprocess
 import sys
 
@@ -12,21 +11,14 @@ poses:
   away: {base: [30, 0], heading_deg: 0}
 tree: {drive: {to: away}}
 """
-DISK = 60_000
-"""Files may not grow beyond this [bytes]."""
-
-
-def full_disk() -> None:
-    resource.setrlimit(resource.RLIMIT_FSIZE, (DISK, DISK))
 
 
 @pytest.mark.parametrize(
     ("fault", "trouble"),
     [
         ("reading breaks", "closed terminal"),
-        ("reading breaks", "full disk"),
         ("sending fails", "closed stdout"),
-        ("state frozen", "full disk"),
+        ("state frozen", "closed terminal"),
     ],
 )
 def test_the_end_is_controlled_and_the_exit_code_tells_it(tmp_path, fault, trouble):
@@ -36,19 +28,14 @@ def test_the_end_is_controlled_and_the_exit_code_tells_it(tmp_path, fault, troub
     command += ["--view", "none", "--json", "--fault", f"{fault}@3"]
     command += ["--record", str(tmp_path / "runs")]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    before = full_disk if trouble == "full disk" else None
-    with subprocess.Popen(command, **pipes, preexec_fn=before) as process:
+    with subprocess.Popen(command, **pipes) as process:
         if trouble == "closed stdout":
             process.stdout.close()
         if trouble == "closed terminal":
             process.stdout.close()
             process.stderr.close()
         code = process.wait(timeout=120.0)
-        out = "" if process.stdout.closed else process.stdout.read()
         err = "" if process.stderr.closed else process.stderr.read()
     assert code == 3
     assert "Traceback" not in err
     assert "Exception ignored" not in err
-    if trouble == "full disk":
-        assert '"outcome": "hardware fault"' in out
-        assert "recording.rrd" in out  # the summary tells what is missing
