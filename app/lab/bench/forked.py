@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import runpy
 import select
 import subprocess
 import sys
@@ -69,10 +70,6 @@ def serve() -> None:
     import rerun  # noqa: F401
     import torch  # noqa: F401
 
-    import app.commands
-    import app.core
-    import app.live
-
     while line := sys.stdin.readline():
         arguments, errors = json.loads(line)
         pid = os.fork()
@@ -81,6 +78,8 @@ def serve() -> None:
             err = os.open(errors, os.O_WRONLY | os.O_CREAT, 0o600)
             for source, target in ((null, 0), (null, 1), (err, 2)):
                 os.dup2(source, target)
-            app.commands.app(arguments)
+            sys.argv = ["frankie-task", *arguments]
+            runpy.run_module("frankie_task_cli", run_name="__main__")
+            sys.exit()
         print(pid, flush=True)
         print(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), flush=True)
