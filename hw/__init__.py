@@ -20,6 +20,7 @@ from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Rob
 from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
 from hw.truth import DisturbableWorld, TrueObject, Truth
 from hw.watchdog import SIMULATION, LoopBlockedError, Patience, Watchdog
+from hw.wrapper import RobotWrapper
 
 __all__ = [
     "INJECTABLE",
@@ -57,6 +58,7 @@ __all__ = [
     "ReplayRobot",
     "Robot",
     "RobotState",
+    "RobotWrapper",
     "SimClock",
     "TaskClock",
     "TaskTime",

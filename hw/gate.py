@@ -22,7 +22,7 @@ from robots import RobotDescription
 _TOLERANCE = 1e-6
 """Relative slack of every comparison, for rounding only."""
 _GAP = 3.0
-"""After so many periods without a command the robot has begun to stop by itself."""
+"""After this many periods without a command the robot has begun to stop by itself."""
 _SAVED = 2.0
 """Change of velocity that may be saved up, in periods: a tick that comes late by less than one
 period does not keep the next from its full acceleration."""

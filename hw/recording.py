@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 from math import inf, nan
-from typing import Protocol, Self
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -13,9 +13,9 @@ from pinocchio import SE3
 from controller import Command
 from hw.clock import Clock
 from hw.frame import DepthFrame
-from hw.robot import Robot
+from hw.robot import Camera, Robot
 from hw.state import Fault, PartStamps, RobotState
-from robots import RobotDescription
+from hw.wrapper import RobotWrapper
 
 TURN = np.dtype(
     [
@@ -80,7 +80,7 @@ class Notes(Protocol):
         """A frame that the loop has not been given before, and its number."""
 
 
-class RecordedRobot:
+class RecordedRobot(RobotWrapper):
     """A robot whose readings, frames and commands are noted once somebody keeps them.
 
     The camera answers once a turn: all who ask in one turn are given the same frame.
@@ -91,6 +91,7 @@ class RecordedRobot:
     """
 
     def __init__(self, robot: Robot, clock: Clock) -> None:
+        super().__init__(robot)
         self.inner = robot
         """The robot behind."""
         self._clock = clock
@@ -104,7 +105,7 @@ class RecordedRobot:
         self._frames = 0
         self.broken = ""
         """Why the notes are of no use for a replay; empty while they are."""
-        self.camera = _RecordedCamera(self, clock)
+        self._camera = _RecordedCamera(self, clock)
 
     def record(self, notes: Notes) -> None:
         """Note every turn from the next reading on."""
@@ -128,19 +129,15 @@ class RecordedRobot:
         self._notes = None
 
     @property
-    def description(self) -> RobotDescription:
-        """That of the robot."""
-        return self.inner.description
-
-    def connect(self) -> None:
-        """As the robot does."""
-        self.inner.connect()
+    def camera(self) -> Camera:
+        """That of the robot, asked once a turn."""
+        return self._camera
 
     def read(self) -> RobotState:
         """The robot's reading."""
         self._hand_on()
-        self.camera.begin_turn()
-        state = self.inner.read()
+        self._camera.begin_turn()
+        state = self._robot.read()
         if self._notes is not None:
             self._begin()
             self._row["read"] = True
@@ -153,7 +150,7 @@ class RecordedRobot:
 
     def send(self, command: Command) -> Command:
         """As the robot does."""
-        applied = self.inner.send(command)
+        applied = self._robot.send(command)
         if self._notes is not None:
             if not self._is_open or self._row["sent"]:
                 self._hand_on()
@@ -167,32 +164,9 @@ class RecordedRobot:
                 self.broken = self.broken or f"a command has a wrong shape ({error})"
         return applied
 
-    def grip(self, width: float, force: float) -> None:
-        """As the robot does."""
-        self.inner.grip(width, force)
-
-    def recover(self) -> None:
-        """As the robot does."""
-        self.inner.recover()
-
-    def stop(self) -> None:
-        """As the robot does."""
-        self.inner.stop()
-
-    def close(self) -> None:
-        """As the robot does."""
-        self.inner.close()
-
-    def __enter__(self) -> Self:
-        self.connect()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
     def frame(self) -> DepthFrame | None:
         """The camera's newest frame, noted."""
-        frame = self.inner.camera.latest(inf)
+        frame = self._robot.camera.latest(inf)
         if self._notes is not None:
             if frame is not None and frame is not self._shown:
                 self._frames += 1

@@ -6,7 +6,6 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
-from typing import Self
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from hw.frame import DepthFrame
 from hw.robot import Camera, Robot
 from hw.state import RobotState
 from hw.truth import DisturbableWorld, Truth
-from robots import RobotDescription
+from hw.wrapper import RobotWrapper
 
 
 @dataclass(eq=False)
@@ -31,7 +30,7 @@ class _Injected:
     """When it ends; known once it has begun [s]."""
 
 
-class FaultInjection:
+class FaultInjection(RobotWrapper):
     """A robot that also has the faults that a person gives it, from the next reading on.
 
     With the same seed and the same calls at the same readings, a fault does the same.
@@ -43,7 +42,7 @@ class FaultInjection:
     """
 
     def __init__(self, robot: Robot, truth: Truth | None = None, seed: int = 0) -> None:
-        self._robot = robot
+        super().__init__(robot)
         self._world = truth if isinstance(truth, DisturbableWorld) else None
         self._rng = np.random.default_rng((seed, len(INJECTABLE)))
         self._site: Site | None = None
@@ -95,18 +94,9 @@ class FaultInjection:
             self._wanted = {n: e for n, e in self._wanted.items() if name not in (None, n)}
 
     @property
-    def description(self) -> RobotDescription:
-        """That of the robot."""
-        return self._robot.description
-
-    @property
     def camera(self) -> Camera:
         """That of the robot, as the faults let its frames through."""
         return self._camera
-
-    def connect(self) -> None:
-        """As the robot does."""
-        self._robot.connect()
 
     def read(self) -> RobotState:
         """The robot's reading, as the faults let it through."""
@@ -137,24 +127,9 @@ class FaultInjection:
 
     def recover(self) -> None:
         """As the robot does; clears the injected faults that a program may clear, too."""
-        self._robot.recover()
+        super().recover()
         with self._lock:
             self._wanted = {n: e for n, e in self._wanted.items() if not INJECTABLE[n].clearable}
-
-    def stop(self) -> None:
-        """As the robot does."""
-        self._robot.stop()
-
-    def close(self) -> None:
-        """As the robot does."""
-        self._robot.close()
-
-    def __enter__(self) -> Self:
-        self.connect()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def _update(self, state: RobotState) -> None:
         """Begin what was injected and end what was cleared since the last reading."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from behaviours import Context
 
 GIVE_UP_AFTER = 5
-"""So many failures of the same kind in a row end `forever`."""
+"""This many failures of the same kind in a row end `forever`."""
 FAILURES_APART = 2.0
 """Failures of the same kind that follow each other faster than this count once [s]."""
 

@@ -29,7 +29,7 @@ SPEEDS = ("real", "max")
 
 _TASK = "pick_place"
 _BEGUN_ROWS = 30
-"""The robot moves when so many commands have been sent."""
+"""The robot moves when this many commands have been sent."""
 _LATEST = 3.0
 """Moment of the signal after that, at most [s of real time]."""
 _LONGEST_SUSPENSION = 2.0

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 
 from controller import Command
-from hw import Camera, Robot, RobotState
-from robots import Array, RobotDescription
+from hw import Robot, RobotState, RobotWrapper
+from robots import Array
 
 AT_REST = 0.01
 """Slower than this is at rest [m/s or rad/s]."""
@@ -40,7 +39,7 @@ class Violations:
         return self.position + self.velocity + self.acceleration
 
 
-class Witness:
+class Witness(RobotWrapper):
     """A robot between the injected faults and the real or simulated one, which it passes on to.
 
     Args:
@@ -55,7 +54,7 @@ class Witness:
         violations: Violations | None = None,
         seen: Callable[[], None] = lambda: None,
     ) -> None:
-        self._robot = robot
+        super().__init__(robot)
         self._seen = seen
         self._limits = robot.description.limits
         self.violations = Violations() if violations is None else violations
@@ -72,20 +71,6 @@ class Witness:
         if self.state is None:
             return 0.0
         return float(max(np.abs(self.state.qd).max(), np.abs(self.state.base_twist).max()))
-
-    @property
-    def description(self) -> RobotDescription:
-        """That of the robot."""
-        return self._robot.description
-
-    @property
-    def camera(self) -> Camera:
-        """That of the robot."""
-        return self._robot.camera
-
-    def connect(self) -> None:
-        """As the robot does."""
-        self._robot.connect()
 
     def read(self) -> RobotState:
         """The robot's reading, held against the limits."""
@@ -115,29 +100,10 @@ class Witness:
         self._sent = self._robot.send(command)
         return self._sent
 
-    def grip(self, width: float, force: float) -> None:
-        """As the robot does."""
-        self._robot.grip(width, force)
-
-    def recover(self) -> None:
-        """As the robot does."""
-        self._robot.recover()
-
     def stop(self) -> None:
         """As the robot does."""
         self.stopped = True
-        self._robot.stop()
-
-    def close(self) -> None:
-        """As the robot does."""
-        self._robot.close()
-
-    def __enter__(self) -> Self:
-        self.connect()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
+        super().stop()
 
     def _follows(self, before: Command, command: Command, dt: float) -> bool:
         """Whether a command may follow another within a time [s]."""

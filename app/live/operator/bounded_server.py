@@ -17,7 +17,7 @@ MOST_CONNECTIONS = 32
 
 
 class BoundedServer(ThreadingHTTPServer):
-    """A thread for each connection, but only so many, and none for longer than `PATIENCE`."""
+    """A thread for each connection, but a bounded number, and none for longer than `PATIENCE`."""
 
     daemon_threads = True
     request_queue_size = MOST_CONNECTIONS
