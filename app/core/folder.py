@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 from config import UserError
@@ -33,6 +34,10 @@ FRAMES = "frames.arrow"
 """The camera's images that the loop was given, as a stream of Arrow record batches."""
 
 
+_LEAST_ROOM = 1_000_000
+"""What must be free before a run begins [bytes]; the first seconds of a recording take half."""
+
+
 class FolderError(UserError):
     """The folder of a run cannot be made."""
 
@@ -58,6 +63,7 @@ def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[s
             number += 1
             folder = root / f"{stamp}-{task}-{number}"
         folder.mkdir()
+        _require_room(folder)
         for name, text in texts.items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text(text, encoding="utf-8")
@@ -68,3 +74,13 @@ def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[s
             f"{root}: cannot keep the run here ({error.strerror}); choose another with --record"
         ) from error
     return folder
+
+
+def _require_room(folder: Path) -> None:
+    """Raise OSError unless a file of the least size can be written there.
+
+    A disk that fills later costs a recording its end. On one that is full from the start Rerun
+    waits for a thread of its own that has already ended.
+    """
+    with TemporaryFile(dir=folder) as file:
+        file.write(bytes(_LEAST_ROOM))

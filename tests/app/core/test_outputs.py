@@ -70,20 +70,15 @@ def full_disk() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))
 
 
-def test_a_full_disk_leaves_outcome_and_json_and_says_once_what_is_missing(tmp_path):
+def test_a_disk_that_is_full_before_the_run_is_told_in_a_line_and_nothing_moves(tmp_path):
     run = subprocess.run(
         command(toy(tmp_path), "--json"), preexec_fn=full_disk, capture_output=True, text=True
     )
-    assert run.returncode == 0
-    summary = json.loads(run.stdout)
-    assert summary["outcome"] == "success"
-    told = "\n".join(summary["warnings"])
-    assert "recording.rrd: the recording ends early" in told
-    assert "readings.npy ends early (File too large)" in told
+    assert run.returncode == 2
+    assert run.stdout == ""
+    assert "cannot keep the run here (File too large); choose another with --record" in run.stderr
     assert "Traceback" not in run.stderr
-    assert "ERROR" not in run.stderr
-    kept = np.load(next(tmp_path.glob("runs/*/readings.npy")))
-    assert (kept["number"] == np.arange(len(kept))).all()
+    assert not list(tmp_path.glob("runs/*/*.npy"))
 
 
 @pytest.mark.parametrize("options", [(), ("--json",)])
