@@ -21,10 +21,12 @@ from controller.model import RobotModel, manipulability, robot_model
 from controller.parts import STEP_PARTS
 from controller.self_collision import SelfCollision
 from controller.settings import PAPER, PRESETS, ControllerSettings
+from controller.surroundings import OPEN_FLOOR, Obstacle, Surroundings
 from controller.validation import GoalError
 
 __all__ = [
     "N_ARM",
+    "OPEN_FLOOR",
     "PAPER",
     "PRESETS",
     "STEP_PARTS",
@@ -37,11 +39,13 @@ __all__ = [
     "HolisticController",
     "KinematicState",
     "MotionGoal",
+    "Obstacle",
     "PoseGoal",
     "PostureGoal",
     "RobotModel",
     "SelfCollision",
     "StepReport",
+    "Surroundings",
     "manipulability",
     "robot_model",
 ]

@@ -52,6 +52,9 @@ class PoseGoal:
     """... and turned less than this away [rad]."""
     straight: bool = False
     """Whether the end effector must go straight, as near obstacles: no detour even if it stalls."""
+    hand_may_touch: bool = False
+    """Whether the hand and what it holds may come as near to what is around as they like, as to
+    grasp from a container or to set something down. The rest of the robot keeps its distance."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

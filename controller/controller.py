@@ -27,6 +27,7 @@ from controller.qp import QP, SOFT_PRECISION, Solver
 from controller.self_collision import SelfCollision
 from controller.servo import approach_speed, desired_twist, error_norm, pose_error
 from controller.settings import ContactSettings, ControllerSettings
+from controller.surroundings import OPEN_FLOOR, Surroundings
 from controller.validation import check_inputs
 
 
@@ -55,6 +56,12 @@ class StepReport:
     it has no place of its own to go to."""
     posture_error: float = 0.0
     """Largest joint error to the goal's posture, or to that of the guidance [rad]; 0 without."""
+    unreachable: str = ""
+    """Why the robot cannot get to the goal; empty if it can, as far as is known."""
+    clearance: float = inf
+    """Distance between the robot and what is nearest to it, if that is near [m]."""
+    nearest: str = ""
+    """What comes nearest to what, for people; empty if nothing is near."""
 
 
 class _Motion(NamedTuple):
@@ -92,7 +99,11 @@ class HolisticController:
         self._guide = Guide(model, self.settings, self._collision) if guided else None
 
     def step(
-        self, state: KinematicState, goal: MotionGoal | None, last: Command
+        self,
+        state: KinematicState,
+        goal: MotionGoal | None,
+        last: Command,
+        surroundings: Surroundings = OPEN_FLOOR,
     ) -> tuple[Command, StepReport]:
         """The command for the next period.
 
@@ -100,6 +111,7 @@ class HolisticController:
             state: where base and arm are.
             goal: where to go; None comes smoothly to rest.
             last: what the robot applied in the previous period.
+            surroundings: what it must not hit.
 
         Raises:
             GoalError: a number in the state, the goal or the last command is not finite, or a

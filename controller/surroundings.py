@@ -1,0 +1,36 @@
+"""What stands around the robot, as far as it is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from controller.command import Array
+from robots import Geom
+
+
+@dataclass(frozen=True, eq=False)
+class Obstacle:
+    """Something that moves, and that must not be hit."""
+
+    geom: Geom
+    """Where it is now, in the world."""
+    velocity: Array
+    """(3,) of its centre, in world axes [m/s]; it does not turn."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Surroundings:
+    """What the robot must not hit. The floor is not named: it is always there."""
+
+    fixtures: tuple[Geom, ...] = ()
+    """What never moves, in the world. The same object as long as nothing has changed: what is
+    computed from it once, such as a map, is kept."""
+    moving: tuple[Obstacle, ...] = ()
+    """What moves by itself."""
+    held: tuple[Geom, ...] = ()
+    """The shapes of what the hand holds, in e: they move with the robot and must not hit anything
+    either."""
+
+
+OPEN_FLOOR = Surroundings()
+"""Nothing around."""
