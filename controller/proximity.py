@@ -17,6 +17,7 @@ from pinocchio import SE3
 from controller.base_drive import Pose2D, wrap
 from controller.collision_model import CollisionModel, PairKind
 from controller.command import Array
+from controller.feelers import Feelers, Felt
 from controller.model import RobotModel
 from controller.surroundings import Surroundings
 
@@ -39,6 +40,10 @@ class Distances(NamedTuple):
         """All pairs but those of one kind."""
         kept = self.kind != kind
         return Distances(*(values[kept] for values in self))
+
+    def joined(self, others: Distances) -> Distances:
+        """These and others."""
+        return Distances(*(np.concatenate(both) for both in zip(self, others, strict=True)))
 
 
 Range: TypeAlias = Callable[[Array, npt.NDArray[np.int64]], Array]
@@ -86,13 +91,26 @@ class Proximity:
             speeds = speeds + self._move_obstacles(surroundings)
         matters = within(speeds, pairs.kind)
         (some,) = np.nonzero(self._at_least <= matters)
-        if not len(some):
+        cloud, feelers = surroundings.seen, self._feelers
+        if cloud is not None:
+            felt = feelers.reach @ np.stack([moved, fastest], axis=1)
+            reach = within(felt[:, 1], feelers.kind)
+            due = feelers.due(cloud, felt[:, 0], reach)
+        if not len(some) and (cloud is None or not len(due)):
             return self._none
         collision.place(wTb, q, [one.geom for one in surroundings.moving])
+        near = self._measure(some, matters[some])
+        if cloud is None or not len(due):
+            return near
+        return near.joined(self._points(feelers.feel(cloud, due, reach[due])))
+
+    def _measure(self, some: npt.NDArray[np.int64], matters: Array) -> Distances:
+        """Those of some pairs that are so near that they matter."""
+        collision, pairs = self._collision, self._collision.pairs
         results = [collision.measure(pair) for pair in some.tolist()]
         d = np.array([result.min_distance for result in results])
         self._at_least[some] = d
-        (near,) = np.nonzero(d <= matters[some])
+        (near,) = np.nonzero(d <= matters)
         if not len(near):
             return self._none
         some = some[near]
@@ -105,8 +123,22 @@ class Proximity:
             some,
         )
 
+    def _points(self, felt: Felt) -> Distances:
+        """The same of points that were seen; their numbers go on after those of the pairs."""
+        collision = self._collision
+        return Distances(
+            felt.d,
+            -(felt.lines @ collision.jacobian()) * collision.masks[felt.shape],
+            np.zeros(len(felt.d)),
+            felt.kind,
+            len(collision.pairs.first) + felt.shape,
+        )
+
     def pair_name(self, pair: int) -> str:
         """What meets what, for people."""
+        count = len(self._collision.pairs.first)
+        if pair >= count:
+            return f"{self._collision.names[pair - count]} and what the camera sees"
         return self._collision.pair_name(pair)
 
     def _heed(self, surroundings: Surroundings) -> None:
@@ -126,6 +158,7 @@ class Proximity:
         """(P, n) which degrees of freedom move the second of each pair (1), or the first (-1)."""
         self._reach = collision.reach[pairs.first] * np.abs(self._moves)
         """(P, n) the most by which a degree of freedom changes each distance."""
+        self._feelers = Feelers(collision)
         self._at_least = np.full(len(pairs.first), -np.inf)
         """(P,) least distance that each pair may have [m]."""
         self._velocities = np.zeros((len(collision.masks), 3))

@@ -27,8 +27,10 @@ from robots.shapes import (
     Sphere,
     bounding_radius,
     coal_geometry,
+    from_rounded_boxes,
     half_extents,
     reach,
+    rounded_box,
     volume,
 )
 
@@ -51,10 +53,12 @@ __all__ = [
     "Sphere",
     "bounding_radius",
     "coal_geometry",
+    "from_rounded_boxes",
     "half_extents",
     "load_robot",
     "reach",
     "robot_names",
+    "rounded_box",
     "volume",
     "with_base_speed",
 ]
