@@ -125,9 +125,8 @@ def _places(shape: Shape) -> tuple[Array, float]:
     half, radius = rounded_box(shape)
     apart = _FACE if isinstance(shape, Box) else 2.0 * radius
     counts = [int(np.ceil(2.0 * h / apart)) + 1 if h > apart / 4.0 else 1 for h in half]
-    lines = [
-        np.linspace(-h, h, n) if n > 1 else np.zeros(1) for h, n in zip(half, counts, strict=True)
-    ]
+    edges = list(zip(half.tolist(), counts, strict=True))
+    lines = [np.linspace(-h, h, n) if n > 1 else np.zeros(1) for h, n in edges]
     places = np.array(list(product(*lines)))
     outer = (np.abs(places) >= half - 1e-9).any(axis=1) | (min(counts) == 1)
     beside = [h / max(n - 1, 1) for h, n in edges]
