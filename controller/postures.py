@@ -56,6 +56,19 @@ class ToolPoses(NamedTuple):
         squared: Array = np.linalg.det(J @ np.swapaxes(J, 1, 2))
         return np.sqrt(np.maximum(squared, 0.0))
 
+    def turned(self, bTa: SE3, turns: Array) -> ToolPoses:
+        """The same with the first joints turned by (N,) angles [rad]; J is as it was.
+
+        Args:
+            bTa: foot of the arm, upright.
+            turns: (N,) [rad].
+        """
+        c, s, zero = np.cos(turns), np.sin(turns), np.zeros(len(turns))
+        R = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1.0], axis=1).reshape(-1, 3, 3)
+        foot = bTa.translation
+        positions = foot + (R @ (self.positions - foot)[:, :, None])[:, :, 0]
+        return ToolPoses(positions, R @ self.rotations, self.J)
+
 
 def forward_kinematics(robot: RobotDescription, q: Array) -> ToolPoses:
     """Forward kinematics of many postures at once.

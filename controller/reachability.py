@@ -18,7 +18,9 @@ _UNREACHED = 0.02
 """Height and tilt that are left to the best refined posture of a goal that cannot be reached [m +
 rad]; postures of goals that can be come within a thousandth."""
 _INSIDE = 0.01
-"""Deeper than this in something a tool point is inside, not a little too low [m]."""
+"""A hand that is deeper in something is inside, not a little too near [m] ..."""
+_INSIDE_STRAIGHT = 0.03
+"""... and where it goes straight: its shapes reach beyond the finger tips [m]."""
 
 
 def obstacle_to(goal: PoseGoal, bank: Bank, space: FreeSpace | None) -> str:
@@ -37,19 +39,18 @@ def obstacle_to(goal: PoseGoal, bank: Bank, space: FreeSpace | None) -> str:
         return _out_of_reach(height, low, high)
     if space is None or goal.hand_may_touch:
         return ""
-    depth = _INSIDE + goal.position_tolerance
-    tool = space.hand_at(goal.wTe, ("tool",), 0.0)
-    if tool.distance < -depth:
-        return f"inside {tool.fixture}"
     hand = space.hand_at(goal.wTe, ("hand", "camera", "wrist"), 0.0)
-    if not goal.straight and hand.distance < -_INSIDE:
-        return f"the {hand.part} would be inside {hand.fixture}"
-    return ""
+    if hand.distance > -(_INSIDE_STRAIGHT if goal.straight else _INSIDE):
+        return ""
+    tool = space.hand_at(goal.wTe, ("tool",), 0.0)
+    if tool.distance < 0.0:
+        return f"inside {tool.fixture}"
+    return f"the {hand.part} would be inside {hand.fixture}"
 
 
 def why_no_stance(search: StanceSearch, bank: Bank, wTe: SE3) -> str:
     """Why a search that is over has found no stance; empty if what it has found will do."""
-    if search.error > _UNREACHED:
+    if _UNREACHED < search.error < np.inf:
         height = float(wTe.translation[2])
         return _out_of_reach(height, *heights_in_tilt(bank, wTe.rotation[2]))
     if search.best is not None:

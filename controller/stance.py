@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import atan2, cos, pi, sin
 from typing import NamedTuple
 
@@ -142,39 +143,87 @@ def _wrap(angles: Array) -> Array:
 def refine(model: RobotModel, settings: StanceSettings, wTe: SE3, q: Array) -> tuple[Array, Array]:
     """Move postures (N, 7) until their end effectors have the height and tilt of the goal.
 
-    Damped least squares on three equations: height, and the two angles of the vertical as the end
-    effector sees it. The first joint changes neither and stays. Joints that come near a limit stay
-    there.
+    Three equations: height, and the two angles of the vertical as the end effector sees it. The
+    first joint changes neither and stays.
 
     Returns:
         Postures (N, 7), and the sum of the remaining errors of each (N,) [m + rad].
     """
-    low = model.limits.q_min + settings.limit_margin
-    high = model.limits.q_max - settings.limit_margin
     height, vertical = wTe.translation[2], wTe.rotation[2]
-    for _ in range(_ITERATIONS):
-        tools = forward_kinematics(model.description, q)
+
+    def equations(tools: ToolPoses) -> tuple[Array, Array]:
         seen = tools.rotations @ vertical  # the goal's vertical; (0, 0, 1) where the tilt is right
-        sine = np.hypot(seen[:, 0], seen[:, 1])
-        scale = np.arctan2(sine, seen[:, 2]) / np.maximum(sine, _MIN_SINE)
-        errors = np.stack(
-            [height - tools.positions[:, 2], seen[:, 1] * scale, -seen[:, 0] * scale], axis=1
-        )
-        total: Array = np.abs(errors).sum(axis=1)
-        if (total < REACHED).all():
-            break
+        scale = _angle_per_sine(np.hypot(seen[:, 0], seen[:, 1]), seen[:, 2])
         J = tools.J[:, [2, 3, 4]]
         J[:, :, 0] = 0.0
+        rise = height - tools.positions[:, 2]
+        return np.stack([rise, seen[:, 1] * scale, -seen[:, 0] * scale], axis=1), J
+
+    return _solve(model, settings, q, equations)
+
+
+def refine_standing(
+    model: RobotModel, settings: StanceSettings, wTe: SE3, q: Array, bases: Array
+) -> tuple[Array, Array]:
+    """Move postures (N, 7) until they bring the end effector to the goal from bases (N, 3).
+
+    As `refine`, and the bases stay where they are.
+    """
+    c, s, zero = np.cos(bases[:, 2]), np.sin(bases[:, 2]), np.zeros(len(bases))
+    bRw = np.stack([c, s, zero, -s, c, zero, zero, zero, zero + 1.0], axis=1).reshape(-1, 3, 3)
+    away = wTe.translation - np.column_stack([bases[:, :2], zero])
+    positions, rotations = (bRw @ away[:, :, None])[:, :, 0], bRw @ wTe.rotation
+
+    def equations(tools: ToolPoses) -> tuple[Array, Array]:
+        R = rotations @ np.swapaxes(tools.rotations, 1, 2)
+        axis = 0.5 * np.stack(
+            [R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1
+        )
+        cosine = 0.5 * (np.trace(R, axis1=1, axis2=2) - 1.0)
+        turn = axis * _angle_per_sine(np.linalg.norm(axis, axis=1), cosine)[:, None]
+        return np.concatenate([positions - tools.positions, turn], axis=1), tools.J
+
+    return _solve(model, settings, q, equations)
+
+
+def _angle_per_sine(sine: Array, cosine: Array) -> Array:
+    angles: Array = np.arctan2(sine, cosine) / np.maximum(sine, _MIN_SINE)
+    return angles
+
+
+def _solve(
+    model: RobotModel,
+    settings: StanceSettings,
+    q: Array,
+    equations: Callable[[ToolPoses], tuple[Array, Array]],
+) -> tuple[Array, Array]:
+    """Postures (N, 7) that solve M equations, by damped least squares, and what is left (N,).
+
+    Joints that come near a limit stay there.
+
+    Args:
+        model: the robot.
+        settings: how near to a limit a joint may come.
+        q: (N, 7) where to start.
+        equations: errors (N, M) and Jacobians (N, M, 7) of postures.
+    """
+    low = model.limits.q_min + settings.limit_margin
+    high = model.limits.q_max - settings.limit_margin
+    for _ in range(_ITERATIONS):
+        errors, J = equations(forward_kinematics(model.description, q))
+        left: Array = np.abs(errors).sum(axis=1)
+        if (left < REACHED).all():
+            break
         errors = np.clip(errors, -_MAX_ERROR, _MAX_ERROR)
         step = _damped_least_squares(J, errors)
         blocked = (q + step < low) | (q + step > high)
         step = _damped_least_squares(np.where(blocked[:, None, :], 0.0, J), errors)
         q = np.clip(q + step, low, high)
-    return q, total
+    return q, left
 
 
 def _damped_least_squares(J: Array, errors: Array) -> Array:
-    """Steps (N, 7) for Jacobians (N, 3, 7) and errors (N, 3)."""
+    """Steps (N, 7) for Jacobians (N, M, 7) and errors (N, M)."""
     JT = np.swapaxes(J, 1, 2)
-    squares = J @ JT + _DAMPING * np.eye(3)
+    squares = J @ JT + _DAMPING * np.eye(J.shape[1])
     return (JT @ np.linalg.solve(squares, errors[:, :, None]))[:, :, 0]

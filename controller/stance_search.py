@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator
 from math import cos, inf, sin
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -22,14 +22,22 @@ from controller.model import RobotModel
 from controller.postures import Bank, ToolPoses, forward_kinematics
 from controller.self_collision import SelfCollision
 from controller.settings import StanceSettings
-from controller.stance import REACHED, Stance, Start, base_poses, refine, stance_costs
+from controller.stance import (
+    REACHED,
+    Stance,
+    Start,
+    base_poses,
+    refine,
+    refine_standing,
+    stance_costs,
+)
 
 Indices: TypeAlias = npt.NDArray[np.int64]
 Mask: TypeAlias = npt.NDArray[np.bool_]
 
 _WINDOWS = ((0.08, 0.96), (0.2, 0.85))
 """How far the height [m] and tilt (a cosine) of a posture may be from the goal's before refinement:
-the first window that holds enough postures is taken, and among fixtures the next ones after it."""
+the first window that holds enough postures is taken, and among fixtures the next one after it."""
 _MIN_CANDIDATES = 12
 """A window with fewer postures than this is too narrow."""
 _FALLBACK_CANDIDATES = 300
@@ -38,16 +46,27 @@ _METRES_PER_TILT = 0.3
 """What the cosine of the tilt counts like in that search [m]."""
 
 RANKED = 400
-"""Postures that are ranked in one step."""
+"""Postures that are ranked in one step on an open floor ..."""
+RANKED_AMONG_FIXTURES = 100
+"""... and among fixtures, where every one is looked up in the map."""
 BATCH = 12
 """Postures that are refined in one step, the best first."""
-FOLDS = 2
-"""Folds that are checked in one step ..."""
-POSTURES = 10
-"""... and postures among fixtures, those of one fold more at most."""
+CHECKS = 6
+"""Postures that are checked for contact in one step; the last may be followed by its fold ..."""
+FOLD = 3
+"""... which counts as so many on an open floor ..."""
+FOLD_AMONG_FIXTURES = 6
+"""... and as so many among fixtures."""
 _MAX_BATCHES = 3
 """Batches of a window that are refined before the best posture so far is taken, good enough or
 not."""
+
+_FAR, _NEAR = 800, 160
+"""Postures of the second window, and of the first with the base turned, that are ranked at most."""
+_TURNS = (-1.5, -1.0, -0.5, 0.5, 1.0, 1.5)
+"""How far the base is turned below the arm [rad]."""
+_SPOKEN_OF = 6
+"""Bases that do not stand free which are looked at to say what is in the way."""
 
 _PATH_SAMPLES = np.linspace(0.0, 1.0, 17)[1:, None]
 """Where the fold is checked for contact of the robot with itself and the floor."""
@@ -55,6 +74,15 @@ _FOLD_HERE = (0.3, 0.6)
 """Where it is checked for contact with fixtures, the base where it stands now ..."""
 _FOLD_THERE = ((0.4, 0.8), (0.4, 1.0), (0.2, 1.0))
 """... and so far before the stance [m]."""
+
+
+class _Candidates(NamedTuple):
+    """Postures of the bank, the first joint turned."""
+
+    indices: Indices
+    """(N,) in the bank."""
+    turns: Array
+    """(N,) of the first joint [rad]: by so much the base turns the other way."""
 
 
 class StanceSearch:
@@ -95,7 +123,7 @@ class StanceSearch:
         self.best: Stance | None = None
         """The best stance so far; None if there is none."""
         self.error = inf
-        """Least error of height and tilt of any posture so far [m + rad]."""
+        """Least error that was left to any posture [m + rad]."""
         self.blocked = ""
         """What keeps the stances that were looked at from standing free, for people."""
         self.base_stands = self.base_gets_there = False
@@ -104,6 +132,7 @@ class StanceSearch:
         """Whether the search is over: `best` is good enough, or nothing better was found."""
         self._cost = inf
         self._in_the_way: list[str] = []
+        self._occupied: list[Pose2D] = []
         self._work = self._pieces()
 
     def advance(self) -> None:
@@ -118,7 +147,7 @@ class StanceSearch:
 
     def _pieces(self) -> Iterator[None]:
         """The whole search, a piece of bounded work before every `yield`."""
-        space, tried = self._space, np.zeros(0, np.int64)
+        space = self._space
         if space is not None:
             here = self._start.wTb
             self._start = self._start._replace(
@@ -126,48 +155,77 @@ class StanceSearch:
             )
             yield
         for candidates in self._windows():
-            ranked = yield from self._rank(np.setdiff1d(candidates, tried))
-            tried = candidates
-            for first in range(0, min(len(ranked), _MAX_BATCHES * BATCH), BATCH):
+            ranked = yield from self._rank(candidates)
+            for first in range(0, min(len(ranked[0]), _MAX_BATCHES * BATCH), BATCH):
                 yield
-                postures, errors = refine(
-                    self._model, self._settings, self._wTe, self._bank.q[ranked[first:][:BATCH]]
-                )
+                postures, errors = self._refine(*(some[first : first + BATCH] for some in ranked))
                 self.error = min(self.error, float(errors.min()))
                 yield
                 yield from self._judge(postures, errors)
                 if self._cost < self._settings.failed_cost:
                     return
-        self.blocked = group_names(self._in_the_way)
+        if space is not None and self.best is None:
+            yield
+            anywhere = next(self._windows()).indices[:BATCH]
+            postures = self._bank.q[anywhere]
+            errors = refine(self._model, self._settings, self._wTe, postures)[1]
+            self.error = float(errors.min())
+            room = self._settings.standing_room
+            names = [name for base in self._occupied for name in space.blocking(base, room)]
+            self.blocked = group_names([*self._in_the_way, *names])
 
-    def _windows(self) -> Iterator[Indices]:
-        """Indices of the postures whose end effector is about as high and as tilted as the goal."""
+    def _windows(self) -> Iterator[_Candidates]:
+        """The postures whose end effector is about as high and as tilted as the goal.
+
+        Among fixtures those of the first window come again, the base turned below the arm, and
+        with them the postures of the next.
+        """
         heights, verticals = self._bank.tools.positions[:, 2], self._bank.tools.rotations[:, 2]
         height, vertical = self._wTe.translation[2], self._wTe.rotation[2]
-        enough = False
+        windows: list[Indices] = []
         for window, min_cosine in _WINDOWS:
             first, last = np.searchsorted(heights, [height - window, height + window])
             found: Indices = first + np.flatnonzero(verticals[first:last] @ vertical > min_cosine)
             if len(found) >= _MIN_CANDIDATES:
-                enough = True
-                yield found
-                if self._space is None:
-                    return
-        if not enough:
+                windows.append(found)
+        if not windows:
             distance = np.abs(heights - height) - _METRES_PER_TILT * (verticals @ vertical)
-            yield np.argpartition(distance, _FALLBACK_CANDIDATES)[:_FALLBACK_CANDIDATES]
+            windows.append(np.argpartition(distance, _FALLBACK_CANDIDATES)[:_FALLBACK_CANDIDATES])
+        near = windows[0]
+        yield _Candidates(near, np.zeros(len(near)))
+        if self._space is not None:
+            far = windows[1][:: 1 + len(windows[1]) // _FAR] if len(windows) > 1 else near[:0]
+            some = near[:: 1 + len(near) // _NEAR]
+            turns = np.concatenate([np.zeros(len(far)), np.repeat(_TURNS, len(some))])
+            yield _Candidates(np.concatenate([far, np.tile(some, len(_TURNS))]), turns)
 
-    def _rank(self, candidates: Indices) -> Generator[None, None, Indices]:
-        """The candidates that stand free and that the base gets to, the cheapest first."""
-        costs = np.empty(len(candidates))
-        for first in range(0, len(candidates), RANKED):
+    def _rank(self, candidates: _Candidates) -> Generator[None, None, tuple[Array, Array]]:
+        """Postures (N, 7) and bases (N, 3) that are free, with a way there, the cheapest first."""
+        foot, limit = self._model.description.bTa, self._settings.limit_margin
+        limits = self._model.limits
+        postures = self._bank.q[candidates.indices]
+        postures[:, 0] += candidates.turns
+        costs, bases = np.empty(len(postures)), np.empty((len(postures), 3))
+        count = RANKED if self._space is None else RANKED_AMONG_FIXTURES
+        for first in range(0, len(postures), count):
             if first:
                 yield
-            some = candidates[first : first + RANKED]
-            tools = ToolPoses(*(values[some] for values in self._bank.tools))
-            costs[first : first + RANKED] = self._costs(self._bank.q[some], tools)[0]
+            some = slice(first, first + count)
+            tools = ToolPoses(*(values[candidates.indices[some]] for values in self._bank.tools))
+            tools = tools.turned(foot, candidates.turns[some])
+            costs[some], bases[some], _ = self._costs(postures[some], tools)
+        q = postures[:, 0]
+        costs[(q < limits.q_min[0] + limit) | (q > limits.q_max[0] - limit)] = inf
         order = np.argsort(costs)
-        return candidates[order[: np.searchsorted(costs[order], inf)]]
+        order = order[: np.searchsorted(costs[order], inf)]
+        return postures[order], bases[order]
+
+    def _refine(self, postures: Array, bases: Array) -> tuple[Array, Array]:
+        """Postures (N, 7) that reach the goal, and what they lack (N,) [m + rad]."""
+        model, settings, wTe = self._model, self._settings, self._wTe
+        if self._space is None:
+            return refine(model, settings, wTe, postures)
+        return refine_standing(model, settings, wTe, postures, bases)
 
     def _costs(self, postures: Array, tools: ToolPoses) -> tuple[Array, Array, Mask]:
         """Costs (N,) [s], infinite if not free, base poses (N, 3), and whether it backs (N,)."""
@@ -179,10 +237,8 @@ class StanceSearch:
             free = self._space.floor.stands_free(bases) >= self._settings.standing_room
             self.base_stands = self.base_stands or bool(free.any())
             self.base_gets_there = self.base_gets_there or bool(np.isfinite(costs[free]).any())
-            if not free.any():
-                for base in bases[np.argsort(costs)[:3]]:
-                    room = self._settings.standing_room
-                    self._in_the_way += self._space.blocking(Pose2D(*base.tolist()), room)
+            if len(self._occupied) < _SPOKEN_OF:
+                self._occupied += [Pose2D(*base) for base in bases[~free][:2].tolist()]
             costs = np.where(free, costs, inf)
         return costs, bases, reverse
 
@@ -191,24 +247,25 @@ class StanceSearch:
         settings = self._settings
         tools = forward_kinematics(self._model.description, postures)
         costs, bases, reverse = self._costs(postures, tools)
-        unreached = settings.unreached_cost
-        costs = costs + np.where(errors > REACHED, unreached + unreached * errors, 0.0)
+        unreached = settings.unreached_cost if self._space is None else inf
+        costs = np.where(errors > REACHED, costs + unreached * (1.0 + errors), costs)
         for stance in self._failed:
             same = np.abs(postures - stance.q).max(axis=1) < settings.joint_difference
             costs = costs + np.where(same, settings.failed_cost, 0.0)
-        folds = looked_at = 0
+        if self._space is not None:
+            yield
+        checks = 0
         for one in np.argsort(costs):
             cost, base = float(costs[one]), Pose2D(*bases[one].tolist())
             if cost >= self._cost:
                 return
-            if folds == FOLDS or looked_at >= POSTURES:
+            if checks >= CHECKS:
                 yield
-                folds = looked_at = 0
-            looked_at += 1
+                checks = 0
+            checks += 1
             if not self._arm_is_free(base, postures[one]):
                 continue
-            folds += 1
-            looked_at += len(_FOLD_HERE) + len(_FOLD_THERE) + 1
+            checks += FOLD if self._space is None else FOLD_AMONG_FIXTURES
             stance = Stance(
                 postures[one], SE3(tools.rotations[one], tools.positions[one]), bool(reverse[one])
             )
