@@ -83,6 +83,7 @@ class Guide:
         self._min_turn_cosine = cos(self._guidance.goal_turn)
         self._fixtures: tuple[Geom, ...] = ()
         self._space: FreeSpace | None = None
+        self._hand_may_touch = False
         self.reset()
 
     def reset(self) -> None:
@@ -138,6 +139,8 @@ class Guide:
         g = self._guidance
         distance = error.position + g.metres_per_radian * error.orientation
         changed = self._meet(surroundings.fixtures)
+        changed |= bool(self.unreachable) and goal.hand_may_touch != self._hand_may_touch
+        self._hand_may_touch = goal.hand_may_touch
         if goal.wTe != self._goal or changed:
             if self._is_new(goal.wTe) or changed:
                 self._begin(goal, distance, wTb, q)
