@@ -114,7 +114,7 @@ class Guide:
                 self._set_stance(self._choose(goal, wTb, q) if guided else None)
             self._goal = goal.wTe.copy()
         remaining = self._remaining(goal, distance, wTb, q)
-        if self._has_stalled(remaining) and not goal.straight and self._detours_left:
+        if self._has_stalled(remaining, goal) and not goal.straight and self._detours_left:
             self._detours_left -= 1
             if self._stance is not None:
                 self._failed = (*self._failed, self._stance)
@@ -152,10 +152,13 @@ class Guide:
         joint_time = float((size / self._model.limits.qd).max())
         return _Remaining(distance, target, base_time, joint_error, float(size.max()), joint_time)
 
-    def _has_stalled(self, remaining: _Remaining) -> bool:
-        """Whether nothing has come nearer for a while: neither end effector, base nor arm."""
+    def _has_stalled(self, remaining: _Remaining, goal: PoseGoal) -> bool:
+        """Whether nothing has come nearer for a while: neither end effector, base nor arm.
+
+        What follows a moving goal comes no nearer either, so it never stalls.
+        """
         g = self._guidance
-        if remaining.distance < g.close:
+        if remaining.distance < g.close or goal.is_moving:
             self._set_stance(self._stance)
             return False
         distance, base_time, joint_error = self._best
@@ -192,7 +195,7 @@ class Guide:
         base_velocity = drive_to(
             model, self._settings, target, reverse=stance.reverse, max_speed=goal.speed
         )
-        if goal.twist.any():
+        if goal.twist is not None:
             c, s = cos(wTb.heading), sin(wTb.heading)
             vx, vy = goal.twist[0], goal.twist[1]
             axes = model.description.base.axes[:2]
