@@ -20,6 +20,7 @@ from controller.command import (
     PoseGoal,
     PostureGoal,
 )
+from controller.goal_motion import GoalMotion
 from controller.guidance import Guide
 from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
@@ -97,6 +98,8 @@ class HolisticController:
         self._collision = SelfCollision(model)
         guided = self.settings.guidance is not None
         self._guide = Guide(model, self.settings, self._collision) if guided else None
+        estimated = self.settings.servo.estimate_goal_motion
+        self._goal_motion = GoalMotion(self.settings.period) if estimated else None
 
     def step(
         self,
@@ -124,6 +127,8 @@ class HolisticController:
         linearisation = linearise(model, settings, state.q)
         if self._guide is not None and not isinstance(goal, PoseGoal):
             self._guide.reset()
+        if self._goal_motion is not None and not isinstance(goal, PoseGoal):
+            self._goal_motion.reset()
         match goal:
             case PoseGoal():
                 motion = self._to_pose(state, goal, linearisation, bounds, velocities)
@@ -160,6 +165,8 @@ class HolisticController:
     ) -> _Motion:
         """Base and arm together to an end-effector pose."""
         model, settings, bTe = self.model, self.settings, linearisation.bTe
+        if self._goal_motion is not None:
+            goal = self._goal_motion(goal)
         bTw = state.wTb.inverse()
         error = pose_error(bTe, bTw * goal.wTe)
         twist = desired_twist(settings.servo, goal, bTw, bTe, error)

@@ -31,6 +31,8 @@ class ServoSettings(Checked):
     """The same per radian, of the end effector [1/s]."""
     rotation_error: Literal["rotation vector", "roll pitch yaw"] = "rotation vector"
     """How the difference between two orientations becomes a vector."""
+    estimate_goal_motion: bool = True
+    """Whether the velocity of a moving goal is estimated where it is not given."""
     deceleration: float = 1.0
     """Deceleration that the approach is planned with [m/s^2]; inf for eq. 17 alone."""
     turn_deceleration: float = 3.0
@@ -266,6 +268,7 @@ PAPER = ControllerSettings(
         gain=1.5,
         rotation_gain=1.5 * 1.3,
         rotation_error="roll pitch yaw",
+        estimate_goal_motion=False,
         deceleration=inf,
         turn_deceleration=inf,
     ),
