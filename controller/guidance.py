@@ -14,6 +14,7 @@ from pinocchio import SE3
 
 from controller.base_drive import Pose2D, drive_to, time_to_drive
 from controller.command import Array, PoseGoal
+from controller.following import MIN_TRACKING, follow, follow_weight
 from controller.model import RobotModel
 from controller.postures import bank
 from controller.self_collision import SelfCollision
@@ -192,14 +193,11 @@ class Guide:
         )
         if not self._detour:
             blend = min(blend, max(0.0, (remaining.distance - g.fade_distance) / g.fade_length))
-        base_velocity = drive_to(
-            model, self._settings, target, reverse=stance.reverse, max_speed=goal.speed
-        )
-        if goal.twist is not None:
-            c, s = cos(wTb.heading), sin(wTb.heading)
-            vx, vy = goal.twist[0], goal.twist[1]
-            axes = model.description.base.axes[:2]
-            base_velocity += axes.T @ [c * vx + s * vy, c * vy - s * vx]
+        base_velocity, base_weight = self._lead_base(stance, target, goal, wTb), blend
+        min_tracking = 0.0 if self._detour else g.min_tracking * blend
+        if goal.is_moving:
+            min_tracking = MIN_TRACKING * blend
+            base_weight = max(blend, follow_weight(target.heading, remaining.distance))
         duration = max(
             1.0 / g.posture_rate,
             g.posture_time * remaining.base_time,
@@ -207,9 +205,23 @@ class Guide:
         )
         return StanceBias(
             blend=blend,
-            min_tracking=0.0 if self._detour else g.min_tracking * blend,
-            base_weight=g.base_weight * blend,
+            min_tracking=min_tracking,
+            base_weight=g.base_weight * base_weight,
             base_velocity=base_velocity,
             posture_weight=g.posture_weight * max(blend, g.min_posture),
             joint_velocity=remaining.joint_error / duration,
         )
+
+    def _lead_base(self, stance: Stance, target: Pose2D, goal: PoseGoal, wTb: Pose2D) -> Array:
+        """Velocities of the base's degrees of freedom towards the stance."""
+        model = self._model
+        if goal.is_moving and model.n_base == 2:
+            return follow(stance, goal, wTb)
+        velocity = drive_to(
+            model, self._settings, target, reverse=stance.reverse, max_speed=goal.speed
+        )
+        if goal.twist is not None:
+            c, s = cos(wTb.heading), sin(wTb.heading)
+            vx, vy = goal.twist[0], goal.twist[1]
+            velocity += model.description.base.axes[:2].T @ [c * vx + s * vy, c * vy - s * vx]
+        return velocity
