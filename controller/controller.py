@@ -21,8 +21,8 @@ from controller.command import (
     PoseGoal,
     PostureGoal,
 )
-        self._guide = Guide(model, self.settings, SelfCollision(model)) if guided else None
-        self._goal_motion = GoalMotion(self.settings.period) if guided else None
+from controller.dampers import Dampers
+from controller.goal_motion import GoalMotion
 from controller.guidance import Guide
 from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
@@ -101,13 +101,8 @@ class HolisticController:
         self._proximity = Proximity(model)
         self._dampers = None if collision is None else Dampers(model, self.settings, collision)
         guided = self.settings.guidance is not None
-<<<<<<< HEAD
-        self._guide = Guide(model, self.settings, self._collision) if guided else None
-        estimated = self.settings.servo.estimate_goal_motion
-        self._goal_motion = GoalMotion(self.settings.period) if estimated else None
-=======
         self._guide = Guide(model, self.settings, SelfCollision(model)) if guided else None
->>>>>>> refs/heads/main
+        self._goal_motion = GoalMotion(self.settings.period) if guided else None
 
     def step(
         self,
