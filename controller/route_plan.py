@@ -1,4 +1,4 @@
-"""Planning the way of the base to a pose: out of where it stands, along the cheapest way, and in."""
+"""Planning the way of the base to a pose: out of its place, along the cheapest way, and in."""
 
 from __future__ import annotations
 
