@@ -111,8 +111,8 @@ class HolisticController:
         self._bounds = VelocityBounds(model, self.settings)
         self._solver = Solver()
         collision = self.settings.collision
-        self._proximity = Proximity(model)
         self._dampers = None if collision is None else Dampers(model, self.settings, collision)
+        self._proximity = None if self._dampers is None else Proximity(model, self._dampers.ranges)
         guided = self.settings.guidance is not None
         self._guide = Guide(model, self.settings, SelfCollision(model)) if guided else None
 
@@ -188,15 +188,13 @@ class HolisticController:
 
         A robot that comes to rest only brakes.
         """
-        if self._dampers is None:
+        if self._dampers is None or self._proximity is None:
             return None, inf, ""
         self._dampers.follow(applied)
         if goal is None:
             return None, inf, ""
         fastest = np.maximum(np.abs(bounds[0]), np.abs(bounds[1]))
-        near = self._proximity.near(
-            state.wTb, state.q, surroundings, fastest, self._dampers.range_at
-        )
+        near = self._proximity.near(state.wTb, state.q, surroundings, fastest)
         straight = isinstance(goal, PoseGoal) and goal.straight
         if not len(near.d):
             return None, inf, ""
