@@ -94,9 +94,7 @@ class CostField:
         self._floor = floor
         if floor is None:
             return
-        nodes, away = floor.nodes_around(np.array([goal]))
-        free = floor.passes.ravel()[nodes[:, 0]]
-        source = int(nodes[np.argmin(np.where(free, away[:, 0], inf)), 0])
+        source = floor.nearest_node(goal)
         self._costs: Array = dijkstra(floor.graph, indices=source, limit=limit)
 
     def at(self, points: Array) -> Array:
