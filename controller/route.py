@@ -28,7 +28,7 @@ _CHECK = 100
 """Periods after which plain driving is checked anew."""
 _NEAR_END = 0.015
 """A leg ends this far before its last point [m]."""
-_ARRIVED = 0.03
+_ARRIVED = 0.02
 """A trial that ends nearer to the goal than this has arrived [m and rad]."""
 _TRIAL = 0.15
 """Time between the poses of a trial [s]."""
@@ -76,7 +76,8 @@ class Route:
             self._room, self._goal, self._reverse = room, goal, reverse
             self._start(room, wTb, goal)
         self._unchecked += 1
-        if self._plain and self._unchecked > _CHECK and not self._is_plain(room, wTb, goal):
+        due = self._plain and self._unchecked > _CHECK
+        if due and not self._is_plain(room, wTb, goal, started=True):
             self._start(room, wTb, goal)
         if self._plain:
             return self._plainly(wTb, goal, reverse)
@@ -94,24 +95,37 @@ class Route:
         time = time_to_drive(self._model, self._settings.drive, target, reverse)
         return Lead(target, reverse, True, inf, time)
 
-    def _is_plain(self, room: FloorMap, wTb: Pose2D, goal: Pose2D) -> bool:
-        """Whether plain driving from here touches nothing."""
+    def _is_plain(
+        self, room: FloorMap, wTb: Pose2D, goal: Pose2D, *, started: bool = False
+    ) -> bool:
+        """Whether plain driving from here arrives and touches nothing; if started, the latter."""
         self._unchecked = 0
-        poses = trial(self._model, self._settings, wTb, goal, self._reverse)
+        poses = trial(self._model, self._settings, wTb, goal, self._reverse, self._velocities())
         here, *clearances = room.stands_free(poses).tolist()
-        there = float(room.stands_free(np.array([goal]))[0])
+        (there,) = room.stands_free(np.array([goal])).tolist()
         x, y, turn = goal.relative_to(Pose2D(*poses[-1].tolist()))
-        arrives = hypot(x, y) < _ARRIVED and abs(turn) < _ARRIVED
+        arrives = started or (hypot(x, y) < _ARRIVED and abs(turn) < _ARRIVED)
         free = min(clearances, default=inf) >= min(CLEARANCE, here, there) - 0.005
         self._plain = arrives and free
         return self._plain
 
+    def _velocities(self) -> Array:
+        """(n_base,) about what the base has on its way now; a holonomic base may have any."""
+        velocities = np.zeros(self._model.n_base)
+        if self._legs and self._model.n_base == 2:
+            leg, at = self._legs[self._leg], self._at
+            speed = float(leg.path.speeds[at])
+            turn = float(leg.headings[at] - leg.headings[max(0, at - 1)])
+            backwards = self._reverse != leg.backwards
+            velocities[:] = turn / SPACING * speed, -speed if backwards else speed
+        return velocities
+
     def _start(self, room: FloorMap, wTb: Pose2D, goal: Pose2D) -> None:
         self._why_not = ""
         self._leg = self._at = 0
+        self._legs = []
         if self._is_plain(room, wTb, goal):
             return
-        self._legs = []
         self._search = Planner(self._model, room, self._reverse).search(wTb, goal)
 
     def _think(self, wTb: Pose2D, goal: Pose2D) -> Lead | None:
@@ -148,7 +162,7 @@ class Route:
             self._is_plain(room, wTb, goal)
             return self.lead(room, wTb, goal, self._reverse)
         speed = float(leg.path.speeds[self._at])
-        ahead = 0.2 + 0.25 * speed
+        ahead = (0.15 if leg.narrow[self._at] else 0.25) * (1.0 + speed)
         index = self._at + ceil(ahead / SPACING)
         beyond = max(0, index - len(points) + 1) * SPACING
         index = min(index, len(points) - 1)
@@ -186,13 +200,21 @@ class Route:
 
 
 def trial(
-    model: RobotModel, settings: ControllerSettings, start: Pose2D, goal: Pose2D, reverse: bool
+    model: RobotModel,
+    settings: ControllerSettings,
+    start: Pose2D,
+    goal: Pose2D,
+    reverse: bool,
+    velocities: Array,
 ) -> Array:
-    """Poses (N, 3) of a base that drives plainly from one pose to another."""
+    """Poses (N, 3) of a base that drives plainly from one pose to another.
+
+    At first it has velocities (n_base,) [m/s, rad/s].
+    """
     poses, pose = [start], start
     axes = model.description.base.axes
     most = model.acceleration_limits[: model.n_base] * _TRIAL
-    last = np.zeros(model.n_base)
+    last = velocities
     for _ in range(_TRIAL_STEPS):
         target = goal.relative_to(pose)
         if hypot(target.x, target.y) < _ARRIVED and abs(target.heading) < _ARRIVED:

@@ -118,25 +118,29 @@ class Planner:
     def _straights(self, pose: Pose2D, signs: tuple[int, int]) -> list[float]:
         """Signed lengths of straights from a pose to places where the base can turn, best first.
 
-        Without any, it stays where it is.
+        Without any, to where it has the most room.
         """
         room = self._room
-        if room.clearance(np.array([pose[:2]]))[0] >= room.turning - 0.02:
+        (here,) = room.clearance(np.array([pose[:2]]))
+        if here >= room.turning - 0.02:
             return [0.0]
-        found = []
+        found, widest = [], (float(here) + 0.02, 0.0)
         for sign in signs:
             lengths = sign * np.arange(0.0, _LONGEST_ESCAPE, SPACING)
             poses = np.array([_moved(pose, length) for length in lengths.tolist()])
+            around = room.clearance(poses[:, :2])
             poses[:, 2] += self._flip
             free = room.stands_free(poses)
             touches = np.flatnonzero(free < min(CLEARANCE, free[0]) - 0.005)
-            end = int(touches[0]) if len(touches) else len(lengths)
-            turns = np.flatnonzero(room.clearance(poses[:end, :2]) >= room.turning)
+            around = around[: int(touches[0]) if len(touches) else None]
+            best = int(around.argmax())
+            widest = max(widest, (float(around[best]), float(lengths[best])))
+            turns = np.flatnonzero(around >= room.turning)
             if len(turns):
                 first = int(turns[0])
                 run_up = [int(t) for t in turns if t <= first + round(_RUN_UP / SPACING)]
                 found.append(float(lengths[run_up[-1] if signs[0] < 0 and sign < 0 else first]))
-        return found or [0.0]
+        return found or [widest[1]]
 
     def _along(self, a: Pose2D, out: float, line: Array, into: float, b: Pose2D) -> list[Leg]:
         legs: list[Leg] = []
@@ -156,7 +160,8 @@ class Planner:
 
         def is_free(poses: Array) -> bool:
             turned = poses + np.array([0.0, 0.0, flip + self._flip])
-            return bool((self._room.stands_free(turned) >= CLEARANCE).all())
+            room = self._room.stands_free(turned)
+            return bool((room >= min(CLEARANCE, room[0], room[-1]) - 0.005).all())
 
         speed = self._back if backwards else self._ahead
         legs = []
