@@ -18,7 +18,7 @@ from hw.registry import Backend, WorldError, WorldOptions, open_backend, world_n
 from hw.replay import Difference, RecordEndsError, ReplayRobot
 from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
 from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
-from hw.truth import DisturbableWorld, TrueObject, Truth
+from hw.truth import DisturbableWorld, Touch, TrueObject, Truth
 from hw.watchdog import SIMULATION, LoopBlockedError, Patience, Watchdog
 from hw.wrapper import RobotWrapper
 
@@ -62,6 +62,7 @@ __all__ = [
     "SimClock",
     "TaskClock",
     "TaskTime",
+    "Touch",
     "TrueObject",
     "Truth",
     "Turn",
