@@ -24,6 +24,7 @@ from hw.sim.scene import (
     scene_names,
 )
 from hw.sim.sim_object import Motion, SimObject
+from hw.sim.walker import Walker
 from hw.sim.world import GraspOutcome, World
 
 __all__ = [
@@ -45,6 +46,7 @@ __all__ = [
     "SceneError",
     "SimObject",
     "Table",
+    "Walker",
     "World",
     "build_world",
     "kinematic_robot",

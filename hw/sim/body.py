@@ -2,7 +2,7 @@
 
 A step that makes a contact is taken back and trips a reflex: the bumper for the base, that of the
 arm for the arm, its hand and what it holds. What it belongs to stands still at once; the other one
-goes on, until somebody who sees the fault stops it. `Reflex` says how a robot in contact leaves.
+goes on until somebody who sees the fault stops it, or until furniture holds the arm that it pushes.
 """
 
 from __future__ import annotations
@@ -162,14 +162,28 @@ class SimBody:
             self.q = self.q + self.qd * dt
         self._move_fingers(self.description.gripper.speed * dt)
         self._slip()
-        contacts = self._contacts(dt)
-        if self.bumper.feel([one for one in contacts if one.part == BASE]):
-            self.wTb, self.base_twist = before, np.zeros(3)
-            contacts = self._contacts(dt)
-        if self.reflex.feel([one for one in contacts if one.part != BASE]):
-            self.q, self.qd = q_before, np.zeros(7)
-            self._push(self._contacts(dt))
+        self._collide(before, q_before, self.now + dt)
         self._carry()
+
+    def _collide(self, wTb: SE3, q: np.ndarray, now: float) -> None:
+        """Take back what has made a contact since the base was at wTb and the arm at q (7,)."""
+        base, arm = self._contacts(now)
+        if self.bumper.feels(base):
+            self.bumper.trip(base)
+            self.wTb, self.base_twist = wTb, np.zeros(3)
+            base, arm = self._contacts(now)
+        if self.reflex.feels(arm):
+            self.reflex.trip(arm)
+            self.q, self.qd = q, np.zeros(7)
+            base, arm = self._contacts(now)
+        if self.dynamics.solid and self.reflex.feels(arm):  # the base has pushed the arm there
+            self._push_away(arm)
+            base, arm = self._contacts(now)
+            if self.reflex.feels(arm):
+                self.wTb, self.base_twist = wTb, np.zeros(3)
+                base, arm = self._contacts(now)
+        self.bumper.stay(base)
+        self.reflex.stay(arm)
 
     def _move_fingers(self, step: float) -> None:
         """A step towards the width that is wanted; slipping fingers slide along the object."""
@@ -196,20 +210,22 @@ class SimBody:
             if self.dynamics.solid:
                 self.world.settle()
 
-    def _contacts(self, dt: float) -> list[Contact]:
-        """What the robot presses into now; noted down if it is new."""
+    def _contacts(self, now: float) -> tuple[list[Contact], list[Contact]]:
+        """What the base presses into and what the arm does, noted down where it is new."""
         here = Configuration(wTb=self.wTb, q=self.q, width=self.width)
-        contacts, now = self._collisions.find(here), self.now + dt
+        contacts = self._collisions.find(here)
         for one in contacts:
             if now - self._touched.get((one.part, one.thing), -np.inf) > _SAME_TOUCH:
                 touch = Touch(stamp=now, part=one.part, thing=one.thing, text=one.text)
                 self.world.touches.append(touch)
             self._touched[one.part, one.thing] = now
-        return contacts
+        return (
+            [one for one in contacts if one.part == BASE],
+            [one for one in contacts if one.part != BASE],
+        )
 
-    def _push(self, contacts: list[Contact]) -> None:
-        """Loose objects give way to an arm that the base pushes into them."""
-        if self.dynamics.solid:
-            for one in contacts:
-                if one.part != BASE and isinstance(one.owner, SimObject):
-                    self.world.push(one.owner, one.towards, one.depth)
+    def _push_away(self, contacts: list[Contact]) -> None:
+        """Loose objects give way to the arm."""
+        for one in contacts:
+            if isinstance(one.owner, SimObject):
+                self.world.push(one.owner, one.towards, one.depth)

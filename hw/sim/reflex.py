@@ -13,9 +13,10 @@ _YIELDS = 0.002
 class Reflex:
     """Trips on every contact that was not forgiven.
 
-    Clearing it forgives the contacts that there are, each at the depth that it has. They may become
-    shallower, and what is gained is not given back; a contact that becomes deeper trips again, and
-    so does one that comes back after it has ended.
+    A step that trips it is taken back, so the robot is hardly ever in contact when it is cleared:
+    it may move anywhere but there. Where something has come to the robot instead, clearing forgives
+    the contact at the depth that it has. It may become shallower, and what is gained is not given
+    back; if it becomes deeper, or comes back after it has ended, the reflex trips again.
     """
 
     def __init__(self) -> None:
@@ -24,24 +25,30 @@ class Reflex:
         self._present: dict[tuple[str, str], float] = {}
         self._forgiven: dict[tuple[str, str], float] = {}
 
-    def feel(self, contacts: Sequence[Contact]) -> bool:
-        """Whether any of the present contacts is not forgiven, and trips it."""
+    def feels(self, contacts: Sequence[Contact]) -> bool:
+        """Whether any of the contacts is not forgiven."""
+        return any(self._is_felt(one) for one in contacts)
+
+    def trip(self, contacts: Sequence[Contact]) -> None:
+        """Stop on the deepest of the contacts that are not forgiven, unless it has stopped."""
+        if self.tripped_by is None:
+            felt = (one for one in contacts if self._is_felt(one))
+            self.tripped_by = max(felt, key=lambda one: one.depth)
+
+    def stay(self, contacts: Sequence[Contact]) -> None:
+        """A tick has ended with these contacts."""
         self._present = {(one.part, one.thing): one.depth for one in contacts}
         self._forgiven = {
             key: min(depth, self._present[key])
             for key, depth in self._forgiven.items()
             if key in self._present
         }
-        felt = [one for one in contacts if one.depth > self._allowed(one)]
-        if felt and self.tripped_by is None:
-            self.tripped_by = max(felt, key=lambda one: one.depth)
-        return bool(felt)
 
     def clear(self) -> None:
         """Let the part move again."""
         self.tripped_by = None
-        self._forgiven = dict(self._present)
+        self._forgiven = self._present | self._forgiven
 
-    def _allowed(self, contact: Contact) -> float:
+    def _is_felt(self, contact: Contact) -> bool:
         depth = self._forgiven.get((contact.part, contact.thing))
-        return 0.0 if depth is None else depth + _YIELDS
+        return depth is None or contact.depth > depth + _YIELDS
