@@ -11,6 +11,9 @@ from pinocchio import SE3
 from controller import Obstacle
 from robots import Geom
 
+MAY_TOUCH = ("fingers", "held object")
+"""Parts of the robot that touch what is around them at work."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Touch:
