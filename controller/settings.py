@@ -62,19 +62,35 @@ class JointLimitSettings(Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactSettings(Checked):
-    """Keeping the arm off itself, the base and the floor; soft bounds in the QP."""
+class CollisionSettings(Checked):
+    """Velocity dampers between shapes, from whose speed the robot can always brake.
 
-    influence_distance: float = 0.12
-    """Distance between parts at which they begin to approach more slowly [m]."""
-    stop_distance: float = 0.01
-    """Distance between parts at which they do not approach any longer [m]."""
-    gain: float = 8.0
-    """Speed of approach per distance left just before the stop [1/s]."""
-    deceleration: float = 1.0
-    """Deceleration that parts farther from each other can count on [m/s^2]."""
-    weight: float = 1e4
-    """Cost of approaching faster; the other weights of the QP are between 1 and 200."""
+    They keep it off itself, the floor and what stands around; see `controller/dampers.py`.
+    """
+
+    POSITIVE = ("influence_distance", "braking", "max_deceleration", "delay_periods")
+
+    stop_distance: float = 0.02
+    """d_s: distance at which the robot does not approach what stands around any longer [m] ..."""
+    near_stop_distance: float = 0.01
+    """... for goals that are reached straight, and from the robot to itself and the floor [m]."""
+    influence_distance: float = 0.6
+    """d_i: nothing that is farther from the robot matters [m]; at least d_s + v²/2a + v times the
+    delay, for the fastest approach."""
+    self_influence_distance: float = 0.12
+    """The same from the robot to itself and the floor [m]."""
+    braking: float = 0.8
+    """Share of the acceleration limits that braking is planned with."""
+    max_deceleration: float = 2.0
+    """Braking is never planned with more than this [m/s^2], however many joints could help."""
+    min_deceleration: float = 0.2
+    """Nor with less, where the degrees of freedom hardly move the pair [m/s^2]."""
+    delay_periods: float = 3.0
+    """Besides the lag of base or arm, a pair goes on for this many periods before it brakes."""
+    return_gain: float = 4.0
+    """Speed at which shapes part per distance that is missing to d_s [1/s] ..."""
+    return_speed: float = 0.08
+    """... and at most [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +117,7 @@ class DriveSettings(Checked):
 class StanceSettings(Checked):
     """What a stance costs. Costs are in seconds: a stance is preferred for the time it saves."""
 
-    POSITIVE = ("arm_speed",)
+    POSITIVE = ("arm_speed", "parking_reverse")
 
     # How long it takes to get there.
     arm_speed: float = 0.5
@@ -112,6 +128,11 @@ class StanceSettings(Checked):
     """What driving there backwards costs, times `turn_weight` [s]."""
     overlap: float = 0.3
     """Base and arm move together; the share of the shorter of their times that is still added."""
+
+    parking_distance: float = 1.0
+    """Nearer to what stands around than this ... [m]"""
+    parking_reverse: float = 0.25
+    """... backing counts as no faster than this [m/s]."""
 
     # How good it is there.
     min_manipulability: float = 0.10
@@ -129,7 +150,10 @@ class StanceSettings(Checked):
 
     # What rules it out, unless there is no other.
     clearance: float = 0.02
-    """The straight path to the posture keeps this distance from the robot and the floor [m]."""
+    """The straight path to the posture keeps this distance from the robot, the floor and what
+    stands around [m]."""
+    standing_room: float = 0.05
+    """The base keeps this distance from what stands around [m]."""
     contact_cost: float = 1000.0
     """Cost per distance missing to that [s/m]."""
     unreached_cost: float = 100.0
@@ -251,8 +275,8 @@ class ControllerSettings(Checked):
     """Whether the bounds keep the acceleration limits and brake for joint limits."""
     smoothness: float = 3.0
     """Cost of changing the velocities from one period to the next."""
-    contact: ContactSettings | None = ContactSettings()
-    """None lets the arm touch itself, the base and the floor."""
+    collision: CollisionSettings | None = CollisionSettings()
+    """None lets the robot touch itself, the floor and everything else."""
     drive: DriveSettings = DriveSettings()
     guidance: GuidanceSettings | None = GuidanceSettings()
     """None leaves every goal to the end effector alone, local minima included."""
@@ -272,7 +296,7 @@ PAPER = ControllerSettings(
     joint_limits=JointLimitSettings(stop_distance=0.1, influence_distance=0.9),
     limit_acceleration=False,
     smoothness=0.0,
-    contact=None,
+    collision=None,
     guidance=None,
 )
 """The published controller with the numbers of its published example. The paper itself prints
