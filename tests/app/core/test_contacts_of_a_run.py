@@ -11,7 +11,7 @@ container: {centre: [3.0, 0.0]}
 table: {centre: [0.0, 1.6]}
 objects: {count: 0}
 walkers:
-  - {name: Ada, radius: 0.2, way: [[0.45, -1.5], [0.45, 1.5]], speed: 1.0}
+  - {name: Ada, radius: 0.2, way: [[-0.5, -1.5], [-0.5, 1.5]], speed: 1.0}
 """
 TASK = """\
 task: stand
