@@ -135,6 +135,10 @@ class CollisionModel:
         placed = [self._results.oMg[shape] for shape in shapes.tolist()]
         return np.array([one.rotation for one in placed]), np.array([p.translation for p in placed])
 
+    def ball(self, shape: int) -> tuple[Array, float]:
+        """Centre (3,) and radius of the ball around a shape, where it was placed last [m]."""
+        return self._results.oMg[shape].translation, self._radius[shape]
+
     def jacobian(self) -> Array:
         """(6, n) screws of the joints in the world, linear first."""
         pin.computeJointJacobians(self._chain, self._data, self._q)

@@ -6,6 +6,7 @@ is nearest to it; the distance of that point is then measured from the shape its
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import product
 from typing import NamedTuple
 
@@ -64,53 +65,60 @@ class Feelers:
         self._shape = np.array([body.number for body in bodies])
         self.kind = np.array([body.kind for body in bodies], dtype=np.int64)[self._body]
         """(F,) `PairKind`."""
-        self.reach = collision.reach[self._shape][self._body]
+        self._reach = collision.reach[self._shape][self._body]
         """(F, n) the most by which a degree of freedom moves any point of the shape [m/rad]."""
         self._cloud: PointCloud | None = None
         self._at_least = np.full(len(self._body), -np.inf)
+        """(F,) least distance that any point that a feeler finds may have from its shape [m]."""
+        self._matters = self._at_least
+        """(F,) distance that matters now [m]."""
 
-    def due(self, cloud: PointCloud, moved: Array, matters: Array) -> Numbers:
-        """The feelers that may be so near to a point that it matters.
+    def due(
+        self, cloud: PointCloud, motion: Array, within: Callable[[Array], Array]
+    ) -> Numbers | None:
+        """The feelers that may be so near to a point that it matters; None if none is.
 
         Args:
             cloud: the points.
-            moved: (F,) the most by which each has moved since the last call [m].
-            matters: (F,) distance that matters to each [m].
+            motion: (n, 2) how far every degree of freedom has moved at most since the last call,
+                and its largest speed.
+            within: the distances (F,) that matter at speeds (F,).
         """
         if cloud is not self._cloud:
             self._cloud, self._at_least = cloud, np.full(len(self._body), -np.inf)
-        self._at_least -= moved
-        (some,) = np.nonzero(self._at_least <= matters)
-        return some
+        changes = self._reach @ motion
+        self._at_least -= changes[:, 0]
+        self._matters = within(changes[:, 1])
+        (some,) = np.nonzero(self._at_least <= self._matters)
+        return some if len(some) and len(cloud.points) else None
 
-    def feel(self, cloud: PointCloud, some: Numbers, matters: Array) -> Felt:
+    def feel(self, some: Numbers) -> Felt:
         """The nearest points of every shape; the collision model has been placed.
 
         Args:
-            cloud: the points.
-            some: (S,) which feelers.
-            matters: (S,) distance that matters to each [m].
+            some: (S,) which feelers, as `due` tells.
         """
-        body = self._body[some]
+        cloud, body = self._cloud, self._body[some]
+        assert cloud is not None
         bodies, which = np.unique(body, return_inverse=True)
         rotations, origins = self._collision.poses(self._shape[bodies])
         R, origin = rotations[which], origins[which]
         places = (R @ self._places[some][:, :, None])[:, :, 0] + origin
         distances, found = cloud.nearest(places, _FAR)
         self._at_least[some] = np.minimum(distances, _FAR) - self._covers[some]
-        (near,) = np.nonzero(self._at_least[some] <= matters)
+        (near,) = np.nonzero(self._at_least[some] <= self._matters[some])
         # Feelers of one shape may find the same point.
         _, first = np.unique(body[near] * (len(cloud.points) + 1) + found[near], return_index=True)
         near = near[first]
-        body, R, points = body[near], R[near], cloud.points[found[near]]
+        some, body, R, points = some[near], body[near], R[near], cloud.points[found[near]]
         local = ((points - origin[near])[:, None, :] @ R)[:, 0]
         d, out = from_rounded_boxes(local, self._half[body], self._radius[body])
         kept = np.lexsort((d, body))
         kept = kept[_ranks(body[kept]) < _EACH]
-        kept = kept[d[kept] <= matters[near][kept]]
+        kept = kept[d[kept] <= self._matters[some[kept]]]
         n, p = (R[kept] @ out[kept][:, :, None])[:, :, 0], points[kept]
         lines = np.concatenate([n, np.cross(p, n)], axis=1)
-        return Felt(d[kept], lines, self._shape[body[kept]], self.kind[some[near[kept]]])
+        return Felt(d[kept], lines, self._shape[body[kept]], self.kind[some[kept]])
 
 
 def _ranks(groups: Numbers) -> Numbers:

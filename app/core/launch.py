@@ -158,7 +158,6 @@ def _run(
     log, tree = setup.context.log, tree_view(nodes)
     supports = _supports(setup.truth)
     snapshots = Snapshots(nodes, setup.truth)
-    robot = setup.robot.description.name
     measurements = Measurements(limits=setup.model.limits)
     scene = _scene(options, task)
     behaviours = [place.node for place in nodes]
@@ -237,12 +236,13 @@ def _run(
         warnings = [*observers.failures, *_closed(recorder), *outputs.close()]
         summary = summarise(
             task=task.name,
-            robot=robot,
+            robot=setup.robot.description.name,
             scene=scene,
             seed=options.seed,
             outcome=outcome,
             objects=len(supports),
             placed=_brought(supports, _supports(setup.truth)),
+            touches=setup.truth.touches if setup.truth else (),
             log=log,
             measurements=measurements,
             gate=setup.gate,
