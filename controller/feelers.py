@@ -132,7 +132,7 @@ def _places(shape: Shape) -> tuple[Array, float]:
     """Feelers (F, 3) in the frame of a shape, and how far its surface is from one at most [m]."""
     half, radius = rounded_box(shape)
     apart = _FACE if isinstance(shape, Box) else 2.0 * radius
-    counts = [int(np.ceil(2.0 * h / apart)) + 1 if h > apart / 4.0 else 1 for h in half]
+    counts = [int(np.ceil(2.0 * h / apart)) + 1 if h > apart / 10.0 else 1 for h in half]
     edges = list(zip(half.tolist(), counts, strict=True))
     lines = [np.linspace(-h, h, n) if n > 1 else np.zeros(1) for h, n in edges]
     places = np.array(list(product(*lines)))
