@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from pinocchio import SE3
 
-from controller.base_drive import Pose2D, drive_to, time_to_drive
+from controller.base_drive import Pose2D, drive_along
 from controller.bounds import VelocityBounds
 from controller.collision_model import PairKind
 from controller.command import (
@@ -28,6 +28,7 @@ from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
 from controller.proximity import Proximity
 from controller.qp import QP, Rows, Solver
+from controller.route import plain_lead
 from controller.self_collision import SelfCollision
 from controller.servo import approach_speed, desired_twist, error_norm, pose_error
 from controller.settings import ControllerSettings
@@ -152,7 +153,7 @@ class HolisticController:
             case PostureGoal():
                 motion = self._to_posture(state, goal, bounds)
             case BaseGoal():
-                motion = self._to_base_pose(state, goal, bounds)
+                motion = self._to_base_pose(state, goal, bounds, surroundings)
             case None:
                 motion = _Motion(_qp_towards(np.zeros(model.n), bounds))
         rows, clearance, nearest = self._rows(state, goal, applied, bounds, surroundings)
@@ -272,19 +273,28 @@ class HolisticController:
         return _Motion(qp, 0.0, max_error, arrived=arrived, posture_error=max_error)
 
     def _to_base_pose(
-        self, state: KinematicState, goal: BaseGoal, bounds: tuple[Array, Array]
+        self,
+        state: KinematicState,
+        goal: BaseGoal,
+        bounds: tuple[Array, Array],
+        surroundings: Surroundings,
     ) -> _Motion:
         """The base to a pose; the arm comes to rest."""
-        bTg = state.wTb.inverse() * goal.wTb
-        error, target, drive = pose_error(SE3.Identity(), bTg), Pose2D.of(bTg), self.settings.drive
-        base = drive_to(self.model, self.settings, target, reverse=goal.reverse)
+        error = pose_error(SE3.Identity(), state.wTb.inverse() * goal.wTb)
+        here, there = Pose2D.of(state.wTb), Pose2D.of(goal.wTb)
+        if self._guide is None:
+            lead = plain_lead(self.model, self.settings, here, there, goal.reverse)
+        else:
+            lead = self._guide.lead_base(goal, here, surroundings)
+        base = drive_along(self.model, self.settings, lead)
         return _Motion(
             _qp_towards(np.concatenate([base, np.zeros(len(state.q))]), bounds),
             error.position,
             error.orientation,
             arrived=error.position <= goal.position_tolerance
             and error.orientation <= goal.heading_tolerance,
-            base_time=time_to_drive(self.model, drive, target, goal.reverse),
+            base_time=lead.time_left,
+            unreachable=lead.unreachable,
         )
 
 

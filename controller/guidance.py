@@ -7,8 +7,8 @@ from math import cos, inf
 import numpy as np
 from pinocchio import SE3
 
-from controller.base_drive import Pose2D
-from controller.command import Array, PoseGoal
+from controller.base_drive import Lead, Pose2D
+from controller.command import Array, BaseGoal, PoseGoal
 from controller.model import RobotModel
 from controller.route import Route
 from controller.self_collision import SelfCollision
@@ -134,6 +134,11 @@ class Guide:
             wTb,
             detour=self.detour,
         )
+
+    def lead_base(self, goal: BaseGoal, wTb: Pose2D, surroundings: Surroundings) -> Lead:
+        """Where the base is led now on its way to a pose of its own."""
+        self._finder.meet(surroundings)
+        return self._route.lead(self._finder.floor, wTb, Pose2D.of(goal.wTb), goal.reverse)
 
     def _begin(self, goal: PoseGoal, distance: float, wTb: Pose2D, q: Array) -> None:
         """Judge a new goal, and look for its stance if it is to have one."""

@@ -78,7 +78,7 @@ def moving_goal(following: Following, period: float) -> GoalAt:
         following: which goal.
         period: control period [s].
     """
-    times = np.arange(round(following.duration / period) + 1) * period
+    times: Array = np.arange(round(following.duration / period) + 1) * period
     turn = _turn_rates(following, times, period)
     heading = np.concatenate([[0.0], np.cumsum(turn[:-1] * period)])
     if following.path == "sine":
