@@ -132,14 +132,15 @@ class Guide:
         """
         g = self._guidance
         distance = error.position + g.metres_per_radian * error.orientation
-        changed = self._finder.meet(surroundings)
-        changed |= bool(self.unreachable) and goal.hand_may_touch != self._hand_may_touch
+        moved = self._finder.meet(surroundings)
+        changed = moved or bool(self.unreachable) and goal.hand_may_touch != self._hand_may_touch
         self._hand_may_touch = goal.hand_may_touch
         if goal.wTe != self._goal or changed:
             if self._is_new(goal.wTe) or changed:
                 self._begin(goal, distance, wTb, q)
             self._goal = goal.wTe.copy()
-        self._search_on(goal)
+        if not moved:  # a new map is work enough for one period
+            self._search_on(goal)
         remaining = self._remaining(goal, distance, wTb, q)
         if self.rests:
             self.left = (inf, inf)
