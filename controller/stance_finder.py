@@ -35,7 +35,8 @@ class StanceFinder:
         self._collision = collision
         self._bank = bank(model.description)
         self._surroundings = OPEN_FLOOR
-        self._floor = FloorMap((), model.description)
+        self.floor = FloorMap((), model.description)
+        """What stands around, seen from above."""
         self._space: FreeSpace | None = None
 
     def meet(self, surroundings: Surroundings) -> bool:
@@ -44,9 +45,9 @@ class StanceFinder:
         fixtures, held = surroundings.fixtures, surroundings.held
         moved = fixtures is not before.fixtures
         if moved:
-            self._floor = FloorMap(fixtures, self._model.description)
+            self.floor = FloorMap(fixtures, self._model.description)
         if moved or held is not before.held:
-            self._space = FreeSpace(self._model, self._floor, held) if fixtures else None
+            self._space = FreeSpace(self._model, self.floor, held) if fixtures else None
         return moved
 
     def obstacle_to(self, goal: PoseGoal) -> str:
