@@ -22,6 +22,7 @@ from controller.command import (
     PostureGoal,
 )
 from controller.dampers import Dampers
+from controller.goal_motion import GoalMotion
 from controller.guidance import Guide
 from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
@@ -115,6 +116,7 @@ class HolisticController:
         self._proximity = None if self._dampers is None else Proximity(model, self._dampers.ranges)
         guided = self.settings.guidance is not None
         self._guide = Guide(model, self.settings, SelfCollision(model)) if guided else None
+        self._goal_motion = GoalMotion(self.settings.period) if guided else None
 
     def step(
         self,
@@ -142,6 +144,8 @@ class HolisticController:
         linearisation = linearise(model, settings, state.q)
         if self._guide is not None and not isinstance(goal, PoseGoal):
             self._guide.reset()
+        if self._goal_motion is not None and not isinstance(goal, PoseGoal):
+            self._goal_motion.reset()
         match goal:
             case PoseGoal():
                 motion = self._to_pose(state, goal, linearisation, bounds, applied, surroundings)
@@ -219,6 +223,8 @@ class HolisticController:
     ) -> _Motion:
         """Base and arm together to an end-effector pose."""
         model, settings, bTe = self.model, self.settings, linearisation.bTe
+        if self._goal_motion is not None:
+            goal = self._goal_motion(goal)
         bTw = state.wTb.inverse()
         error = pose_error(bTe, bTw * goal.wTe)
         twist = desired_twist(settings.servo, goal, bTw, bTe, error)
