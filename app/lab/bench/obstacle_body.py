@@ -18,6 +18,7 @@ from app.lab.bench.obstacle_shapes import Placed
 from controller import N_ARM, Array
 from robots import Box, Capsule, Geom, RobotDescription, Shape
 
+
 class _Part(NamedTuple):
     name: str
     link: int

@@ -142,6 +142,26 @@ class Judge:
             nearest=nearest,
         )
 
+    def nearest(
+        self,
+        base: Array,
+        q: Array,
+        period: float,
+        fixtures: Sequence[Geom],
+        walkers: Sequence[Walker] = (),
+    ) -> list[tuple[float, str]]:
+        """In every sample the least distance [m], at most `NEAR`, and of which part to what."""
+        count = len(base)
+        parts, times = self._body.placed(base, q), np.arange(count) * period
+        around = [(fixture.name, Placed.fixed(fixture, count)) for fixture in fixtures]
+        around += [(walker.name, _walking(walker, times)) for walker in walkers]
+        least, what = np.full(count, NEAR), [""] * count
+        for name, thing in around:
+            for part, distance in _of(parts, thing):
+                for sample in np.flatnonzero(distance < least):
+                    least[sample], what[sample] = distance[sample], f"{part} and {name}"
+        return list(zip(least.tolist(), what, strict=True))
+
     def _excused(
         self,
         parts: list[tuple[str, Placed]],

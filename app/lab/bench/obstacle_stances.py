@@ -70,9 +70,7 @@ def draw_postures(model: RobotModel, checker: ContactChecker) -> Postures:
     flange = place - approach * float(model.description.gripper.hTe.translation[2])
     foot = model.description.bTa.translation
     bearing = np.arctan2(place[:, 1] - foot[1], place[:, 0] - foot[0])
-    good = (
-        (np.abs(bearing) < _MAX_BEARING) & (place[:, 2] > _LOWEST) & (flange[:, 2] > _LOWEST)
-    )
+    good = (np.abs(bearing) < _MAX_BEARING) & (place[:, 2] > _LOWEST) & (flange[:, 2] > _LOWEST)
     found = Postures(q[good], place[good], approach[good])
     return found.chosen(np.array([not checker(posture).any for posture in found.q]))
 
