@@ -25,12 +25,12 @@ _WALL = 0.10
 _WALL_HEIGHT = 2.2
 
 
-def pose(x: float, y: float, heading: float, z: float = 0.0) -> SE3:
-    """Of something upright [m, rad]."""
-    return SE3(pin.utils.rotate("z", heading), np.array([x, y, z]))
+def pose(place: Array, heading: float, z: float = 0.0) -> SE3:
+    """Of something upright, at a place (2,) on the floor or above it [m, rad]."""
+    return SE3(pin.utils.rotate("z", heading), np.array([*place, z]))
 
 
-def box(name: str, size: Sequence[float], centre: Sequence[float]) -> Geom:
+def box(name: str, size: Sequence[float] | Array, centre: Sequence[float] | Array) -> Geom:
     """A box by edge lengths and centre, in the frame of what it is part of [m]."""
     a, b, c = (0.5 * float(edge) for edge in size)
     return Geom(Box((a, b, c)), SE3(np.eye(3), np.array(centre, float)), name)

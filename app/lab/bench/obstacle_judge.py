@@ -1,11 +1,13 @@
-"""The judge of contacts with what is around: every part of the robot in every sample of a motion."""
+"""The judge of contacts with what is around: every part of the robot in every sample."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 from pinocchio import SE3
 
 from app.lab.bench.obstacle_body import Body, moved
@@ -13,6 +15,8 @@ from app.lab.bench.obstacle_shapes import Placed, distances
 from app.lab.bench.obstacle_walkers import STILL, Walker, could_have_left
 from controller import Array
 from robots import Geom, Plane, RobotDescription
+
+Flags: TypeAlias = npt.NDArray[np.bool_]
 
 SURFACE = 1e-6
 """Shapes that overlap by less than this do not touch [m]."""
@@ -78,7 +82,7 @@ class Judge:
         for thing in (_FLOOR, *fixtures):
             for _, distance in _of(parts, Placed.fixed(thing, len(base)), thing is _FLOOR):
                 least = np.minimum(least, distance)
-        return least
+        return np.asarray(least)
 
     def walker_clearances(self, base: Array, q: Array, walker: Walker, times: Array) -> Array:
         """(k,) least distance to a walker at times (k,), at most `NEAR` [m]."""
@@ -107,7 +111,7 @@ class Judge:
         touched, to_blame = np.zeros(count, bool), np.zeros(count, bool)
         parts = self._body.placed(base, q)
 
-        def judge(thing: str, around: Placed, excused: Array, standing: bool = False) -> None:
+        def judge(thing: str, around: Placed, excused: Flags, standing: bool = False) -> None:
             nonlocal clearance, nearest
             for part, distance in _of(parts, around, standing):
                 inside = distance < -SURFACE
@@ -131,7 +135,7 @@ class Judge:
         for fixture in (_FLOOR, *fixtures):
             judge(fixture.name, Placed.fixed(fixture, count), never, fixture is _FLOOR)
         for walker in walkers:
-            around = _walking(walker, np.arange(count) * period)
+            around = _walking(walker, _times(count, period))
             excused = self._excused(parts, around, base, q, period, walker)
             judge(walker.name, around, excused)
         return Verdict(
@@ -152,7 +156,7 @@ class Judge:
     ) -> list[tuple[float, str]]:
         """In every sample the least distance [m], at most `NEAR`, and of which part to what."""
         count = len(base)
-        parts, times = self._body.placed(base, q), np.arange(count) * period
+        parts, times = self._body.placed(base, q), _times(count, period)
         around = [(fixture.name, Placed.fixed(fixture, count)) for fixture in fixtures]
         around += [(walker.name, _walking(walker, times)) for walker in walkers]
         least, what = np.full(count, NEAR), [""] * count
@@ -170,7 +174,7 @@ class Judge:
         q: Array,
         period: float,
         walker: Walker,
-    ) -> Array:
+    ) -> Flags:
         """(k,) contacts with a walker that the robot could not have avoided."""
         least = np.min([distance for _, distance in _of(parts, around)], axis=0)
         inside = least < -SURFACE
@@ -187,6 +191,10 @@ class Judge:
             leaves = could_have_left(self._robot, base, period, walker, int(first))
             excused[first:last] = not runs_into_it and not leaves
         return excused
+
+
+def _times(count: int, period: float) -> Array:
+    return np.asarray(np.arange(count) * period, float)
 
 
 def _walking(walker: Walker, times: Array) -> Placed:

@@ -16,6 +16,7 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from controller import Array
 from robots import Box, Capsule, Cylinder, Geom, Plane, Shape, bounding_radius
@@ -51,7 +52,7 @@ class Placed(NamedTuple):
         R, p = geom.pose.rotation, geom.pose.translation
         return cls(geom.shape, np.broadcast_to(R, (count, 3, 3)), np.broadcast_to(p, (count, 3)))
 
-    def at(self, chosen: Array) -> Placed:
+    def at(self, chosen: npt.NDArray[np.int64]) -> Placed:
         """Only some of the poses."""
         return Placed(self.shape, self.rotations[chosen], self.positions[chosen])
 

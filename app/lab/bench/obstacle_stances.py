@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from app.lab.bench.contacts import ContactChecker
 from app.lab.bench.obstacle_body import Body
@@ -45,7 +46,7 @@ class Postures(NamedTuple):
     approach: Array
     """(N, 3) where the hand points to, in the base frame."""
 
-    def chosen(self, which: Array) -> Postures:
+    def chosen(self, which: npt.NDArray[np.bool_]) -> Postures:
         """Some of them."""
         return Postures(*(values[which] for values in self))
 

@@ -1,7 +1,7 @@
 """Seeded worlds with furniture and walkers, and a goal in each that is known to be reachable.
 
-The robot starts at the origin, arm ready. The goal is the tool pose of a stance that the judge finds
-free with a margin, and to which `Ways` has found a way.
+The robot starts at the origin, arm ready. The goal is the tool pose of a stance that the judge
+finds free with a margin, and to which `Ways` has found a way.
 """
 
 from __future__ import annotations
@@ -107,13 +107,12 @@ class WorldMaker:
             walkers = list(self._walkers(rng, fixtures, stance)) if family == "walkers" else []
             if family == "walkers" and not walkers:
                 continue
-            x, y, heading = stance.base
             return World(
                 family=family,
                 number=number,
                 fixtures=tuple(fixtures),
                 walkers=tuple(walkers),
-                goal=self._model.wTe(pose(x, y, heading), stance.q),
+                goal=self._model.wTe(pose(stance.base[:2], stance.base[2]), stance.q),
                 stance=stance,
             )
 
@@ -137,10 +136,10 @@ class WorldMaker:
 
     def _room(self, rng: np.random.Generator) -> _Draft:
         low, high = rng.uniform(-3.5, -1.5, 2), rng.uniform(1.5, 3.5, 2)
-        turn = pose(0.0, 0.0, rng.uniform(-np.pi, np.pi))
+        turn = pose(np.zeros(2), rng.uniform(-np.pi, np.pi))
         things = [
             placed(thing(f"{number}", rng), turn * self._place(rng, low, high))
-            for number in range(1, rng.integers(4, 9))
+            for number in range(1, rng.integers(6, 12))
         ]
         fixtures = placed(walls(low, high), turn) + [part for parts in things for part in parts]
 
@@ -165,7 +164,7 @@ class WorldMaker:
         width, depth = rng.uniform((0.8, 0.28), (1.4, 0.40))
         wTs = self._place(rng, np.full(2, -2.8), np.full(2, 2.8))
         fixtures = placed(shelf("shelf", float(width), float(depth), boards), wTs)
-        fixtures += self._scattered(rng, rng.integers(0, 4))
+        fixtures += self._scattered(rng, int(rng.integers(0, 4)))
         yaw = float(np.arctan2(wTs.rotation[1, 0], wTs.rotation[0, 0]))
 
         def draw() -> Stance | None:
@@ -184,12 +183,12 @@ class WorldMaker:
         half = np.array([width, length]) / 2.0 - 0.05
         objects = [
             object_on(f"object{number}", rng).moved(
-                pose(*rng.uniform(-half, half), rng.uniform(-np.pi, np.pi), height)
+                pose(rng.uniform(-half, half), rng.uniform(-np.pi, np.pi), height)
             )
             for number in range(1, rng.integers(4, 9))
         ]
         fixtures = placed(table("table", length, width, height) + objects, wTt)
-        fixtures += self._scattered(rng, rng.integers(0, 4))
+        fixtures += self._scattered(rng, int(rng.integers(0, 4)))
 
         def draw() -> Stance | None:
             x, y = rng.uniform(-half, half)
@@ -206,7 +205,7 @@ class WorldMaker:
             far = stance is not None and np.hypot(*stance.base[:2]) > _FAR
             return stance if far else None
 
-        return self._scattered(rng, rng.integers(0, 4)), draw
+        return self._scattered(rng, int(rng.integers(0, 4))), draw
 
     def _scattered(self, rng: np.random.Generator, count: int) -> list[Geom]:
         low, high = np.full(2, -3.0), np.full(2, 3.0)
@@ -221,7 +220,7 @@ class WorldMaker:
         place = rng.uniform(low, high)
         while np.hypot(*place) < 0.8:
             place = rng.uniform(low, high)
-        return pose(*place, rng.uniform(-np.pi, np.pi))
+        return pose(place, rng.uniform(-np.pi, np.pi))
 
     def _walkers(
         self, rng: np.random.Generator, fixtures: list[Geom], stance: Stance

@@ -1,9 +1,9 @@
-"""Many seeded worlds with obstacles: is the goal reached, how fast, and what is touched on the way."""
+"""Many seeded worlds with obstacles: is the goal reached, how fast, and what is touched."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
@@ -45,7 +45,7 @@ class Setup:
     """Whether base and arm follow their commands with lag."""
     seed: int = 0
     """Of the worlds."""
-    conditions: Conditions = Conditions(limit=40.0)
+    conditions: Conditions = field(default_factory=lambda: Conditions(limit=40.0))
 
     def configuration(self, controller: str) -> Configuration:
         """The robot with one of the controllers; all have the same largest base speed."""
