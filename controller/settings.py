@@ -62,19 +62,32 @@ class JointLimitSettings(Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactSettings(Checked):
-    """Keeping the arm off itself, the base and the floor; soft bounds in the QP."""
+class CollisionSettings(Checked):
+    """Velocity dampers between shapes, from whose speed the robot can always brake.
 
-    influence_distance: float = 0.12
-    """Distance between parts at which they begin to approach more slowly [m]."""
-    stop_distance: float = 0.01
-    """Distance between parts at which they do not approach any longer [m]."""
-    gain: float = 8.0
-    """Speed of approach per distance left just before the stop [1/s]."""
-    deceleration: float = 1.0
-    """Deceleration that parts farther from each other can count on [m/s^2]."""
-    weight: float = 1e4
-    """Cost of approaching faster; the other weights of the QP are between 1 and 200."""
+    They keep it off itself, the floor and what stands around; see `controller/dampers.py`.
+    """
+
+    POSITIVE = ("influence_distance", "braking", "max_deceleration", "delay_periods")
+
+    stop_distance: float = 0.02
+    """d_s: distance at which the robot does not approach what stands around any longer [m] ..."""
+    near_stop_distance: float = 0.01
+    """... for goals that are reached straight, and from the robot to itself and the floor [m]."""
+    influence_distance: float = 0.6
+    """d_i: no pair that is farther apart matters [m]; at least d_s + v²/2a + v times the delay."""
+    braking: float = 0.8
+    """Share of the acceleration limits that braking is planned with."""
+    max_deceleration: float = 2.0
+    """Braking is never planned with more than this [m/s^2], however many joints could help."""
+    min_deceleration: float = 0.2
+    """Nor with less, where the degrees of freedom hardly move the pair [m/s^2]."""
+    delay_periods: float = 3.0
+    """Besides the lag of base or arm, a pair goes on for this many periods before it brakes."""
+    return_gain: float = 4.0
+    """Speed at which shapes part per distance that is missing to d_s [1/s] ..."""
+    return_speed: float = 0.08
+    """... and at most [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -251,8 +264,8 @@ class ControllerSettings(Checked):
     """Whether the bounds keep the acceleration limits and brake for joint limits."""
     smoothness: float = 3.0
     """Cost of changing the velocities from one period to the next."""
-    contact: ContactSettings | None = ContactSettings()
-    """None lets the arm touch itself, the base and the floor."""
+    collision: CollisionSettings | None = CollisionSettings()
+    """None lets the robot touch itself, the floor and everything else."""
     drive: DriveSettings = DriveSettings()
     guidance: GuidanceSettings | None = GuidanceSettings()
     """None leaves every goal to the end effector alone, local minima included."""
@@ -272,7 +285,7 @@ PAPER = ControllerSettings(
     joint_limits=JointLimitSettings(stop_distance=0.1, influence_distance=0.9),
     limit_acceleration=False,
     smoothness=0.0,
-    contact=None,
+    collision=None,
     guidance=None,
 )
 """The published controller with the numbers of its published example. The paper itself prints
