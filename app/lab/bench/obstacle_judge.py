@@ -87,7 +87,9 @@ class Judge:
     def walker_clearances(self, base: Array, q: Array, walker: Walker, times: Array) -> Array:
         """(k,) least distance to a walker at times (k,), at most `NEAR` [m]."""
         parts, around = self._body.placed(base, q), _walking(walker, times)
-        return np.min([np.full(len(base), NEAR), *(d for _, d in _of(parts, around))], axis=0)
+        return np.asarray(
+            np.min([np.full(len(base), NEAR), *(d for _, d in _of(parts, around))], axis=0)
+        )
 
     def __call__(
         self,
@@ -180,15 +182,15 @@ class Judge:
         inside = least < -SURFACE
         excused = np.zeros(len(base), bool)
         begins = np.flatnonzero(inside & ~np.concatenate([[False], inside[:-1]]))
-        for first in begins:
+        for first in begins.tolist():
             after = np.flatnonzero(~inside[first:])
-            last = first + after[0] if len(after) else len(base)
+            last = first + int(after[0]) if len(after) else len(base)
             before = max(first - 1, 0)
             earlier = self._body.placed(base[[before]], q[[before]])
             there = around.at(np.array([first]))
             closing = min(float(d[0]) for _, d in _of(earlier, there)) - least[first]
             runs_into_it = closing > STILL * period
-            leaves = could_have_left(self._robot, base, period, walker, int(first))
+            leaves = could_have_left(self._robot, base, period, walker, first)
             excused[first:last] = not runs_into_it and not leaves
         return excused
 

@@ -163,16 +163,15 @@ def _as_json(trial: WorldTrial) -> dict[str, Any]:
 def obstacle_table(rows: Sequence[ObstacleRow]) -> Table:
     """As a table: all worlds, and each family, of every robot and controller."""
     table = Table(title="Obstacles: reaching goals among furniture", title_justify="left")
-    for name in ("robot", "controller", "worlds of"):
-        table.add_column(name)
-    for name in ("worlds", "failed", "not reached", "contact", "worst mm", "clear mm", "median s"):
+    for name in ("robot, controller", "worlds"):
+        table.add_column(name, no_wrap=True)
+    for name in ("", "failed", "not reached", "contact", "worst mm", "clear mm", "median s"):
         table.add_column(name, justify="right")
-    table.add_column("of free time", justify="right")
+    table.add_column("times free time", justify="right", no_wrap=True)
     for row in rows:
         for family, counts in (("all", row.all), *row.families.items()):
             table.add_row(
-                row.robot if family == "all" else "",
-                row.controller if family == "all" else "",
+                f"{row.robot}, {row.controller}" if family == "all" else "",
                 family,
                 str(counts.worlds),
                 str(counts.failures),
