@@ -163,9 +163,9 @@ def _as_json(trial: WorldTrial) -> dict[str, Any]:
 def obstacle_table(rows: Sequence[ObstacleRow]) -> Table:
     """As a table: all worlds, and each family, of every robot and controller."""
     table = Table(title="Obstacles: reaching goals among furniture", title_justify="left")
-    for name in ("robot, controller", "worlds"):
+    for name in ("robot, controller", "family"):
         table.add_column(name, no_wrap=True)
-    for name in ("", "failed", "not reached", "contact", "worst mm", "clear mm", "median s"):
+    for name in ("worlds", "failed", "not reached", "contact", "worst mm", "clear mm", "median s"):
         table.add_column(name, justify="right")
     table.add_column("times free time", justify="right", no_wrap=True)
     for row in rows:
