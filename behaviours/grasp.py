@@ -101,7 +101,8 @@ class Grasp(Leaf):
             self._target, self._progress = grasp.wTg.translation, Progress(self.context)
         above = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -settings.standoff]))
         report = self.pursue(
-            PoseGoal(wTe=above, speed=settings.follow_speed, straight=True), "follow"
+            PoseGoal(wTe=above, speed=settings.follow_speed, straight=True, hand_may_touch=True),
+            "follow",
         )
         if report is None:
             return self.running(f"following a grasp of quality {grasp.quality:.2f}")
@@ -129,6 +130,7 @@ class Grasp(Leaf):
             speed=settings.descend_speed,
             position_tolerance=settings.descend_tolerance,
             straight=True,
+            hand_may_touch=True,
         )
         report = self.pursue(goal, "descend")
         if report is None or not report.arrived:

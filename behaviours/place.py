@@ -242,6 +242,7 @@ class Place(Leaf):
             position_tolerance=tolerance,
             orientation_tolerance=self.settings.place.tilt,
             straight=True,
+            hand_may_touch=self._step in (self._lower, self._rise),
         )
         report = self.pursue(goal, what)
         if report is None:

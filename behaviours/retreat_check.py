@@ -42,7 +42,11 @@ class RetreatCheck(Leaf):
         wTe = SE3(here.rotation, above)
         retreat = self.settings.retreat
         self._goal = PoseGoal(
-            wTe=wTe, speed=retreat.speed, position_tolerance=retreat.tolerance, straight=True
+            wTe=wTe,
+            speed=retreat.speed,
+            position_tolerance=retreat.tolerance,
+            straight=True,
+            hand_may_touch=True,
         )
         self._progress = Progress(self.context)
         self._up_since: TaskTime | None = None

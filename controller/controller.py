@@ -180,6 +180,8 @@ class HolisticController:
             state.wTb, state.q, surroundings, fastest, self._dampers.range_at
         )
         straight = isinstance(goal, PoseGoal) and goal.straight
+        if not len(near.d):
+            return None, inf, ""
         if isinstance(goal, PoseGoal) and goal.hand_may_touch:
             near = near.without(PairKind.HAND)
         around = near.without(PairKind.SELF)

@@ -18,6 +18,7 @@ small distances that is the damper of NEO with ξ / (d_i - d_s) = 1 / L.
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from controller.collision_model import PairKind
 from controller.command import Array
@@ -51,6 +52,10 @@ class Dampers:
         wait = collision.delay_periods * settings.period
         self._delay = np.full(len(PairKind), robot.base.lag + wait)
         self._delay[PairKind.SELF] = robot.arm.lag + wait
+        self._braked = np.full(len(PairKind), 2.0 * _LEAST_DECELERATION)
+        self._braked[PairKind.SELF] = 2.0 * collision.max_deceleration
+        self._influence = np.full(len(PairKind), collision.influence_distance)
+        self._influence[PairKind.SELF] = collision.self_influence_distance
 
     def follow(self, last: Array) -> None:
         """Note what was applied in the last period, (n,): base and arm follow it with their lag."""
@@ -58,11 +63,11 @@ class Dampers:
         self._ahead = self._lag * (self._velocities - last)
         """(n,) how far they still go before they have caught up [m or rad]."""
 
-    def range_at(self, speeds: Array) -> Array:
+    def range_at(self, speeds: Array, kind: npt.NDArray[np.int64]) -> Array:
         """(P,) distance at which pairs matter that may approach at speeds (P,) [m]."""
-        s, delay = self._settings, float(self._delay.max())
-        needed = s.stop_distance + speeds * (delay + speeds / (2.0 * _USUAL_DECELERATION))
-        within: Array = np.minimum(needed, s.influence_distance)
+        s = self._settings
+        needed = s.stop_distance + speeds * (self._delay[kind] + speeds / self._braked[kind])
+        within: Array = np.minimum(needed, self._influence[kind])
         return within
 
     def rows(
@@ -75,6 +80,8 @@ class Dampers:
             bounds: lower and upper bounds (n,) of the velocities.
             straight: whether the goal is reached straight, nearer to what stands around.
         """
+        if not len(distances.d):
+            return None
         least = -self._allowed(distances, straight) - distances.drift
         worst = np.minimum(distances.rows * bounds[0], distances.rows * bounds[1]).sum(axis=1)
         binds = worst < least
@@ -101,8 +108,8 @@ class Dampers:
         return allowed
 
 
-_USUAL_DECELERATION = 1.0
-"""Where the limits allow less, the speed of the pair is less than what is assumed of it, too
-[m/s^2]."""
+_LEAST_DECELERATION = 1.0
+"""Of base and arm, to judge which pairs matter; where the limits allow less, the pair is slower
+than is assumed of it, too [m/s^2]."""
 _MOST_GAINED = 0.05
 """By how much the lag may make a distance larger than it is [m]."""

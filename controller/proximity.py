@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import hypot
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -41,8 +41,8 @@ class Distances(NamedTuple):
         return Distances(*(values[kept] for values in self))
 
 
-Range: TypeAlias = Callable[[Array], Array]
-"""Distances (P,) [m] for speeds (P,) [m/s]."""
+Range: TypeAlias = Callable[[Array, npt.NDArray[np.int64]], Array]
+"""Distances (P,) [m] for speeds (P,) [m/s] of pairs of kinds (P,)."""
 
 
 class Proximity:
@@ -57,6 +57,12 @@ class Proximity:
     def __init__(self, model: RobotModel) -> None:
         self._model = model
         self._known: Surroundings | None = None
+        axes = np.abs(model.description.base.axes)
+        self._goes, self._turns = axes[:2].max(axis=0), axes[2]
+        nothing = np.zeros(0)
+        self._none = Distances(
+            nothing, np.zeros((0, model.n)), nothing, nothing.astype(int), nothing.astype(int)
+        )
 
     def near(
         self, wTb: SE3, q: Array, surroundings: Surroundings, fastest: Array, within: Range
@@ -72,24 +78,29 @@ class Proximity:
         """
         self._heed(surroundings)
         collision, pairs = self._collision, self._collision.pairs
-        self._forget(Pose2D.of(wTb), q, surroundings)
-        matters = within(self._reach @ fastest + self._obstacle_speeds)
+        moved = self._moved(Pose2D.of(wTb), q)
+        changes = self._reach @ np.stack([moved, fastest], axis=1)
+        self._at_least -= changes[:, 0]
+        speeds = changes[:, 1]
+        if surroundings.moving:
+            speeds = speeds + self._move_obstacles(surroundings)
+        matters = within(speeds, pairs.kind)
         (some,) = np.nonzero(self._at_least <= matters)
+        if not len(some):
+            return self._none
         collision.place(wTb, q, [one.geom for one in surroundings.moving])
         results = [collision.measure(pair) for pair in some.tolist()]
         d = np.array([result.min_distance for result in results])
         self._at_least[some] = d
         (near,) = np.nonzero(d <= matters[some])
-        some, d = some[near], d[near]
-        normals = np.array([results[k].normal for k in near]).reshape(-1, 3)
-        points = np.array([results[k].getNearestPoint1() for k in near]).reshape(-1, 3)
-        lines = np.concatenate([normals, np.cross(points, normals)], axis=1)
-        moved = collision.masks[pairs.second[some]].astype(float)
-        moved -= collision.masks[pairs.first[some]]
+        if not len(near):
+            return self._none
+        some = some[near]
+        lines = np.array([_line(results[k]) for k in near.tolist()])
         return Distances(
-            d,
-            (lines @ collision.jacobian()) * moved,
-            (normals * self._velocities[pairs.second[some]]).sum(axis=1),
+            d[near],
+            (lines @ collision.jacobian()) * self._moves[some],
+            (lines[:, :3] * self._velocities[pairs.second[some]]).sum(axis=1),
             pairs.kind[some],
             some,
         )
@@ -111,35 +122,42 @@ class Proximity:
             return
         self._collision = collision = CollisionModel(self._model, surroundings)
         pairs = collision.pairs
-        between = collision.masks[pairs.first] ^ collision.masks[pairs.second]
-        self._reach = collision.reach[pairs.first] * between
+        self._moves = 1.0 * collision.masks[pairs.second] - collision.masks[pairs.first]
+        """(P, n) which degrees of freedom move the second of each pair (1), or the first (-1)."""
+        self._reach = collision.reach[pairs.first] * np.abs(self._moves)
         """(P, n) the most by which a degree of freedom changes each distance."""
         self._at_least = np.full(len(pairs.first), -np.inf)
         """(P,) least distance that each pair may have [m]."""
         self._velocities = np.zeros((len(collision.masks), 3))
         """(G, 3) of the shapes that move by themselves, in the world [m/s]."""
-        self._obstacle_speeds = np.zeros(len(pairs.first))
-        """(P,) how fast the second of each pair moves by itself [m/s]."""
         self._centres = _centres(surroundings)
         self._here, self._q = Pose2D(0.0, 0.0, 0.0), np.zeros(self._model.n - self._model.n_base)
 
-    def _forget(self, here: Pose2D, q: Array, surroundings: Surroundings) -> None:
-        """Take off every distance what the motion since the last call may have taken."""
-        axes = self._model.description.base.axes
+    def _moved(self, here: Pose2D, q: Array) -> Array:
+        """(n,) the most by which every degree of freedom has moved since the last call."""
         gone = hypot(here.x - self._here.x, here.y - self._here.y)
         turned = abs(wrap(here.heading - self._here.heading))
-        base = gone * (axes[:2] != 0.0).any(axis=0) + turned * np.abs(axes[2])
-        self._at_least -= self._reach @ np.concatenate([base, np.abs(q - self._q)])
+        moved = np.concatenate([gone * self._goes + turned * self._turns, np.abs(q - self._q)])
         self._here, self._q = here, q.copy()
-        if not surroundings.moving:
-            return
+        return moved
+
+    def _move_obstacles(self, surroundings: Surroundings) -> Array:
+        """Take off the distances how far obstacles have moved; returns their speeds (P,) [m/s]."""
         moving, second = self._collision.moving, self._collision.pairs.second
         centres, steps = _centres(surroundings), np.zeros(len(self._velocities))
         steps[moving] = np.linalg.norm(centres - self._centres, axis=1)
         self._at_least -= steps[second]
-        self._velocities[moving] = [one.velocity for one in surroundings.moving]
-        self._obstacle_speeds = np.linalg.norm(self._velocities, axis=1)[second]
         self._centres = centres
+        self._velocities[moving] = [one.velocity for one in surroundings.moving]
+        speeds: Array = np.linalg.norm(self._velocities, axis=1)[second]
+        return speeds
+
+
+def _line(result: Any) -> tuple[float, ...]:
+    """The normal at the nearest points as a line: direction and moment about the origin."""
+    nx, ny, nz = result.normal.tolist()
+    x, y, z = result.getNearestPoint1().tolist()
+    return nx, ny, nz, y * nz - z * ny, z * nx - x * nz, x * ny - y * nx
 
 
 def _centres(surroundings: Surroundings) -> Array:

@@ -75,7 +75,10 @@ class CollisionSettings(Checked):
     near_stop_distance: float = 0.01
     """... for goals that are reached straight, and from the robot to itself and the floor [m]."""
     influence_distance: float = 0.6
-    """d_i: no pair that is farther apart matters [m]; at least d_s + v²/2a + v times the delay."""
+    """d_i: nothing that is farther from the robot matters [m]; at least d_s + v²/2a + v times the
+    delay, for the fastest approach."""
+    self_influence_distance: float = 0.12
+    """The same from the robot to itself and the floor [m]."""
     braking: float = 0.8
     """Share of the acceleration limits that braking is planned with."""
     max_deceleration: float = 2.0
