@@ -117,7 +117,7 @@ class DriveSettings(Checked):
 class StanceSettings(Checked):
     """What a stance costs. Costs are in seconds: a stance is preferred for the time it saves."""
 
-    POSITIVE = ("arm_speed",)
+    POSITIVE = ("arm_speed", "parking_reverse")
 
     # How long it takes to get there.
     arm_speed: float = 0.5
@@ -128,6 +128,11 @@ class StanceSettings(Checked):
     """What driving there backwards costs, times `turn_weight` [s]."""
     overlap: float = 0.3
     """Base and arm move together; the share of the shorter of their times that is still added."""
+
+    parking_distance: float = 1.0
+    """Nearer to what stands around than this ... [m]"""
+    parking_reverse: float = 0.25
+    """... backing counts as no faster than this [m/s]."""
 
     # How good it is there.
     min_manipulability: float = 0.10
@@ -145,7 +150,10 @@ class StanceSettings(Checked):
 
     # What rules it out, unless there is no other.
     clearance: float = 0.02
-    """The straight path to the posture keeps this distance from the robot and the floor [m]."""
+    """The straight path to the posture keeps this distance from the robot, the floor and what
+    stands around [m]."""
+    standing_room: float = 0.05
+    """The base keeps this distance from what stands around [m]."""
     contact_cost: float = 1000.0
     """Cost per distance missing to that [s/m]."""
     unreached_cost: float = 100.0
