@@ -108,7 +108,8 @@ class Grasp(Leaf):
             return self.running(f"following a grasp of quality {grasp.quality:.2f}")
         if self._stalled(report):
             vision.reject()
-            return self.failure(f"cannot get above the grasp, {report.position_error:.3f} m short")
+            short = f"cannot get above the grasp, {report.position_error:.3f} m short"
+            return self.failure(short + self._progress.because)
         if not vision.tracker.locked:
             return self.running(f"following, {report.position_error:.3f} m to go")
         is_above = report.position_error <= settings.above_position
@@ -136,7 +137,8 @@ class Grasp(Leaf):
         if report is None or not report.arrived:
             if report is not None and self._stalled(report):
                 self.context.vision.reject()
-                return self.failure(f"stopped {report.position_error:.3f} m before the grasp")
+                short = f"stopped {report.position_error:.3f} m before the grasp"
+                return self.failure(short + self._progress.because)
             return self.running("going down")
         self._note(self._locked)
         self.grip(0.0, self._force)

@@ -252,5 +252,6 @@ class Place(Leaf):
             return then()
         if self._progress.is_stuck(report):
             self._block()
-            return self.failure(f"{what}: stuck {report.position_error:.2f} m away")
+            away = f"{what}: stuck {report.position_error:.2f} m away"
+            return self.failure(away + self._progress.because)
         return self.running(f"{what}, {report.position_error:.2f} m to go")

@@ -169,7 +169,7 @@ def drive_along(
     x, y, turn = lead.target
     if lead.final:
         return drive_to(model, settings, lead.target, reverse=lead.reverse, max_speed=max_speed)
-    if lead.unreachable:
+    if lead.speed == 0.0:
         return np.zeros(model.n_base)
     servo, w_max = settings.servo, float(model.limits.base_twist[2])
     distance = hypot(x, y)

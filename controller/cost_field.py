@@ -13,7 +13,7 @@ from controller.command import Array
 
 CELL = 0.10
 """Distance between the nodes of the graph [m]."""
-_TIGHT = 4.0
+_TIGHT = 12.0
 """What a metre costs, besides itself, where the base has only just room to drive straight: half
 of it where it has nearly room to turn."""
 _NEAR = 0.5
@@ -22,6 +22,8 @@ _OPEN = 0.30
 """... and nothing where it has this much more [m]."""
 _MOVES = [(1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2)]
 """From a node to its neighbours; the other half of them is opposite."""
+_CLOSED = 0.12
+"""Nodes nearer than this to a closed place are closed [m]."""
 _BORDER = 2
 """Nodes at the edge of the grid that no way starts from, as wide as the longest move."""
 
@@ -56,6 +58,26 @@ class Floor:
         away = np.linalg.norm((corners - scaled) * CELL, axis=2)
         return corners[..., 0] * (self.last[1] + 1) + corners[..., 1], away
 
+    def nearest_node(self, point: tuple[float, float]) -> int:
+        """The node that is nearest to a point x, y [m] and where the base fits.
+
+        The base may stand where it fits in its present heading only: that is no node.
+        """
+        nodes, away = self.nodes_around(np.array([point]))
+        free = self.passes.ravel()[nodes[:, 0]]
+        if free.any():
+            return int(nodes[np.argmin(np.where(free, away[:, 0], inf)), 0])
+        x, y = (self.low[k] + CELL * np.arange(self.last[k] + 1) - point[k] for k in (0, 1))
+        return int(np.argmin(np.where(self.passes, np.hypot(x[:, None], y), inf)))
+
+    def without(self, places: Array) -> csr_array:
+        """The graph without the nodes around places (N, 2)."""
+        x, y = (self.low[k] + CELL * np.arange(self.last[k] + 1) for k in (0, 1))
+        away = np.hypot(x[:, None, None] - places[:, 0], y[:, None] - places[:, 1]).min(axis=2)
+        gone = (away < _CLOSED).ravel()
+        costs = np.where(gone[self.graph.indices], inf, self.graph.data)
+        return csr_array((costs, self.graph.indices, self.graph.indptr), self.graph.shape)
+
 
 def _graph(passes: npt.NDArray[np.bool_], cost: Array) -> csr_array:
     """Costs between neighbouring nodes [m]."""
@@ -87,17 +109,22 @@ class CostField:
         floor: where the base fits; None if it does everywhere.
         goal: x and y [m].
         limit: places that cost more count as unreachable [m].
+        closed: (N, 2) places that no way may lead through [m].
     """
 
-    def __init__(self, floor: Floor | None, goal: tuple[float, float], limit: float = inf) -> None:
+    def __init__(
+        self,
+        floor: Floor | None,
+        goal: tuple[float, float],
+        limit: float = inf,
+        closed: Array | None = None,
+    ) -> None:
         self.goal = goal
         self._floor = floor
         if floor is None:
             return
-        nodes, away = floor.nodes_around(np.array([goal]))
-        free = floor.passes.ravel()[nodes[:, 0]]
-        source = int(nodes[np.argmin(np.where(free, away[:, 0], inf)), 0])
-        self._costs: Array = dijkstra(floor.graph, indices=source, limit=limit)
+        self._graph = floor.graph if closed is None else floor.without(closed)
+        self._costs: Array = dijkstra(self._graph, indices=floor.nearest_node(goal), limit=limit)
 
     def at(self, points: Array) -> Array:
         """Costs (N,) from points (N, 2) to the goal [m]."""
@@ -119,7 +146,7 @@ class CostField:
         node = int(nodes[np.argmin(costs[nodes[:, 0]] + away[:, 0]), 0])
         if not np.isfinite(costs[node]):
             return None
-        way, graph = [node], self._floor.graph
+        way, graph = [node], self._graph
         while costs[node] > 0.0:
             edges = slice(graph.indptr[node], graph.indptr[node + 1])
             neighbours = graph.indices[edges]

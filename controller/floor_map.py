@@ -6,7 +6,6 @@ between them.
 
 from __future__ import annotations
 
-from functools import cached_property
 from math import hypot
 
 import numpy as np
@@ -71,6 +70,7 @@ class FloorMap:
         self._both = _Grid(self._low, layers.min(axis=0))
         self._footprint = _base_discs(length, width)
         self._foot = _column_discs(description)
+        self._floor = None if self.free else self._graph()
 
     def clearance(self, points: Array) -> Array:
         """Distances (N,) from points (N, 2) to what is nearest, high or low, at most `FAR` [m]."""
@@ -95,19 +95,19 @@ class FloorMap:
         clearance: Array = np.minimum(*least)
         return np.minimum(clearance, NEAR)
 
-    def field(self, goal: tuple[float, float], limit: float = np.inf) -> CostField:
+    def field(
+        self, goal: tuple[float, float], limit: float = np.inf, closed: Array | None = None
+    ) -> CostField:
         """What it costs to drive to a place from anywhere.
 
         Args:
             goal: x and y [m].
             limit: places that cost more count as unreachable [m].
+            closed: (N, 2) places that no way may lead through [m].
         """
-        return CostField(self._floor, goal, limit)
+        return CostField(self._floor, goal, limit, closed)
 
-    @cached_property
-    def _floor(self) -> Floor | None:
-        if self.free:
-            return None
+    def _graph(self) -> Floor:
         low, high = self._low - _PASSAGE, self._high + _PASSAGE
         axes = [np.arange(a, b, CELL) for a, b in zip(low, high, strict=True)]
         room = self._both.at(*np.meshgrid(*axes, indexing="ij"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -10,20 +9,20 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller.base_drive import Pose2D
+from controller.collision_model import CollisionModel, PairKind
 from controller.command import Array
 from controller.floor_map import FloorMap
 from controller.model import RobotModel
-from robots import Geom, Plane, Sphere, bounding_radius, coal_geometry, half_extents
+from controller.surroundings import Surroundings
+from robots import Geom, Plane, half_extents
 
-_POINT = 1e-3
-"""Radius of the ball that stands for the tool point [m]."""
 _COLUMN = 0.45
 """Height of the part of the arm that stands above the base in every posture [m]."""
 
-ARM = ("arm",)
+ARM = tuple(f"link{link}" for link in range(7))
 """What is elsewhere in every posture that brings the hand to a goal."""
-WHOLE = ("arm", "wrist", "camera", "hand")
-"""Everything above the base."""
+HAND = ("link7", "hand", "camera", "held")
+"""What is where the hand is."""
 
 
 class Nearest(NamedTuple):
@@ -32,7 +31,7 @@ class Nearest(NamedTuple):
     distance: float
     """Between their surfaces [m]; negative if they overlap."""
     part: str = ""
-    """Of the robot."""
+    """Of the robot, or of what it holds."""
     fixture: str = ""
 
 
@@ -43,36 +42,26 @@ class FreeSpace:
 
     Args:
         model: the robot.
-        fixtures: what never moves, in the world.
+        floor: the fixtures, seen from above.
+        held: the shapes of what the hand holds, in e.
     """
 
-    def __init__(self, model: RobotModel, fixtures: tuple[Geom, ...]) -> None:
+    def __init__(self, model: RobotModel, floor: FloorMap, held: tuple[Geom, ...] = ()) -> None:
         self._model = model
-        self.fixtures = fixtures
-        self.floor = FloorMap(fixtures, model.description)
-        """The same, seen from above."""
-        self._chain = model.chain.copy()
-        self._data = self._chain.createData()
-        self._shapes = pin.GeometryModel()
-        parts = _parts(model)
-        self._parts = [name for name, _, _ in parts]
-        self._radii = np.array([bounding_radius(part.shape) for _, _, part in parts])
-        for _, joint, part in parts:
-            self._add(joint, part)
-        self._solid = [one for one in fixtures if not isinstance(one.shape, Plane)]
-        self._half = np.array([half_extents(one.shape) for one in self._solid]).reshape(-1, 3)
-        self._axes = np.array([one.pose.rotation for one in self._solid]).reshape(-1, 3, 3)
-        self._centres = np.array([one.pose.translation for one in self._solid]).reshape(-1, 3)
-        for fixture in self._solid:
-            self._add(0, fixture)
-        moving, still = range(len(parts)), range(len(parts), len(parts) + len(self._solid))
-        for pair in product(moving, still):
-            self._shapes.addCollisionPair(pin.CollisionPair(*pair))
-        self._results = pin.GeometryData(self._shapes)
-
-    def _add(self, joint: int, part: Geom) -> None:
-        name, shape = f"{part.name}_{self._shapes.ngeoms}", coal_geometry(part.shape)
-        self._shapes.addGeometryObject(pin.GeometryObject(name, joint, 0, part.pose, shape))
+        self.floor = floor
+        """The fixtures, seen from above."""
+        solid = [one for one in floor.fixtures if not isinstance(one.shape, Plane)]
+        self._collision = CollisionModel(model, Surroundings(fixtures=tuple(solid), held=held))
+        self._solid = solid
+        self._half = np.array([half_extents(one.shape) for one in solid]).reshape(-1, 3)
+        self._axes = np.array([one.pose.rotation for one in solid]).reshape(-1, 3, 3)
+        self._centres = np.array([one.pose.translation for one in solid]).reshape(-1, 3)
+        pairs = self._collision.pairs
+        around = np.flatnonzero(pairs.kind != PairKind.SELF)
+        shapes = len(around) // max(1, len(solid))
+        self._pairs = around.reshape(shapes, len(solid))
+        """(shapes, fixtures) numbers of the pairs."""
+        self._shapes = pairs.first[self._pairs[:, 0]] if solid else np.zeros(0, np.int64)
 
     def nearest(self, wTb: SE3, q: Array, parts: tuple[str, ...], within: float) -> Nearest:
         """The part of the robot that is nearest to a fixture.
@@ -80,33 +69,38 @@ class FreeSpace:
         Args:
             wTb: base pose.
             q: (7,) joint positions [rad].
-            parts: which ones count: `arm`, `wrist`, `camera`, `hand` or `tool`.
+            parts: names of those that count, of `ARM` and `HAND`.
             within: what is farther than this is not looked at [m].
         """
+        found, collision = Nearest(within), self._collision
         if not self._solid:
-            return Nearest(within)
-        self._chain.jointPlacements[1] = wTb
-        joints = self._model.joints(q)
-        pin.updateGeometryPlacements(self._chain, self._data, self._shapes, self._results, joints)
-        some = [number for number, part in enumerate(self._parts) if part in parts]
-        centres = np.array([self._results.oMg[number].translation for number in some])
-        seen = np.einsum("pfi,fij->pfj", centres[:, None] - self._centres, self._axes)
-        outside = np.linalg.norm(np.maximum(np.abs(seen) - self._half, 0.0), axis=2)
-        found = Nearest(within)
-        for row, fixture in zip(
-            *np.nonzero(outside < within + self._radii[some, None]), strict=True
-        ):
-            pair = some[row] * len(self._solid) + int(fixture)
-            pin.computeDistance(self._shapes, self._results, pair)
-            distance = float(self._results.distanceResults[pair].min_distance)
+            return found
+        collision.place(wTb, q)
+        names = collision.names
+        some = [row for row, shape in enumerate(self._shapes) if names[shape] in parts]
+        balls = [collision.ball(int(self._shapes[row])) for row in some]
+        seen = np.einsum(
+            "pfi,fij->pfj", np.array([c for c, _ in balls])[:, None] - self._centres, self._axes
+        )
+        away = np.linalg.norm(np.maximum(np.abs(seen) - self._half, 0.0), axis=2)
+        near = away < within + np.array([radius for _, radius in balls])[:, None]
+        for row, fixture in zip(*np.nonzero(near), strict=True):
+            distance = collision.measure(int(self._pairs[some[row], fixture])).min_distance
             if distance < found.distance:
-                found = Nearest(distance, self._parts[some[row]], self._solid[fixture].name)
+                name = names[self._shapes[some[row]]]
+                found = Nearest(float(distance), name, self._solid[fixture].name)
         return found
 
-    def hand_at(self, wTe: SE3, parts: tuple[str, ...], within: float) -> Nearest:
-        """The same for parts that move with the hand, the end effector being at `wTe`."""
+    def hand_at(self, wTe: SE3) -> Nearest:
+        """What overlaps most with the hand and what moves with it, the end effector at `wTe`."""
         q = self._model.description.arm.ready
-        return self.nearest(wTe * self._model.bTe(q).inverse(), q, parts, within)
+        return self.nearest(wTe * self._model.bTe(q).inverse(), q, HAND, 0.0)
+
+    def around(self, point: Array) -> str:
+        """Name of the fixture whose box a point (3,) lies in; empty if it lies in none."""
+        seen = np.einsum("fi,fij->fj", point - self._centres, self._axes)
+        inside = np.flatnonzero((np.abs(seen) <= self._half).all(axis=1))
+        return self._solid[inside[0]].name if len(inside) else ""
 
     def blocking(self, base: Pose2D, distance: float) -> list[str]:
         """Names of what stands nearer than `distance` [m] to the base at a pose."""
@@ -126,21 +120,6 @@ class FreeSpace:
             if away < distance and p[2] - tall < top:
                 near.append(fixture.name)
         return near
-
-
-def _parts(model: RobotModel) -> list[tuple[str, int, Geom]]:
-    """Name, joint and shape, in the frame of the joint, of everything above the base."""
-    robot, last = model.description, model.n
-    lTe = robot.arm.lTh * robot.gripper.hTe
-    found = []
-    for link, shapes in enumerate(robot.arm.collision):
-        lTj = SE3.Identity() if link else robot.bTa
-        name = "wrist" if link == len(robot.arm.collision) - 1 else "arm"
-        found += [(name, model.n_base + link, shape.moved(lTj)) for shape in shapes]
-    found += [("hand", last, shape.moved(robot.arm.lTh)) for shape in robot.gripper.collision]
-    found += [("camera", last, robot.camera.body.moved(lTe * robot.camera.eTc))]
-    found += [("tool", last, Geom(Sphere(_POINT), lTe, "tool"))]
-    return found
 
 
 def se3_of(base: Pose2D) -> SE3:

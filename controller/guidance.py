@@ -9,19 +9,16 @@ from pinocchio import SE3
 
 from controller.base_drive import Pose2D
 from controller.command import Array, PoseGoal
-from controller.free_space import FreeSpace
 from controller.model import RobotModel
-from controller.postures import bank
-from controller.reachability import obstacle_to, why_no_stance
-from controller.route import Route, plain_lead
+from controller.route import Route
 from controller.self_collision import SelfCollision
 from controller.servo import PoseError
 from controller.settings import ControllerSettings
 from controller.stance import Stance
 from controller.stance_bias import Remaining, StanceBias, bias_towards
+from controller.stance_finder import StanceFinder
 from controller.stance_search import StanceSearch
 from controller.surroundings import OPEN_FLOOR, Surroundings
-from robots import Geom
 
 _LONGEST_REST = 50
 """Periods after which a robot whose goal changes all the time goes there without a stance."""
@@ -43,11 +40,8 @@ class Guide:
         self._settings = settings
         assert settings.guidance is not None
         self._guidance = settings.guidance
-        self._collision = collision
-        self._bank = bank(model.description)
+        self._finder = StanceFinder(model, settings.guidance.stance, collision)
         self._min_turn_cosine = cos(self._guidance.goal_turn)
-        self._fixtures: tuple[Geom, ...] = ()
-        self._space: FreeSpace | None = None
         self._route = Route(model, settings)
         self._hand_may_touch = False
         self.reset()
@@ -61,6 +55,7 @@ class Guide:
         """Why the robot cannot get to the goal; empty if it can, as far as is known."""
         self._goal: SE3 | None = None
         self._first_goal: SE3 | None = None
+        self._searched = 0
         self._start_goal(None)
         self._set_stance(None)
 
@@ -69,7 +64,6 @@ class Guide:
         self._failed: tuple[Stance, ...] = ()
         self._detours_left = self._guidance.detours
         self._search: StanceSearch | None = None
-        self._searched = 0
 
     @property
     def rests(self) -> bool:
@@ -104,7 +98,7 @@ class Guide:
         """
         g = self._guidance
         distance = error.position + g.metres_per_radian * error.orientation
-        changed = self._meet(surroundings.fixtures)
+        changed = self._finder.meet(surroundings)
         changed |= bool(self.unreachable) and goal.hand_may_touch != self._hand_may_touch
         self._hand_may_touch = goal.hand_may_touch
         if goal.wTe != self._goal or changed:
@@ -141,22 +135,13 @@ class Guide:
             detour=self.detour,
         )
 
-    def _meet(self, fixtures: tuple[Geom, ...]) -> bool:
-        """Take note of what stands around; whether that is not what stood around before."""
-        if fixtures is self._fixtures:
-            return False
-        self._fixtures = fixtures
-        self._space = FreeSpace(self._model, fixtures) if fixtures else None
-        return True
-
     def _begin(self, goal: PoseGoal, distance: float, wTb: Pose2D, q: Array) -> None:
         """Judge a new goal, and look for its stance if it is to have one."""
         crept = self._first_goal is not None and not self._has_jumped(goal.wTe)
         self._start_goal(goal.wTe.copy())
         self._set_stance(self.stance if crept else None)
-        self.unreachable = (
-            "" if distance < self._guidance.close else obstacle_to(goal, self._bank, self._space)
-        )
+        is_there = distance < self._guidance.close
+        self.unreachable = "" if is_there else self._finder.obstacle_to(goal)
         if self.unreachable:
             self._set_stance(None)
         elif distance > self._guidance.min_distance and not goal.straight:
@@ -165,17 +150,7 @@ class Guide:
             self._set_stance(None)
 
     def _look_for_a_stance(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> None:
-        self._search = StanceSearch(
-            self._model,
-            self._guidance.stance,
-            self._bank,
-            self._collision,
-            goal.wTe.copy(),
-            wTb,
-            q,
-            self._failed,
-            self._space,
-        )
+        self._search = self._finder.search(goal.wTe.copy(), wTb, q, self._failed)
 
     def _search_on(self, goal: PoseGoal) -> None:
         """Do one piece of the search, and take what it has found when it is over."""
@@ -186,7 +161,7 @@ class Guide:
         search.advance()
         if search.done:
             self._search = None
-            self.unreachable = why_no_stance(search, self._bank, goal.wTe)
+            self.unreachable = self._finder.why_none(search)
             is_detour = self._detours_left < self._guidance.detours
             self._set_stance(None if self.unreachable else search.best, is_detour)
 
@@ -212,10 +187,7 @@ class Guide:
         if stance is None:
             return Remaining(distance)
         base = stance.base_for(goal.wTe)
-        if self._space is None:
-            lead = plain_lead(self._model, self._settings, wTb, base, stance.reverse)
-        else:
-            lead = self._route.lead(self._space.floor, wTb, base, stance.reverse)
+        lead = self._route.lead(self._finder.floor, wTb, base, stance.reverse)
         joint_error = stance.q - q
         size = np.abs(joint_error)
         joint_time = float((size / self._model.limits.qd).max())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from pinocchio import SE3
 
 from controller.command import Array, PoseGoal
 from controller.free_space import FreeSpace
@@ -21,6 +20,7 @@ _INSIDE = 0.01
 """A hand that is deeper in something is inside, not a little too near [m] ..."""
 _INSIDE_STRAIGHT = 0.03
 """... and where it goes straight: its shapes reach beyond the finger tips [m]."""
+_SPOKEN = {"link7": "the wrist", "held": "what the hand holds"}
 
 
 def obstacle_to(goal: PoseGoal, bank: Bank, space: FreeSpace | None) -> str:
@@ -39,20 +39,20 @@ def obstacle_to(goal: PoseGoal, bank: Bank, space: FreeSpace | None) -> str:
         return _out_of_reach(height, low, high)
     if space is None or goal.hand_may_touch:
         return ""
-    hand = space.hand_at(goal.wTe, ("hand", "camera", "wrist"), 0.0)
+    hand = space.hand_at(goal.wTe)
     if hand.distance > -(_INSIDE_STRAIGHT if goal.straight else _INSIDE):
         return ""
-    tool = space.hand_at(goal.wTe, ("tool",), 0.0)
-    if tool.distance < 0.0:
-        return f"inside {tool.fixture}"
-    return f"the {hand.part} would be inside {hand.fixture}"
+    if fixture := space.around(goal.wTe.translation):
+        return f"inside {fixture}"
+    part = _SPOKEN.get(hand.part, f"the {hand.part}")
+    return f"{part} would be inside {hand.fixture}"
 
 
-def why_no_stance(search: StanceSearch, bank: Bank, wTe: SE3) -> str:
+def why_no_stance(search: StanceSearch, bank: Bank) -> str:
     """Why a search that is over has found no stance; empty if what it has found will do."""
     if _UNREACHED < search.error < np.inf:
-        height = float(wTe.translation[2])
-        return _out_of_reach(height, *heights_in_tilt(bank, wTe.rotation[2]))
+        height = float(search.wTe.translation[2])
+        return _out_of_reach(height, *heights_in_tilt(bank, search.wTe.rotation[2]))
     if search.best is not None:
         return ""
     if search.base_stands and not search.base_gets_there:

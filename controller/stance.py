@@ -16,7 +16,7 @@ from controller.cost_field import CostField
 from controller.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.postures import ToolPoses, forward_kinematics
-from controller.settings import StanceSettings
+from controller.stance_settings import StanceSettings
 
 REACHED = 1e-3
 """Sum of the errors of height and tilt of a posture that suits the goal [m + rad]."""

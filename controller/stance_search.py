@@ -8,7 +8,7 @@ arm stand free and whose fold, the straight path in joint space, is clear of con
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
-from math import cos, inf, sin
+from math import inf
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -17,11 +17,11 @@ from pinocchio import SE3
 
 from controller.base_drive import Pose2D
 from controller.command import Array
-from controller.free_space import ARM, WHOLE, FreeSpace, group_names, se3_of
+from controller.fold import room_missing
+from controller.free_space import ARM, FreeSpace, group_names, se3_of
 from controller.model import RobotModel
 from controller.postures import Bank, ToolPoses, forward_kinematics
 from controller.self_collision import SelfCollision
-from controller.settings import StanceSettings
 from controller.stance import (
     REACHED,
     Stance,
@@ -31,6 +31,7 @@ from controller.stance import (
     refine_standing,
     stance_costs,
 )
+from controller.stance_settings import StanceSettings
 
 Indices: TypeAlias = npt.NDArray[np.int64]
 Mask: TypeAlias = npt.NDArray[np.bool_]
@@ -67,13 +68,6 @@ _TURNS = (-1.5, -1.0, -0.5, 0.5, 1.0, 1.5)
 """How far the base is turned below the arm [rad]."""
 _SPOKEN_OF = 6
 """Bases that do not stand free which are looked at to say what is in the way."""
-
-_PATH_SAMPLES = np.linspace(0.0, 1.0, 17)[1:, None]
-"""Where the fold is checked for contact of the robot with itself and the floor."""
-_FOLD_HERE = (0.3, 0.6)
-"""Where it is checked for contact with fixtures, the base where it stands now ..."""
-_FOLD_THERE = ((0.4, 0.8), (0.4, 1.0), (0.2, 1.0))
-"""... and so far before the stance [m]."""
 
 
 class _Candidates(NamedTuple):
@@ -116,7 +110,8 @@ class StanceSearch:
         self._settings = settings
         self._bank = bank
         self._collision = collision
-        self._wTe = wTe
+        self.wTe = wTe
+        """The pose to reach."""
         self._failed = failed
         self._space = space
         self._start = Start(wTb, q.copy())
@@ -168,7 +163,7 @@ class StanceSearch:
             yield
             anywhere = next(self._windows()).indices[:BATCH]
             postures = self._bank.q[anywhere]
-            errors = refine(self._model, self._settings, self._wTe, postures)[1]
+            errors = refine(self._model, self._settings, self.wTe, postures)[1]
             self.error = float(errors.min())
             room = self._settings.standing_room
             names = [name for base in self._occupied for name in space.blocking(base, room)]
@@ -181,7 +176,7 @@ class StanceSearch:
         with them the postures of the next.
         """
         heights, verticals = self._bank.tools.positions[:, 2], self._bank.tools.rotations[:, 2]
-        height, vertical = self._wTe.translation[2], self._wTe.rotation[2]
+        height, vertical = self.wTe.translation[2], self.wTe.rotation[2]
         windows: list[Indices] = []
         for window, min_cosine in _WINDOWS:
             first, last = np.searchsorted(heights, [height - window, height + window])
@@ -222,14 +217,14 @@ class StanceSearch:
 
     def _refine(self, postures: Array, bases: Array) -> tuple[Array, Array]:
         """Postures (N, 7) that reach the goal, and what they lack (N,) [m + rad]."""
-        model, settings, wTe = self._model, self._settings, self._wTe
+        model, settings, wTe = self._model, self._settings, self.wTe
         if self._space is None:
             return refine(model, settings, wTe, postures)
         return refine_standing(model, settings, wTe, postures, bases)
 
     def _costs(self, postures: Array, tools: ToolPoses) -> tuple[Array, Array, Mask]:
         """Costs (N,) [s], infinite if not free, base poses (N, 3), and whether it backs (N,)."""
-        bases = base_poses(self._wTe, tools)
+        bases = base_poses(self.wTe, tools)
         costs, reverse = stance_costs(
             self._model, self._settings, self._start, bases, postures, tools
         )
@@ -266,10 +261,12 @@ class StanceSearch:
             if not self._arm_is_free(base, postures[one]):
                 continue
             checks += FOLD if self._space is None else FOLD_AMONG_FIXTURES
-            stance = Stance(
-                postures[one], SE3(tools.rotations[one], tools.positions[one]), bool(reverse[one])
+            bTe = SE3(tools.rotations[one], tools.positions[one])
+            stance = Stance(postures[one], bTe, bool(reverse[one]))
+            missing = room_missing(
+                self._collision, self._space, self._start, base, stance, settings.clearance
             )
-            cost += self._cost_of_contact(base, stance)
+            cost += settings.contact_cost * missing
             if cost < self._cost:
                 self._cost, self.best = cost, stance
 
@@ -282,32 +279,3 @@ class StanceSearch:
             self._in_the_way.append(near.fixture)
             return False
         return True
-
-    def _cost_of_contact(self, base: Pose2D, stance: Stance) -> float:
-        """What contact on the fold costs [s]."""
-        settings, q = self._settings, self._start.q
-        way = stance.q - q
-        clearance = min(self._collision.clearance(p) for p in q + _PATH_SAMPLES * way)
-        missing = max(0.0, settings.clearance - clearance)
-        if self._space is not None:
-            missing += self._missing_to_fixtures(base, stance)
-        return settings.contact_cost * missing
-
-    def _missing_to_fixtures(self, base: Pose2D, stance: Stance) -> float:
-        """How much clearance from fixtures the fold lacks, at most all of it [m]."""
-        assert self._space is not None
-        space, q, needed = self._space, self._start.q, self._settings.clearance
-        here, way = se3_of(self._start.wTb), stance.q - q
-        least = space.nearest(here, q, WHOLE, needed).distance  # no better where it stands now
-        clearance = min(
-            space.nearest(here, q + share * way, WHOLE, needed).distance for share in _FOLD_HERE
-        )
-        missing = max(0.0, least - max(0.0, clearance))
-        forward = -1.0 if stance.reverse else 1.0
-        for before, share in _FOLD_THERE:
-            x = base.x - forward * before * cos(base.heading)
-            y = base.y - forward * before * sin(base.heading)
-            there = se3_of(Pose2D(x, y, base.heading))
-            near = space.nearest(there, q + share * way, WHOLE, needed)
-            missing = max(missing, needed - max(0.0, near.distance))
-        return missing

@@ -28,8 +28,8 @@ from controller.base_drive import Pose2D
 from controller.guidance import Guide
 from controller.postures import BANK, SEED, bank, draw, forward_kinematics
 from controller.servo import pose_error
-from controller.settings import StanceSettings
 from controller.stance_search import StanceSearch
+from controller.stance_settings import StanceSettings
 from robots import load_robot, robot_names
 
 READY = load_robot("frankie").arm.ready

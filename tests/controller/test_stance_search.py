@@ -24,9 +24,9 @@ from controller.floor_map import FloorMap
 from controller.free_space import FreeSpace
 from controller.postures import bank
 from controller.servo import pose_error
-from controller.settings import StanceSettings
 from controller.stance import Stance
 from controller.stance_search import StanceSearch
+from controller.stance_settings import StanceSettings
 from robots import Box, Capsule, Geom
 
 ORIGIN = Pose2D(0.0, 0.0, 0.0)
@@ -61,7 +61,8 @@ def in_the_shelf(rng: np.random.Generator) -> SE3:
 
 
 def search(model: RobotModel, wTe: SE3, fixtures: tuple[Geom, ...]) -> StanceSearch:
-    space = FreeSpace(model, fixtures) if fixtures else None
+    floor = FloorMap(fixtures, model.description)
+    space = FreeSpace(model, floor) if fixtures else None
     body, postures = SelfCollision(model), bank(model.description)
     return StanceSearch(model, StanceSettings(), postures, body, wTe, ORIGIN, READY, space=space)
 
