@@ -29,7 +29,14 @@ from controller.model import RobotModel
 from controller.proximity import Proximity
 from controller.qp import QP, Rows, Solver
 from controller.self_collision import SelfCollision
-from controller.servo import approach_speed, desired_twist, error_norm, pose_error
+from controller.servo import (
+    add_goal_twist,
+    approach_speed,
+    desired_twist,
+    error_norm,
+    pose_error,
+    steadied,
+)
 from controller.settings import ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from controller.validation import check_inputs
@@ -103,6 +110,7 @@ class HolisticController:
         guided = self.settings.guidance is not None
         self._guide = Guide(model, self.settings, SelfCollision(model)) if guided else None
         self._goal_motion = GoalMotion(self.settings.period) if guided else None
+        self._twist = np.zeros(6)
 
     def step(
         self,
@@ -130,8 +138,10 @@ class HolisticController:
         linearisation = linearise(model, settings, state.q)
         if self._guide is not None and not isinstance(goal, PoseGoal):
             self._guide.reset()
-        if self._goal_motion is not None and not isinstance(goal, PoseGoal):
-            self._goal_motion.reset()
+        if not isinstance(goal, PoseGoal):
+            self._twist = np.zeros(6)
+            if self._goal_motion is not None:
+                self._goal_motion.reset()
         match goal:
             case PoseGoal():
                 motion = self._to_pose(state, goal, linearisation, bounds, applied)
@@ -211,6 +221,8 @@ class HolisticController:
         bTw = state.wTb.inverse()
         error = pose_error(bTe, bTw * goal.wTe)
         twist = desired_twist(settings.servo, goal, bTw, bTe, error)
+        self._twist = steadied(settings.servo, twist, self._twist, error, settings.period)
+        twist = add_goal_twist(self._twist, goal, bTw)
         bias, base_time, posture_error = None, 0.0, 0.0
         if self._guide is not None:
             bias = self._guide.bias(goal, error, Pose2D.of(state.wTb), state.q)

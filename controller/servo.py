@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan2, inf, sqrt
+from math import atan2, exp, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,9 @@ from pinocchio import SE3
 
 from controller.command import Array, PoseGoal
 from controller.settings import ControllerSettings, ServoSettings
+
+_NEAR, _NEAR_ANGLE = 0.04, 0.14
+"""Where the twist begins to be steadied; it is wholly at half of this [m and rad]."""
 
 
 class PoseError(NamedTuple):
@@ -47,7 +50,8 @@ def desired_twist(
     """The twist ν (6,) of the end effector that leads to a goal (Haviland 2022, eq. 17).
 
     Near the goal it is proportional to the error; with a finite deceleration it is never faster
-    than can be braked before the goal, nor than the goal allows. The goal's own twist is added.
+    than can be braked before the goal, nor than the goal allows. What the goal moves by itself is
+    not in it.
 
     Args:
         settings: gains and decelerations.
@@ -75,11 +79,38 @@ def desired_twist(
     else:
         twist[:3] = settings.gain * error.translation_vector
         twist[3:] = settings.rotation_gain * rotation
-    if goal.twist is not None:
-        R = bTw.rotation
-        twist[:3] += R @ goal.twist[:3]
-        twist[3:] += R @ goal.twist[3:]
     return twist
+
+
+def add_goal_twist(twist: Array, goal: PoseGoal, bTw: SE3) -> Array:
+    """A desired twist (6,) in base axes with that of the goal itself."""
+    if goal.twist is None:
+        return twist
+    R = bTw.rotation
+    return twist + np.concatenate([R @ goal.twist[:3], R @ goal.twist[3:]])
+
+
+def steadied(
+    settings: ServoSettings, twist: Array, last: Array, error: PoseError, period: float
+) -> Array:
+    """A desired twist (6,) that does not follow the noise of the state near the goal.
+
+    Near the goal most of the error is noise, and the robot would follow each sample of it. There
+    the twist passes a low-pass filter of the first order. Farther away nothing changes, so that the
+    arrival is not delayed.
+
+    Args:
+        settings: its time constant.
+        twist: (6,) that is desired.
+        last: (6,) what this returned in the period before.
+        error: to the goal.
+        period: control period [s].
+    """
+    far = max(error.position / _NEAR, error.orientation / _NEAR_ANGLE)
+    if settings.steadying == 0.0 or far >= 1.0:
+        return twist
+    memory = exp(-period / settings.steadying) * min(1.0, 2.0 * (1.0 - far))
+    return twist + memory * (last - twist)
 
 
 def approach_speed(distance: float, gain: float, deceleration: float, max_speed: float) -> float:
