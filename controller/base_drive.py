@@ -137,3 +137,60 @@ def time_to_drive(
         return distance / v_max + abs(turn) / w_max
     bearing = atan2(-y, -x) if reverse else atan2(y, x)
     return distance / v_max + (abs(bearing) + abs(wrap(turn - bearing))) / w_max
+
+
+class Lead(NamedTuple):
+    """Where the base is led now on its way to a pose."""
+
+    target: Pose2D
+    """Where to steer, in the base frame: the pose itself, or a point a little ahead on the way."""
+    reverse: bool
+    """Drive there backwards."""
+    final: bool
+    """Whether the target is the pose itself, and nothing is in the way there."""
+    speed: float
+    """Largest speed that suits what comes [m/s]."""
+    time_left: float
+    """Least time to the pose [s]."""
+    straight: bool = False
+    """Whether the base is in a place that is too narrow to turn."""
+    unreachable: str = ""
+    """Why there is no way; empty if there is one."""
+
+
+def drive_along(
+    model: RobotModel, settings: ControllerSettings, lead: Lead, max_speed: float = inf
+) -> Array:
+    """Velocities (n_base,) of the base's degrees of freedom that follow a lead [m/s, rad/s].
+
+    A point ahead on the way is reached on the arc that leads through it, and never stopped at; a
+    base that points elsewhere turns on the spot first.
+    """
+    x, y, turn = lead.target
+    if lead.final:
+        return drive_to(model, settings, lead.target, reverse=lead.reverse, max_speed=max_speed)
+    if lead.speed == 0.0:
+        return np.zeros(model.n_base)
+    servo, w_max = settings.servo, float(model.limits.base_twist[2])
+    distance = hypot(x, y)
+    speed = min(lead.speed, travel_speed(model, x, distance, lead.reverse), max_speed)
+    if model.n_base == 3:
+        w = copysign(approach_speed(abs(turn), servo.gain, servo.turn_deceleration, w_max), turn)
+        scale = speed / distance if distance > 0.0 else 0.0
+        return np.array([scale * x, scale * y, w])
+    if lead.reverse:
+        x, y = -x, -y
+    bearing = atan2(y, x)
+    drive = min(1.0, max(0.0, (_ON_THE_SPOT - abs(bearing)) / _BLEND))
+    w = copysign(approach_speed(abs(bearing), servo.gain, servo.turn_deceleration, w_max), bearing)
+    curvature = 2.0 * y / (distance * distance)
+    speed = min(speed, w_max / max(abs(curvature), 1e-6))
+    w = drive * curvature * speed + (1.0 - drive) * w
+    v = drive * speed
+    return np.array([w, -v if lead.reverse else v])
+
+
+_ON_THE_SPOT = 0.6
+"""A base that points away from the way by more than this turns on the spot [rad]."""
+_BLEND = 0.35
+"""Nearer than this to that it does both [rad]."""

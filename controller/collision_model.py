@@ -113,6 +113,10 @@ class CollisionModel:
         """Coal's result for one pair: distance [m], nearest points, normal from first to second."""
         return pin.computeDistance(self._shapes, self._results, pair)
 
+    def ball(self, shape: int) -> tuple[Array, float]:
+        """Centre (3,) and radius of the ball around a shape, where it was placed last [m]."""
+        return self._results.oMg[shape].translation, self._radius[shape]
+
     def jacobian(self) -> Array:
         """(6, n) screws of the joints in the world, linear first."""
         pin.computeJointJacobians(self._chain, self._data, self._q)

@@ -69,10 +69,20 @@ class StepReport:
     """Largest joint error to the goal's posture, or to that of the guidance [rad]; 0 without."""
     unreachable: str = ""
     """Why the robot cannot get to the goal; empty if it can, as far as is known."""
+    stance: Pose2D | None = None
+    """Where the guidance wants the base; None if the end effector goes alone."""
+    blend: float = 0.0
+    """s in [0, 1]: 0 leaves all to the end effector, 1 nearly all to base and arm."""
+    detour: bool = False
+    """Whether that is a way around, after a stall."""
     clearance: float = inf
     """Distance between the robot and what is nearest to it, if that is near [m]."""
     nearest: str = ""
     """What comes nearest to what, for people; empty if nothing is near."""
+
+
+_SLOWING = 0.9
+"""Share of its velocities that a robot keeps in a period in which it does not know where to go."""
 
 
 class _Motion(NamedTuple):
@@ -86,6 +96,10 @@ class _Motion(NamedTuple):
     """(6,) the end-effector twist that is desired, in base axes; None if none is."""
     base_time: float = 0.0
     posture_error: float = 0.0
+    unreachable: str = ""
+    stance: Pose2D | None = None
+    blend: float = 0.0
+    detour: bool = False
 
 
 class HolisticController:
@@ -105,8 +119,8 @@ class HolisticController:
         self._bounds = VelocityBounds(model, self.settings)
         self._solver = Solver()
         collision = self.settings.collision
-        self._proximity = Proximity(model)
         self._dampers = None if collision is None else Dampers(model, self.settings, collision)
+        self._proximity = None if self._dampers is None else Proximity(model, self._dampers.ranges)
         guided = self.settings.guidance is not None
         self._guide = Guide(model, self.settings, SelfCollision(model)) if guided else None
         self._goal_motion = GoalMotion(self.settings.period) if guided else None
@@ -144,7 +158,7 @@ class HolisticController:
                 self._goal_motion.reset()
         match goal:
             case PoseGoal():
-                motion = self._to_pose(state, goal, linearisation, bounds, applied)
+                motion = self._to_pose(state, goal, linearisation, bounds, applied, surroundings)
             case PostureGoal():
                 motion = self._to_posture(state, goal, bounds)
             case BaseGoal():
@@ -168,6 +182,10 @@ class HolisticController:
             bTe=linearisation.bTe,
             base_time=motion.base_time,
             posture_error=motion.posture_error,
+            unreachable=motion.unreachable,
+            stance=motion.stance,
+            blend=motion.blend,
+            detour=motion.detour,
             clearance=clearance,
             nearest=nearest,
         )
@@ -184,15 +202,13 @@ class HolisticController:
 
         A robot that comes to rest only brakes.
         """
-        if self._dampers is None:
+        if self._dampers is None or self._proximity is None:
             return None, inf, ""
         self._dampers.follow(applied)
         if goal is None:
             return None, inf, ""
         fastest = np.maximum(np.abs(bounds[0]), np.abs(bounds[1]))
-        near = self._proximity.near(
-            state.wTb, state.q, surroundings, fastest, self._dampers.range_at
-        )
+        near = self._proximity.near(state.wTb, state.q, surroundings, fastest)
         straight = isinstance(goal, PoseGoal) and goal.straight
         if not len(near.d):
             return None, inf, ""
@@ -213,6 +229,7 @@ class HolisticController:
         linearisation: Linearisation,
         bounds: tuple[Array, Array],
         last: Array,
+        surroundings: Surroundings,
     ) -> _Motion:
         """Base and arm together to an end-effector pose."""
         model, settings, bTe = self.model, self.settings, linearisation.bTe
@@ -225,10 +242,13 @@ class HolisticController:
         twist = add_goal_twist(self._twist, goal, bTw)
         bias, base_time, posture_error = None, 0.0, 0.0
         if self._guide is not None:
-            bias = self._guide.bias(goal, error, Pose2D.of(state.wTb), state.q)
+            bias = self._guide.bias(goal, error, Pose2D.of(state.wTb), state.q, surroundings)
             base_time, posture_error = self._guide.left
         norm = error_norm(settings, bTe, error)
         qp = build_qp(model, settings, linearisation, twist, norm, bounds, last, bias)
+        guide, stance = self._guide, None if self._guide is None else self._guide.stance
+        if guide is not None and guide.rests:
+            qp = _qp_towards(_SLOWING * last, bounds)
         return _Motion(
             qp,
             error.position,
@@ -238,6 +258,10 @@ class HolisticController:
             twist=twist,
             base_time=base_time,
             posture_error=posture_error,
+            unreachable="" if guide is None else guide.unreachable,
+            stance=None if stance is None else stance.base_for(goal.wTe),
+            blend=0.0 if bias is None else bias.blend,
+            detour=guide is not None and guide.detour,
         )
 
     def _to_posture(

@@ -18,12 +18,11 @@ small distances that is the damper of NEO with ξ / (d_i - d_s) = 1 / L.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from controller.collision_model import PairKind
 from controller.command import Array
 from controller.model import RobotModel
-from controller.proximity import Distances
+from controller.proximity import Distances, Ranges
 from controller.qp import Rows
 from controller.settings import CollisionSettings, ControllerSettings
 
@@ -52,23 +51,18 @@ class Dampers:
         wait = collision.delay_periods * settings.period
         self._delay = np.full(len(PairKind), robot.base.lag + wait)
         self._delay[PairKind.SELF] = robot.arm.lag + wait
-        self._braked = np.full(len(PairKind), 2.0 * _LEAST_DECELERATION)
-        self._braked[PairKind.SELF] = 2.0 * collision.max_deceleration
-        self._influence = np.full(len(PairKind), collision.influence_distance)
-        self._influence[PairKind.SELF] = collision.self_influence_distance
+        deceleration = np.full(len(PairKind), _LEAST_DECELERATION)
+        deceleration[PairKind.SELF] = collision.max_deceleration
+        most = np.full(len(PairKind), collision.influence_distance)
+        most[PairKind.SELF] = collision.self_influence_distance
+        self.ranges = Ranges(collision.stop_distance, self._delay, deceleration, most)
+        """When a pair matters."""
 
     def follow(self, last: Array) -> None:
         """Note what was applied in the last period, (n,): base and arm follow it with their lag."""
         self._velocities += self._share * (last - self._velocities)
         self._ahead = self._lag * (self._velocities - last)
         """(n,) how far they still go before they have caught up [m or rad]."""
-
-    def range_at(self, speeds: Array, kind: npt.NDArray[np.int64]) -> Array:
-        """(P,) distance at which pairs matter that may approach at speeds (P,) [m]."""
-        s = self._settings
-        needed = s.stop_distance + speeds * (self._delay[kind] + speeds / self._braked[kind])
-        within: Array = np.minimum(needed, self._influence[kind])
-        return within
 
     def rows(
         self, distances: Distances, bounds: tuple[Array, Array], *, straight: bool

@@ -6,9 +6,8 @@ near that it matters.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import hypot
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -41,8 +40,20 @@ class Distances(NamedTuple):
         return Distances(*(values[kept] for values in self))
 
 
-Range: TypeAlias = Callable[[Array, npt.NDArray[np.int64]], Array]
-"""Distances (P,) [m] for speeds (P,) [m/s] of pairs of kinds (P,)."""
+class Ranges(NamedTuple):
+    """How near to each other pairs of each `PairKind` must be to matter.
+
+    For pairs that may approach at a speed v: stop + v delay + v² / 2 deceleration, at most `most`.
+    """
+
+    stop: float
+    """[m]."""
+    delay: Array
+    """(kinds,) [s]."""
+    deceleration: Array
+    """(kinds,) [m/s^2]."""
+    most: Array
+    """(kinds,) [m]."""
 
 
 class Proximity:
@@ -52,21 +63,24 @@ class Proximity:
 
     Args:
         model: the robot.
+        ranges: when a pair matters.
     """
 
-    def __init__(self, model: RobotModel) -> None:
+    def __init__(self, model: RobotModel, ranges: Ranges) -> None:
         self._model = model
+        self._ranges = ranges
         self._known: Surroundings | None = None
         axes = np.abs(model.description.base.axes)
         self._goes, self._turns = axes[:2].max(axis=0), axes[2]
+        self._motion = np.zeros((model.n, 2))
+        """How far every degree of freedom has moved at most since the last call, and its largest
+        speed."""
         nothing = np.zeros(0)
         self._none = Distances(
             nothing, np.zeros((0, model.n)), nothing, nothing.astype(int), nothing.astype(int)
         )
 
-    def near(
-        self, wTb: SE3, q: Array, surroundings: Surroundings, fastest: Array, within: Range
-    ) -> Distances:
+    def near(self, wTb: SE3, q: Array, surroundings: Surroundings, fastest: Array) -> Distances:
         """All pairs that are so near to each other that they matter.
 
         Args:
@@ -74,17 +88,18 @@ class Proximity:
             q: (7,) joint positions [rad].
             surroundings: what stands around.
             fastest: (n,) largest speed of every degree of freedom in this period.
-            within: the distance that matters for pairs that approach at a speed.
         """
         self._heed(surroundings)
         collision, pairs = self._collision, self._collision.pairs
-        moved = self._moved(Pose2D.of(wTb), q)
-        changes = self._reach @ np.stack([moved, fastest], axis=1)
+        self._note_motion(Pose2D.of(wTb), q)
+        self._motion[:, 1] = fastest
+        changes = self._reach @ self._motion
         self._at_least -= changes[:, 0]
         speeds = changes[:, 1]
         if surroundings.moving:
             speeds = speeds + self._move_obstacles(surroundings)
-        matters = within(speeds, pairs.kind)
+        needed = self._ranges.stop + speeds * (self._delay + speeds * self._braking)
+        matters = np.minimum(needed, self._most)
         (some,) = np.nonzero(self._at_least <= matters)
         if not len(some):
             return self._none
@@ -126,6 +141,9 @@ class Proximity:
         """(P, n) which degrees of freedom move the second of each pair (1), or the first (-1)."""
         self._reach = collision.reach[pairs.first] * np.abs(self._moves)
         """(P, n) the most by which a degree of freedom changes each distance."""
+        self._delay = self._ranges.delay[pairs.kind]
+        self._braking = 0.5 / self._ranges.deceleration[pairs.kind]
+        self._most = self._ranges.most[pairs.kind]
         self._at_least = np.full(len(pairs.first), -np.inf)
         """(P,) least distance that each pair may have [m]."""
         self._velocities = np.zeros((len(collision.masks), 3))
@@ -133,13 +151,14 @@ class Proximity:
         self._centres = _centres(surroundings)
         self._here, self._q = Pose2D(0.0, 0.0, 0.0), np.zeros(self._model.n - self._model.n_base)
 
-    def _moved(self, here: Pose2D, q: Array) -> Array:
-        """(n,) the most by which every degree of freedom has moved since the last call."""
+    def _note_motion(self, here: Pose2D, q: Array) -> None:
+        """Note by how much every degree of freedom may have moved since the last call."""
         gone = hypot(here.x - self._here.x, here.y - self._here.y)
         turned = abs(wrap(here.heading - self._here.heading))
-        moved = np.concatenate([gone * self._goes + turned * self._turns, np.abs(q - self._q)])
+        n_base = self._model.n_base
+        self._motion[:n_base, 0] = gone * self._goes + turned * self._turns
+        np.abs(q - self._q, out=self._motion[n_base:, 0])
         self._here, self._q = here, q.copy()
-        return moved
 
     def _move_obstacles(self, surroundings: Surroundings) -> Array:
         """Take off the distances how far obstacles have moved; returns their speeds (P,) [m/s]."""

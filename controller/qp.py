@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import eigenpy
 import numpy as np
 import numpy.typing as npt
 import piqp
@@ -81,6 +82,9 @@ class Solver:
         return x if softened is None else softened
 
     def _solve_box(self, qp: QP) -> Array | None:
+        free: Array = eigenpy.LLT(qp.P).solve(-qp.c)
+        if ((free >= qp.lower) & (free <= qp.upper)).all():
+            return free
         # P is symmetric: its transpose is the column-major matrix that PIQP wants, without a copy.
         lower, upper = qp.lower - _WIDENING, qp.upper + _WIDENING
         x = self._box.solve(P=qp.P.T, c=qp.c, x_l=lower, x_u=upper)

@@ -6,11 +6,12 @@ RA-L 2022; equation numbers are its own.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from typing import Literal
 
 from controller.checked import Checked
+from controller.stance_settings import StanceSettings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,51 +111,6 @@ class DriveSettings(Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class StanceSettings(Checked):
-    """What a stance costs. Costs are in seconds: a stance is preferred for the time it saves."""
-
-    POSITIVE = ("arm_speed",)
-
-    # How long it takes to get there.
-    arm_speed: float = 0.5
-    """Share of their speed limits that the joints are expected to move at."""
-    turn_weight: float = 1.2
-    """Factor of the time that the base turns: its curves take longer than turns on the spot."""
-    reverse_cost: float = 0.4
-    """What driving there backwards costs, times `turn_weight` [s]."""
-    overlap: float = 0.3
-    """Base and arm move together; the share of the shorter of their times that is still added."""
-
-    # How good it is there.
-    min_manipulability: float = 0.10
-    """Manipulability below which a posture costs something."""
-    manipulability_cost: float = 60.0
-    """Cost per manipulability below that [s]."""
-    bearing_cost: float = 4.0
-    """Cost per |θ_ε|, the bearing of the end effector seen from the base [s/rad]."""
-    limit_margin: float = 0.12
-    """No posture is nearer to a joint limit than this [rad]."""
-    preferred_limit_margin: float = 0.35
-    """A posture nearer to a joint limit than this costs something [rad]."""
-    limit_cost: float = 2.0
-    """Cost per distance missing to that [s/rad]."""
-
-    # What rules it out, unless there is no other.
-    clearance: float = 0.02
-    """The straight path to the posture keeps this distance from the robot and the floor [m]."""
-    contact_cost: float = 1000.0
-    """Cost per distance missing to that [s/m]."""
-    unreached_cost: float = 100.0
-    """Cost of a posture that could not be brought to the goal's height and tilt, and the same again
-    per metre and radian that is left [s]."""
-    failed_cost: float = 50.0
-    """Cost of a posture that was tried for the same goal and stalled [s]; a stance that costs less
-    than this is good enough to end the search."""
-    joint_difference: float = 0.7
-    """Postures are the same if no joint differs by more than this [rad]."""
-
-
-@dataclass(frozen=True, kw_only=True)
 class GuidanceSettings(Checked):
     """When and how strongly base and arm are led to a stance that reaches the goal."""
 
@@ -167,7 +123,7 @@ class GuidanceSettings(Checked):
         "joint_speed",
     )
 
-    stance: StanceSettings = StanceSettings()
+    stance: StanceSettings = field(default_factory=StanceSettings)
 
     # Weights in the QP.
     base_weight: float = 1.0

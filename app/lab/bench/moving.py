@@ -92,7 +92,7 @@ def moving_goal(following: Following, period: float) -> GoalAt:
         yaw, rate = (heading[k], turn[k]) if following.along else (0.0, 0.0)
         c, s = np.cos(heading[k]), np.sin(heading[k])
         twist = np.array([following.speed * c, following.speed * s, 0.0, 0.0, 0.0, rate])
-        wTe = SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, yaw), _START + [*places[k], 0.0])
+        wTe = SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, yaw), [*_START, *places[k], 0.0])
         return PoseGoal(wTe=wTe, twist=twist if following.known else None)
 
     return goal_at

@@ -1,0 +1,156 @@
+"""What it costs the base to drive to a place from anywhere: a graph search on a grid."""
+
+from __future__ import annotations
+
+from math import inf
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from controller.command import Array
+
+CELL = 0.10
+"""Distance between the nodes of the graph [m]."""
+_TIGHT = 12.0
+"""What a metre costs, besides itself, where the base has only just room to drive straight: half
+of it where it has nearly room to turn."""
+_NEAR = 0.5
+"""What a metre costs, besides itself, where the base has only just room to turn ..."""
+_OPEN = 0.30
+"""... and nothing where it has this much more [m]."""
+_MOVES = [(1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2)]
+"""From a node to its neighbours; the other half of them is opposite."""
+_CLOSED = 0.12
+"""Nodes nearer than this to a closed place are closed [m]."""
+_BORDER = 2
+"""Nodes at the edge of the grid that no way starts from, as wide as the longest move."""
+
+
+class Floor:
+    """The graph of places where the base fits.
+
+    Args:
+        low: x and y of the first node [m].
+        room: (n, m) distances of the nodes to what is nearest [m].
+        fits: distance from which the base fits, in one heading at least [m].
+        turns: distance from which it can turn freely [m].
+    """
+
+    def __init__(self, low: Array, room: Array, fits: float, turns: float) -> None:
+        self.low = low
+        self.last = np.array(room.shape) - 1
+        passes = room > fits
+        tight = np.clip((turns - room) / (turns - fits), 0.0, 1.0)
+        near = np.clip((turns + _OPEN - room) / _OPEN, 0.0, 1.0)
+        cost = 1.0 + _NEAR * near + _TIGHT * np.where(tight > 0.0, 0.5 + 0.5 * tight, 0.0)
+        self.passes = passes
+        """(n, m) the nodes where it fits."""
+        self.graph = _graph(passes, cost)
+        """What it costs from one node to the next [m]; nodes in the order of the flat grid."""
+
+    def nodes_around(self, points: Array) -> tuple[npt.NDArray[np.int64], Array]:
+        """The four nodes around points (N, 2), as (4, N), and their distances (4, N) [m]."""
+        scaled = (points - self.low) / CELL
+        first = np.clip(np.floor(scaled), _BORDER, self.last - _BORDER - 1).astype(np.int64)
+        corners = first + np.array([[[0, 0]], [[0, 1]], [[1, 0]], [[1, 1]]])
+        away = np.linalg.norm((corners - scaled) * CELL, axis=2)
+        return corners[..., 0] * (self.last[1] + 1) + corners[..., 1], away
+
+    def nearest_node(self, point: tuple[float, float]) -> int:
+        """The node that is nearest to a point x, y [m] and where the base fits.
+
+        The base may stand where it fits in its present heading only: that is no node.
+        """
+        nodes, away = self.nodes_around(np.array([point]))
+        free = self.passes.ravel()[nodes[:, 0]]
+        if free.any():
+            return int(nodes[np.argmin(np.where(free, away[:, 0], inf)), 0])
+        x, y = (self.low[k] + CELL * np.arange(self.last[k] + 1) - point[k] for k in (0, 1))
+        return int(np.argmin(np.where(self.passes, np.hypot(x[:, None], y), inf)))
+
+    def without(self, places: Array) -> csr_array:
+        """The graph without the nodes around places (N, 2)."""
+        x, y = (self.low[k] + CELL * np.arange(self.last[k] + 1) for k in (0, 1))
+        away = np.hypot(x[:, None, None] - places[:, 0], y[:, None] - places[:, 1]).min(axis=2)
+        gone = (away < _CLOSED).ravel()
+        costs = np.where(gone[self.graph.indices], inf, self.graph.data)
+        return csr_array((costs, self.graph.indices, self.graph.indptr), self.graph.shape)
+
+
+def _graph(passes: npt.NDArray[np.bool_], cost: Array) -> csr_array:
+    """Costs between neighbouring nodes [m]."""
+    n, m = passes.shape
+    inner = np.zeros_like(passes)
+    inner[_BORDER:-_BORDER, _BORDER:-_BORDER] = True
+    here = np.flatnonzero(passes & inner)
+    free, flat = passes.ravel(), cost.ravel()
+    moves = np.array(_MOVES + [(-dx, -dy) for dx, dy in _MOVES])
+    there = here[:, None] + moves @ [m, 1]
+    # A knight's move passes between two nodes; other moves do not, and these are their ends.
+    halves = np.stack([np.floor(moves / 2.0), np.ceil(moves / 2.0)]).astype(np.int64) @ [m, 1]
+    exists = free[there] & free[here[:, None] + halves[0]] & free[here[:, None] + halves[1]]
+    length = CELL * np.hypot(moves[:, 0], moves[:, 1])
+    weights = 0.5 * length * (flat[here][:, None] + flat[there])
+    count = np.zeros(n * m + 1, dtype=np.int32)
+    count[here + 1] = exists.sum(axis=1)
+    first = np.cumsum(count, dtype=np.int32)
+    return csr_array((weights[exists], there[exists].astype(np.int32), first), shape=(n * m, n * m))
+
+
+class CostField:
+    """What it costs to drive to one goal from anywhere.
+
+    A metre in the open costs a metre, one beside things more. It is infinite where there is no
+    way.
+
+    Args:
+        floor: where the base fits; None if it does everywhere.
+        goal: x and y [m].
+        limit: places that cost more count as unreachable [m].
+        closed: (N, 2) places that no way may lead through [m].
+    """
+
+    def __init__(
+        self,
+        floor: Floor | None,
+        goal: tuple[float, float],
+        limit: float = inf,
+        closed: Array | None = None,
+    ) -> None:
+        self.goal = goal
+        self._floor = floor
+        if floor is None:
+            return
+        self._graph = floor.graph if closed is None else floor.without(closed)
+        self._costs: Array = dijkstra(self._graph, indices=floor.nearest_node(goal), limit=limit)
+
+    def at(self, points: Array) -> Array:
+        """Costs (N,) from points (N, 2) to the goal [m]."""
+        points = np.asarray(points, dtype=float).reshape(-1, 2)
+        direct = np.hypot(points[:, 0] - self.goal[0], points[:, 1] - self.goal[1])
+        if self._floor is None:
+            return direct
+        nodes, away = self._floor.nodes_around(points)
+        found: Array = (self._costs[nodes] + away).min(axis=0)
+        return np.maximum(found, direct)
+
+    def way_from(self, point: tuple[float, float]) -> Array | None:
+        """Places (N, 2) from a point to the goal, node by node; None if there is no way."""
+        goal = np.array([self.goal])
+        if self._floor is None:
+            return np.concatenate([[point], goal])
+        nodes, away = self._floor.nodes_around(np.array([point]))
+        costs, columns = self._costs, int(self._floor.last[1]) + 1
+        node = int(nodes[np.argmin(costs[nodes[:, 0]] + away[:, 0]), 0])
+        if not np.isfinite(costs[node]):
+            return None
+        way, graph = [node], self._graph
+        while costs[node] > 0.0:
+            edges = slice(graph.indptr[node], graph.indptr[node + 1])
+            neighbours = graph.indices[edges]
+            node = int(neighbours[np.argmin(costs[neighbours] + graph.data[edges])])
+            way.append(node)
+        cells = np.stack(np.divmod(np.array(way), columns), axis=1)
+        return np.concatenate([[point], self._floor.low + CELL * cells, goal])

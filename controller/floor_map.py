@@ -1,0 +1,212 @@
+"""What stands on the floor, seen from above: how much room there is, and the way from anywhere.
+
+Made once from what never moves. Distances are exact at the points of a grid and interpolated
+between them.
+"""
+
+from __future__ import annotations
+
+from math import hypot
+
+import numpy as np
+import numpy.typing as npt
+
+from controller.command import Array
+from controller.cost_field import CELL, CostField, Floor
+from controller.footprints import Footprint, footprint
+from robots import Geom, RobotDescription
+
+FAR = 1.0
+"""Distances of points are known up to here; what is farther counts as this far [m]."""
+NEAR = 0.7
+"""The same for distances of the base [m]."""
+_RESOLUTION = 0.05
+"""Of the grid of distances [m]."""
+_FLAT = 0.002
+"""What rises less above the floor is a part of it [m]."""
+_OVER_BASE = 0.02
+"""What hangs lower than this above the base is in its way [m]."""
+_COLUMN = 0.45
+"""Height of the part of the arm that stands above its foot whatever the posture [m]."""
+_SPARE = 0.01
+"""The base passes where the circle in its footprint has this much to spare [m]."""
+_TURNING_ROOM = 0.04
+"""It turns freely where the circle around its footprint has this much to spare [m]."""
+_PASSAGE = 1.5
+"""Ways lead past everything on a strip as wide as this and `FAR` [m]."""
+_SPACING = 0.05
+"""Of the points on the edge of the base that are looked up [m]."""
+
+
+class FloorMap:
+    """The room that fixtures leave, for the base of one robot and the column of its arm.
+
+    Args:
+        fixtures: what never moves, in the world; planes are the floor.
+        description: the robot.
+    """
+
+    def __init__(self, fixtures: tuple[Geom, ...], description: RobotDescription) -> None:
+        self.fixtures = fixtures
+        length, width, height = description.base.size
+        foot = description.bTa.translation
+        bands = (
+            (_FLAT, height + _OVER_BASE),
+            (float(foot[2]), float(foot[2]) + _COLUMN),
+        )
+        standing = [[footprint(fixture, *band) for band in bands] for fixture in fixtures]
+        known = [found for both in standing for found in both if found is not None]
+        self.free = not known
+        """Whether nothing stands anywhere."""
+        self.inscribed = min(length, width) / 2.0
+        """Radius of the circle in the base's footprint [m]."""
+        self.circumscribed = hypot(length, width) / 2.0
+        """Radius of the circle around the base's footprint [m]."""
+        self.turning = self.circumscribed + _TURNING_ROOM
+        """What is farther from the base's centre than this leaves it room to turn [m]."""
+        self._low, self._high = _around(known)
+        layers = _distances(standing, self._low, self._high)
+        self._base, self._column = (_Grid(self._low, layer) for layer in layers)
+        self._both = _Grid(self._low, layers.min(axis=0))
+        self._footprint = _base_discs(length, width)
+        self._foot = _column_discs(description)
+        self._floor = None if self.free else self._graph()
+
+    def clearance(self, points: Array) -> Array:
+        """Distances (N,) from points (N, 2) to what is nearest, high or low, at most `FAR` [m]."""
+        points = np.asarray(points, dtype=float).reshape(-1, 2)
+        return self._both.at(points[:, 0], points[:, 1])
+
+    def stands_free(self, bases: Array) -> Array:
+        """Least distance (N,) of base poses x, y, heading (N, 3) to what is around [m].
+
+        Of the base's rectangle to what is as high as the base, and of the arm's column to what is
+        as high as that; 0 or less where they overlap, and at most `NEAR`.
+        """
+        bases = np.asarray(bases, dtype=float).reshape(-1, 3)
+        if self.free:
+            return np.full(len(bases), NEAR)
+        x, y = bases[:, :1], bases[:, 1:2]
+        c, s = np.cos(bases[:, 2:]), np.sin(bases[:, 2:])
+        least = []
+        for grid, (dx, dy, r) in ((self._base, self._footprint), (self._column, self._foot)):
+            room = grid.at(x + c * dx - s * dy, y + s * dx + c * dy)
+            least.append((room - r).min(axis=1))
+        clearance: Array = np.minimum(*least)
+        return np.minimum(clearance, NEAR)
+
+    def field(
+        self, goal: tuple[float, float], limit: float = np.inf, closed: Array | None = None
+    ) -> CostField:
+        """What it costs to drive to a place from anywhere.
+
+        Args:
+            goal: x and y [m].
+            limit: places that cost more count as unreachable [m].
+            closed: (N, 2) places that no way may lead through [m].
+        """
+        return CostField(self._floor, goal, limit, closed)
+
+    def _graph(self) -> Floor:
+        low, high = self._low - _PASSAGE, self._high + _PASSAGE
+        axes = [np.arange(a, b, CELL) for a, b in zip(low, high, strict=True)]
+        room = self._both.at(*np.meshgrid(*axes, indexing="ij"))
+        return Floor(low, room, self.inscribed + _SPARE, self.turning)
+
+
+class _Grid:
+    """Distances at the points of a grid.
+
+    Args:
+        low: x and y of the first point [m].
+        distances: (n, m) [m].
+    """
+
+    def __init__(self, low: Array, distances: Array) -> None:
+        self._low = low
+        self._d = distances
+
+    def at(self, x: Array, y: Array) -> Array:
+        """Interpolated distances at coordinates of any shape; off the grid nothing is near."""
+        d = self._d
+        columns = d.shape[1]
+        u = np.clip((x - self._low[0]) * (1.0 / _RESOLUTION), 0.0, d.shape[0] - 1.001)
+        v = np.clip((y - self._low[1]) * (1.0 / _RESOLUTION), 0.0, columns - 1.001)
+        i: npt.NDArray[np.int64] = u.astype(np.int64)
+        j = v.astype(np.int64)
+        u -= i
+        v -= j
+        i *= columns
+        i += j
+        flat = d.ravel()
+        a, b = flat.take(i), flat.take(i + columns)
+        a += (flat.take(i + 1) - a) * v
+        b += (flat.take(i + columns + 1) - b) * v
+        found: Array = a + (b - a) * u
+        return found
+
+
+def _around(footprints: list[Footprint]) -> tuple[Array, Array]:
+    """Least and largest x and y at which something is nearer than `FAR` [m]."""
+    if not footprints:
+        return np.zeros(2), np.full(2, FAR)
+    low = np.min([(f.corners - f.radius).min(axis=0) for f in footprints], axis=0) - FAR
+    high = np.max([(f.corners + f.radius).max(axis=0) for f in footprints], axis=0) + FAR
+    return low, high
+
+
+def _distances(standing: list[list[Footprint | None]], low: Array, high: Array) -> Array:
+    """Distances (layers, n, m) to the nearest footprint of each layer, negative inside [m]."""
+    n, m = np.ceil((high - low) / _RESOLUTION).astype(int) + 1
+    distances = np.full((len(standing[0]) if standing else 2, n, m), FAR)
+    x = low[0] + _RESOLUTION * np.arange(n)
+    y = low[1] + _RESOLUTION * np.arange(m)
+    for layers in standing:
+        known: list[tuple[Footprint, Array]] = []
+        for layer, found in zip(distances, layers, strict=True):
+            if found is None:
+                continue
+            least, most = _around([found])
+            i, j = (
+                slice(np.searchsorted(axis, a), np.searchsorted(axis, b))
+                for axis, a, b in zip((x, y), least, most, strict=True)
+            )
+            same = (
+                d
+                for other, d in known
+                if np.array_equal(other.corners, found.corners) and other.radius == found.radius
+            )
+            here = next(same, None)
+            if here is None:
+                here = found.distances(x[i, None], y[None, j])
+                known.append((found, here))
+            np.minimum(layer[i, j], here, out=layer[i, j])
+    return distances
+
+
+def _base_discs(length: float, width: float) -> Array:
+    """(3, N) x, y and radius of discs in the base: its edge as points, what is inside as a few."""
+    x = np.linspace(-length / 2.0, length / 2.0, round(length / _SPACING) + 1)
+    y = np.linspace(-width / 2.0, width / 2.0, round(width / _SPACING) + 1)[1:-1]
+    discs = [(a, b, 0.0) for a in x for b in (-width / 2.0, width / 2.0)]
+    discs += [(a, b, 0.0) for a in (-length / 2.0, length / 2.0) for b in y]
+    inscribed, corner = min(length, width) / 2.0, _SPACING
+    for r, count in ((inscribed, 3), (corner, 2)):
+        a, b = length / 2.0 - r, width / 2.0 - r
+        discs += [(i, j, r) for i in np.linspace(-a, a, count) for j in np.linspace(-b, b, count)]
+    return np.array(discs).T
+
+
+def _column_discs(description: RobotDescription) -> Array:
+    """(3, N) x, y and radius of discs in b around the arm's foot and its first link."""
+    discs = []
+    for link in (0, 1):
+        for part in description.arm.collision[link]:
+            # The first link turns: what is not on its axis sweeps a ring.
+            offset = part.pose.translation[:2] if link == 0 else np.zeros(2)
+            swept = hypot(*part.pose.translation[:2].tolist()) if link == 1 else 0.0
+            along = part.pose.rotation[:2, 2] * getattr(part.shape, "half_length", 0.0)
+            radius = getattr(part.shape, "radius", 0.0) + swept
+            centre = description.bTa.translation[:2] + offset
+            discs += [(*(centre - along), radius), (*(centre + along), radius)]
+    return np.array(discs).T

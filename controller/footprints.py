@@ -1,0 +1,123 @@
+"""What of a shape stands in a band of heights, seen from above."""
+
+from __future__ import annotations
+
+from math import hypot, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.command import Array
+from robots import Box, Capsule, Cylinder, Geom, Plane, Sphere
+
+_SIDES = 32
+"""Of the polygon around the end of a lying cylinder: it is at most 0.5 % too large."""
+_ANGLES = np.arange(_SIDES) * (2.0 * pi / _SIDES)
+_CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1) / np.cos(pi / _SIDES)
+_RECTANGLE = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+_UPRIGHT = 1.0 - 1e-6
+"""Cosine of the tilt below which a cylinder stands upright."""
+
+
+class Footprint(NamedTuple):
+    """A convex polygon on the floor with round corners."""
+
+    corners: Array
+    """(M, 2) counter-clockwise [m]: one for a circle, two for a stadium."""
+    radius: float
+    """By which the polygon of the corners grows [m]."""
+
+    def distances(self, x: Array, y: Array) -> Array:
+        """Distances of points to it, negative inside [m]; any shape that x and y broadcast to."""
+        outside, squared = np.array(-np.inf), np.array(np.inf)
+        previous = np.roll(self.corners, 1, axis=0)
+        for (ax, ay), (bx, by) in zip(previous.tolist(), self.corners.tolist(), strict=True):
+            length = hypot(bx - ax, by - ay)
+            ex, ey = ((bx - ax) / length, (by - ay) / length) if length > 0.0 else (1.0, 0.0)
+            across = (x - ax) * ey - (y - ay) * ex
+            along = (x - ax) * ex + (y - ay) * ey
+            past = along - np.clip(along, 0.0, length)
+            squared = np.minimum(squared, past * past + across * across)
+            outside = np.maximum(outside, across)
+        distance: Array = np.sqrt(squared)
+        if len(self.corners) > 2:
+            distance = np.copysign(distance, outside)
+        return distance - self.radius
+
+
+def footprint(geom: Geom, low: float, high: float) -> Footprint | None:
+    """What of a shape is between two heights, seen from above.
+
+    Args:
+        geom: the shape in the world.
+        low: lower end of the band [m].
+        high: upper end of the band [m].
+
+    Returns:
+        The footprint, at most a few millimetres too large where a round shape lies or leans. None
+        if nothing is in the band, and for a plane.
+    """
+    R, p = geom.pose.rotation, geom.pose.translation
+    match geom.shape:
+        case Box((a, b, c)):
+            return _slice(_prism(_RECTANGLE * [a, b], c) @ R.T + p, low, high)
+        case Cylinder(r, length) if abs(R[2, 2]) > _UPRIGHT:
+            stands = p[2] - length <= high and p[2] + length >= low
+            return Footprint(p[None, :2], r) if stands else None
+        case Cylinder(r, length):
+            return _slice(_prism(_CIRCLE * r, length) @ R.T + p, low, high)
+        case Sphere(r):
+            away = max(0.0, low - p[2], p[2] - high)
+            return Footprint(p[None, :2], sqrt(r * r - away * away)) if away <= r else None
+        case Capsule(r, length):
+            axis = np.array([p - length * R[:, 2], p + length * R[:, 2]])[None]
+            line = _slice(axis, low - r, high + r)
+            return None if line is None else Footprint(line.corners, r)
+        case Plane():
+            return None
+
+
+def _prism(ring: Array, half_length: float) -> Array:
+    """Two rings (2, M, 3), one this far below the other (M, 2) and one above."""
+    bottom = np.insert(ring, 2, -half_length, axis=1)
+    top = np.insert(ring, 2, half_length, axis=1)
+    return np.stack([bottom, top])
+
+
+def _slice(rings: Array, low: float, high: float) -> Footprint | None:
+    """The part between two heights of a convex body with these rings of corners (N, M, 3)."""
+    z = rings[..., 2]
+    if z.max() < low or z.min() > high:
+        return None
+    points = rings.reshape(-1, 3)
+    inside = (points[:, 2] >= low) & (points[:, 2] <= high)
+    if inside.all():
+        return Footprint(_hull(points[:, :2]), 0.0)
+    starts = np.concatenate([points, rings[:-1].reshape(-1, 3)])
+    ends = np.concatenate([np.roll(rings, -1, axis=1).reshape(-1, 3), rings[1:].reshape(-1, 3)])
+    corners = [points[inside, :2]]
+    for height in (low, high):
+        cut = (starts[:, 2] < height) != (ends[:, 2] < height)
+        a, b = starts[cut], ends[cut]
+        share = (height - a[:, 2:]) / (b[:, 2:] - a[:, 2:])
+        corners.append((a + share * (b - a))[:, :2])
+    return Footprint(_hull(np.concatenate(corners)), 0.0)
+
+
+def _hull(points: Array) -> Array:
+    """Corners (M, 2) of the convex hull of points (N, 2), counter-clockwise: a monotone chain."""
+    ordered = sorted({(round(x, 9), round(y, 9)) for x, y in points.tolist()})
+    if len(ordered) < 3:
+        return np.array(ordered)
+    corners: list[tuple[float, float]] = []
+    for way in (ordered, ordered[::-1]):
+        chain: list[tuple[float, float]] = []
+        for x, y in way:
+            while len(chain) > 1:
+                (ax, ay), (bx, by) = chain[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 1e-12:
+                    break
+                chain.pop()
+            chain.append((x, y))
+        corners += chain[:-1]
+    return np.array(corners)

@@ -1,0 +1,168 @@
+"""A way on the floor that a base can follow: straights with round corners, and how fast."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import ceil, cos, hypot, sin, tan
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from controller.base_drive import wrap
+from controller.command import Array
+
+Clearance: TypeAlias = Callable[[Array], Array]
+"""Distances (N,) of points (N, 2) to what is nearest [m]."""
+IsFree: TypeAlias = Callable[[Array], bool]
+"""Whether the base may be at poses x, y, heading (N, 3)."""
+
+SPACING = 0.05
+"""Of the points of a path [m]."""
+_MAX_RADIUS = 1.2
+"""Of the arcs in corners [m] ..."""
+_MIN_RADIUS = 0.12
+"""... and where none this large fits, the base turns on the spot [m]."""
+_TIGHTER = 0.65
+"""The next radius that is tried is this much smaller."""
+_SHARP = 2.4
+"""A sharper corner is not rounded either [rad]."""
+_BLUNT = 0.03
+"""A blunter one is none [rad]."""
+_TURNING = 0.85
+"""Share of the turn rate that an arc takes; the rest is left to correct."""
+_SIDEWAYS = 1.0
+"""Largest acceleration across an arc [m/s^2]."""
+_BRAKING = 0.8
+"""Deceleration for what comes [m/s^2]."""
+_CREEP = 0.08
+"""Least speed on the way [m/s]."""
+
+
+class Path(NamedTuple):
+    """Points that the base passes without stopping."""
+
+    points: Array
+    """(N, 3) x, y and the heading of the way [m, rad]."""
+    speeds: Array
+    """(N,) from which it can still slow down for what comes [m/s]."""
+    times: Array
+    """(N,) from there to the end [s]."""
+    bends: tuple[int, ...]
+    """Where arcs end."""
+
+
+def pull_straight(way: Array, clearance: Clearance, enough: float) -> Array:
+    """The corners that are left of a way (N, 2) when it is pulled tight.
+
+    A straight keeps as far from things as the piece of the way that it replaces, or `enough`.
+    """
+    room = np.minimum(clearance(way), enough) - 1e-6
+    corners, here, last = [0], 0, len(way) - 1
+    while here < last:
+        ahead = last - here
+        while ahead > 1:
+            count = ceil(hypot(*(way[here + ahead] - way[here]).tolist()) / SPACING) + 1
+            line = np.linspace(way[here], way[here + ahead], count)
+            if (clearance(line) >= room[here : here + ahead + 1].min()).all():
+                break
+            ahead = ahead * 3 // 4
+        here += max(1, ahead)
+        corners.append(here)
+    return way[corners]
+
+
+def paths_along(corners: Array, is_free: IsFree, speed: float, turn_rate: float) -> list[Path]:
+    """Paths along straights between corners (N, 2); the base turns on the spot between paths.
+
+    Args:
+        corners: of the way [m].
+        is_free: whether the base may be at poses on it, with the headings of the way.
+        speed: on straights [m/s].
+        turn_rate: largest [rad/s].
+    """
+    paths: list[Path] = []
+    pieces: list[Array] = []
+    curvatures: list[Array] = []
+    bends: list[int] = []
+
+    def end() -> None:
+        paths.append(
+            _timed(np.concatenate(pieces), np.concatenate(curvatures), bends, speed, turn_rate)
+        )
+        pieces.clear()
+        curvatures.clear()
+        bends.clear()
+
+    steps = np.diff(corners, axis=0)
+    lengths = np.hypot(steps[:, 0], steps[:, 1])
+    corners = corners[np.concatenate([[True], lengths > 1e-3])]
+    steps = np.diff(corners, axis=0)
+    lengths = np.hypot(steps[:, 0], steps[:, 1]).tolist()
+    headings = np.arctan2(steps[:, 1], steps[:, 0]).tolist()
+    here = corners[0]
+    for k, heading in enumerate(headings):
+        corner, arc = corners[k + 1], None
+        last = k + 1 == len(lengths)
+        if not last:
+            turn = wrap(headings[k + 1] - heading)
+            before = hypot(*(corner - here).tolist())
+            after = lengths[k + 1] * (1.0 if k + 2 == len(lengths) else 0.5)
+            arc = _arc(corner, heading, turn, min(before, after), is_free)
+        straight = _straight(here, corner if arc is None else arc[0, :2], heading)
+        pieces.append(straight)
+        curvatures.append(np.zeros(len(straight)))
+        here = corner
+        if arc is not None:
+            pieces.append(arc)
+            curvatures.append(np.full(len(arc), abs(turn) / max(1e-6, _length(arc))))
+            bends.append(sum(map(len, pieces)) - 1)
+            here = arc[-1, :2]
+        elif last or abs(turn) > _BLUNT:
+            end()
+    return paths
+
+
+def _length(points: Array) -> float:
+    return float(np.hypot(*np.diff(points[:, :2], axis=0).T).sum())
+
+
+def _straight(a: Array, b: Array, heading: float) -> Array:
+    count = max(2, ceil(hypot(*(b - a).tolist()) / SPACING) + 1)
+    return np.column_stack([np.linspace(a, b, count), np.full(count, heading)])
+
+
+def _arc(corner: Array, heading: float, turn: float, room: float, is_free: IsFree) -> Array | None:
+    """Poses (N, 3) on the largest free arc around a corner that leaves from `room` before it."""
+    if not _BLUNT < abs(turn) < _SHARP:
+        return None
+    slope = tan(abs(turn) / 2.0)
+    radius = min(_MAX_RADIUS, room / slope)
+    side = 1.0 if turn > 0.0 else -1.0
+    while radius > _MIN_RADIUS:
+        tangent = radius * slope
+        start = corner - tangent * np.array([cos(heading), sin(heading)])
+        centre = start + side * radius * np.array([-sin(heading), cos(heading)])
+        angles = heading + np.linspace(0.0, turn, max(3, ceil(radius * abs(turn) / SPACING) + 1))
+        offset = side * radius * np.column_stack([np.sin(angles), -np.cos(angles)])
+        arc = np.column_stack([centre + offset, angles])
+        if is_free(arc):
+            return arc
+        radius *= _TIGHTER
+    return None
+
+
+def _timed(
+    points: Array, curvatures: Array, bends: list[int], speed: float, turn_rate: float
+) -> Path:
+    """A path with its speeds; the base comes to rest at its end."""
+    steps = np.hypot(*np.diff(points[:, :2], axis=0).T)
+    curved = np.maximum(curvatures, 1e-6)
+    most = np.minimum(np.minimum(speed, _TURNING * turn_rate / curved), np.sqrt(_SIDEWAYS / curved))
+    speeds = most.tolist()
+    speeds[-1] = 0.0
+    for k in range(len(speeds) - 2, -1, -1):
+        speeds[k] = min(speeds[k], (speeds[k + 1] ** 2 + 2.0 * _BRAKING * steps[k]) ** 0.5)
+    allowed = np.maximum(speeds, min(speed, _CREEP))
+    taken = steps / (0.5 * (allowed[1:] + allowed[:-1]))
+    times = np.concatenate([np.cumsum(taken[::-1])[::-1], [0.0]])
+    return Path(points, allowed, times, tuple(bends))

@@ -1,0 +1,207 @@
+"""Planning the way of a base to a pose: out of where it stands, through the room, and in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from math import cos, pi, sin
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from controller.base_drive import Pose2D, wrap
+from controller.command import Array
+from controller.floor_map import FloorMap
+from controller.model import RobotModel
+from controller.path import SPACING, Path, paths_along, pull_straight
+
+CLEARANCE = 0.04
+"""Distance that the base keeps where it has the choice [m]."""
+_LONGEST_ESCAPE = 1.6
+"""A place to turn is looked for on straights as long as this [m]."""
+_ATTEMPTS = 5
+"""Ways that are tried."""
+_LEAST = 0.01
+"""A way that comes nearer to something than this is too narrow [m] ..."""
+_NO_CHOICE = 0.15
+"""... unless it does so as near to its ends as this [m]."""
+_RUN_UP = 0.25
+"""How much farther than needed the base goes straight in, where it can [m]."""
+
+
+class Leg(NamedTuple):
+    """A piece of the way that is driven without changing direction."""
+
+    path: Path
+    backwards: bool
+    headings: Array
+    """(N,) of the base on it [rad]."""
+    narrow: npt.NDArray[np.bool_]
+    """(N,) whether the base cannot turn there."""
+
+
+class Planner:
+    """Plans one way.
+
+    Args:
+        model: the robot.
+        room: what stands around.
+        reverse: drive backwards; what is called forwards below is then backwards.
+    """
+
+    def __init__(self, model: RobotModel, room: FloorMap, reverse: bool) -> None:
+        self._room = room
+        self._holonomic = model.n_base == 3
+        self._flip = pi if reverse and not self._holonomic else 0.0
+        limits = model.limits
+        speeds = float(limits.base_twist[0]), limits.base_reverse
+        self._ahead, self._back = speeds[::-1] if self._flip else speeds
+        self._turn_rate = float(limits.base_twist[2])
+
+    def search(self, start: Pose2D, goal: Pose2D) -> Iterator[list[Leg] | None]:
+        """The legs of the way, piece by piece of the work, so that no period takes long.
+
+        A way that proves too narrow to turn somewhere is closed there, and another one is sought.
+
+        Yields:
+            None while there is more to do; then the legs, which are none if there is no way.
+        """
+        a, b = self._facing(start), self._facing(goal)
+        outs, first_found = self._straights(a, (1, -1)), list[Leg]()
+        for into in self._straights(b, (-1, 1)):
+            closed: list[Array] = []
+            while len(closed) < _ATTEMPTS:
+                yield None
+                gate = _moved(b, into)
+                places = np.array(closed) if closed else None
+                field = self._room.field((gate.x, gate.y), closed=places)
+                starts = np.array([_moved(a, out)[:2] for out in outs])
+                times = field.at(starts) / self._ahead
+                times += [abs(s) / (self._ahead if s > 0 else self._back) for s in outs]
+                out = outs[int(times.argmin())]
+                way = field.way_from(_moved(a, out)[:2])
+                if way is None:
+                    break
+                yield None
+                line = pull_straight(way, self._room.clearance, self._room.turning)
+                yield None
+                legs = self._along(a, out, line, into, b)
+                narrow = self._too_narrow(legs)
+                if narrow is None:
+                    yield legs
+                    return
+                first_found = first_found or legs
+                closed.append(narrow)
+        yield first_found
+
+    def _too_narrow(self, legs: list[Leg]) -> Array | None:
+        """Where the base touches something on the way or cannot turn (2,), if anywhere."""
+        poses = [np.column_stack([leg.path.points[:, :2], leg.headings]) for leg in legs]
+        end = poses[-1][-1, :2]
+        for before, after in list(pairwise(poses)):
+            turn = wrap(after[0, 2] - before[-1, 2])
+            headings = before[-1, 2] + np.linspace(0.0, turn, 9)
+            poses.append(np.column_stack([np.tile(after[0, :2], (9, 1)), headings]))
+        every = np.concatenate(poses)
+        clearances = self._room.stands_free(every)
+        # Where it starts and where it is to stand it has no choice.
+        ends = np.array([every[0, :2], end])
+        away = np.linalg.norm(every[:, None, :2] - ends, axis=2).min(axis=1)
+        clearances[away < _NO_CHOICE] = CLEARANCE
+        worst = int(clearances.argmin())
+        return None if clearances[worst] >= _LEAST else every[worst, :2]
+
+    def _facing(self, pose: Pose2D) -> Pose2D:
+        return Pose2D(pose.x, pose.y, wrap(pose.heading + self._flip))
+
+    def _straights(self, pose: Pose2D, signs: tuple[int, int]) -> list[float]:
+        """Signed lengths of straights from a pose to places where the base can turn, best first.
+
+        Without any, to where it has the most room.
+        """
+        room = self._room
+        (here,) = room.clearance(np.array([pose[:2]]))
+        if here >= room.turning - 0.02:
+            return [0.0]
+        found, widest = [], (float(here) + 0.02, 0.0)
+        for sign in signs:
+            lengths = sign * np.arange(0.0, _LONGEST_ESCAPE, SPACING)
+            poses = np.array([_moved(pose, length) for length in lengths.tolist()])
+            around = room.clearance(poses[:, :2])
+            poses[:, 2] += self._flip
+            free = room.stands_free(poses)
+            touches = np.flatnonzero(free < min(CLEARANCE, free[0]) - 0.005)
+            around = around[: int(touches[0]) if len(touches) else None]
+            best = int(around.argmax())
+            widest = max(widest, (float(around[best]), float(lengths[best])))
+            turns = np.flatnonzero(around >= room.turning)
+            if len(turns):
+                first = int(turns[0])
+                run_up = [int(t) for t in turns if t <= first + round(_RUN_UP / SPACING)]
+                found.append(float(lengths[run_up[-1] if signs[0] < 0 and sign < 0 else first]))
+        return found or [widest[1]]
+
+    def _along(self, a: Pose2D, out: float, line: Array, into: float, b: Pose2D) -> list[Leg]:
+        legs: list[Leg] = []
+        if out < 0.0:
+            legs += self._driven(np.array([a[:2], line[0]]), backwards=True)
+        elif out > 0.0:
+            line = np.concatenate([[a[:2]], line])
+        if into < 0.0:
+            line = np.concatenate([line, [b[:2]]])
+        legs += self._driven(line, backwards=False)
+        if into > 0.0:
+            legs += self._driven(np.array([line[-1], b[:2]]), backwards=True)
+        return self._turned(legs, a, b) if self._holonomic else legs
+
+    def _driven(self, line: Array, *, backwards: bool) -> list[Leg]:
+        flip = pi if backwards else 0.0
+
+        def is_free(poses: Array) -> bool:
+            turned = poses + np.array([0.0, 0.0, flip + self._flip])
+            room = self._room.stands_free(turned)
+            return bool((room >= min(CLEARANCE, room[0], room[-1]) - 0.005).all())
+
+        speed = self._back if backwards else self._ahead
+        legs = []
+        for path in paths_along(line, is_free, speed, self._turn_rate):
+            headings = path.points[:, 2] + flip + self._flip
+            narrow = self._room.clearance(path.points[:, :2]) < self._room.turning - 0.02
+            legs.append(Leg(path, backwards, headings, narrow))
+        return legs
+
+    def _turned(self, legs: list[Leg], a: Pose2D, b: Pose2D) -> list[Leg]:
+        """The legs with the headings of a base that turns where it likes.
+
+        It turns where there is room to, and keeps one heading through every narrow place.
+        """
+        points = np.concatenate([leg.path.points for leg in legs])
+        narrow = np.concatenate([leg.narrow for leg in legs])
+        headings = np.full(len(points), b.heading)
+        ends = np.flatnonzero(np.diff(narrow, append=False, prepend=False))
+        for first, last in reversed(list(zip(ends[::2], ends[1::2], strict=True))):
+            way = points[first:last, 2]
+            middle = float(way[len(way) // 2])
+            wishes = [middle, middle + pi, headings[last % len(points)]]
+            wishes = [a.heading, *wishes] if first == 0 else [b.heading, *wishes]
+            for wish in wishes:
+                poses = np.column_stack([points[first:last, :2], np.full(len(way), wish)])
+                if (self._room.stands_free(poses) >= CLEARANCE / 2.0).all():
+                    headings[:last] = wish
+                    break
+            else:
+                headings[first:last] = way
+                headings[:first] = way[0]
+        starts = np.cumsum([0, *(len(leg.headings) for leg in legs)])
+        return [
+            leg._replace(headings=headings[start : start + len(leg.headings)])
+            for leg, start in zip(legs, starts[:-1].tolist(), strict=True)
+        ]
+
+
+def _moved(pose: Pose2D, length: float) -> Pose2D:
+    """A pose this far along its heading."""
+    return Pose2D(
+        pose.x + length * cos(pose.heading), pose.y + length * sin(pose.heading), pose.heading
+    )
