@@ -9,6 +9,7 @@ import numpy as np
 
 from app.lab.bench.motion import Controller
 from controller import (
+    OPEN_FLOOR,
     PAPER,
     PRESETS,
     Command,
@@ -19,6 +20,7 @@ from controller import (
     PoseGoal,
     RobotModel,
     StepReport,
+    Surroundings,
 )
 from robots import load_robot, with_base_speed
 
@@ -80,10 +82,14 @@ class PublishedExample:
         self._controller = controller
 
     def step(
-        self, state: KinematicState, goal: MotionGoal | None, last: Command
+        self,
+        state: KinematicState,
+        goal: MotionGoal | None,
+        last: Command,
+        surroundings: Surroundings = OPEN_FLOOR,
     ) -> tuple[Command, StepReport]:
         """The command for the next period."""
-        command, report = self._controller.step(state, goal, last)
+        command, report = self._controller.step(state, goal, last, surroundings)
         if not isinstance(goal, PoseGoal):
             return command, report
         wTe = state.wTb * report.bTe
