@@ -10,6 +10,7 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller.command import Array, PoseGoal
+from controller.goal_motion import GoalMotion
 from controller.settings import ControllerSettings, ServoSettings
 
 _NEAR, _NEAR_ANGLE = 0.04, 0.14
@@ -42,6 +43,55 @@ def error_norm(settings: ControllerSettings, bTe: SE3, error: PoseError) -> floa
     if settings.error_norm == "euclidean":
         return error.position
     return float(np.abs(bTe.rotation.T @ error.translation_vector).sum())
+
+
+class Servo:
+    """The end-effector twist that leads to a goal, from period to period.
+
+    What it keeps is how the goal moves, and the last twist.
+
+    Args:
+        settings: of the controller. Without guidance, as published, no motion is estimated.
+    """
+
+    def __init__(self, settings: ControllerSettings) -> None:
+        self._settings, self._period = settings.servo, settings.period
+        self._estimates_motion = settings.guidance is not None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the goal."""
+        self._goal_motion = GoalMotion(self._period)
+        self._last = np.zeros(6)
+
+    def with_motion(self, goal: PoseGoal) -> PoseGoal:
+        """The goal with the velocity that it seems to have, unless it is given or none."""
+        return self._goal_motion(goal) if self._estimates_motion else goal
+
+    def __call__(self, goal: PoseGoal, bTw: SE3, bTe: SE3, error: PoseError) -> Array:
+        """The twist ν (6,) that leads to a goal and moves with it, in base axes [m/s, rad/s].
+
+        Near the goal most of the error is noise of the state, and the robot would follow each
+        sample of it. There the twist passes a low-pass filter of the first order. Farther away it
+        does not, so that the arrival is not delayed.
+
+        Args:
+            goal: the goal.
+            bTw: the world in the base.
+            bTe: the end effector in the base.
+            error: from `bTe` to the goal, in base axes.
+        """
+        steadying = self._settings.steadying
+        twist = desired_twist(self._settings, goal, bTw, bTe, error)
+        far = max(error.position / _NEAR, error.orientation / _NEAR_ANGLE)
+        if far < 1.0 and steadying > 0.0:
+            memory = exp(-self._period / steadying) * min(1.0, 2.0 * (1.0 - far))
+            twist += memory * (self._last - twist)
+        self._last = twist
+        if goal.twist is None:
+            return twist
+        R = bTw.rotation
+        return np.concatenate([twist[:3] + R @ goal.twist[:3], twist[3:] + R @ goal.twist[3:]])
 
 
 def desired_twist(
@@ -80,37 +130,6 @@ def desired_twist(
         twist[:3] = settings.gain * error.translation_vector
         twist[3:] = settings.rotation_gain * rotation
     return twist
-
-
-def add_goal_twist(twist: Array, goal: PoseGoal, bTw: SE3) -> Array:
-    """A desired twist (6,) in base axes with that of the goal itself."""
-    if goal.twist is None:
-        return twist
-    R = bTw.rotation
-    return twist + np.concatenate([R @ goal.twist[:3], R @ goal.twist[3:]])
-
-
-def steadied(
-    settings: ServoSettings, twist: Array, last: Array, error: PoseError, period: float
-) -> Array:
-    """A desired twist (6,) that does not follow the noise of the state near the goal.
-
-    Near the goal most of the error is noise, and the robot would follow each sample of it. There
-    the twist passes a low-pass filter of the first order. Farther away nothing changes, so that the
-    arrival is not delayed.
-
-    Args:
-        settings: its time constant.
-        twist: (6,) that is desired.
-        last: (6,) what this returned in the period before.
-        error: to the goal.
-        period: control period [s].
-    """
-    far = max(error.position / _NEAR, error.orientation / _NEAR_ANGLE)
-    if settings.steadying == 0.0 or far >= 1.0:
-        return twist
-    memory = exp(-period / settings.steadying) * min(1.0, 2.0 * (1.0 - far))
-    return twist + memory * (last - twist)
 
 
 def approach_speed(distance: float, gain: float, deceleration: float, max_speed: float) -> float:
