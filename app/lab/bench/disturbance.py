@@ -46,7 +46,7 @@ def draw_start(model: RobotModel, kind: str, rng: np.random.Generator) -> Array:
         while True:
             q = rng.uniform(limits.q_min, limits.q_max)
             if kind == "limits":
-                side = rng.integers(3, size=len(q))  # at the lower, at the upper, or in between
+                side = rng.integers(3, size=len(q))
                 q = np.where(side == 0, limits.q_min + _AT_A_LIMIT, q)
                 q = np.where(side == 1, limits.q_max - _AT_A_LIMIT, q)
             elif kind == "stretched":
@@ -79,6 +79,7 @@ class Disturbance:
     """From the state to the command that follows from it [s]."""
 
 
+QUIET = Disturbance()
 NOISY = Disturbance(joint_noise=1e-3, base_noise=5e-3, heading_noise=radians(0.3))
 """An ordinary encoder and an ordinary localisation."""
 

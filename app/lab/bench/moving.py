@@ -105,7 +105,8 @@ def _turn_rates(following: Following, times: Array, period: float) -> Array:
             return np.zeros(len(times))
         case "sine":
             phase = 2.0 * np.pi * times / _SINE_PERIOD
-            return _SINE_HEADING * 2.0 * np.pi / _SINE_PERIOD * np.cos(phase)
+            turn = _SINE_HEADING * 2.0 * np.pi / _SINE_PERIOD * np.cos(phase)
+            return np.asarray(turn, float)
         case "random walk":
             kernel = np.exp(-0.5 * (np.arange(-3.0, 3.0, period / _WALK_MEMORY)) ** 2)
             noise = np.random.default_rng(following.seed).normal(size=len(times) + len(kernel) - 1)
@@ -113,7 +114,7 @@ def _turn_rates(following: Following, times: Array, period: float) -> Array:
             return np.asarray(walk, float)
         case circle:
             radius = float(circle.split()[1])
-            return np.full(len(times), following.speed / radius)
+            return np.asarray(np.full(len(times), following.speed / radius), float)
 
 
 def run_following(
