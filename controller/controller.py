@@ -22,7 +22,6 @@ from controller.command import (
     PostureGoal,
 )
 from controller.dampers import Dampers
-from controller.goal_motion import GoalMotion
 from controller.guidance import Guide
 from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
@@ -30,7 +29,7 @@ from controller.proximity import Proximity
 from controller.qp import QP, Rows, Solver
 from controller.route import plain_lead
 from controller.self_collision import SelfCollision
-from controller.servo import approach_speed, desired_twist, error_norm, pose_error
+from controller.servo import Servo, approach_speed, error_norm, pose_error
 from controller.settings import ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from controller.validation import check_inputs
@@ -117,7 +116,7 @@ class HolisticController:
         self._proximity = None if self._dampers is None else Proximity(model, self._dampers.ranges)
         guided = self.settings.guidance is not None
         self._guide = Guide(model, self.settings, SelfCollision(model)) if guided else None
-        self._goal_motion = GoalMotion(self.settings.period) if guided else None
+        self._servo = Servo(self.settings)
 
     def step(
         self,
@@ -145,8 +144,8 @@ class HolisticController:
         linearisation = linearise(model, settings, state.q)
         if self._guide is not None and not isinstance(goal, PoseGoal):
             self._guide.reset()
-        if self._goal_motion is not None and not isinstance(goal, PoseGoal):
-            self._goal_motion.reset()
+        if not isinstance(goal, PoseGoal):
+            self._servo.reset()
         match goal:
             case PoseGoal():
                 motion = self._to_pose(state, goal, linearisation, bounds, applied, surroundings)
@@ -224,11 +223,10 @@ class HolisticController:
     ) -> _Motion:
         """Base and arm together to an end-effector pose."""
         model, settings, bTe = self.model, self.settings, linearisation.bTe
-        if self._goal_motion is not None:
-            goal = self._goal_motion(goal)
+        goal = self._servo.with_motion(goal)
         bTw = state.wTb.inverse()
         error = pose_error(bTe, bTw * goal.wTe)
-        twist = desired_twist(settings.servo, goal, bTw, bTe, error)
+        twist = self._servo(goal, bTw, bTe, error)
         bias, base_time, posture_error = None, 0.0, 0.0
         if self._guide is not None:
             bias = self._guide.bias(goal, error, Pose2D.of(state.wTb), state.q, surroundings)

@@ -6,10 +6,12 @@ task achieves.
 """
 
 from app.lab.bench.configuration import EXAMPLE, Configuration
+from app.lab.bench.disturbance import NOISY, STARTS, Disturbance
 from app.lab.bench.fault_matrix import QUICK, QUICK_PHASES
 from app.lab.bench.fault_report import faults_json, faults_notes, faults_table
 from app.lab.bench.faults import Cell, CellResult, cells, run_cells
-from app.lab.bench.goals import generate_goals, load_goals
+from app.lab.bench.goals import PLACES, generate_goals, load_goals
+from app.lab.bench.moving import PATHS, Following, moving_json, moving_table, run_following
 from app.lab.bench.obstacle_plots import plot_worlds, trace_world
 from app.lab.bench.obstacle_report import (
     ObstacleRow,
@@ -59,15 +61,21 @@ __all__ = [
     "EXAMPLE",
     "FAMILIES",
     "KINDS",
+    "NOISY",
+    "PATHS",
+    "PLACES",
     "POSES",
     "QUICK",
     "QUICK_PHASES",
     "SPEEDS",
+    "STARTS",
     "SWEEPS",
     "Cell",
     "CellResult",
     "Conditions",
     "Configuration",
+    "Disturbance",
+    "Following",
     "ObstacleRow",
     "PoseRun",
     "Reach",
@@ -86,6 +94,8 @@ __all__ = [
     "make_plots",
     "make_world",
     "measure_watching",
+    "moving_json",
+    "moving_table",
     "obstacle_json",
     "obstacle_notes",
     "obstacle_rows",
@@ -101,6 +111,7 @@ __all__ = [
     "reach_notes",
     "reach_table",
     "run_cells",
+    "run_following",
     "run_pick_place",
     "run_pose",
     "run_signals",

@@ -22,7 +22,7 @@ from controller import (
     StepReport,
     Surroundings,
 )
-from robots import load_robot, with_base_speed
+from robots import load_robot, with_base_speed, with_reverse_speed
 
 EXAMPLE = "example"
 """The preset of the paper's controller whose velocities are scaled as in its published example."""
@@ -44,6 +44,8 @@ class Configuration:
     preset: str = "frankie"
     base_speed: float | None = None
     """Largest speed of the base [m/s]; None is the default of the preset."""
+    reverse_speed: float | None = None
+    """Largest speed of the base backwards [m/s]; None keeps its share of the forward speed."""
     period: float = 0.01
     """Control period [s]."""
     changes: tuple[tuple[str, Any], ...] = ()
@@ -54,9 +56,11 @@ class Configuration:
         description = load_robot(self.robot)
         if self.preset != "frankie":
             speed = self.base_speed or _PUBLISHED_BASE_SPEED
-            return RobotModel(with_base_speed(description, speed, _PUBLISHED_BASE_SPEED))
-        if self.base_speed is not None:
+            description = with_base_speed(description, speed, _PUBLISHED_BASE_SPEED)
+        elif self.base_speed is not None:
             description = with_base_speed(description, self.base_speed)
+        if self.reverse_speed is not None:
+            description = with_reverse_speed(description, self.reverse_speed)
         return RobotModel(description)
 
     def controller(self, model: RobotModel) -> Controller:

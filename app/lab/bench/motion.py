@@ -105,11 +105,12 @@ def run_motion(
     limit: float,
     patience: float = np.inf,
     stop_on_arrival: bool = True,
+    start: Array | None = None,
     surroundings_at: SurroundingsAt = lambda time: OPEN_FLOOR,
     lag: bool = False,
     watch: Callable[[float, StepReport], None] = lambda time, report: None,
 ) -> Motion:
-    """Move from rest at the origin, arm ready, until the goal is reached or time is up.
+    """Move from rest at the origin until the goal is reached or time is up.
 
     Args:
         controller: computes the commands.
@@ -119,13 +120,15 @@ def run_motion(
         limit: longest time [s].
         patience: give up after this long without progress [s].
         stop_on_arrival: stop when the goal is reached, or go on to the limit.
+        start: (7,) joint positions at first [rad]; None is ready.
         surroundings_at: what is around; a motion ends when the controller says that it makes the
             goal unreachable.
         lag: whether base and arm follow their commands with the lags of the robot's description,
             or exactly.
         watch: called after every step.
     """
-    state, heading = State(wTb=SE3.Identity(), q=model.description.arm.ready.copy()), 0.0
+    q = model.description.arm.ready.copy() if start is None else start
+    state, heading = State(wTb=SE3.Identity(), q=q), 0.0
     last = applied = Command.stop()
     bases, postures, tools, errors = [np.zeros(3)], [state.q], [], []
     velocities: list[Array] = []
