@@ -107,6 +107,8 @@ class Route:
         arrives = started or (hypot(x, y) < _ARRIVED and abs(turn) < _ARRIVED)
         free = min(clearances, default=inf) >= min(CLEARANCE, here, there) - 0.005
         self._plain = arrives and free
+        if self._plain:
+            self._legs = []
         return self._plain
 
     def _velocities(self) -> Array:
@@ -156,7 +158,7 @@ class Route:
             return self._plainly(wTb, goal, self._reverse)
         if self._passed(leg, wTb):
             if self._leg + 1 == len(self._legs):
-                self._plain = True
+                self._plain, self._legs = True, []
                 return self._plainly(wTb, goal, self._reverse)
             self._leg, self._at = self._leg + 1, 0
             self._is_plain(room, wTb, goal)

@@ -62,13 +62,15 @@ class Planner:
     def search(self, start: Pose2D, goal: Pose2D) -> Iterator[list[Leg] | None]:
         """The legs of the way, piece by piece of the work, so that no period takes long.
 
-        A way that proves too narrow to turn somewhere is closed there, and another one is sought.
+        A way that proves too narrow somewhere is closed there, and another one is sought. If none
+        is wide enough, the widest is taken.
 
         Yields:
             None while there is more to do; then the legs, which are none if there is no way.
         """
         a, b = self._facing(start), self._facing(goal)
-        outs, first_found = self._straights(a, (1, -1)), list[Leg]()
+        outs = self._straights(a, (1, -1))
+        widest: tuple[float, list[Leg]] = (-np.inf, [])
         for into in self._straights(b, (-1, 1)):
             closed: list[Array] = []
             while len(closed) < _ATTEMPTS:
@@ -87,16 +89,17 @@ class Planner:
                 line = pull_straight(way, self._room.clearance, self._room.turning)
                 yield None
                 legs = self._along(a, out, line, into, b)
-                narrow = self._too_narrow(legs)
-                if narrow is None:
+                clearance, narrowest = self._narrowest(legs)
+                if clearance > widest[0]:
+                    widest = clearance, legs
+                if clearance >= _LEAST:
                     yield legs
                     return
-                first_found = first_found or legs
-                closed.append(narrow)
-        yield first_found
+                closed.append(narrowest)
+        yield widest[1]
 
-    def _too_narrow(self, legs: list[Leg]) -> Array | None:
-        """Where the base touches something on the way or cannot turn (2,), if anywhere."""
+    def _narrowest(self, legs: list[Leg]) -> tuple[float, Array]:
+        """Least clearance on the way, turns on the spot included [m], and where it is (2,)."""
         poses = [np.column_stack([leg.path.points[:, :2], leg.headings]) for leg in legs]
         end = poses[-1][-1, :2]
         for before, after in list(pairwise(poses)):
@@ -110,7 +113,7 @@ class Planner:
         away = np.linalg.norm(every[:, None, :2] - ends, axis=2).min(axis=1)
         clearances[away < _NO_CHOICE] = CLEARANCE
         worst = int(clearances.argmin())
-        return None if clearances[worst] >= _LEAST else every[worst, :2]
+        return float(clearances[worst]), every[worst, :2]
 
     def _facing(self, pose: Pose2D) -> Pose2D:
         return Pose2D(pose.x, pose.y, wrap(pose.heading + self._flip))
