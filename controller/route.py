@@ -164,7 +164,8 @@ class Route:
             self._is_plain(room, wTb, goal)
             return self.lead(room, wTb, goal, self._reverse)
         speed = float(leg.path.speeds[self._at])
-        ahead = (0.15 if leg.narrow[self._at] else 0.25) * (1.0 + speed)
+        close = self._model.n_base == 3 or leg.narrow[self._at]
+        ahead = (0.15 if close else 0.25) * (1.0 + speed)
         index = self._at + ceil(ahead / SPACING)
         beyond = max(0, index - len(points) + 1) * SPACING
         index = min(index, len(points) - 1)

@@ -161,14 +161,16 @@ class Planner:
     def _driven(self, line: Array, *, backwards: bool) -> list[Leg]:
         flip = pi if backwards else 0.0
 
-        def is_free(poses: Array) -> bool:
-            turned = poses + np.array([0.0, 0.0, flip + self._flip])
-            room = self._room.stands_free(turned)
-            return bool((room >= min(CLEARANCE, room[0], room[-1]) - 0.005).all())
+        def stands_free(poses: Array) -> Array:
+            if self._holonomic:  # it may have any heading where it can turn
+                around = self._room.clearance(poses[:, :2]) - self._room.circumscribed
+                if (around >= 0.0).all():
+                    return around + CLEARANCE
+            return self._room.stands_free(poses + np.array([0.0, 0.0, flip + self._flip]))
 
         speed = self._back if backwards else self._ahead
         legs = []
-        for path in paths_along(line, is_free, speed, self._turn_rate):
+        for path in paths_along(line, stands_free, CLEARANCE, speed, self._turn_rate):
             headings = path.points[:, 2] + flip + self._flip
             narrow = self._room.clearance(path.points[:, :2]) < self._room.turning - 0.02
             legs.append(Leg(path, backwards, headings, narrow))
