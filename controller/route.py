@@ -29,7 +29,7 @@ _CHECK = 100
 _NEAR_END = 0.015
 """A leg ends this far before its last point [m]."""
 _ARRIVED = 0.02
-"""A trial that ends nearer to the goal than this has arrived [m and rad]."""
+"""The base drives plainly where that ends nearer to the goal than this [m and rad]."""
 _TRIAL = 0.15
 """Time between the poses of a trial [s]."""
 _TRIAL_STEPS = 80
@@ -77,7 +77,7 @@ class Route:
             self._start(room, wTb, goal)
         self._unchecked += 1
         due = self._plain and self._unchecked > _CHECK
-        if due and not self._is_plain(room, wTb, goal, started=True):
+        if due and not self._is_plain(room, wTb, goal, inf):
             self._start(room, wTb, goal)
         if self._plain:
             return self._plainly(wTb, goal, reverse)
@@ -95,16 +95,14 @@ class Route:
         time = time_to_drive(self._model, self._settings.drive, target, reverse)
         return Lead(target, reverse, True, inf, time)
 
-    def _is_plain(
-        self, room: FloorMap, wTb: Pose2D, goal: Pose2D, *, started: bool = False
-    ) -> bool:
-        """Whether plain driving from here arrives and touches nothing; if started, the latter."""
+    def _is_plain(self, room: FloorMap, wTb: Pose2D, goal: Pose2D, within: float) -> bool:
+        """Whether plain driving touches nothing and ends `within` of the goal [m and rad]."""
         self._unchecked = 0
         poses = trial(self._model, self._settings, wTb, goal, self._reverse, self._velocities())
         here, *clearances = room.stands_free(poses).tolist()
         (there,) = room.stands_free(np.array([goal])).tolist()
         x, y, turn = goal.relative_to(Pose2D(*poses[-1].tolist()))
-        arrives = started or (hypot(x, y) < _ARRIVED and abs(turn) < _ARRIVED)
+        arrives = hypot(x, y) < within and abs(turn) < within
         free = min(clearances, default=inf) >= min(CLEARANCE, here, there) - 0.005
         self._plain = arrives and free
         if self._plain:
@@ -126,7 +124,7 @@ class Route:
         self._why_not = ""
         self._leg = self._at = 0
         self._legs = []
-        if self._is_plain(room, wTb, goal):
+        if self._is_plain(room, wTb, goal, _ARRIVED):
             return
         self._search = Planner(self._model, room, self._reverse).search(wTb, goal)
 
@@ -154,14 +152,16 @@ class Route:
         if away[nearest] > _LOST:
             self._start(room, wTb, goal)
             return self.lead(room, wTb, goal, self._reverse)
-        if any(bend in passed for bend in leg.path.bends) and self._is_plain(room, wTb, goal):
+        if any(bend in passed for bend in leg.path.bends) and self._is_plain(
+            room, wTb, goal, _ARRIVED
+        ):
             return self._plainly(wTb, goal, self._reverse)
         if self._passed(leg, wTb):
             if self._leg + 1 == len(self._legs):
                 self._plain, self._legs = True, []
                 return self._plainly(wTb, goal, self._reverse)
             self._leg, self._at = self._leg + 1, 0
-            self._is_plain(room, wTb, goal)
+            self._is_plain(room, wTb, goal, _ARRIVED)
             return self.lead(room, wTb, goal, self._reverse)
         speed = float(leg.path.speeds[self._at])
         close = self._model.n_base == 3 or leg.narrow[self._at]

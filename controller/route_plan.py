@@ -172,7 +172,7 @@ class Planner:
         legs = []
         for path in paths_along(line, stands_free, CLEARANCE, speed, self._turn_rate):
             headings = path.points[:, 2] + flip + self._flip
-            narrow = self._room.clearance(path.points[:, :2]) < self._room.turning - 0.02
+            narrow = self._room.clearance(path.points[:, :2]) < self._room.turning
             legs.append(Leg(path, backwards, headings, narrow))
         return legs
 
