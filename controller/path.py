@@ -15,6 +15,8 @@ Clearance: TypeAlias = Callable[[Array], Array]
 """Distances (N,) of points (N, 2) to what is nearest [m]."""
 StandsFree: TypeAlias = Callable[[Array], Array]
 """Distances (N,) of the base at poses x, y, heading of the way (N, 3) to what is nearest [m]."""
+IsFree: TypeAlias = Callable[[Array], bool]
+"""Whether the base may be at such poses (N, 3)."""
 
 SPACING = 0.05
 """Of the points of a path [m]."""
@@ -26,8 +28,6 @@ _TIGHTER = 0.65
 """The next radius that is tried is this much smaller."""
 _SHARP = 2.4
 """A sharper corner is not rounded either [rad]."""
-_NO_NEARER = 0.005
-"""What an arc may come nearer [m]."""
 _BLUNT = 0.03
 """A blunter one is none [rad]."""
 _TURNING = 0.85
@@ -80,22 +80,17 @@ def pull_straight(way: Array, clearance: Clearance, enough: float) -> Array:
 
 
 def paths_along(
-    corners: Array, stands_free: StandsFree, enough: float, speed: float, turn_rate: float
+    corners: Array, stands_free: StandsFree, is_free: IsFree, speed: float, turn_rate: float
 ) -> list[Path]:
     """Paths along straights between corners (N, 2); the base turns on the spot between paths.
 
     Args:
         corners: of the way [m].
         stands_free: distances of the base on its way to what is nearest.
-        enough: distance that arcs keep, or that of their ends if that is less [m].
+        is_free: whether the base may take an arc.
         speed: on straights [m/s].
         turn_rate: largest [rad/s].
     """
-
-    def is_free(poses: Array) -> bool:
-        room = stands_free(poses)
-        return bool((room >= min(enough, room[0], room[-1]) - _NO_NEARER).all())
-
     paths: list[Path] = []
     pieces: list[Array] = []
     curvatures: list[Array] = []

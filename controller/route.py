@@ -165,7 +165,7 @@ class Route:
             return self.lead(room, wTb, goal, self._reverse)
         speed = float(leg.path.speeds[self._at])
         close = self._model.n_base == 3 or leg.narrow[self._at]
-        ahead = (0.15 if close else 0.25) * (1.0 + speed)
+        ahead = (0.12 if close else 0.25) * (1.0 + speed)
         index = self._at + ceil(ahead / SPACING)
         beyond = max(0, index - len(points) + 1) * SPACING
         index = min(index, len(points) - 1)

@@ -26,6 +26,8 @@ _LEAST = 0.01
 """A way that comes nearer to something than this is too narrow [m] ..."""
 _NO_CHOICE = 0.15
 """... unless it does so as near to its ends as this [m]."""
+_NO_NEARER = 0.005
+"""What an arc may come nearer to something than its ends [m]."""
 _RUN_UP = 0.25
 """How much farther than needed the base goes straight in, where it can [m]."""
 
@@ -161,16 +163,22 @@ class Planner:
     def _driven(self, line: Array, *, backwards: bool) -> list[Leg]:
         flip = pi if backwards else 0.0
 
+        room, turned = self._room, np.array([0.0, 0.0, flip + self._flip])
+
         def stands_free(poses: Array) -> Array:
-            if self._holonomic:  # it may have any heading where it can turn
-                around = self._room.clearance(poses[:, :2]) - self._room.circumscribed
-                if (around >= 0.0).all():
-                    return around + CLEARANCE
-            return self._room.stands_free(poses + np.array([0.0, 0.0, flip + self._flip]))
+            if self._holonomic:  # it may have any heading there
+                around = room.clearance(poses[:, :2]) - room.circumscribed
+                return around + CLEARANCE
+            return room.stands_free(poses + turned)
+
+        def is_free(arc: Array) -> bool:
+            clearances = stands_free(arc)
+            least = min(CLEARANCE, clearances[0], clearances[-1]) - _NO_NEARER
+            return bool((clearances >= least).all())
 
         speed = self._back if backwards else self._ahead
         legs = []
-        for path in paths_along(line, stands_free, CLEARANCE, speed, self._turn_rate):
+        for path in paths_along(line, stands_free, is_free, speed, self._turn_rate):
             headings = path.points[:, 2] + flip + self._flip
             narrow = self._room.clearance(path.points[:, :2]) < self._room.turning
             legs.append(Leg(path, backwards, headings, narrow))
