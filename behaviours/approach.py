@@ -41,6 +41,8 @@ class Approach:
             return leaf.running(f"setting out for {self._target}")
         if report.arrived:
             return leaf.success(f"at {self._target}")
+        if report.unreachable:
+            return leaf.failure(f"cannot get to {self._target}: {report.unreachable}")
         left = self._left(report)
         if now - self._begun > self._timeout:
             return leaf.failure(f"not at {self._target} after {self._timeout:g} s: {left}")

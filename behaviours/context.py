@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from pinocchio import SE3
 
+from behaviours.held import Held
 from behaviours.key import Key
 from behaviours.log import TaskLog
 from behaviours.relocalisation import Relocalisation
 from behaviours.settings import BehaviourSettings
 from behaviours.vision import Vision
-from controller import MotionGoal, RobotModel, StepReport
+from controller import MotionGoal, Obstacle, RobotModel, StepReport, Surroundings
 from hw import Robot, RobotState, TaskClock
+from robots import Geom
 
 
 @dataclass(kw_only=True, eq=False)
@@ -41,14 +44,28 @@ class Context:
     """The report of the controller about the last goal."""
     report_of: tuple[object, str] | None = None
     """The leaf whose goal the report is about, and its phase."""
+    fixtures: tuple[Geom, ...] = ()
+    """What is known to stand around the robot and never moves, in the world."""
+    obstacles: Callable[[float], Sequence[Obstacle]] = lambda stamp: ()
+    """What moves by itself at a time on the session's clock [s]."""
     settings: BehaviourSettings = field(default_factory=BehaviourSettings)
     log: TaskLog = field(default_factory=TaskLog)
     keys: dict[str, Key[object]] = field(default_factory=dict)
     """Every key of the tree, by its path: those of a subtree after the name of its node."""
 
     def __post_init__(self) -> None:
+        self._held = Held(self.log)
         self._relocalisation = Relocalisation(self.settings.relocalisation)
         self._jump = self._relocalisation.note(self.state)
+
+    @property
+    def surroundings(self) -> Surroundings:
+        """What the robot must not hit, as it is known this tick."""
+        return Surroundings(
+            fixtures=self.fixtures,
+            moving=tuple(self.obstacles(self.state.stamp)),
+            held=self._held.shape(self.state.gripper_width),
+        )
 
     @property
     def wTe(self) -> SE3:

@@ -85,7 +85,8 @@ class Follow(Leaf):
         if keeps_up:
             self._progress = Progress(context)
         elif self._progress.is_stuck(report):
-            return self.failure(f"cannot keep up, {report.position_error:.2f} m behind")
+            behind = f"cannot keep up, {report.position_error:.2f} m behind"
+            return self.failure(behind + self._progress.because)
         still = now - self._still_since
         if self._still is not None and still >= self._still and keeps_up:
             return self.success(f"it has stood still for {still:.1f} s")

@@ -101,13 +101,15 @@ class Grasp(Leaf):
             self._target, self._progress = grasp.wTg.translation, Progress(self.context)
         above = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -settings.standoff]))
         report = self.pursue(
-            PoseGoal(wTe=above, speed=settings.follow_speed, straight=True), "follow"
+            PoseGoal(wTe=above, speed=settings.follow_speed, straight=True, hand_may_touch=True),
+            "follow",
         )
         if report is None:
             return self.running(f"following a grasp of quality {grasp.quality:.2f}")
         if self._stalled(report):
             vision.reject()
-            return self.failure(f"cannot get above the grasp, {report.position_error:.3f} m short")
+            short = f"cannot get above the grasp, {report.position_error:.3f} m short"
+            return self.failure(short + self._progress.because)
         if not vision.tracker.locked:
             return self.running(f"following, {report.position_error:.3f} m to go")
         is_above = report.position_error <= settings.above_position
@@ -129,12 +131,14 @@ class Grasp(Leaf):
             speed=settings.descend_speed,
             position_tolerance=settings.descend_tolerance,
             straight=True,
+            hand_may_touch=True,
         )
         report = self.pursue(goal, "descend")
         if report is None or not report.arrived:
             if report is not None and self._stalled(report):
                 self.context.vision.reject()
-                return self.failure(f"stopped {report.position_error:.3f} m before the grasp")
+                short = f"stopped {report.position_error:.3f} m before the grasp"
+                return self.failure(short + self._progress.because)
             return self.running("going down")
         self._note(self._locked)
         self.grip(0.0, self._force)

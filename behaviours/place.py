@@ -242,6 +242,7 @@ class Place(Leaf):
             position_tolerance=tolerance,
             orientation_tolerance=self.settings.place.tilt,
             straight=True,
+            hand_may_touch=self._step in (self._lower, self._rise),
         )
         report = self.pursue(goal, what)
         if report is None:
@@ -251,5 +252,6 @@ class Place(Leaf):
             return then()
         if self._progress.is_stuck(report):
             self._block()
-            return self.failure(f"{what}: stuck {report.position_error:.2f} m away")
+            away = f"{what}: stuck {report.position_error:.2f} m away"
+            return self.failure(away + self._progress.because)
         return self.running(f"{what}, {report.position_error:.2f} m to go")

@@ -15,7 +15,8 @@ class Progress:
     A motion gets on while the hand, the base or the arm comes nearer to where the controller wants
     it than it ever was. One that does not is stuck as soon as the robot has stood still for
     `patience`; while it moves it may be on a way around, so that takes `detour_patience`. Only time
-    in which the motion was asked about counts: pauses and late ticks do not.
+    in which the motion was asked about counts: pauses and late ticks do not. One to a goal that the
+    controller calls unreachable is stuck at once.
 
     Args:
         context: what all leaves share.
@@ -27,9 +28,15 @@ class Progress:
         self._best = np.full(3, np.inf)
         self._last = context.clock.now()
         self._without = self._at_rest = 0.0
+        self.because = ""
+        """`: ` and why the goal cannot be reached, to be put behind what happened; empty if it is
+        not known to be out of reach."""
 
     def is_stuck(self, report: StepReport) -> bool:
         """Ask once a tick, with the report about the goal of the last one."""
+        if report.unreachable:
+            self.because = f": {report.unreachable}"
+            return True
         settings, now = self._settings, self._context.clock.now()
         passed = min(now - self._last, settings.longest_tick)
         self._last = now

@@ -85,6 +85,7 @@ class Recover(Leaf):
             speed=retreat.recovery_speed,
             position_tolerance=retreat.tolerance,
             straight=True,
+            hand_may_touch=True,
         )
         report = self.pursue(goal, "rise")
         if report is not None:

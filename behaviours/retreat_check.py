@@ -42,7 +42,11 @@ class RetreatCheck(Leaf):
         wTe = SE3(here.rotation, above)
         retreat = self.settings.retreat
         self._goal = PoseGoal(
-            wTe=wTe, speed=retreat.speed, position_tolerance=retreat.tolerance, straight=True
+            wTe=wTe,
+            speed=retreat.speed,
+            position_tolerance=retreat.tolerance,
+            straight=True,
+            hand_may_touch=True,
         )
         self._progress = Progress(self.context)
         self._up_since: TaskTime | None = None
@@ -63,7 +67,8 @@ class RetreatCheck(Leaf):
         if report.position_error > self._goal.position_tolerance:
             if self._progress.is_stuck(report):
                 left = report.position_error
-                return self._missed(f"stuck {left:.2f} m below the retreat")
+                below = f"stuck {left:.2f} m below the retreat"
+                return self._missed(below + self._progress.because)
             return self.running(f"rising, {width:.0f} mm between the fingers")
         if not moving:
             context.vision.tracker.forget()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -40,8 +40,9 @@ class PoseGoal:
 
     wTe: SE3
     """Desired end-effector pose in the world."""
-    twist: Array = field(default_factory=lambda: np.zeros(6))
-    """(6,) velocity of the goal itself, linear then angular, in world axes [m/s, rad/s]."""
+    twist: Array | None = None
+    """(6,) velocity of the goal itself, linear then angular, in world axes [m/s, rad/s]; None where
+    it is not known, and then estimated from one goal after another."""
     speed: float = 1.5
     """Largest speed of the end effector, and of the base on its way [m/s]."""
     turn_rate: float = 2.0
@@ -55,6 +56,11 @@ class PoseGoal:
     hand_may_touch: bool = False
     """Whether the hand and what it holds may come as near to what is around as they like, as to
     grasp from a container or to set something down. The rest of the robot keeps its distance."""
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the goal is known to move."""
+        return self.twist is not None and bool(self.twist.any())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, sqrt
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from pinocchio import SE3
 
 from controller.base_drive import Pose2D, drive_to, time_to_drive
 from controller.bounds import VelocityBounds
+from controller.collision_model import PairKind
 from controller.command import (
     Array,
     BaseGoal,
@@ -20,13 +21,16 @@ from controller.command import (
     PoseGoal,
     PostureGoal,
 )
+from controller.dampers import Dampers
+from controller.goal_motion import GoalMotion
 from controller.guidance import Guide
 from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
-from controller.qp import QP, SOFT_PRECISION, Solver
+from controller.proximity import Proximity
+from controller.qp import QP, Rows, Solver
 from controller.self_collision import SelfCollision
 from controller.servo import approach_speed, desired_twist, error_norm, pose_error
-from controller.settings import ContactSettings, ControllerSettings
+from controller.settings import ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from controller.validation import check_inputs
 
@@ -58,23 +62,37 @@ class StepReport:
     """Largest joint error to the goal's posture, or to that of the guidance [rad]; 0 without."""
     unreachable: str = ""
     """Why the robot cannot get to the goal; empty if it can, as far as is known."""
+    stance: Pose2D | None = None
+    """Where the guidance wants the base; None if the end effector goes alone."""
+    blend: float = 0.0
+    """s in [0, 1]: 0 leaves all to the end effector, 1 nearly all to base and arm."""
+    detour: bool = False
+    """Whether that is a way around, after a stall."""
     clearance: float = inf
     """Distance between the robot and what is nearest to it, if that is near [m]."""
     nearest: str = ""
     """What comes nearest to what, for people; empty if nothing is near."""
 
 
+_SLOWING = 0.9
+"""Share of its velocities that a robot keeps in a period in which it does not know where to go."""
+
+
 class _Motion(NamedTuple):
     """What one kind of goal asks for."""
 
-    velocities: Array | None
-    """(n,); None if the QP has no solution."""
+    qp: QP
     position_error: float = np.nan
     orientation_error: float = np.nan
     arrived: bool = False
-    slack: float = 0.0
+    twist: Array | None = None
+    """(6,) the end-effector twist that is desired, in base axes; None if none is."""
     base_time: float = 0.0
     posture_error: float = 0.0
+    unreachable: str = ""
+    stance: Pose2D | None = None
+    blend: float = 0.0
+    detour: bool = False
 
 
 class HolisticController:
@@ -93,10 +111,12 @@ class HolisticController:
         self.settings = settings or ControllerSettings()
         self._bounds = VelocityBounds(model, self.settings)
         self._solver = Solver()
-        self._soft_solver = Solver(SOFT_PRECISION)
-        self._collision = SelfCollision(model)
+        collision = self.settings.collision
+        self._dampers = None if collision is None else Dampers(model, self.settings, collision)
+        self._proximity = None if self._dampers is None else Proximity(model, self._dampers.ranges)
         guided = self.settings.guidance is not None
-        self._guide = Guide(model, self.settings, self._collision) if guided else None
+        self._guide = Guide(model, self.settings, SelfCollision(model)) if guided else None
+        self._goal_motion = GoalMotion(self.settings.period) if guided else None
 
     def step(
         self,
@@ -119,36 +139,78 @@ class HolisticController:
         """
         check_inputs(state, goal, last)
         model, settings = self.model, self.settings
-        velocities = model.velocities(last)
-        bounds = self._bounds(state.q, velocities)
+        applied = model.velocities(last)
+        bounds = self._bounds(state.q, applied)
         linearisation = linearise(model, settings, state.q)
         if self._guide is not None and not isinstance(goal, PoseGoal):
             self._guide.reset()
+        if self._goal_motion is not None and not isinstance(goal, PoseGoal):
+            self._goal_motion.reset()
         match goal:
             case PoseGoal():
-                motion = self._to_pose(state, goal, linearisation, bounds, velocities)
+                motion = self._to_pose(state, goal, linearisation, bounds, applied, surroundings)
             case PostureGoal():
                 motion = self._to_posture(state, goal, bounds)
             case BaseGoal():
-                motion = self._to_base_pose(state, goal)
+                motion = self._to_base_pose(state, goal, bounds)
             case None:
-                motion = _Motion(np.zeros(model.n))
-        # Velocities of the base alone and of a robot that stops are not bounded yet; those from a
-        # QP are.
-        desired = np.zeros(model.n) if motion.velocities is None else motion.velocities
-        bounded = np.minimum(np.maximum(desired, bounds[0]), bounds[1])
-        return model.command(bounded), StepReport(
+                motion = _Motion(_qp_towards(np.zeros(model.n), bounds))
+        rows, clearance, nearest = self._rows(state, goal, applied, bounds, surroundings)
+        velocities = self._solver.solve(motion.qp, rows)
+        solved = velocities is not None
+        if velocities is None:
+            velocities = np.minimum(np.maximum(0.0, bounds[0]), bounds[1])
+        missing = 0.0 if motion.twist is None else motion.twist - linearisation.J @ velocities
+        return model.command(velocities), StepReport(
             arrived=motion.arrived,
             position_error=motion.position_error,
             orientation_error=motion.orientation_error,
             manipulability=linearisation.manipulability,
             heading_error=linearisation.heading_error,
-            slack=motion.slack,
-            solved=motion.velocities is not None,
+            slack=float(np.linalg.norm(missing)),
+            solved=solved,
             bTe=linearisation.bTe,
             base_time=motion.base_time,
             posture_error=motion.posture_error,
+            unreachable=motion.unreachable,
+            stance=motion.stance,
+            blend=motion.blend,
+            detour=motion.detour,
+            clearance=clearance,
+            nearest=nearest,
         )
+
+    def _rows(
+        self,
+        state: KinematicState,
+        goal: MotionGoal | None,
+        applied: Array,
+        bounds: tuple[Array, Array],
+        surroundings: Surroundings,
+    ) -> tuple[Rows | None, float, str]:
+        """What keeps the robot off everything; the distance to what is nearest, and its name.
+
+        A robot that comes to rest only brakes.
+        """
+        if self._dampers is None or self._proximity is None:
+            return None, inf, ""
+        self._dampers.follow(applied)
+        if goal is None:
+            return None, inf, ""
+        fastest = np.maximum(np.abs(bounds[0]), np.abs(bounds[1]))
+        near = self._proximity.near(state.wTb, state.q, surroundings, fastest)
+        straight = isinstance(goal, PoseGoal) and goal.straight
+        if not len(near.d):
+            return None, inf, ""
+        if isinstance(goal, PoseGoal) and goal.hand_may_touch:
+            near = near.without(PairKind.HAND)
+        around = near.without(PairKind.SELF)
+        clearance, nearest = inf, ""
+        if len(around.d):
+            first = int(around.d.argmin())
+            clearance = float(around.d[first])
+            nearest = self._proximity.pair_name(int(around.pair[first]))
+        return self._dampers.rows(near, bounds, straight=straight), clearance, nearest
 
     def _to_pose(
         self,
@@ -157,30 +219,37 @@ class HolisticController:
         linearisation: Linearisation,
         bounds: tuple[Array, Array],
         last: Array,
+        surroundings: Surroundings,
     ) -> _Motion:
         """Base and arm together to an end-effector pose."""
         model, settings, bTe = self.model, self.settings, linearisation.bTe
+        if self._goal_motion is not None:
+            goal = self._goal_motion(goal)
         bTw = state.wTb.inverse()
         error = pose_error(bTe, bTw * goal.wTe)
         twist = desired_twist(settings.servo, goal, bTw, bTe, error)
         bias, base_time, posture_error = None, 0.0, 0.0
         if self._guide is not None:
-            bias = self._guide.bias(goal, error, Pose2D.of(state.wTb), state.q)
+            bias = self._guide.bias(goal, error, Pose2D.of(state.wTb), state.q, surroundings)
             base_time, posture_error = self._guide.left
         norm = error_norm(settings, bTe, error)
         qp = build_qp(model, settings, linearisation, twist, norm, bounds, last, bias)
-        velocities = self._solve(qp, state.q)
-        achieved = np.zeros(6) if velocities is None else linearisation.J @ velocities
-        slack = twist - achieved
+        guide, stance = self._guide, None if self._guide is None else self._guide.stance
+        if guide is not None and guide.rests:
+            qp = _qp_towards(_SLOWING * last, bounds)
         return _Motion(
-            velocities,
+            qp,
             error.position,
             error.orientation,
             arrived=error.position <= goal.position_tolerance
             and error.orientation <= goal.orientation_tolerance,
-            slack=sqrt(float(slack @ slack)),
+            twist=twist,
             base_time=base_time,
             posture_error=posture_error,
+            unreachable="" if guide is None else guide.unreachable,
+            stance=None if stance is None else stance.base_for(goal.wTe),
+            blend=0.0 if bias is None else bias.blend,
+            detour=guide is not None and guide.detour,
         )
 
     def _to_posture(
@@ -198,17 +267,19 @@ class HolisticController:
         duration = max(abs(e) / v if v > 0.0 else 0.0 for e, v in zip(error, speeds, strict=True))
         qd = error / duration if duration > 0.0 else np.zeros_like(error)
         desired = np.concatenate([np.zeros(model.n_base), qd])
-        velocities = self._solve(QP(np.eye(model.n), -desired, *bounds), state.q)
+        qp = _qp_towards(desired, bounds)
         arrived = max_error <= goal.tolerance
-        return _Motion(velocities, 0.0, max_error, arrived=arrived, posture_error=max_error)
+        return _Motion(qp, 0.0, max_error, arrived=arrived, posture_error=max_error)
 
-    def _to_base_pose(self, state: KinematicState, goal: BaseGoal) -> _Motion:
+    def _to_base_pose(
+        self, state: KinematicState, goal: BaseGoal, bounds: tuple[Array, Array]
+    ) -> _Motion:
         """The base to a pose; the arm comes to rest."""
         bTg = state.wTb.inverse() * goal.wTb
         error, target, drive = pose_error(SE3.Identity(), bTg), Pose2D.of(bTg), self.settings.drive
         base = drive_to(self.model, self.settings, target, reverse=goal.reverse)
         return _Motion(
-            np.concatenate([base, np.zeros(len(state.q))]),
+            _qp_towards(np.concatenate([base, np.zeros(len(state.q))]), bounds),
             error.position,
             error.orientation,
             arrived=error.position <= goal.position_tolerance
@@ -216,21 +287,7 @@ class HolisticController:
             base_time=time_to_drive(self.model, drive, target, goal.reverse),
         )
 
-    def _solve(self, qp: QP, q: Array) -> Array | None:
-        """The minimiser that keeps parts of the robot apart that are near each other."""
-        contact = self.settings.contact
-        pairs = self._collision.near(q, contact.influence_distance) if contact is not None else []
-        if contact is None or not pairs:
-            return self._solver.solve(qp)
-        rows = np.zeros((len(pairs), self.model.n))
-        rows[:, self.model.n_base :] = [pair.row for pair in pairs]
-        limits = np.array([_approach_limit(contact, pair.distance) for pair in pairs])
-        return self._soft_solver.solve_soft(qp, rows, -limits, contact.weight)
 
-
-def _approach_limit(contact: ContactSettings, distance: float) -> float:
-    """How fast parts at a distance may approach [m/s]; negative: how fast they must part."""
-    room = distance - contact.stop_distance
-    if room < 0.0:
-        return contact.gain * room
-    return approach_speed(room, contact.gain, contact.deceleration, inf)
+def _qp_towards(velocities: Array, bounds: tuple[Array, Array]) -> QP:
+    """The QP whose minimiser is nearest to velocities (n,)."""
+    return QP(np.eye(len(velocities)), -velocities, *bounds)

@@ -58,6 +58,18 @@ class Floor:
         away = np.linalg.norm((corners - scaled) * CELL, axis=2)
         return corners[..., 0] * (self.last[1] + 1) + corners[..., 1], away
 
+    def nearest_node(self, point: tuple[float, float]) -> int:
+        """The node that is nearest to a point x, y [m] and where the base fits.
+
+        The base may stand where it fits in its present heading only: that is no node.
+        """
+        nodes, away = self.nodes_around(np.array([point]))
+        free = self.passes.ravel()[nodes[:, 0]]
+        if free.any():
+            return int(nodes[np.argmin(np.where(free, away[:, 0], inf)), 0])
+        x, y = (self.low[k] + CELL * np.arange(self.last[k] + 1) - point[k] for k in (0, 1))
+        return int(np.argmin(np.where(self.passes, np.hypot(x[:, None], y), inf)))
+
     def without(self, places: Array) -> csr_array:
         """The graph without the nodes around places (N, 2)."""
         x, y = (self.low[k] + CELL * np.arange(self.last[k] + 1) for k in (0, 1))
@@ -111,11 +123,8 @@ class CostField:
         self._floor = floor
         if floor is None:
             return
-        nodes, away = floor.nodes_around(np.array([goal]))
-        free = floor.passes.ravel()[nodes[:, 0]]
-        source = int(nodes[np.argmin(np.where(free, away[:, 0], inf)), 0])
         self._graph = floor.graph if closed is None else floor.without(closed)
-        self._costs: Array = dijkstra(self._graph, indices=source, limit=limit)
+        self._costs: Array = dijkstra(self._graph, indices=floor.nearest_node(goal), limit=limit)
 
     def at(self, points: Array) -> Array:
         """Costs (N,) from points (N, 2) to the goal [m]."""

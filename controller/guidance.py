@@ -1,57 +1,27 @@
-"""The way out of local minima: towards a stance that is known to reach the goal.
-
-Far from the goal the base is led to where it will stand and the arm to the posture it will have;
-near the goal the end effector takes over. The two are blended in one QP by their weights.
-"""
+"""The way out of local minima: towards a stance that is known to reach the goal."""
 
 from __future__ import annotations
 
-from math import cos, hypot, inf, sin
-from typing import NamedTuple
+from math import cos, inf
 
 import numpy as np
 from pinocchio import SE3
 
-from controller.base_drive import Pose2D, drive_to, time_to_drive
+from controller.base_drive import Pose2D
 from controller.command import Array, PoseGoal
 from controller.model import RobotModel
-from controller.postures import bank
+from controller.route import Route
 from controller.self_collision import SelfCollision
 from controller.servo import PoseError
 from controller.settings import ControllerSettings
-from controller.stance import Stance, choose_stance
+from controller.stance import Stance
+from controller.stance_bias import Remaining, StanceBias, bias_towards
+from controller.stance_finder import StanceFinder
+from controller.stance_search import StanceSearch
+from controller.surroundings import OPEN_FLOOR, Surroundings
 
-
-class StanceBias(NamedTuple):
-    """What the guidance adds to one QP."""
-
-    blend: float
-    """s in [0, 1]: 0 leaves all to the end effector, 1 nearly all to base and arm."""
-    min_tracking: float
-    """Weight of the end effector's twist that is left at s = 1; 0 on a detour."""
-    base_weight: float
-    base_velocity: Array
-    """(n_base,) of the base's degrees of freedom towards its place."""
-    posture_weight: float
-    joint_velocity: Array
-    """(7,) towards the posture [rad/s]."""
-
-
-class _Remaining(NamedTuple):
-    """What is left to do."""
-
-    distance: float
-    """Of the end effector to the goal, rotation included [m]."""
-    base_target: Pose2D
-    """The base's place in the base frame."""
-    base_time: float
-    """Least time for the base to get there [s]."""
-    joint_error: Array
-    """(7,) from the joint positions to the posture [rad]."""
-    max_joint_error: float
-    """The largest of these [rad]."""
-    joint_time: float
-    """Time that the joints take at full speed [s]."""
+_LONGEST_REST = 50
+"""Periods after which a robot whose goal changes all the time goes there without a stance."""
 
 
 class Guide:
@@ -70,9 +40,10 @@ class Guide:
         self._settings = settings
         assert settings.guidance is not None
         self._guidance = settings.guidance
-        self._collision = collision
-        self._bank = bank(model.description)
+        self._finder = StanceFinder(model, settings.guidance.stance, collision)
         self._min_turn_cosine = cos(self._guidance.goal_turn)
+        self._route = Route(model, settings)
+        self._hand_may_touch = False
         self.reset()
 
     def reset(self) -> None:
@@ -80,8 +51,11 @@ class Guide:
         self.left = (0.0, 0.0)
         """What the last step left of the way to the stance: least time of the base [s] and largest
         joint error [rad]; both 0 without a stance."""
+        self.unreachable = ""
+        """Why the robot cannot get to the goal; empty if it can, as far as is known."""
         self._goal: SE3 | None = None
         self._first_goal: SE3 | None = None
+        self._searched = 0
         self._start_goal(None)
         self._set_stance(None)
 
@@ -89,74 +63,145 @@ class Guide:
         self._first_goal = wTe
         self._failed: tuple[Stance, ...] = ()
         self._detours_left = self._guidance.detours
+        self._search: StanceSearch | None = None
+
+    @property
+    def rests(self) -> bool:
+        """Whether it is to stand still: it cannot get to the goal, or does not know how yet."""
+        searches = self._search is not None and self.stance is None
+        return bool(self.unreachable) or (searches and self._searched <= _LONGEST_REST)
 
     def _set_stance(self, stance: Stance | None, detour: bool = False) -> None:
-        self._stance = stance
-        self._detour = detour
+        self.stance = stance
+        """Where base and arm are led; None if the end effector goes alone."""
+        self.detour = detour
+        """Whether that is on a way around, the end effector waiting."""
         self._best = (inf, inf, inf)
         self._waited = 0
 
-    def bias(self, goal: PoseGoal, error: PoseError, wTb: Pose2D, q: Array) -> StanceBias | None:
-        """Velocities towards the goal's stance; None if the end effector goes alone.
+    def bias(
+        self,
+        goal: PoseGoal,
+        error: PoseError,
+        wTb: Pose2D,
+        q: Array,
+        surroundings: Surroundings = OPEN_FLOOR,
+    ) -> StanceBias | None:
+        """Velocities towards the goal's stance; None if the end effector goes alone, or `rests`.
 
         Args:
             goal: where the end effector is to be.
             error: of the end effector.
             wTb: base pose.
             q: (7,) joint positions [rad].
+            surroundings: what must not be hit.
         """
         g = self._guidance
         distance = error.position + g.metres_per_radian * error.orientation
-        if goal.wTe != self._goal:
-            if self._is_new(goal.wTe):
-                self._start_goal(goal.wTe.copy())
-                guided = distance > g.min_distance and not goal.straight
-                self._set_stance(self._choose(goal, wTb, q) if guided else None)
+        changed = self._finder.meet(surroundings)
+        changed |= bool(self.unreachable) and goal.hand_may_touch != self._hand_may_touch
+        self._hand_may_touch = goal.hand_may_touch
+        if goal.wTe != self._goal or changed:
+            if self._is_new(goal.wTe) or changed:
+                self._begin(goal, distance, wTb, q)
             self._goal = goal.wTe.copy()
+        self._search_on(goal)
         remaining = self._remaining(goal, distance, wTb, q)
-        if self._has_stalled(remaining) and not goal.straight and self._detours_left:
+        if remaining.lead is not None and remaining.lead.unreachable:
+            self.unreachable = remaining.lead.unreachable
+            self._set_stance(None)
+        if self.rests:
+            self.left = (inf, inf)
+            return None
+        if self._has_stalled(remaining, goal) and not goal.straight and self._detours_left:
             self._detours_left -= 1
-            if self._stance is not None:
-                self._failed = (*self._failed, self._stance)
-            self._set_stance(self._choose(goal, wTb, q) if self._detours_left else None, True)
-            remaining = self._remaining(goal, distance, wTb, q)
+            if self.stance is not None:
+                self._failed = (*self._failed, self.stance)
+            if self._detours_left:
+                self._set_stance(self.stance, self.detour)
+                self._look_for_a_stance(goal, wTb, q)
+            else:
+                self._set_stance(None)
         self.left = (remaining.base_time, remaining.max_joint_error)
-        return None if self._stance is None else self._towards(self._stance, remaining, goal, wTb)
-
-    def _choose(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> Stance:
-        model, settings = self._model, self._guidance.stance
-        return choose_stance(
-            model, settings, self._bank, self._collision, goal.wTe, wTb, q, failed=self._failed
+        if self.stance is None or remaining.lead is None:
+            return None
+        return bias_towards(
+            self._model,
+            self._settings,
+            self.stance,
+            remaining,
+            goal,
+            wTb,
+            detour=self.detour,
         )
+
+    def _begin(self, goal: PoseGoal, distance: float, wTb: Pose2D, q: Array) -> None:
+        """Judge a new goal, and look for its stance if it is to have one."""
+        crept = self._first_goal is not None and not self._has_jumped(goal.wTe)
+        self._start_goal(goal.wTe.copy())
+        self._set_stance(self.stance if crept else None)
+        is_there = distance < self._guidance.close
+        self.unreachable = "" if is_there else self._finder.obstacle_to(goal)
+        if self.unreachable:
+            self._set_stance(None)
+        elif distance > self._guidance.min_distance and not goal.straight:
+            self._look_for_a_stance(goal, wTb, q)
+        else:
+            self._set_stance(None)
+
+    def _look_for_a_stance(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> None:
+        self._search = self._finder.search(goal.wTe.copy(), wTb, q, self._failed)
+
+    def _search_on(self, goal: PoseGoal) -> None:
+        """Do one piece of the search, and take what it has found when it is over."""
+        search = self._search
+        self._searched = 0 if search is None else self._searched + 1
+        if search is None:
+            return
+        search.advance()
+        if search.done:
+            self._search = None
+            self.unreachable = self._finder.why_none(search)
+            is_detour = self._detours_left < self._guidance.detours
+            self._set_stance(None if self.unreachable else search.best, is_detour)
 
     def _is_new(self, wTe: SE3) -> bool:
         """Whether a goal has jumped, or crept to where its stance does not reach it."""
-        if self._goal is None or self._first_goal is None:
+        if self._first_goal is None or self._has_jumped(wTe):
             return True
         g = self._guidance
-        moved = wTe.translation - self._goal.translation
-        cosine = (float(np.vdot(wTe.rotation, self._goal.rotation)) - 1.0) / 2.0
         rise = float(wTe.translation[2] - self._first_goal.translation[2])
         tilt = float(wTe.rotation[2] @ self._first_goal.rotation[2])
-        jumped = float(moved @ moved) > g.goal_jump * g.goal_jump or cosine < self._min_turn_cosine
-        return jumped or abs(rise) > g.goal_rise or tilt < g.goal_tilt
+        return abs(rise) > g.goal_rise or tilt < g.goal_tilt
 
-    def _remaining(self, goal: PoseGoal, distance: float, wTb: Pose2D, q: Array) -> _Remaining:
-        stance = self._stance
+    def _has_jumped(self, wTe: SE3) -> bool:
+        """Whether a goal is not where it was in the last period, or nearly so."""
+        if self._goal is None:
+            return True
+        g, moved = self._guidance, wTe.translation - self._goal.translation
+        cosine = (float(np.vdot(wTe.rotation, self._goal.rotation)) - 1.0) / 2.0
+        return float(moved @ moved) > g.goal_jump * g.goal_jump or cosine < self._min_turn_cosine
+
+    def _remaining(self, goal: PoseGoal, distance: float, wTb: Pose2D, q: Array) -> Remaining:
+        stance = self.stance
         if stance is None:
-            return _Remaining(distance, Pose2D(0.0, 0.0, 0.0), 0.0, np.zeros(len(q)), 0.0, 0.0)
-        target = stance.base_for(goal.wTe).relative_to(wTb)
-        base_time = time_to_drive(self._model, self._settings.drive, target, stance.reverse)
+            return Remaining(distance)
+        base = stance.base_for(goal.wTe)
+        lead = self._route.lead(self._finder.floor, wTb, base, stance.reverse)
         joint_error = stance.q - q
         size = np.abs(joint_error)
         joint_time = float((size / self._model.limits.qd).max())
-        return _Remaining(distance, target, base_time, joint_error, float(size.max()), joint_time)
+        target = base.relative_to(wTb)
+        return Remaining(distance, target, lead, joint_error, float(size.max()), joint_time)
 
-    def _has_stalled(self, remaining: _Remaining) -> bool:
-        """Whether nothing has come nearer for a while: neither end effector, base nor arm."""
+    def _has_stalled(self, remaining: Remaining, goal: PoseGoal) -> bool:
+        """Whether nothing has come nearer for a while: neither end effector, base nor arm.
+
+        What follows a moving goal comes no nearer either, so it never stalls.
+        """
         g = self._guidance
-        if remaining.distance < g.close:
-            self._set_stance(self._stance)
+        if remaining.distance < g.close or goal.is_moving:
+            self._set_stance(self.stance)
             return False
         distance, base_time, joint_error = self._best
         progress = max(
@@ -174,39 +219,3 @@ class Guide:
         else:
             self._waited += 1
         return self._waited * self._settings.period >= g.patience
-
-    def _towards(
-        self, stance: Stance, remaining: _Remaining, goal: PoseGoal, wTb: Pose2D
-    ) -> StanceBias:
-        g, model, target = self._guidance, self._model, remaining.base_target
-        blend = min(
-            1.0,
-            max(
-                hypot(target.x, target.y) / g.fade_base,
-                abs(target.heading) / g.fade_heading,
-                remaining.max_joint_error / g.fade_joint,
-            ),
-        )
-        if not self._detour:
-            blend = min(blend, max(0.0, (remaining.distance - g.fade_distance) / g.fade_length))
-        base_velocity = drive_to(
-            model, self._settings, target, reverse=stance.reverse, max_speed=goal.speed
-        )
-        if goal.twist.any():
-            c, s = cos(wTb.heading), sin(wTb.heading)
-            vx, vy = goal.twist[0], goal.twist[1]
-            axes = model.description.base.axes[:2]
-            base_velocity += axes.T @ [c * vx + s * vy, c * vy - s * vx]
-        duration = max(
-            1.0 / g.posture_rate,
-            g.posture_time * remaining.base_time,
-            remaining.joint_time / g.joint_speed,
-        )
-        return StanceBias(
-            blend=blend,
-            min_tracking=0.0 if self._detour else g.min_tracking * blend,
-            base_weight=g.base_weight * blend,
-            base_velocity=base_velocity,
-            posture_weight=g.posture_weight * max(blend, g.min_posture),
-            joint_velocity=remaining.joint_error / duration,
-        )

@@ -22,10 +22,10 @@ import numpy as np
 from pinocchio import SE3
 
 from controller.command import Array
-from controller.guidance import StanceBias
 from controller.model import RobotModel, manipulability
 from controller.qp import QP
 from controller.settings import ControllerSettings
+from controller.stance_bias import StanceBias
 
 
 class Linearisation(NamedTuple):

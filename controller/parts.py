@@ -6,17 +6,18 @@ from typing import Any
 
 from controller import controller, holistic
 from controller.bounds import VelocityBounds
+from controller.dampers import Dampers
 from controller.guidance import Guide
 from controller.model import RobotModel
+from controller.proximity import Proximity
 from controller.qp import Solver
-from controller.self_collision import SelfCollision
 
 STEP_PARTS: dict[str, tuple[tuple[Any, str], ...]] = {
     "checks and bounds": ((controller, "check_inputs"), (VelocityBounds, "__call__")),
     "kinematics": ((RobotModel, "kinematics"),),
     "manipulability": ((holistic, "manipulability"),),
     "guidance": ((Guide, "bias"),),
-    "contact": ((SelfCollision, "near"),),
+    "distances": ((Proximity, "near"), (Dampers, "rows")),
     "build QP": ((controller, "build_qp"),),
     "solve": ((Solver, "solve"),),
 }

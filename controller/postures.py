@@ -56,6 +56,19 @@ class ToolPoses(NamedTuple):
         squared: Array = np.linalg.det(J @ np.swapaxes(J, 1, 2))
         return np.sqrt(np.maximum(squared, 0.0))
 
+    def turned(self, bTa: SE3, turns: Array) -> ToolPoses:
+        """The same with the first joints turned by (N,) angles [rad]; J is as it was.
+
+        Args:
+            bTa: foot of the arm, upright.
+            turns: (N,) [rad].
+        """
+        c, s, zero = np.cos(turns), np.sin(turns), np.zeros(len(turns))
+        R = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1.0], axis=1).reshape(-1, 3, 3)
+        foot = bTa.translation
+        positions = foot + (R @ (self.positions - foot)[:, :, None])[:, :, 0]
+        return ToolPoses(positions, R @ self.rotations, self.J)
+
 
 def forward_kinematics(robot: RobotDescription, q: Array) -> ToolPoses:
     """Forward kinematics of many postures at once.
@@ -64,32 +77,49 @@ def forward_kinematics(robot: RobotDescription, q: Array) -> ToolPoses:
         robot: its arm, where it stands on the base, and its gripper.
         q: (N, 7) joint positions [rad].
     """
-    count = len(q)
-    positions = np.tile(robot.bTa.translation, (count, 1))
-    rotations = np.tile(robot.bTa.rotation, (count, 1, 1))
-    origins, axes = np.empty((count, N_ARM, 3)), np.empty((count, N_ARM, 3))
-    for joint, placement in enumerate(robot.arm.joints):
-        positions = positions + rotations @ placement.translation
-        rotations = _turned(rotations @ _clean(placement.rotation), q[:, joint])
-        origins[:, joint], axes[:, joint] = positions, rotations[:, :, 2]
-    lTe = robot.arm.lTh * robot.gripper.hTe
-    positions = positions + rotations @ lTe.translation
-    linear = np.cross(axes, positions[:, None] - origins)
-    J = np.concatenate([np.swapaxes(linear, 1, 2), np.swapaxes(axes, 1, 2)], axis=1)
-    return ToolPoses(positions, rotations @ lTe.rotation, J)
+    chain = _Chain.of(robot)
+    c, s = np.cos(q), np.sin(q)
+    # Joint j on joint j - 1: its placement, turned about its own z.
+    x, y = chain.placements[:, :, 0], chain.placements[:, :, 1]
+    turned = np.empty((len(q), N_ARM, 4, 4))
+    turned[:] = chain.placements
+    turned[..., 0] = x * c[..., None] + y * s[..., None]
+    turned[..., 1] = y * c[..., None] - x * s[..., None]
+    bTj = np.empty_like(turned)
+    bTj[:, 0] = chain.bTa @ turned[:, 0]
+    for joint in range(1, N_ARM):
+        np.matmul(bTj[:, joint - 1], turned[:, joint], out=bTj[:, joint])
+    bTe = bTj[:, -1] @ chain.lTe
+    axes = np.ascontiguousarray(bTj[..., :3, 2].transpose(2, 0, 1))
+    arms = bTe[:, :3, 3].T[:, :, None] - bTj[..., :3, 3].transpose(2, 0, 1)
+    J = np.empty((len(q), 6, N_ARM))
+    for row, (i, k) in enumerate(((1, 2), (2, 0), (0, 1))):
+        J[:, row] = axes[i] * arms[k] - axes[k] * arms[i]
+        J[:, 3 + row] = axes[row]
+    return ToolPoses(bTe[:, :3, 3], bTe[:, :3, :3], J)
 
 
-def _clean(rotation: Array) -> Array:
-    """A rotation without the rounding errors of quarter turns."""
-    whole = np.round(rotation)
-    return np.where(np.abs(rotation - whole) < 1e-12, whole, rotation)
+class _Chain(NamedTuple):
+    """The constant transforms of one arm, homogeneous."""
+
+    bTa: Array
+    placements: Array
+    """(7, 4, 4) of every joint on the one before it."""
+    lTe: Array
+
+    @classmethod
+    @lru_cache(maxsize=8)
+    def of(cls, robot: RobotDescription) -> _Chain:
+        """Those of a robot; made once."""
+        placements = [_clean(placement.homogeneous) for placement in robot.arm.joints]
+        lTe = robot.arm.lTh * robot.gripper.hTe
+        return cls(robot.bTa.homogeneous, np.array(placements), lTe.homogeneous)
 
 
-def _turned(rotations: Array, angles: Array) -> Array:
-    """Rotations (N, 3, 3), each turned by an angle about its own z."""
-    c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
-    x, y, z = rotations[:, :, 0], rotations[:, :, 1], rotations[:, :, 2]
-    return np.stack([x * c + y * s, y * c - x * s, z], axis=2)
+def _clean(transform: Array) -> Array:
+    """A transform without the rounding errors of quarter turns."""
+    whole = np.round(transform)
+    return np.where(np.abs(transform - whole) < 1e-12, whole, transform)
 
 
 class Bank(NamedTuple):

@@ -91,9 +91,7 @@ class Route:
         return not (moved < far and abs(wrap(goal.heading - self._goal.heading)) < turned)
 
     def _plainly(self, wTb: Pose2D, goal: Pose2D, reverse: bool) -> Lead:
-        target = goal.relative_to(wTb)
-        time = time_to_drive(self._model, self._settings.drive, target, reverse)
-        return Lead(target, reverse, True, inf, time)
+        return plain_lead(self._model, self._settings, wTb, goal, reverse)
 
     def _is_plain(self, room: FloorMap, wTb: Pose2D, goal: Pose2D, within: float) -> bool:
         """Whether plain driving touches nothing and ends `within` of the goal [m and rad]."""
@@ -200,6 +198,15 @@ class Route:
         turn = abs(wrap(float(leg.headings[self._at + first]) - wTb.heading))
         turning = turn / float(self._model.limits.base_twist[2])
         return inf if turn < 0.05 else max(0.05, (first * SPACING - 0.1) / turning)
+
+
+def plain_lead(
+    model: RobotModel, settings: ControllerSettings, wTb: Pose2D, goal: Pose2D, reverse: bool
+) -> Lead:
+    """The goal itself, as where nothing is in the way."""
+    target = goal.relative_to(wTb)
+    time = time_to_drive(model, settings.drive, target, reverse)
+    return Lead(target, reverse, True, inf, time)
 
 
 def trial(

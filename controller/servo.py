@@ -75,7 +75,7 @@ def desired_twist(
     else:
         twist[:3] = settings.gain * error.translation_vector
         twist[3:] = settings.rotation_gain * rotation
-    if goal.twist.any():
+    if goal.twist is not None:
         R = bTw.rotation
         twist[:3] += R @ goal.twist[:3]
         twist[3:] += R @ goal.twist[3:]

@@ -6,11 +6,12 @@ RA-L 2022; equation numbers are its own.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from typing import Literal
 
 from controller.checked import Checked
+from controller.stance_settings import StanceSettings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,19 +63,35 @@ class JointLimitSettings(Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactSettings(Checked):
-    """Keeping the arm off itself, the base and the floor; soft bounds in the QP."""
+class CollisionSettings(Checked):
+    """Velocity dampers between shapes, from whose speed the robot can always brake.
 
-    influence_distance: float = 0.12
-    """Distance between parts at which they begin to approach more slowly [m]."""
-    stop_distance: float = 0.01
-    """Distance between parts at which they do not approach any longer [m]."""
-    gain: float = 8.0
-    """Speed of approach per distance left just before the stop [1/s]."""
-    deceleration: float = 1.0
-    """Deceleration that parts farther from each other can count on [m/s^2]."""
-    weight: float = 1e4
-    """Cost of approaching faster; the other weights of the QP are between 1 and 200."""
+    They keep it off itself, the floor and what stands around; see `controller/dampers.py`.
+    """
+
+    POSITIVE = ("influence_distance", "braking", "max_deceleration", "delay_periods")
+
+    stop_distance: float = 0.02
+    """d_s: distance at which the robot does not approach what stands around any longer [m] ..."""
+    near_stop_distance: float = 0.01
+    """... for goals that are reached straight, and from the robot to itself and the floor [m]."""
+    influence_distance: float = 0.6
+    """d_i: nothing that is farther from the robot matters [m]; at least d_s + v²/2a + v times the
+    delay, for the fastest approach."""
+    self_influence_distance: float = 0.12
+    """The same from the robot to itself and the floor [m]."""
+    braking: float = 0.8
+    """Share of the acceleration limits that braking is planned with."""
+    max_deceleration: float = 2.0
+    """Braking is never planned with more than this [m/s^2], however many joints could help."""
+    min_deceleration: float = 0.2
+    """Nor with less, where the degrees of freedom hardly move the pair [m/s^2]."""
+    delay_periods: float = 3.0
+    """Besides the lag of base or arm, a pair goes on for this many periods before it brakes."""
+    return_gain: float = 4.0
+    """Speed at which shapes part per distance that is missing to d_s [1/s] ..."""
+    return_speed: float = 0.08
+    """... and at most [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,51 +115,6 @@ class DriveSettings(Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class StanceSettings(Checked):
-    """What a stance costs. Costs are in seconds: a stance is preferred for the time it saves."""
-
-    POSITIVE = ("arm_speed",)
-
-    # How long it takes to get there.
-    arm_speed: float = 0.5
-    """Share of their speed limits that the joints are expected to move at."""
-    turn_weight: float = 1.2
-    """Factor of the time that the base turns: its curves take longer than turns on the spot."""
-    reverse_cost: float = 0.4
-    """What driving there backwards costs, times `turn_weight` [s]."""
-    overlap: float = 0.3
-    """Base and arm move together; the share of the shorter of their times that is still added."""
-
-    # How good it is there.
-    min_manipulability: float = 0.10
-    """Manipulability below which a posture costs something."""
-    manipulability_cost: float = 60.0
-    """Cost per manipulability below that [s]."""
-    bearing_cost: float = 4.0
-    """Cost per |θ_ε|, the bearing of the end effector seen from the base [s/rad]."""
-    limit_margin: float = 0.12
-    """No posture is nearer to a joint limit than this [rad]."""
-    preferred_limit_margin: float = 0.35
-    """A posture nearer to a joint limit than this costs something [rad]."""
-    limit_cost: float = 2.0
-    """Cost per distance missing to that [s/rad]."""
-
-    # What rules it out, unless there is no other.
-    clearance: float = 0.02
-    """The straight path to the posture keeps this distance from the robot and the floor [m]."""
-    contact_cost: float = 1000.0
-    """Cost per distance missing to that [s/m]."""
-    unreached_cost: float = 100.0
-    """Cost of a posture that could not be brought to the goal's height and tilt, and the same again
-    per metre and radian that is left [s]."""
-    failed_cost: float = 50.0
-    """Cost of a posture that was tried for the same goal and stalled [s]; a stance that costs less
-    than this is good enough to end the search."""
-    joint_difference: float = 0.7
-    """Postures are the same if no joint differs by more than this [rad]."""
-
-
-@dataclass(frozen=True, kw_only=True)
 class GuidanceSettings(Checked):
     """When and how strongly base and arm are led to a stance that reaches the goal."""
 
@@ -155,7 +127,7 @@ class GuidanceSettings(Checked):
         "joint_speed",
     )
 
-    stance: StanceSettings = StanceSettings()
+    stance: StanceSettings = field(default_factory=StanceSettings)
 
     # Weights in the QP.
     base_weight: float = 1.0
@@ -251,8 +223,8 @@ class ControllerSettings(Checked):
     """Whether the bounds keep the acceleration limits and brake for joint limits."""
     smoothness: float = 3.0
     """Cost of changing the velocities from one period to the next."""
-    contact: ContactSettings | None = ContactSettings()
-    """None lets the arm touch itself, the base and the floor."""
+    collision: CollisionSettings | None = CollisionSettings()
+    """None lets the robot touch itself, the floor and everything else."""
     drive: DriveSettings = DriveSettings()
     guidance: GuidanceSettings | None = GuidanceSettings()
     """None leaves every goal to the end effector alone, local minima included."""
@@ -272,7 +244,7 @@ PAPER = ControllerSettings(
     joint_limits=JointLimitSettings(stop_distance=0.1, influence_distance=0.9),
     limit_acceleration=False,
     smoothness=0.0,
-    contact=None,
+    collision=None,
     guidance=None,
 )
 """The published controller with the numbers of its published example. The paper itself prints

@@ -41,7 +41,9 @@ def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) 
     }
     match goal:
         case PoseGoal():
-            poses["goal pose"], numbers["goal twist"] = goal.wTe, goal.twist
+            poses["goal pose"] = goal.wTe
+            if goal.twist is not None:
+                numbers["goal twist"] = goal.twist
             _check_positive("speed", goal.speed)
             _check_positive("turn rate", goal.turn_rate)
             _check_tolerance("position tolerance", goal.position_tolerance)

@@ -18,12 +18,13 @@ from hw.registry import Backend, WorldError, WorldOptions, open_backend, world_n
 from hw.replay import Difference, RecordEndsError, ReplayRobot
 from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
 from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
-from hw.truth import DisturbableWorld, TrueObject, Truth
+from hw.truth import MAY_TOUCH, DisturbableWorld, Touch, TrueObject, Truth
 from hw.watchdog import SIMULATION, LoopBlockedError, Patience, Watchdog
 from hw.wrapper import RobotWrapper
 
 __all__ = [
     "INJECTABLE",
+    "MAY_TOUCH",
     "SIMULATION",
     "TURN",
     "Arm",
@@ -62,6 +63,7 @@ __all__ = [
     "SimClock",
     "TaskClock",
     "TaskTime",
+    "Touch",
     "TrueObject",
     "Truth",
     "Turn",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from config import UserError, suggest
 from hw.background import InlineExecutor, one_thread
@@ -11,6 +12,9 @@ from hw.clock import Clock, SimClock
 from hw.robot import Robot
 from hw.truth import Truth
 from robots import RobotDescription, load_robot
+
+if TYPE_CHECKING:
+    from hw.sim import Dynamics
 
 
 class WorldError(UserError):
@@ -43,6 +47,19 @@ class WorldOptions:
 
 def _kinematic(description: RobotDescription, options: WorldOptions) -> Backend:
     """The kinematic simulator."""
+    from hw.sim import Dynamics
+
+    return _simulated(description, options, Dynamics())
+
+
+def _solid(description: RobotDescription, options: WorldOptions) -> Backend:
+    """The kinematic simulator in which all of the robot hits what is in its way."""
+    from hw.sim import Dynamics
+
+    return _simulated(description, options, Dynamics(solid=True))
+
+
+def _simulated(description: RobotDescription, options: WorldOptions, dynamics: Dynamics) -> Backend:
     from hw.sim import kinematic_robot, load_scene
 
     world = load_scene(options.scene, options.seed, description.base.size[:2])
@@ -52,6 +69,7 @@ def _kinematic(description: RobotDescription, options: WorldOptions) -> Backend:
         world,
         clock,
         seed=options.seed,
+        dynamics=dynamics,
         background=one_thread if options.beside else InlineExecutor,
     )
     return Backend(robot=robot, clock=clock, truth=world)
@@ -59,6 +77,7 @@ def _kinematic(description: RobotDescription, options: WorldOptions) -> Backend:
 
 _WORLDS: dict[str, Callable[[RobotDescription, WorldOptions], Backend]] = {
     "kinematic": _kinematic,
+    "solid": _solid,
 }
 
 

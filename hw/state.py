@@ -18,6 +18,8 @@ class FaultKind(Enum):
 
     REFLEX = "reflex"
     """The arm stopped itself, for example on a contact."""
+    BUMPER = "bumper"
+    """The base stopped itself on a contact."""
     EMERGENCY_STOP = "emergency stop"
     """A person pressed the button."""
     STALE_POSE = "stale pose"

@@ -239,6 +239,7 @@ def _run(
             outcome=outcome,
             objects=len(supports),
             placed=_brought(supports, _supports(setup.truth)),
+            touches=setup.truth.touches if setup.truth else (),
             log=log,
             measurements=measurements,
             gate=setup.gate,

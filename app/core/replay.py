@@ -21,6 +21,7 @@ from app.core.session import Session
 from app.core.setup import VisionForm, set_up
 from config import UserError
 from hw import TURN, Backend, DepthFrame, Difference, Fault, FaultKind, ReplayRobot
+from hw.sim import load_scene
 from perception import GraspDetector
 from robots import RobotDescription, load_robot
 from trees.language import build, load, nodes_in_order
@@ -91,7 +92,8 @@ def replay_run(folder: Path) -> Replay:
     detector = GraspDetector(options["weights"], options["network"], gripper=description.gripper)
     task = load(folder / TASK, overrides=options["parameters"])
     backend = Backend(robot=robot, clock=robot.clock, truth=None)
-    with set_up(backend, detector, VisionForm.STEP) as setup:
+    fixtures = load_scene(options["scene"], options["seed"]).fixtures
+    with set_up(backend, detector, VisionForm.STEP, fixtures=fixtures) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         robot.begin()
         outcome = Session(
@@ -125,6 +127,8 @@ def _options(folder: Path) -> dict[str, Any]:
             "parameters": {str(k): str(v) for k, v in options["parameters"].items()},
             "weights": None if options["weights"] is None else Path(options["weights"]),
             "network": options["network"],
+            "scene": str(options["scene"]),
+            "seed": int(options["seed"]),
             "vision": str(vision),
         }
         held = control["breaks"] or control["groot"]

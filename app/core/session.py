@@ -184,7 +184,7 @@ class Session:
         """Turn a goal into a command, and send it."""
         self._stage = Stage.CONTROL
         last = self._gate.continue_from(state, now)
-        command, self._report = self._controller.step(state, goal, last)
+        command, self._report = self._controller.step(state, goal, last, self._context.surroundings)
         self._stage = Stage.SEND
         self._gate.send(command, state, self._clock.session.now())
         self._stage = Stage.WATCH

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
@@ -24,6 +24,7 @@ from hw import (
     open_backend,
 )
 from perception import GraspDetector
+from robots import Geom, Plane
 
 
 class VisionForm(StrEnum):
@@ -101,6 +102,7 @@ def set_up(
     *,
     beneath: Callable[[Robot], Robot] = lambda robot: robot,
     seed: int = 0,
+    fixtures: Sequence[Geom] | None = None,
 ) -> Iterator[Setup]:
     """Connect a robot and put together what a session works with; closes it in the end.
 
@@ -110,6 +112,7 @@ def set_up(
         form: how that is done.
         beneath: what to put between the robot and the faults that are injected into it.
         seed: of the faults.
+        fixtures: what is known to stand around the robot; None takes what its world knows.
 
     Raises:
         HardwareError: the robot cannot be connected.
@@ -117,6 +120,8 @@ def set_up(
     injected = FaultInjection(beneath(backend.robot), backend.truth, seed)
     robot = RecordedRobot(injected, backend.clock)
     problems: list[str] = []
+    if fixtures is None:
+        fixtures = backend.truth.fixtures if backend.truth else ()
     with (
         _connected(robot, problems) as state,
         closing(_VISION[form](robot.camera, detector)) as vision,
@@ -137,6 +142,8 @@ def set_up(
                 clock=clock,
                 vision=vision,
                 state=state,
+                # The controller knows the floor by itself.
+                fixtures=tuple(one for one in fixtures if not isinstance(one.shape, Plane)),
             ),
             problems=problems,
         )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from app.live import NodeStatus, ObjectView, SceneView, Signals, Snapshot
 from controller import PoseGoal
-from hw import DepthFrame, Truth
+from hw import DepthFrame, TrueObject, Truth
 from trees.language import TreeNode
 
 if TYPE_CHECKING:
@@ -18,8 +18,13 @@ def scene_view(truth: Truth | None) -> SceneView:
     """What a viewer needs to know of a world; empty where nobody knows it."""
     if truth is None:
         return SceneView()
-    objects = tuple(ObjectView(name=o.name, parts=o.parts) for o in truth.objects)
+    objects = tuple(ObjectView(name=o.name, parts=o.parts) for o in _movable(truth))
     return SceneView(fixtures=tuple(truth.fixtures), objects=objects)
+
+
+def _movable(truth: Truth) -> tuple[TrueObject, ...]:
+    """What has another pose from tick to tick, always in the same order."""
+    return (*truth.objects, *truth.walkers)
 
 
 class Snapshots:
@@ -57,7 +62,7 @@ class Snapshots:
                 heading_error=report.heading_error,
                 tick_ms=1000.0 * tick.seconds,
             ),
-            objects=tuple([one.pose for one in self._truth.objects]) if self._truth else (),
+            objects=tuple([one.pose for one in _movable(self._truth)]) if self._truth else (),
             frame=vision.frame if is_new else None,
             detection=vision.detection if is_new else None,
             grasp=vision.grasp,

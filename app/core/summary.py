@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -15,7 +17,7 @@ from rich.table import Table
 from app.core.measurements import Measurements
 from app.core.outcome import Outcome
 from behaviours import Carried, TaskLog
-from hw import Gate, TaskTime
+from hw import MAY_TOUCH, Gate, TaskTime, Touch
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +47,11 @@ class Summary:
     """From the first look to closed fingers, mean over the attempts that succeeded."""
     pick_place_time_mean_s: float | None
     """From the first attempt at an object, or the end of the one before, to its release; mean."""
+    contacts: int
+    """How often anything of the robot but its fingers and what they hold has hit something, as the
+    simulator tells."""
+    contacts_by_name: dict[str, int]
+    """The same by who hit what, as `link3 hit table/top`."""
     limit_violations: int
     """Ticks in which a measured joint position, joint speed or base speed was over its limit."""
     highest_speed_percent: float
@@ -107,6 +114,9 @@ class Summary:
             "control tick": f"median {self.tick_median_ms:.2f} ms, p99 {self.tick_p99_ms:.2f} ms; "
             f"{self.late_ticks} longer than its period, {self.missed_ticks} left out",
         }
+        if self.contacts:
+            hits = (f"{count} times {text}" for text, count in self.contacts_by_name.items())
+            rows["contacts"] = f"{self.contacts}: " + ", ".join(hits)
         if self.stalls:
             rows["stalls"] = f"{self.stalls}: the watchdog stopped the robot"
         if self.messages:
@@ -132,6 +142,7 @@ def summarise(
     outcome: Outcome,
     objects: int,
     placed: int,
+    touches: Sequence[Touch],
     log: TaskLog,
     measurements: Measurements,
     gate: Gate,
@@ -151,6 +162,7 @@ def summarise(
         outcome: how it ended.
         objects: how many there were to begin with.
         placed: how many are where they were to be placed.
+        touches: what the robot has hit.
         log: what the behaviours noted.
         measurements: what the session measured.
         gate: what it refused.
@@ -161,6 +173,7 @@ def summarise(
         warnings: what could not be kept or shown of the run.
     """
     done = [one for one in log.carried if one.placed is not None]
+    contacts = Counter(one.text for one in touches if one.part not in MAY_TOUCH)
     return Summary(
         task=task,
         robot=robot,
@@ -176,6 +189,8 @@ def summarise(
         duration_s=round(duration, 3),
         grasp_time_mean_s=_mean([one.grasp_time for one in done]),
         pick_place_time_mean_s=_mean(_pick_place_times(log.carried)),
+        contacts=contacts.total(),
+        contacts_by_name=dict(contacts.most_common()),
         limit_violations=measurements.limit_violations,
         highest_speed_percent=round(100.0 * measurements.highest_speed, 2),
         smallest_joint_margin_deg=round(float(np.degrees(measurements.smallest_margin)), 2),

@@ -62,6 +62,7 @@ def _gone(part: str) -> Callable[[], Exception]:
 
 _TABLE = (
     _reported(FaultKind.REFLEX, "reflex of the arm", clearable=True),
+    _reported(FaultKind.BUMPER, "bumper of the base", clearable=True),
     _reported(FaultKind.EMERGENCY_STOP, "emergency stop"),
     _reported(FaultKind.STALE_POSE, "stale pose of the base"),
     Injectable(name="gripper dead", make=GripperDead, what="the fingers do not move"),

@@ -6,6 +6,7 @@ images of it.
 """
 
 from hw.sim.body import Dynamics
+from hw.sim.furniture import Container, Fixture, Objects, Table
 from hw.sim.grasp_contact import Reason
 from hw.sim.hand import Hand
 from hw.sim.layout import build_world, load_scene
@@ -13,17 +14,9 @@ from hw.sim.noise import D435Noise
 from hw.sim.objects import HELDOUT, HOUSEHOLD, OBJECT_CLASSES, TRAIN
 from hw.sim.render import DepthRenderer
 from hw.sim.robot import kinematic_robot
-from hw.sim.scene import (
-    Container,
-    Fixture,
-    Objects,
-    Scene,
-    SceneError,
-    Table,
-    read_scene,
-    scene_names,
-)
+from hw.sim.scene import Scene, SceneError, read_scene, scene_names
 from hw.sim.sim_object import Motion, SimObject
+from hw.sim.walker import Walker
 from hw.sim.world import GraspOutcome, World
 
 __all__ = [
@@ -45,6 +38,7 @@ __all__ = [
     "SceneError",
     "SimObject",
     "Table",
+    "Walker",
     "World",
     "build_world",
     "kinematic_robot",

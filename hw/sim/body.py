@@ -1,4 +1,9 @@
-"""The simulated robot in its world: kinematics with lag, and a hand that touches objects."""
+"""The simulated robot in its world: kinematics with lag, and what happens when it hits something.
+
+A step that makes a contact is taken back and trips a reflex: the bumper for the base, that of the
+arm for the arm, its hand and what it holds. What it belongs to stands still at once; the other one
+goes on until somebody who sees the fault stops it, or until furniture holds the arm that it pushes.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +16,13 @@ from pinocchio import SE3
 
 from controller import Command, RobotModel
 from hw.clock import Clock
+from hw.sim.collisions import Collisions, Contact
 from hw.sim.hand import Hand
+from hw.sim.members import BASE, Configuration
+from hw.sim.reflex import Reflex
+from hw.sim.sim_object import SimObject
 from hw.sim.world import World
+from hw.truth import Touch
 from robots import Geom, RobotDescription
 
 
@@ -26,6 +36,12 @@ class Dynamics:
     """How far the hand moves until fingers that press without holding slip off [m]."""
     battery_life: float = 4.0 * 3600.0
     """Time in which a full battery runs down, whatever the robot does [s]."""
+    solid: bool = False
+    """Whether all of the robot hits what is in its way; else only the hand and what it holds do."""
+
+
+_SAME_TOUCH = 1.0
+"""A contact that comes back within this time is no new one [s]."""
 
 
 class SimBody:
@@ -53,8 +69,10 @@ class SimBody:
         self.qd = np.zeros(7)
         self.width = description.gripper.opening
         self.fingers_move = False
-        self.reflex: str | None = None
-        """What the hand hit; None while the arm is free to move."""
+        self.reflex = Reflex()
+        """Of the arm, its hand and what it holds."""
+        self.bumper = Reflex()
+        """Of the base."""
         self._command = Command.stop()
         self._valid_until = 0.0
         self._width_goal = self.width
@@ -62,7 +80,8 @@ class SimBody:
         self._wanted_width = self.width
         self._holds = False
         self._slipping = False
-        self._forgiven: str | None = None
+        self._collisions = Collisions(self._model, world, solid=dynamics.solid)
+        self._touched: dict[tuple[str, str], float] = {}
 
     @property
     def wTe(self) -> SE3:
@@ -104,10 +123,6 @@ class SimBody:
         """Forget the command: the robot comes to rest with its lag."""
         self._command = Command.stop()
 
-    def recover(self) -> None:
-        """Clear a reflex; the object that was hit is forgiven until the hand has left it."""
-        self._forgiven, self.reflex = self.reflex, None
-
     def grip(self, width: float, force: float) -> None:
         """Move the fingers to a width [m]; closing stops at what the contacts decide.
 
@@ -131,19 +146,44 @@ class SimBody:
 
     def _integrate(self, command: Command, dt: float) -> None:
         """First-order lag on every axis, then exact motion along the arc that it gives."""
+        before, q_before = self.wTb, self.q
         base_lag, arm_lag = self.description.base.lag, self.description.arm.lag
         self.base_twist = self.base_twist + (1.0 - exp(-dt / base_lag)) * (
             command.base_twist - self.base_twist
         )
+        if self.bumper.tripped_by:
+            self.base_twist = np.zeros(3)
         vx, vy, w = self.base_twist * dt
         self.wTb = self.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
-        if self.reflex:
+        if self.reflex.tripped_by:
             self.qd = np.zeros(7)
         else:
             self.qd = self.qd + (1.0 - exp(-dt / arm_lag)) * (command.qd - self.qd)
             self.q = self.q + self.qd * dt
         self._move_fingers(self.description.gripper.speed * dt)
-        self._touch()
+        self._slip()
+        self._collide(before, q_before, self.now + dt)
+        self._carry()
+
+    def _collide(self, wTb: SE3, q: np.ndarray, now: float) -> None:
+        """Take back what has made a contact since the base was at wTb and the arm at q (7,)."""
+        base, arm = self._contacts(now)
+        if self.bumper.feels(base):
+            self.bumper.trip(base)
+            self.wTb, self.base_twist = wTb, np.zeros(3)
+            base, arm = self._contacts(now)
+        if self.reflex.feels(arm):
+            self.reflex.trip(arm)
+            self.q, self.qd = q, np.zeros(7)
+            base, arm = self._contacts(now)
+        if self.dynamics.solid and self.reflex.feels(arm):  # the base has pushed the arm there
+            self._push_away(arm)
+            base, arm = self._contacts(now)
+            if self.reflex.feels(arm):
+                self.wTb, self.base_twist = wTb, np.zeros(3)
+                base, arm = self._contacts(now)
+        self.bumper.stay(base)
+        self.reflex.stay(arm)
 
     def _move_fingers(self, step: float) -> None:
         """A step towards the width that is wanted; slipping fingers slide along the object."""
@@ -155,18 +195,37 @@ class SimBody:
         self.fingers_move = width != self.width
         self.width = width
 
-    def _touch(self) -> None:
-        """Carry what is held, slip off what is not, trip the reflex if the hand hits something."""
-        hand = self.hand
-        self.world.carry(hand.wTe)
+    def _slip(self) -> None:
+        """Slip off what is pressed on without being held, when the hand moves off."""
         if self._pressing_from is not None:
-            moved = np.linalg.norm(hand.wTe.translation - self._pressing_from.translation)
+            moved = np.linalg.norm(self.wTe.translation - self._pressing_from.translation)
             if moved > self.dynamics.slip_distance:
                 self._slipping, self._pressing_from = True, None
                 self._width_goal = self._wanted_width
-        hit = self.world.collision(hand, self.width)
-        if hit is None:
-            self._forgiven = None
-        elif hit != self._forgiven:
-            self.reflex = hit
-            self.qd = np.zeros(7)
+
+    def _carry(self) -> None:
+        """Take along what is held."""
+        if self.world.held is not None:
+            self.world.carry(self.wTe)
+            if self.dynamics.solid:
+                self.world.settle()
+
+    def _contacts(self, now: float) -> tuple[list[Contact], list[Contact]]:
+        """What the base presses into and what the arm does, noted down where it is new."""
+        here = Configuration(wTb=self.wTb, q=self.q, width=self.width)
+        contacts = self._collisions.find(here)
+        for one in contacts:
+            if now - self._touched.get((one.part, one.thing), -np.inf) > _SAME_TOUCH:
+                touch = Touch(stamp=now, part=one.part, thing=one.thing, text=one.text)
+                self.world.touches.append(touch)
+            self._touched[one.part, one.thing] = now
+        return (
+            [one for one in contacts if one.part == BASE],
+            [one for one in contacts if one.part != BASE],
+        )
+
+    def _push_away(self, contacts: list[Contact]) -> None:
+        """Loose objects give way to the arm."""
+        for one in contacts:
+            if isinstance(one.owner, SimObject):
+                self.world.push(one.owner, one.towards, one.depth)

@@ -11,20 +11,11 @@ import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim.contact import separation
+from hw.sim.furniture import Container, Fixture, Footprint, Objects, SideTable, Table
 from hw.sim.objects import OBJECT_CLASSES, fitting, make_object
-from hw.sim.scene import (
-    Container,
-    Fixture,
-    Footprint,
-    Objects,
-    Scene,
-    SceneError,
-    SideTable,
-    Table,
-    place,
-    read_scene,
-)
+from hw.sim.scene import Scene, SceneError, place, read_scene
 from hw.sim.sim_object import Motion, SimObject
+from hw.sim.walker import Walker
 from hw.sim.world import World
 from robots import Box, Colour, Geom, Plane
 
@@ -99,7 +90,8 @@ def build_world(scene: Scene, rng: np.random.Generator) -> World:
     for number, table in enumerate(scene.side_tables):
         lying = _objects(table.objects, _top(table, number), len(objects), rng)
         objects += [_moving(obj, table) for obj in lying]
-    return World(fixtures, objects)
+    walkers = [Walker(w.name, w.radius, w.height, w.way, w.speed) for w in scene.walkers]
+    return World(fixtures, objects, walkers)
 
 
 class _Surface(NamedTuple):

@@ -14,6 +14,7 @@ from hw.composition import ComposedRobot
 from hw.frame import DepthImage
 from hw.sim.body import Dynamics, SimBody
 from hw.sim.noise import D435Noise
+from hw.sim.reflex import Reflex
 from hw.sim.render import DepthRenderer
 from hw.sim.world import World
 from hw.state import ArmState, Array, BaseState, Fault, FaultKind, GripperState
@@ -37,6 +38,12 @@ class _SimPart:
         """Stop."""
         self.stop()
 
+    @staticmethod
+    def _faults(kind: FaultKind, reflex: Reflex) -> tuple[Fault, ...]:
+        """That a reflex has tripped, and on what."""
+        hit = reflex.tripped_by
+        return () if hit is None else (Fault(kind=kind, text=hit.text, clearable=True),)
+
 
 class SimArm(_SimPart):
     """The arm; with a reflex it stays where it is."""
@@ -45,41 +52,47 @@ class SimArm(_SimPart):
         """The reading at this moment of simulated time."""
         body = self._body
         body.advance()
-        faults: tuple[Fault, ...] = ()
-        if body.reflex:
-            text = f"the hand hit {body.reflex}"
-            faults = (Fault(kind=FaultKind.REFLEX, text=text, clearable=True),)
+        faults = self._faults(FaultKind.REFLEX, body.reflex)
         return ArmState(stamp=body.now, q=body.q, qd=body.qd, faults=faults)
 
     def send(self, qd: Array) -> Array:
         """Follow joint velocities for one period."""
         self._body.advance()
-        applied = np.zeros(7) if self._body.reflex else qd
+        applied = np.zeros(7) if self._body.reflex.tripped_by else qd
         self._body.follow(qd=applied)
         return applied
 
     def recover(self) -> None:
         """Clear a reflex, at once."""
-        self._body.recover()
+        self._body.reflex.clear()
 
 
 class SimBase(_SimPart):
-    """The base; it has no faults."""
+    """The base; with its bumper pressed it stands still."""
 
     def read(self) -> BaseState:
         """The reading at this moment of simulated time."""
         body = self._body
         body.advance()
         battery = max(0.0, 1.0 - body.now / body.dynamics.battery_life)
-        return BaseState(stamp=body.now, wTb=body.wTb, twist=body.base_twist, battery=battery)
+        return BaseState(
+            stamp=body.now,
+            wTb=body.wTb,
+            twist=body.base_twist,
+            battery=battery,
+            faults=self._faults(FaultKind.BUMPER, body.bumper),
+        )
 
     def send(self, twist: Array) -> Array:
         """Follow a twist for one period."""
-        self._body.follow(base_twist=twist)
-        return twist
+        self._body.advance()
+        applied = np.zeros(3) if self._body.bumper.tripped_by else twist
+        self._body.follow(base_twist=applied)
+        return applied
 
     def recover(self) -> None:
-        """Nothing to clear."""
+        """Clear the bumper, at once."""
+        self._body.bumper.clear()
 
 
 class SimGripper(_SimPart):

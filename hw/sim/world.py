@@ -1,4 +1,4 @@
-"""The world around the simulated robot: fixtures, and objects that move or can be moved."""
+"""The world around the simulated robot: fixtures, objects that can be moved, and walkers."""
 
 from __future__ import annotations
 
@@ -8,23 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 from pinocchio import SE3
 
-from hw.sim.contact import TOUCH, Vicinity, separation, travel
+from controller import Obstacle
+from hw.sim.contact import Vicinity, separation
 from hw.sim.grasp_contact import Reason, grasp_contact
 from hw.sim.hand import Hand
+from hw.sim.members import HAND_TOLERANCE, HELD_TOLERANCE
+from hw.sim.resting import Resting
 from hw.sim.sim_object import SimObject
-from robots import Geom
+from hw.sim.walker import Walker
+from hw.truth import Touch
+from robots import Array, Geom
 
-HAND_TOLERANCE = 0.002
-"""Depth to which the hand may press into something before it counts as a collision [m]."""
-
-HELD_TOLERANCE = 0.005
-"""The same for a held object, which yields in the fingers [m]."""
-
-_DOWN = np.array([0.0, 0.0, -1.0])
-_MAX_FALL = 3.0
-_LIFT_STEP = 0.005
-_MAX_LIFTS = 60
-_RESTING_GAP = 0.0015
+_LEAST_LEVEL = 0.3
+"""Who is pressed more steeply than this share of a push is level stays where it is."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,24 +38,41 @@ class GraspOutcome:
 
 
 class World:
-    """Fixtures and objects, and the effects of the hand on them.
+    """Fixtures, objects and walkers, and the effects of the robot on the objects.
 
     Args:
         fixtures: shapes that never move, in the world; the part of a name before `/` is its group.
         objects: objects that can be picked up, each at its pose.
+        walkers: obstacles that move by themselves.
     """
 
-    def __init__(self, fixtures: Sequence[Geom], objects: Sequence[SimObject]) -> None:
+    def __init__(
+        self,
+        fixtures: Sequence[Geom],
+        objects: Sequence[SimObject],
+        walkers: Sequence[Walker] = (),
+    ) -> None:
         self.fixtures = tuple(fixtures)
         self.objects = list(objects)
+        self.walkers = tuple(walkers)
+        self.touches: list[Touch] = []
+        """What the robot has hit so far, in order."""
         self.held: SimObject | None = None
-        self._eTo = SE3.Identity()
+        self.eTo = SE3.Identity()
+        """The held object in the end effector."""
         self._held_width = 0.0
         self._vicinity = Vicinity(self.fixtures)
+        self._resting = Resting(self.fixtures, self.objects, self._vicinity)
+        self._left_at: Array | None = None
 
     def shapes(self) -> list[Geom]:
         """All visible shapes but those of the robot, in the world."""
-        return [*self.fixtures, *(part for o in self.objects for part in o.placed())]
+        walking = (part for walker in self.walkers for part in walker.placed())
+        return [*self.fixtures, *walking, *(part for o in self.objects for part in o.placed())]
+
+    def moving(self) -> tuple[Obstacle, ...]:
+        """The walkers, as a tracker would tell of them now."""
+        return tuple([walker.obstacle for walker in self.walkers])
 
     def find(self, name: str) -> SimObject:
         """The object of that name.
@@ -73,7 +86,9 @@ class World:
         raise KeyError(f"no object {name!r}; there are {[o.name for o in self.objects]}")
 
     def move_to(self, now: float) -> None:
-        """Move the objects that move by themselves to their positions at a time [s]."""
+        """Bring what moves by itself to its position at a time [s]."""
+        for walker in self.walkers:
+            walker.move_to(now)
         for obj in self.objects:
             if obj.motion is not None:
                 obj.pose = SE3(obj.pose.rotation, obj.motion.position(now))
@@ -105,9 +120,10 @@ class World:
             touched.pose, touched.motion = result.wTo, None
             if result.reason is Reason.HELD:
                 self.held, self._held_width = touched, result.width
-                self._eTo = hand.wTe.actInv(result.wTo)
+                self._left_at = result.wTo.translation.copy()
+                self.eTo = hand.wTe.actInv(result.wTo)
             else:
-                self._drop(touched)
+                self._resting.drop(touched, None)
         return GraspOutcome(
             holding=None if self.held is None else self.held.name,
             width=result.width,
@@ -119,7 +135,7 @@ class World:
         """Let go: the held object falls straight down onto what is below it."""
         if self.held is not None:
             dropped, self.held = self.held, None
-            self._drop(dropped)
+            self._resting.drop(dropped, None)
 
     def put(self, name: str, wTo: SE3) -> None:
         """Put an object somewhere, out of the hand if it is held; it falls onto what is below.
@@ -135,12 +151,36 @@ class World:
         if obj is self.held:
             self.held = None
         obj.pose, obj.motion = wTo, None
-        self._drop(obj)
+        self._resting.drop(obj, self.held)
 
     def carry(self, wTe: SE3) -> None:
         """Move the held object along with the end effector."""
         if self.held is not None:
-            self.held.pose = wTe * self._eTo
+            self.held.pose = wTe * self.eTo
+
+    def push(self, obj: SimObject, towards: Array, depth: float) -> None:
+        """Let an object that the robot presses into give way along the floor, as far as it can.
+
+        Args:
+            obj: not the held one.
+            towards: (3,) unit vector in which it is pressed.
+            depth: how deep [m].
+        """
+        level = np.array([towards[0], towards[1], 0.0])
+        share = float(np.linalg.norm(level))
+        if share > _LEAST_LEVEL:
+            obj.motion = None
+            self._resting.push(obj, level * depth / share**2, self.held)
+            self._resting.settle(self.held)
+
+    def settle(self) -> None:
+        """Let fall what lay on the held object, once that has left its place."""
+        if self.held is None or self._left_at is None:
+            return
+        gone = np.linalg.norm(self.held.pose.translation - self._left_at)
+        if gone > 2.0 * self.held.radius:
+            self._left_at = None
+            self._resting.settle(self.held)
 
     def collision(self, hand: Hand, width: float) -> str | None:
         """Name of a shape that the hand or the held object presses into too deeply, if any.
@@ -166,52 +206,11 @@ class World:
         Returns:
             For example `container` or `table`; `hand` if held, empty if nothing carries it.
         """
-        return self._support(obj, frozenset())
+        return self._resting.support(obj, self.held)
 
     def supports(self) -> dict[str, str]:
         """What each object rests on, by its name; see `resting_on`."""
         return {obj.name: self.resting_on(obj) for obj in self.objects}
-
-    def _support(self, obj: SimObject, visited: frozenset[str]) -> str:
-        if obj is self.held:
-            return "hand"
-        parts = [part.moved(SE3(np.eye(3), _RESTING_GAP * _DOWN)) for part in obj.placed()]
-        around = self._vicinity.near(obj.pose.translation, obj.radius + _RESTING_GAP)
-        for fixture in around:
-            if any(_presses_down(part, fixture) for part in parts):
-                return fixture.name.split("/")[0]
-        for other in self._others_below(obj, _RESTING_GAP):
-            touching = any(_presses_down(a, b) for a in parts for b in other.placed())
-            if touching and other.name not in visited:
-                found = self._support(other, visited | {obj.name})
-                if found:
-                    return found
-        return ""
-
-    def _drop(self, obj: SimObject) -> None:
-        """Let an object fall to its first contact, lifted until it is free."""
-        below = [
-            *self.fixtures,
-            *(part for o in self._others_below(obj, _MAX_FALL) for part in o.placed()),
-        ]
-        for _ in range(_MAX_LIFTS):
-            if not any(_overlapping(a, b) for a in obj.placed() for b in below):
-                break
-            obj.pose = _raised(obj.pose, _LIFT_STEP)
-        falls = [travel(part, _DOWN, below, _MAX_FALL) for part in obj.placed()]
-        fall = min((f for f in falls if f is not None), default=0.0)
-        obj.pose = _raised(obj.pose, -fall)
-
-    def _others_below(self, obj: SimObject, depth: float) -> Iterable[SimObject]:
-        """Objects that another may meet while it falls by `depth` [m], or rises."""
-        x, y, z = obj.pose.translation
-        for other in self.objects:
-            if other is obj or other is self.held:
-                continue
-            ox, oy, oz = other.pose.translation
-            reach = other.radius + obj.radius
-            if np.hypot(ox - x, oy - y) < reach and oz < z + reach + depth:
-                yield other
 
     def _objects_near(self, hand: Hand) -> list[SimObject]:
         """Objects near the hand, without the held one."""
@@ -233,18 +232,3 @@ def _deepest(shapes: Iterable[Geom], others: Sequence[Geom], tolerance: float) -
             if gap < worst:
                 worst, name = gap, other.name
     return name
-
-
-def _overlapping(a: Geom, b: Geom) -> bool:
-    """Whether two shapes overlap by more than a touch from the side."""
-    gap, normal = separation(a, b)
-    return gap < -HELD_TOLERANCE or (gap < -TOUCH and abs(normal[2]) > 0.5)
-
-
-def _presses_down(a: Geom, b: Geom) -> bool:
-    gap, normal = separation(a, b)
-    return gap < 0.0 and normal[2] < -0.3
-
-
-def _raised(pose: SE3, height: float) -> SE3:
-    return SE3(pose.rotation, pose.translation - height * _DOWN)

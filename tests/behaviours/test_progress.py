@@ -68,7 +68,9 @@ def test_a_goal_out_of_reach_is_given_up():
         "navigate", harness.context, to=ToolPose(name="sky", wTe=looking_down(0.5, 0.0, 2.5))
     )
     assert harness.run(leaf, seconds=60.0) is Status.FAILURE
-    assert leaf.feedback_message.startswith("stuck")
+    assert leaf.feedback_message.startswith("cannot get to sky: 2.50 m up: tilted like this")
+    assert harness.clock.now() < 0.5
+    assert harness.robot.read().wTb.isApprox(SE3.Identity())
 
 
 def test_a_pause_counts_in_no_patience():

@@ -195,7 +195,7 @@ def test_any_numbers_at_all_are_answered_within_limits_or_refused(numbers):
 
 def test_a_qp_without_a_solution_brakes_and_reports_it(monkeypatch):
     controller = HolisticController(robot_model("frankie"))
-    monkeypatch.setattr(Solver, "solve", lambda self, qp: None)
+    monkeypatch.setattr(Solver, "solve", lambda self, qp, rows: None)
     moving = Command(base_twist=np.array([0.9, 0.0, -0.8]), qd=np.full(7, 1.0))
     command, report = controller.step(State(), PoseGoal(wTe=tool_pose(2.0, 0.0, 0.7)), moving)
     assert not report.solved

@@ -28,8 +28,8 @@ from controller.base_drive import Pose2D
 from controller.guidance import Guide
 from controller.postures import BANK, SEED, bank, draw, forward_kinematics
 from controller.servo import pose_error
-from controller.settings import StanceSettings
-from controller.stance import choose_stance
+from controller.stance_search import StanceSearch
+from controller.stance_settings import StanceSettings
 from robots import load_robot, robot_names
 
 READY = load_robot("frankie").arm.ready
@@ -76,7 +76,9 @@ def test_the_chosen_stance_reaches_the_goal_clear_of_contact(robot):
     model, body = robot_model(robot), SelfCollision(robot_model(robot))
     postures = bank(model.description)
     for wTe in reachable_poses(robot, 20, seed=5):
-        stance = choose_stance(model, StanceSettings(), postures, body, wTe, ORIGIN, READY)
+        search = StanceSearch(model, StanceSettings(), postures, body, wTe, ORIGIN, READY)
+        stance = search.finish()
+        assert stance is not None
         x, y, heading = stance.base_for(wTe)
         wTb = SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
         error = pose_error(model.wTe(wTb, stance.q), wTe)
@@ -90,10 +92,9 @@ def test_the_chosen_stance_reaches_the_goal_clear_of_contact(robot):
 def test_a_stance_that_failed_is_not_chosen_again():
     model, settings = robot_model("frankie"), StanceSettings()
     body, wTe = SelfCollision(model), tool_pose(2.0, 0.5, 0.7)
-    first = choose_stance(model, settings, bank(model.description), body, wTe, ORIGIN, READY)
-    second = choose_stance(
-        model, settings, bank(model.description), body, wTe, ORIGIN, READY, failed=(first,)
-    )
+    here = (model, settings, bank(model.description), body, wTe, ORIGIN, READY)
+    first = StanceSearch(*here).finish()
+    second = StanceSearch(*here, failed=(first,)).finish()
     assert np.abs(first.q - second.q).max() > 0.5
 
 
@@ -102,8 +103,12 @@ def guide_and_ask(robot: str = "frankie"):
     guide = Guide(model, ControllerSettings(), SelfCollision(model))
 
     def ask(goal: PoseGoal, state: State):
+        """What the guide says as soon as it knows."""
         error = pose_error(model.wTe(state.wTb, state.q), goal.wTe)
-        return guide.bias(goal, error, Pose2D.of(state.wTb), state.q)
+        bias = guide.bias(goal, error, Pose2D.of(state.wTb), state.q)
+        while guide.rests:
+            bias = guide.bias(goal, error, Pose2D.of(state.wTb), state.q)
+        return bias
 
     return guide, ask
 

@@ -57,21 +57,6 @@ def test_solver_finds_the_minimiser(robot):
     assert at_bounds > 100  # otherwise the bounds were not tested
 
 
-def test_a_qp_that_piqp_does_not_finish_is_solved(monkeypatch):
-    """Even from an answer that is far off, the exact minimiser is found."""
-    solve = Solver._solve_with_piqp
-
-    def gives_up(self, qp):
-        solve(self, qp)
-        return False
-
-    monkeypatch.setattr(Solver, "_solve_with_piqp", gives_up)
-    for *_, qp in random_qps("frankie", 30):
-        x = Solver(precision=1e-1).solve(qp)
-        assert x is not None
-        np.testing.assert_allclose(x, minimiser(qp), atol=1e-7)
-
-
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_the_qp_without_slack_variables_is_the_papers(robot):
     """The same minimiser as eq. 6 with the slack as variables and the twist as equality."""

@@ -72,7 +72,7 @@ def test_parts_far_from_each_other_are_not_mentioned_however_the_arm_got_there(m
 def test_the_hand_stops_before_the_floor_when_it_is_sent_through_it(model, straight):
     controller, body = HolisticController(model), SelfCollision(model)
     state, last = State(), Command.stop()
-    goal = PoseGoal(wTe=tool_pose(0.75, 0.0, -0.2), straight=straight)
+    goal = PoseGoal(wTe=tool_pose(0.75, 0.0, -0.015), straight=straight)
     for _ in range(500):
         last, _ = controller.step(state, goal, last)
         move(state, last)

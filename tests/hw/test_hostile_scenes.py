@@ -71,6 +71,30 @@ HOSTILE = {
         GOOD + "side_tables: [{name: a, centre: [0, 0], objects: {count: 0}}]\n",
         "3:15: side",
     ),
+    "a walker on the robot": (
+        GOOD + "walkers: [{name: a, way: [[0.3, 0], [3, 0]]}]\n",
+        "3:11: walkers.0: it stands where the robot starts",
+    ),
+    "a walker that goes nowhere": (
+        GOOD + "walkers: [{name: a, way: [[1, 1]]}]\n",
+        "3:26: walkers.0.way: expected 2 values, got 1",
+    ),
+    "a walker that stands still": (
+        GOOD + "walkers: [{name: a, way: [[1, 1], [1, 1], [2, 2]]}]\n",
+        "walkers.0.way: two points in a row are the same; leave one out",
+    ),
+    "a walker that flies": (
+        GOOD + "walkers: [{name: a, way: [[1, 1], [2, 2]], speed: 300}]\n",
+        "3:51: walkers.0.speed: expected",
+    ),
+    "a walker without a body": (
+        GOOD + "walkers: [{name: a, way: [[1, 1], [2, 2]], radius: 0}]\n",
+        "walkers.0.radius: expected",
+    ),
+    "two walkers of one name": (
+        GOOD + "walkers:\n" + 2 * "- {name: a, way: [[1, 1], [2, 2]]}\n",
+        "4:1: walkers: two of them are called `a`; rename one",
+    ),
     "a name with control characters": (
         fixture(name='"a\\e[2J"'),
         "4:12: fixtures.0.name: is",

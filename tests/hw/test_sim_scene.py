@@ -49,9 +49,12 @@ def test_the_shipped_scenes_have_the_objects_that_they_speak_of() -> None:
     counts = {name: len(load_scene(name, 0).objects) for name in scene_names()}
     assert counts == {
         "clutter": 15,
+        "corridor": 10,
+        "crossing": 10,
         "follow_moving_object": 1,
         "household": 10,
         "inspect": 6,
+        "kitchen": 10,
         "single": 1,
         "tidy_two_tables": 4,
     }
@@ -200,7 +203,7 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
         SceneError, match=r"no scene is called `houshold`; did you mean `household`\?"
     ) as told:
         load_scene("houshold", 0)
-    assert "`household`, `inspect`, `single`" in str(told.value)
+    assert "`household`, `inspect`, `kitchen`, `single`" in str(told.value)
 
 
 @pytest.mark.parametrize(

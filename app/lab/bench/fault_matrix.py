@@ -91,6 +91,7 @@ def _solver_raises(setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
 
 TROUBLES = (
     Trouble(name="reflex"),
+    Trouble(name="bumper"),
     Trouble(name="emergency stop", lasts=1.0, stops=True, acknowledged=True),
     Trouble(name="stale pose", lasts=1.0, stops=True, acknowledged=True),
     Trouble(name="gripper dead"),

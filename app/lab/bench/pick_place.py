@@ -40,6 +40,7 @@ def pick_place_table(summaries: list[Summary]) -> Table:
         "grasp [s]",
         "pick and place [s]",
         "limit violations",
+        "contacts",
         "tick median / p99 [ms]",
         "times real time",
     ):
@@ -53,6 +54,7 @@ def pick_place_table(summaries: list[Summary]) -> Table:
             _seconds(s.grasp_time_mean_s),
             _seconds(s.pick_place_time_mean_s),
             str(s.limit_violations),
+            str(s.contacts),
             f"{s.tick_median_ms:.2f} / {s.tick_p99_ms:.2f}",
             f"{s.real_time_factor:.1f}",
         )

@@ -153,7 +153,7 @@ def test_a_mistake_in_the_task_is_one_located_line(tmp_path, task, line, place, 
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--scene", "kitchen"), "household"),
+        (("--scene", "attic"), "household"),
         (("--robot", "frankee"), "did you mean `frankie`"),
         (("--world", "kinematics"), "did you mean `kinematic`"),
         (("--scene", "no/such/scene.yaml"), "no/such/scene.yaml"),

@@ -53,7 +53,7 @@ def wait_for_a_socket() -> None:
 
 
 def compute_in_c() -> None:
-    hashlib.pbkdf2_hmac("sha256", b"x", b"y", 5_000_000)
+    hashlib.pbkdf2_hmac("sha256", b"x", b"y", 15_000_000)
 
 
 class Driver(Leaf):

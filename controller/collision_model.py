@@ -1,0 +1,239 @@
+"""The shapes of the robot and of what stands around it, and the distances between them.
+
+The arm is made of capsules, the base of a box with a capsule in each corner, the camera of a box.
+Coal measures. Robot and surroundings are in the world: the chain's first placement is the pose of
+the base.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from enum import IntEnum
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import pinocchio as pin
+from pinocchio import SE3
+
+from controller.command import Array
+from controller.model import RobotModel
+from controller.surroundings import OPEN_FLOOR, Surroundings
+from robots import Box, Capsule, Geom, Plane, bounding_radius, coal_geometry
+
+CORNER = 0.05
+"""Radius of the capsules in the corners of the base [m]. A face before a wall has two ends: without
+a distance for each the base turns into what it stands before."""
+
+
+class PairKind(IntEnum):
+    """What meets what."""
+
+    SELF = 0
+    """The arm meets the robot itself, or the floor."""
+    BASE = 1
+    """The base meets what stands around."""
+    ARM = 2
+    """The arm meets what stands around."""
+    HAND = 3
+    """Hand, fingers and what they hold meet what stands around."""
+    BASE_MOVING = 4
+    """The base meets what moves by itself."""
+    ARM_MOVING = 5
+    """Arm or hand meet what moves by itself."""
+
+
+class Pairs(NamedTuple):
+    """P pairs of shapes that can meet; the robot is the first of each."""
+
+    first: npt.NDArray[np.int64]
+    """(P,) numbers of shapes."""
+    second: npt.NDArray[np.int64]
+    """(P,)."""
+    kind: npt.NDArray[np.int64]
+    """(P,) `PairKind`."""
+
+
+class _Part(NamedTuple):
+    """A shape of the robot."""
+
+    link: int
+    """-1 the base, 0 the arm's foot, 1 to 7 its links."""
+    geom: Geom
+    """In the frame of the link; of the base and the foot in b."""
+
+
+class CollisionModel:
+    """One robot in one place.
+
+    Not to be shared between threads: Pinocchio's and Coal's workspaces are reused.
+
+    Args:
+        model: the robot.
+        surroundings: what stands around it.
+    """
+
+    def __init__(self, model: RobotModel, surroundings: Surroundings = OPEN_FLOOR) -> None:
+        self._model = model
+        self._chain = model.chain.copy()
+        self._data = self._chain.createData()
+        self._shapes = pin.GeometryModel()
+        self._moves: list[int] = []
+        """How many degrees of freedom move each shape: the first ones, base first."""
+        self._radius: list[float] = []
+        self.names: list[str] = []
+        """Of the shapes, for people."""
+        parts = _parts(model, surroundings.held)
+        numbers = {name: [self._add(name, p) for p in some] for name, some in parts.items()}
+        fixed = [self._add_still(one) for one in surroundings.fixtures]
+        self.moving = [self._add_still(one.geom) for one in surroundings.moving]
+        self.pairs = self._pair(numbers, fixed)
+        self._results = pin.GeometryData(self._shapes)
+        self.reach = self._reach()
+        """(G, n) the most by which a degree of freedom moves any point of a shape [m/rad]."""
+        self.masks = np.arange(model.n) < np.array(self._moves)[:, None]
+        """(G, n) whether it moves the shape at all."""
+
+    def place(self, wTb: SE3, q: Array, moving: Sequence[Geom] = ()) -> None:
+        """Put the robot, and what moves by itself, where they are.
+
+        Args:
+            wTb: base pose.
+            q: (7,) joint positions [rad].
+            moving: what moves by itself, in the order of the surroundings.
+        """
+        for shape, geom in zip(self.moving, moving, strict=True):
+            self._shapes.geometryObjects[shape].placement = geom.pose
+        self._chain.jointPlacements[1] = wTb
+        self._q = self._model.joints(q)
+        pin.updateGeometryPlacements(self._chain, self._data, self._shapes, self._results, self._q)
+
+    def measure(self, pair: int) -> Any:
+        """Coal's result for one pair: distance [m], nearest points, normal from first to second."""
+        return pin.computeDistance(self._shapes, self._results, pair)
+
+    def ball(self, shape: int) -> tuple[Array, float]:
+        """Centre (3,) and radius of the ball around a shape, where it was placed last [m]."""
+        return self._results.oMg[shape].translation, self._radius[shape]
+
+    def jacobian(self) -> Array:
+        """(6, n) screws of the joints in the world, linear first."""
+        pin.computeJointJacobians(self._chain, self._data, self._q)
+        J: Array = self._data.J
+        return J
+
+    def clearance(self, q: Array, wTb: SE3 | None = None) -> float:
+        """Smallest distance of the robot to itself, the floor and what does not move [m].
+
+        Args:
+            q: (7,) joint positions [rad].
+            wTb: base pose; the origin without it.
+        """
+        self._chain.jointPlacements[1] = wTb or SE3.Identity()
+        nearest = pin.computeDistances(
+            self._chain, self._data, self._shapes, self._results, self._model.joints(q)
+        )
+        return float(self._results.distanceResults[nearest].min_distance)
+
+    def pair_name(self, pair: int) -> str:
+        """What meets what, for people."""
+        pairs = self.pairs
+        return f"{self.names[pairs.first[pair]]} and {self.names[pairs.second[pair]]}"
+
+    def _add(self, name: str, part: _Part) -> int:
+        n_base = self._model.n_base
+        joint = n_base + max(part.link, 0)
+        return self._put(joint, part.geom, name, joint)
+
+    def _add_still(self, geom: Geom) -> int:
+        return self._put(0, geom, geom.name, 0)
+
+    def _put(self, joint: int, geom: Geom, name: str, moved_by: int) -> int:
+        self._moves.append(moved_by)
+        self._radius.append(bounding_radius(geom.shape))
+        self.names.append(name)
+        shape = coal_geometry(geom.shape)
+        unique = f"{name}_{self._shapes.ngeoms}"
+        return int(
+            self._shapes.addGeometryObject(pin.GeometryObject(unique, joint, 0, geom.pose, shape))
+        )
+
+    def _pair(self, numbers: dict[str, list[int]], fixed: Iterable[int]) -> Pairs:
+        """All pairs that can meet: of the robot with itself, and of it with everything else."""
+        found: list[tuple[int, int, PairKind]] = []
+        aliases = {"hand": ("hand", "camera", "held")}
+        for one, other in self._model.description.arm.may_touch:
+            for second in aliases.get(other, (other,)):
+                for a, b in product(numbers[one], numbers.get(second, [])):
+                    found.append((b, a, PairKind.SELF))
+        still, moving = list(fixed), self.moving
+        for name, some in numbers.items():
+            kind, kind_moving = _KINDS.get(name, (PairKind.ARM, PairKind.ARM_MOVING))
+            if name == "floor":
+                continue
+            found += [(a, b, kind) for a, b in product(some, still)]
+            found += [(a, b, kind_moving) for a, b in product(some, moving)]
+        for a, b, _ in found:
+            self._shapes.addCollisionPair(pin.CollisionPair(a, b))
+        table = np.array(found, dtype=np.int64).reshape(-1, 3)
+        return Pairs(*table.T)
+
+    def _reach(self) -> Array:
+        """(G, n); a turn of the base swings a shape around its axis."""
+        model = self._model
+        arm = model.description.arm.reach
+        axes = model.description.base.axes
+        width, depth, _ = model.description.base.size
+        swing_of_base = float(np.hypot(width, depth)) / 2.0
+        foot = float(np.hypot(*model.description.bTa.translation[:2]))
+        rows = np.zeros((len(self._moves), model.n))
+        for shape, moved_by in enumerate(self._moves):
+            link = moved_by - model.n_base
+            if moved_by == 0:
+                continue
+            margin = _HELD_MARGIN if self.names[shape] in ("held", "camera") else 0.0
+            swing = max(swing_of_base, foot + float(arm[0]) + margin) if link else swing_of_base
+            linear = np.abs(axes[:2]).sum(axis=0)
+            rows[shape, : model.n_base] = linear + swing * np.abs(axes[2])
+            rows[shape, model.n_base : moved_by] = arm[:link] + margin
+        return rows
+
+
+_HELD_MARGIN = 0.2
+"""What is held, and the camera, reach this much farther than the hand [m]."""
+
+_KINDS = {
+    "base": (PairKind.BASE, PairKind.BASE_MOVING),
+    "link0": (PairKind.BASE, PairKind.BASE_MOVING),
+    "hand": (PairKind.HAND, PairKind.ARM_MOVING),
+    "held": (PairKind.HAND, PairKind.ARM_MOVING),
+}
+"""How parts of the robot meet what stands around, and what moves; the others are of the arm."""
+
+
+def _parts(model: RobotModel, held: Sequence[Geom]) -> dict[str, list[_Part]]:
+    """The shapes of the robot and the floor, by the names that people know them by."""
+    robot = model.description
+    lTe = robot.arm.lTh * robot.gripper.hTe
+    parts = {
+        f"link{link}": [_Part(link, shape if link else shape.moved(robot.bTa)) for shape in shapes]
+        for link, shapes in enumerate(robot.arm.collision)
+    }
+    parts["hand"] = [_Part(7, shape.moved(robot.arm.lTh)) for shape in robot.gripper.collision]
+    parts["camera"] = [_Part(7, robot.camera.body.moved(lTe * robot.camera.eTc))]
+    parts["held"] = [_Part(7, shape.moved(lTe)) for shape in held]
+    parts["base"] = [_Part(-1, shape) for shape in _base_shapes(*robot.base.size)]
+    parts["floor"] = [_Part(-1, Geom(Plane(), SE3.Identity(), "floor"))]
+    return parts
+
+
+def _base_shapes(length: float, width: float, height: float) -> list[Geom]:
+    """A box on the floor, and a capsule in each of its corners."""
+    x, y, z = length / 2.0, width / 2.0, height / 2.0
+    capsule = Capsule(CORNER, z - CORNER)
+    corners = [
+        Geom(capsule, SE3(np.eye(3), np.array([side * (x - CORNER), end * (y - CORNER), z])))
+        for side, end in product((-1.0, 1.0), repeat=2)
+    ]
+    return [Geom(Box((x, y, z)), SE3(np.eye(3), np.array([0.0, 0.0, z]))), *corners]

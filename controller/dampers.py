@@ -1,0 +1,109 @@
+"""Rows of the QP that keep shapes apart: velocity dampers that can always be braked.
+
+NEO (Haviland and Corke, RA-L 2021), after Faverjon and Tournassoud (ICRA 1987), lets a distance
+shrink in proportion to itself,
+
+    ḋ = r q̇ + v_o >= -ξ (d - d_s) / (d_i - d_s),
+
+with r = nᵀ J of the nearest points and v_o the obstacle's own share. A robot with limited
+acceleration that follows its commands late cannot keep that at any speed. Here the speed allowed
+at a distance is the one from which the robot still stops before d_s,
+
+    v L + v² / 2a = d - d_s,    so    v = sqrt((a L)² + 2 a (d - d_s)) - a L,
+
+with L the time that passes before it brakes, and a what its acceleration limits allow along r. For
+small distances that is the damper of NEO with ξ / (d_i - d_s) = 1 / L.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controller.collision_model import PairKind
+from controller.command import Array
+from controller.model import RobotModel
+from controller.proximity import Distances, Ranges
+from controller.qp import Rows
+from controller.settings import CollisionSettings, ControllerSettings
+
+
+class Dampers:
+    """Makes rows of distances, and keeps the velocities that the robot really has.
+
+    Args:
+        model: the robot.
+        settings: of the controller.
+        collision: when, and how strongly.
+    """
+
+    def __init__(
+        self, model: RobotModel, settings: ControllerSettings, collision: CollisionSettings
+    ) -> None:
+        self._settings = collision
+        self._acceleration = model.acceleration_limits
+        robot = model.description
+        self._lag = np.concatenate(
+            [np.full(model.n_base, robot.base.lag), np.full(len(robot.arm.joints), robot.arm.lag)]
+        )
+        self._share = 1.0 - np.exp(-settings.period / self._lag)
+        self._velocities = np.zeros(model.n)
+        self._ahead = np.zeros(model.n)
+        wait = collision.delay_periods * settings.period
+        self._delay = np.full(len(PairKind), robot.base.lag + wait)
+        self._delay[PairKind.SELF] = robot.arm.lag + wait
+        deceleration = np.full(len(PairKind), _LEAST_DECELERATION)
+        deceleration[PairKind.SELF] = collision.max_deceleration
+        most = np.full(len(PairKind), collision.influence_distance)
+        most[PairKind.SELF] = collision.self_influence_distance
+        self.ranges = Ranges(collision.stop_distance, self._delay, deceleration, most)
+        """When a pair matters."""
+
+    def follow(self, last: Array) -> None:
+        """Note what was applied in the last period, (n,): base and arm follow it with their lag."""
+        self._velocities += self._share * (last - self._velocities)
+        self._ahead = self._lag * (self._velocities - last)
+        """(n,) how far they still go before they have caught up [m or rad]."""
+
+    def rows(
+        self, distances: Distances, bounds: tuple[Array, Array], *, straight: bool
+    ) -> Rows | None:
+        """The rows that can bind within the bounds; None if there are none.
+
+        Args:
+            distances: pairs of shapes that are near each other.
+            bounds: lower and upper bounds (n,) of the velocities.
+            straight: whether the goal is reached straight, nearer to what stands around.
+        """
+        if not len(distances.d):
+            return None
+        least = -self._allowed(distances, straight) - distances.drift
+        worst = np.minimum(distances.rows * bounds[0], distances.rows * bounds[1]).sum(axis=1)
+        binds = worst < least
+        if not binds.any():
+            return None
+        return Rows(distances.rows[binds], least[binds], distances.kind[binds])
+
+    def _allowed(self, distances: Distances, straight: bool) -> Array:
+        """(K,) how fast each distance may shrink [m/s]; negative: how fast it must grow."""
+        s, rows, kind = self._settings, distances.rows, distances.kind
+        stop = np.full(len(PairKind), s.near_stop_distance if straight else s.stop_distance)
+        stop[PairKind.SELF] = s.near_stop_distance
+        # What is left when base and arm have caught up: a command can keep a row while the fast arm
+        # moves before the slow base. That alone never turns room into none.
+        room = distances.d - stop[kind]
+        room = np.minimum(room + rows @ self._ahead, np.maximum(room, 0.0) + _MOST_GAINED)
+        deceleration = np.clip(
+            s.braking * (np.abs(rows) @ self._acceleration), s.min_deceleration, s.max_deceleration
+        )
+        late = deceleration * self._delay[kind]
+        braked = np.sqrt(late * late + 2.0 * deceleration * np.maximum(room, 0.0)) - late
+        back = np.maximum(s.return_gain * room, -s.return_speed)
+        allowed: Array = np.where(room < 0.0, back, braked)
+        return allowed
+
+
+_LEAST_DECELERATION = 1.0
+"""Of base and arm, to judge which pairs matter; where the limits allow less, the pair is slower
+than is assumed of it, too [m/s^2]."""
+_MOST_GAINED = 0.05
+"""By how much the lag may make a distance larger than it is [m]."""

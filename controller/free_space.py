@@ -1,0 +1,133 @@
+"""Whether the robot fits among what stands around it, wherever it may stand."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+
+from controller.base_drive import Pose2D
+from controller.collision_model import CollisionModel, PairKind
+from controller.command import Array
+from controller.floor_map import FloorMap
+from controller.model import RobotModel
+from controller.surroundings import Surroundings
+from robots import Geom, Plane, half_extents
+
+_COLUMN = 0.45
+"""Height of the part of the arm that stands above the base in every posture [m]."""
+
+ARM = tuple(f"link{link}" for link in range(7))
+"""What is elsewhere in every posture that brings the hand to a goal."""
+HAND = ("link7", "hand", "camera", "held")
+"""What is where the hand is."""
+
+
+class Nearest(NamedTuple):
+    """What comes nearest to what."""
+
+    distance: float
+    """Between their surfaces [m]; negative if they overlap."""
+    part: str = ""
+    """Of the robot, or of what it holds."""
+    fixture: str = ""
+
+
+class FreeSpace:
+    """The fixtures around one robot.
+
+    Not to be shared between threads: Pinocchio's and Coal's workspaces are reused.
+
+    Args:
+        model: the robot.
+        floor: the fixtures, seen from above.
+        held: the shapes of what the hand holds, in e.
+    """
+
+    def __init__(self, model: RobotModel, floor: FloorMap, held: tuple[Geom, ...] = ()) -> None:
+        self._model = model
+        self.floor = floor
+        """The fixtures, seen from above."""
+        solid = [one for one in floor.fixtures if not isinstance(one.shape, Plane)]
+        self._collision = CollisionModel(model, Surroundings(fixtures=tuple(solid), held=held))
+        self._solid = solid
+        self._half = np.array([half_extents(one.shape) for one in solid]).reshape(-1, 3)
+        self._axes = np.array([one.pose.rotation for one in solid]).reshape(-1, 3, 3)
+        self._centres = np.array([one.pose.translation for one in solid]).reshape(-1, 3)
+        pairs = self._collision.pairs
+        around = np.flatnonzero(pairs.kind != PairKind.SELF)
+        shapes = len(around) // max(1, len(solid))
+        self._pairs = around.reshape(shapes, len(solid))
+        """(shapes, fixtures) numbers of the pairs."""
+        self._shapes = pairs.first[self._pairs[:, 0]] if solid else np.zeros(0, np.int64)
+
+    def nearest(self, wTb: SE3, q: Array, parts: tuple[str, ...], within: float) -> Nearest:
+        """The part of the robot that is nearest to a fixture.
+
+        Args:
+            wTb: base pose.
+            q: (7,) joint positions [rad].
+            parts: names of those that count, of `ARM` and `HAND`.
+            within: what is farther than this is not looked at [m].
+        """
+        found, collision = Nearest(within), self._collision
+        if not self._solid:
+            return found
+        collision.place(wTb, q)
+        names = collision.names
+        some = [row for row, shape in enumerate(self._shapes) if names[shape] in parts]
+        balls = [collision.ball(int(self._shapes[row])) for row in some]
+        seen = np.einsum(
+            "pfi,fij->pfj", np.array([c for c, _ in balls])[:, None] - self._centres, self._axes
+        )
+        away = np.linalg.norm(np.maximum(np.abs(seen) - self._half, 0.0), axis=2)
+        near = away < within + np.array([radius for _, radius in balls])[:, None]
+        for row, fixture in zip(*np.nonzero(near), strict=True):
+            distance = collision.measure(int(self._pairs[some[row], fixture])).min_distance
+            if distance < found.distance:
+                name = names[self._shapes[some[row]]]
+                found = Nearest(float(distance), name, self._solid[fixture].name)
+        return found
+
+    def hand_at(self, wTe: SE3) -> Nearest:
+        """What overlaps most with the hand and what moves with it, the end effector at `wTe`."""
+        q = self._model.description.arm.ready
+        return self.nearest(wTe * self._model.bTe(q).inverse(), q, HAND, 0.0)
+
+    def around(self, point: Array) -> str:
+        """Name of the fixture whose box a point (3,) lies in; empty if it lies in none."""
+        seen = np.einsum("fi,fij->fj", point - self._centres, self._axes)
+        inside = np.flatnonzero((np.abs(seen) <= self._half).all(axis=1))
+        return self._solid[inside[0]].name if len(inside) else ""
+
+    def blocking(self, base: Pose2D, distance: float) -> list[str]:
+        """Names of what stands nearer than `distance` [m] to the base at a pose."""
+        length, width, height = self._model.description.base.size
+        top = height + _COLUMN
+        c, s = np.cos(base.heading), np.sin(base.heading)
+        x, y = np.meshgrid(*(np.linspace(-side / 2.0, side / 2.0, 7) for side in (length, width)))
+        points = np.stack([base.x + c * x - s * y, base.y + s * x + c * y], axis=-1).reshape(-1, 2)
+        near = []
+        for fixture, half, R, p in zip(
+            self._solid, self._half, self._axes, self._centres, strict=True
+        ):
+            tall = float(np.abs(R[2]) @ half)
+            z = np.clip(p[2], 0.0, top)
+            seen = (np.column_stack([points, np.full(len(points), z)]) - p) @ R
+            away = np.linalg.norm(np.maximum(np.abs(seen) - half, 0.0), axis=1).min()
+            if away < distance and p[2] - tall < top:
+                near.append(fixture.name)
+        return near
+
+
+def se3_of(base: Pose2D) -> SE3:
+    """A pose on the floor as one in space."""
+    return SE3(pin.utils.rotate("z", base.heading), np.array([base.x, base.y, 0.0]))
+
+
+def group_names(names: list[str]) -> str:
+    """The parts of names before `/`, each once, the most frequent first, at most three."""
+    groups = [name.partition("/")[0] for name in names]
+    return ", ".join(sorted(dict.fromkeys(groups), key=lambda group: -groups.count(group))[:3])

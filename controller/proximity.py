@@ -1,0 +1,184 @@
+"""Which shapes are near each other, and how fast their distances grow.
+
+A pair is measured again only when the motion since it was last measured could have brought it so
+near that it matters.
+"""
+
+from __future__ import annotations
+
+from math import hypot
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from pinocchio import SE3
+
+from controller.base_drive import Pose2D, wrap
+from controller.collision_model import CollisionModel, PairKind
+from controller.command import Array
+from controller.model import RobotModel
+from controller.surroundings import Surroundings
+
+
+class Distances(NamedTuple):
+    """K pairs of shapes that are near each other."""
+
+    d: Array
+    """(K,) between their surfaces [m]; negative if they overlap."""
+    rows: Array
+    """(K, n) how fast the distance grows per velocity of every degree of freedom [m/rad]."""
+    drift: Array
+    """(K,) how fast it grows by the motion of the obstacle itself [m/s]."""
+    kind: npt.NDArray[np.int64]
+    """(K,) `PairKind`."""
+    pair: npt.NDArray[np.int64]
+    """(K,) numbers for `Proximity.pair_name`."""
+
+    def without(self, kind: PairKind) -> Distances:
+        """All pairs but those of one kind."""
+        kept = self.kind != kind
+        return Distances(*(values[kept] for values in self))
+
+
+class Ranges(NamedTuple):
+    """How near to each other pairs of each `PairKind` must be to matter.
+
+    For pairs that may approach at a speed v: stop + v delay + v² / 2 deceleration, at most `most`.
+    """
+
+    stop: float
+    """[m]."""
+    delay: Array
+    """(kinds,) [s]."""
+    deceleration: Array
+    """(kinds,) [m/s^2]."""
+    most: Array
+    """(kinds,) [m]."""
+
+
+class Proximity:
+    """Keeps track of the distances of one robot.
+
+    Not to be shared between threads.
+
+    Args:
+        model: the robot.
+        ranges: when a pair matters.
+    """
+
+    def __init__(self, model: RobotModel, ranges: Ranges) -> None:
+        self._model = model
+        self._ranges = ranges
+        self._known: Surroundings | None = None
+        axes = np.abs(model.description.base.axes)
+        self._goes, self._turns = axes[:2].max(axis=0), axes[2]
+        self._motion = np.zeros((model.n, 2))
+        """How far every degree of freedom has moved at most since the last call, and its largest
+        speed."""
+        nothing = np.zeros(0)
+        self._none = Distances(
+            nothing, np.zeros((0, model.n)), nothing, nothing.astype(int), nothing.astype(int)
+        )
+
+    def near(self, wTb: SE3, q: Array, surroundings: Surroundings, fastest: Array) -> Distances:
+        """All pairs that are so near to each other that they matter.
+
+        Args:
+            wTb: base pose.
+            q: (7,) joint positions [rad].
+            surroundings: what stands around.
+            fastest: (n,) largest speed of every degree of freedom in this period.
+        """
+        self._heed(surroundings)
+        collision, pairs = self._collision, self._collision.pairs
+        self._note_motion(Pose2D.of(wTb), q)
+        self._motion[:, 1] = fastest
+        changes = self._reach @ self._motion
+        self._at_least -= changes[:, 0]
+        speeds = changes[:, 1]
+        if surroundings.moving:
+            speeds = speeds + self._move_obstacles(surroundings)
+        needed = self._ranges.stop + speeds * (self._delay + speeds * self._braking)
+        matters = np.minimum(needed, self._most)
+        (some,) = np.nonzero(self._at_least <= matters)
+        if not len(some):
+            return self._none
+        collision.place(wTb, q, [one.geom for one in surroundings.moving])
+        results = [collision.measure(pair) for pair in some.tolist()]
+        d = np.array([result.min_distance for result in results])
+        self._at_least[some] = d
+        (near,) = np.nonzero(d <= matters[some])
+        if not len(near):
+            return self._none
+        some = some[near]
+        lines = np.array([_line(results[k]) for k in near.tolist()])
+        return Distances(
+            d[near],
+            (lines @ collision.jacobian()) * self._moves[some],
+            (lines[:, :3] * self._velocities[pairs.second[some]]).sum(axis=1),
+            pairs.kind[some],
+            some,
+        )
+
+    def pair_name(self, pair: int) -> str:
+        """What meets what, for people."""
+        return self._collision.pair_name(pair)
+
+    def _heed(self, surroundings: Surroundings) -> None:
+        """Start anew where other things stand around, or the hand holds something else."""
+        known, self._known = self._known, surroundings
+        if (
+            known is not None
+            and known.fixtures is surroundings.fixtures
+            and known.held is surroundings.held
+            and [one.geom.shape for one in known.moving]
+            == [one.geom.shape for one in surroundings.moving]
+        ):
+            return
+        self._collision = collision = CollisionModel(self._model, surroundings)
+        pairs = collision.pairs
+        self._moves = 1.0 * collision.masks[pairs.second] - collision.masks[pairs.first]
+        """(P, n) which degrees of freedom move the second of each pair (1), or the first (-1)."""
+        self._reach = collision.reach[pairs.first] * np.abs(self._moves)
+        """(P, n) the most by which a degree of freedom changes each distance."""
+        self._delay = self._ranges.delay[pairs.kind]
+        self._braking = 0.5 / self._ranges.deceleration[pairs.kind]
+        self._most = self._ranges.most[pairs.kind]
+        self._at_least = np.full(len(pairs.first), -np.inf)
+        """(P,) least distance that each pair may have [m]."""
+        self._velocities = np.zeros((len(collision.masks), 3))
+        """(G, 3) of the shapes that move by themselves, in the world [m/s]."""
+        self._centres = _centres(surroundings)
+        self._here, self._q = Pose2D(0.0, 0.0, 0.0), np.zeros(self._model.n - self._model.n_base)
+
+    def _note_motion(self, here: Pose2D, q: Array) -> None:
+        """Note by how much every degree of freedom may have moved since the last call."""
+        gone = hypot(here.x - self._here.x, here.y - self._here.y)
+        turned = abs(wrap(here.heading - self._here.heading))
+        n_base = self._model.n_base
+        self._motion[:n_base, 0] = gone * self._goes + turned * self._turns
+        np.abs(q - self._q, out=self._motion[n_base:, 0])
+        self._here, self._q = here, q.copy()
+
+    def _move_obstacles(self, surroundings: Surroundings) -> Array:
+        """Take off the distances how far obstacles have moved; returns their speeds (P,) [m/s]."""
+        moving, second = self._collision.moving, self._collision.pairs.second
+        centres, steps = _centres(surroundings), np.zeros(len(self._velocities))
+        steps[moving] = np.linalg.norm(centres - self._centres, axis=1)
+        self._at_least -= steps[second]
+        self._centres = centres
+        self._velocities[moving] = [one.velocity for one in surroundings.moving]
+        speeds: Array = np.linalg.norm(self._velocities, axis=1)[second]
+        return speeds
+
+
+def _line(result: Any) -> tuple[float, ...]:
+    """The normal at the nearest points as a line: direction and moment about the origin."""
+    nx, ny, nz = result.normal.tolist()
+    x, y, z = result.getNearestPoint1().tolist()
+    return nx, ny, nz, y * nz - z * ny, z * nx - x * nz, x * ny - y * nx
+
+
+def _centres(surroundings: Surroundings) -> Array:
+    """(M, 3) of what moves by itself, in the world [m]."""
+    return np.array([one.geom.pose.translation for one in surroundings.moving]).reshape(-1, 3)

@@ -1,0 +1,68 @@
+"""Where and how a robot can stand for a goal in its surroundings, and why it cannot."""
+
+from __future__ import annotations
+
+from pinocchio import SE3
+
+from controller.base_drive import Pose2D
+from controller.command import Array, PoseGoal
+from controller.floor_map import FloorMap
+from controller.free_space import FreeSpace
+from controller.model import RobotModel
+from controller.postures import bank
+from controller.reachability import obstacle_to, why_no_stance
+from controller.self_collision import SelfCollision
+from controller.stance import Stance
+from controller.stance_search import StanceSearch
+from controller.stance_settings import StanceSettings
+from controller.surroundings import OPEN_FLOOR, Surroundings
+
+
+class StanceFinder:
+    """Judges goals and starts searches, and keeps what is computed once from the surroundings.
+
+    Args:
+        model: the robot.
+        settings: what a stance costs.
+        collision: the robot's own shapes.
+    """
+
+    def __init__(
+        self, model: RobotModel, settings: StanceSettings, collision: SelfCollision
+    ) -> None:
+        self._model = model
+        self._settings = settings
+        self._collision = collision
+        self._bank = bank(model.description)
+        self._surroundings = OPEN_FLOOR
+        self.floor = FloorMap((), model.description)
+        """What stands around, seen from above."""
+        self._space: FreeSpace | None = None
+
+    def meet(self, surroundings: Surroundings) -> bool:
+        """Take note of what stands around; whether it is not what stood around before."""
+        before, self._surroundings = self._surroundings, surroundings
+        fixtures, held = surroundings.fixtures, surroundings.held
+        moved = fixtures is not before.fixtures
+        if moved:
+            self.floor = FloorMap(fixtures, self._model.description)
+        if moved or held is not before.held:
+            self._space = FreeSpace(self._model, self.floor, held) if fixtures else None
+        return moved
+
+    def obstacle_to(self, goal: PoseGoal) -> str:
+        """What is wrong with a goal wherever the robot stands; empty if nothing is."""
+        return obstacle_to(goal, self._bank, self._space)
+
+    def search(
+        self, wTe: SE3, wTb: Pose2D, q: Array, failed: tuple[Stance, ...] = ()
+    ) -> StanceSearch:
+        """A new search for a stance; see there."""
+        model, settings, collision = self._model, self._settings, self._collision
+        return StanceSearch(
+            model, settings, self._bank, collision, wTe, wTb, q, failed, self._space
+        )
+
+    def why_none(self, search: StanceSearch) -> str:
+        """Why a search that is over has found no stance; empty if what it has found will do."""
+        return why_no_stance(search, self._bank)

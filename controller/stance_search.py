@@ -1,0 +1,281 @@
+"""The search for a stance, a bounded piece of it in every step of control.
+
+The bank's postures near the goal's height and tilt are ranked by what they would cost, the best are
+refined until they have exactly that height and tilt, and the best of those is taken whose base and
+arm stand free and whose fold, the straight path in joint space, is clear of contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator
+from math import inf
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+from pinocchio import SE3
+
+from controller.base_drive import Pose2D
+from controller.command import Array
+from controller.fold import room_missing
+from controller.free_space import ARM, FreeSpace, group_names, se3_of
+from controller.model import RobotModel
+from controller.postures import Bank, ToolPoses, forward_kinematics
+from controller.self_collision import SelfCollision
+from controller.stance import (
+    REACHED,
+    Stance,
+    Start,
+    base_poses,
+    refine,
+    refine_standing,
+    stance_costs,
+)
+from controller.stance_settings import StanceSettings
+
+Indices: TypeAlias = npt.NDArray[np.int64]
+Mask: TypeAlias = npt.NDArray[np.bool_]
+
+_WINDOWS = ((0.08, 0.96), (0.2, 0.85))
+"""How far the height [m] and tilt (a cosine) of a posture may be from the goal's before refinement:
+the first window that holds enough postures is taken, and among fixtures the next one after it."""
+_MIN_CANDIDATES = 12
+"""A window with fewer postures than this is too narrow."""
+_FALLBACK_CANDIDATES = 300
+"""Nearest postures that are ranked where every window is too narrow."""
+_METRES_PER_TILT = 0.3
+"""What the cosine of the tilt counts like in that search [m]."""
+
+RANKED = 400
+"""Postures that are ranked in one step on an open floor ..."""
+RANKED_AMONG_FIXTURES = 100
+"""... and among fixtures, where every one is looked up in the map."""
+BATCH = 12
+"""Postures that are refined in one step, the best first."""
+CHECKS = 6
+"""Postures that are checked for contact in one step; the last may be followed by its fold ..."""
+FOLD = 3
+"""... which counts as so many on an open floor ..."""
+FOLD_AMONG_FIXTURES = 6
+"""... and as so many among fixtures."""
+_MAX_BATCHES = 3
+"""Batches of a window that are refined before the best posture so far is taken, good enough or
+not."""
+
+_FAR, _NEAR = 800, 160
+"""Postures of the second window, and of the first with the base turned, that are ranked at most."""
+_TURNS = (-1.5, -1.0, -0.5, 0.5, 1.0, 1.5)
+"""How far the base is turned below the arm [rad]."""
+_SPOKEN_OF = 6
+"""Bases that do not stand free which are looked at to say what is in the way."""
+
+
+class _Candidates(NamedTuple):
+    """Postures of the bank, the first joint turned."""
+
+    indices: Indices
+    """(N,) in the bank."""
+    turns: Array
+    """(N,) of the first joint [rad]: by so much the base turns the other way."""
+
+
+class StanceSearch:
+    """Looks for the stance that reaches a pose soonest, among those that are dexterous and free.
+
+    Args:
+        model: the robot.
+        settings: what a stance costs.
+        bank: the postures to choose from.
+        collision: the robot's shapes.
+        wTe: the pose to reach.
+        wTb: base pose.
+        q: (7,) joint positions [rad].
+        failed: stances that stalled before this goal; another one is preferred.
+        space: what stands around; None on an open floor.
+    """
+
+    def __init__(
+        self,
+        model: RobotModel,
+        settings: StanceSettings,
+        bank: Bank,
+        collision: SelfCollision,
+        wTe: SE3,
+        wTb: Pose2D,
+        q: Array,
+        failed: tuple[Stance, ...] = (),
+        space: FreeSpace | None = None,
+    ) -> None:
+        self._model = model
+        self._settings = settings
+        self._bank = bank
+        self._collision = collision
+        self.wTe = wTe
+        """The pose to reach."""
+        self._failed = failed
+        self._space = space
+        self._start = Start(wTb, q.copy())
+        self.best: Stance | None = None
+        """The best stance so far; None if there is none."""
+        self.error = inf
+        """Least error that was left to any posture [m + rad]."""
+        self.blocked = ""
+        """What keeps the stances that were looked at from standing free, for people."""
+        self.base_stands = self.base_gets_there = False
+        """Whether the base stands free in any of them, and whether there is a way to one."""
+        self.done = False
+        """Whether the search is over: `best` is good enough, or nothing better was found."""
+        self._cost = inf
+        self._in_the_way: list[str] = []
+        self._occupied: list[Pose2D] = []
+        self._work = self._pieces()
+
+    def advance(self) -> None:
+        """Do one piece of work."""
+        self.done = self.done or next(self._work, "over") == "over"
+
+    def finish(self) -> Stance | None:
+        """Do all the work at once."""
+        while not self.done:
+            self.advance()
+        return self.best
+
+    def _pieces(self) -> Iterator[None]:
+        """The whole search, a piece of bounded work before every `yield`."""
+        space = self._space
+        if space is not None:
+            here = self._start.wTb
+            self._start = self._start._replace(
+                floor=space.floor, way=space.floor.field((here.x, here.y))
+            )
+            yield
+        for candidates in self._windows():
+            ranked = yield from self._rank(candidates)
+            for first in range(0, min(len(ranked[0]), _MAX_BATCHES * BATCH), BATCH):
+                yield
+                postures, errors = self._refine(*(some[first : first + BATCH] for some in ranked))
+                self.error = min(self.error, float(errors.min()))
+                yield
+                yield from self._judge(postures, errors)
+                if self._cost < self._settings.failed_cost:
+                    return
+        if space is not None and self.best is None:
+            yield
+            anywhere = next(self._windows()).indices[:BATCH]
+            postures = self._bank.q[anywhere]
+            errors = refine(self._model, self._settings, self.wTe, postures)[1]
+            self.error = float(errors.min())
+            room = self._settings.standing_room
+            names = [name for base in self._occupied for name in space.blocking(base, room)]
+            self.blocked = group_names([*self._in_the_way, *names])
+
+    def _windows(self) -> Iterator[_Candidates]:
+        """The postures whose end effector is about as high and as tilted as the goal.
+
+        Among fixtures those of the first window come again, the base turned below the arm, and
+        with them the postures of the next.
+        """
+        heights, verticals = self._bank.tools.positions[:, 2], self._bank.tools.rotations[:, 2]
+        height, vertical = self.wTe.translation[2], self.wTe.rotation[2]
+        windows: list[Indices] = []
+        for window, min_cosine in _WINDOWS:
+            first, last = np.searchsorted(heights, [height - window, height + window])
+            found: Indices = first + np.flatnonzero(verticals[first:last] @ vertical > min_cosine)
+            if len(found) >= _MIN_CANDIDATES:
+                windows.append(found)
+        if not windows:
+            distance = np.abs(heights - height) - _METRES_PER_TILT * (verticals @ vertical)
+            windows.append(np.argpartition(distance, _FALLBACK_CANDIDATES)[:_FALLBACK_CANDIDATES])
+        near = windows[0]
+        yield _Candidates(near, np.zeros(len(near)))
+        if self._space is not None:
+            far = windows[1][:: 1 + len(windows[1]) // _FAR] if len(windows) > 1 else near[:0]
+            some = near[:: 1 + len(near) // _NEAR]
+            turns = np.concatenate([np.zeros(len(far)), np.repeat(_TURNS, len(some))])
+            yield _Candidates(np.concatenate([far, np.tile(some, len(_TURNS))]), turns)
+
+    def _rank(self, candidates: _Candidates) -> Generator[None, None, tuple[Array, Array]]:
+        """Postures (N, 7) and bases (N, 3) that are free, with a way there, the cheapest first."""
+        foot, limit = self._model.description.bTa, self._settings.limit_margin
+        limits = self._model.limits
+        postures = self._bank.q[candidates.indices]
+        postures[:, 0] += candidates.turns
+        costs, bases = np.empty(len(postures)), np.empty((len(postures), 3))
+        count = RANKED if self._space is None else RANKED_AMONG_FIXTURES
+        for first in range(0, len(postures), count):
+            if first:
+                yield
+            some = slice(first, first + count)
+            tools = ToolPoses(*(values[candidates.indices[some]] for values in self._bank.tools))
+            tools = tools.turned(foot, candidates.turns[some])
+            costs[some], bases[some], _ = self._costs(postures[some], tools)
+        q = postures[:, 0]
+        costs[(q < limits.q_min[0] + limit) | (q > limits.q_max[0] - limit)] = inf
+        order = np.argsort(costs)
+        order = order[: np.searchsorted(costs[order], inf)]
+        return postures[order], bases[order]
+
+    def _refine(self, postures: Array, bases: Array) -> tuple[Array, Array]:
+        """Postures (N, 7) that reach the goal, and what they lack (N,) [m + rad]."""
+        model, settings, wTe = self._model, self._settings, self.wTe
+        if self._space is None:
+            return refine(model, settings, wTe, postures)
+        return refine_standing(model, settings, wTe, postures, bases)
+
+    def _costs(self, postures: Array, tools: ToolPoses) -> tuple[Array, Array, Mask]:
+        """Costs (N,) [s], infinite if not free, base poses (N, 3), and whether it backs (N,)."""
+        bases = base_poses(self.wTe, tools)
+        costs, reverse = stance_costs(
+            self._model, self._settings, self._start, bases, postures, tools
+        )
+        if self._space is not None:
+            free = self._space.floor.stands_free(bases) >= self._settings.standing_room
+            self.base_stands = self.base_stands or bool(free.any())
+            self.base_gets_there = self.base_gets_there or bool(np.isfinite(costs[free]).any())
+            if len(self._occupied) < _SPOKEN_OF:
+                self._occupied += [Pose2D(*base) for base in bases[~free][:2].tolist()]
+            costs = np.where(free, costs, inf)
+        return costs, bases, reverse
+
+    def _judge(self, postures: Array, errors: Array) -> Iterator[None]:
+        """Keep the best of postures (N, 7) with these errors (N,), if it is the best so far."""
+        settings = self._settings
+        tools = forward_kinematics(self._model.description, postures)
+        costs, bases, reverse = self._costs(postures, tools)
+        unreached = settings.unreached_cost if self._space is None else inf
+        costs = np.where(errors > REACHED, costs + unreached * (1.0 + errors), costs)
+        for stance in self._failed:
+            same = np.abs(postures - stance.q).max(axis=1) < settings.joint_difference
+            costs = costs + np.where(same, settings.failed_cost, 0.0)
+        if self._space is not None:
+            yield
+        checks = 0
+        for one in np.argsort(costs):
+            cost, base = float(costs[one]), Pose2D(*bases[one].tolist())
+            if cost >= self._cost:
+                return
+            if checks >= CHECKS:
+                yield
+                checks = 0
+            checks += 1
+            if not self._arm_is_free(base, postures[one]):
+                continue
+            checks += FOLD if self._space is None else FOLD_AMONG_FIXTURES
+            bTe = SE3(tools.rotations[one], tools.positions[one])
+            stance = Stance(postures[one], bTe, bool(reverse[one]))
+            missing = room_missing(
+                self._collision, self._space, self._start, base, stance, settings.clearance
+            )
+            cost += settings.contact_cost * missing
+            if cost < self._cost:
+                self._cost, self.best = cost, stance
+
+    def _arm_is_free(self, base: Pose2D, posture: Array) -> bool:
+        """Whether the arm stands free of fixtures; where the hand is the goal says."""
+        if self._space is None:
+            return True
+        near = self._space.nearest(se3_of(base), posture, ARM, self._settings.clearance)
+        if near.distance < self._settings.clearance:
+            self._in_the_way.append(near.fixture)
+            return False
+        return True

@@ -1,0 +1,209 @@
+"""What the robot presses into: every shape of it against every thing, measured when due.
+
+Two shapes a gap apart cannot meet before they have moved that far towards each other. So every pair
+keeps the gap that was measured last, less all that either can have moved since. Only where nothing
+is left of it, Coal measures again: beside a table a few pairs a tick, on the open floor none.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, TypeAlias
+
+import coal
+import numpy as np
+from pinocchio import SE3
+
+from controller import RobotModel
+from hw.sim.hand import Hand
+from hw.sim.members import (
+    BASE,
+    FINGERS,
+    HAND,
+    HELD,
+    Configuration,
+    Member,
+    frames,
+    held_members,
+    members,
+)
+from hw.sim.sim_object import SimObject
+from hw.sim.walker import Walker
+from hw.sim.world import World
+from robots import Array, Geom, Plane, coal_geometry
+
+Movable: TypeAlias = SimObject | Walker
+
+_DUE = -1.0
+"""The gap of a pair that was never measured [m]."""
+
+_request = coal.DistanceRequest()
+_request.enable_signed_distance = True
+
+
+class Contact(NamedTuple):
+    """The robot presses into something deeper than that yields."""
+
+    part: str
+    thing: str
+    depth: float
+    """[m]."""
+    towards: Array
+    """(3,) unit normal from the robot to the thing."""
+    owner: Movable | None
+    """The thing, if it can move."""
+    text: str
+    """For people: who hit what."""
+
+
+class _Thing:
+    """Something that can move, and its columns in the table of pairs."""
+
+    def __init__(self, one: Movable, first: int) -> None:
+        self.one = one
+        self.columns = slice(first, first + len(one.parts))
+        self.seen: SE3 | None = None
+
+    def travel(self) -> float:
+        """How far any point of it can have moved since it was last looked at [m]."""
+        pose, seen = self.one.pose, self.seen
+        self.seen = pose.copy()
+        if seen is None:
+            return 0.0
+        moved = float(np.linalg.norm(pose.translation - seen.translation))
+        if isinstance(self.one, SimObject) and not np.array_equal(pose.rotation, seen.rotation):
+            moved += 2.0 * self.one.radius
+        return moved
+
+
+class Collisions:
+    """Watches one robot in one world.
+
+    Args:
+        model: of the robot.
+        world: around it.
+        solid: whether all of the robot can hit something; else only its hand and what it holds.
+    """
+
+    def __init__(self, model: RobotModel, world: World, *, solid: bool) -> None:
+        self._model = model
+        self._world = world
+        self._own = self._rows = members(model.description, solid=solid)
+        self._palm = next(i for i, row in enumerate(self._own) if row.part == HAND)
+        self._levers = np.array([row.levers for row in self._own])
+        self._shapes = list(world.fixtures)
+        self._things: list[_Thing] = []
+        movable: tuple[Movable, ...] = (*world.walkers, *world.objects)
+        for one in movable:
+            self._things.append(_Thing(one, len(self._shapes)))
+            self._shapes += one.parts
+        self._names = [shape.name for shape in world.fixtures]
+        self._owners: list[Movable | None] = [None] * len(world.fixtures)
+        for thing in self._things:
+            self._names += [thing.one.name] * len(thing.one.parts)
+            self._owners += [thing.one] * len(thing.one.parts)
+        self._geometries = [coal_geometry(shape.shape) for shape in self._shapes]
+        self._placed = [_transform(shape.pose) for shape in self._shapes]
+        self._gaps = np.full((len(self._own), len(self._shapes)), _DUE)
+        """What is left of each gap, and of what the shapes may overlap [m]."""
+        for row, member in enumerate(self._own):
+            for column, shape in enumerate(self._shapes):
+                if member.part == BASE and isinstance(shape.shape, Plane):
+                    self._gaps[row, column] = np.inf  # it stands there
+        self._held: SimObject | None = None
+        self._eTo: SE3 | None = None
+        self._before: Configuration | None = None
+
+    def find(self, now: Configuration) -> list[Contact]:
+        """The contacts that are deeper than they may be, one of each part with each thing."""
+        if self._before is not None:
+            self._gaps -= (self._levers @ now.motion(self._before))[:, None]
+        self._before = now
+        if self._world.held is not self._held or self._world.eTo is not self._eTo:
+            self._take_up(self._world.held)
+        for thing in self._things:
+            if thing.one is not self._held and thing.one.pose != thing.seen:
+                self._gaps[:, thing.columns] -= thing.travel()
+                for column in range(thing.columns.start, thing.columns.stop):
+                    pose = thing.one.pose * self._shapes[column].pose
+                    self._placed[column] = _transform(pose)
+        due = np.argwhere(self._gaps < 0.0).tolist()
+        return self._measure(due, now) if due else []
+
+    def _measure(self, due: list[list[int]], now: Configuration) -> list[Contact]:
+        own = _Placement(self._model, now, self._palm)
+        found: dict[tuple[str, str], Contact] = {}
+        result = coal.DistanceResult()
+        for row, column in due:
+            member = self._rows[row]
+            result.clear()
+            gap = coal.distance(
+                coal_geometry(member.geom.shape),
+                own.transform(row, member),
+                self._geometries[column],
+                self._placed[column],
+                _request,
+                result,
+            )
+            self._gaps[row, column] = gap + member.tolerance
+            key = member.part, self._names[column]
+            if gap < -member.tolerance and (key not in found or -gap > found[key].depth):
+                normal = np.array(result.normal)
+                text = f"{_who(member.part, self._held)} hit {self._names[column]}"
+                found[key] = Contact(*key, -gap, normal, self._owners[column], text)
+        return list(found.values())
+
+    def _take_up(self, held: SimObject | None) -> None:
+        """Watch what the hand holds now, and that which it has let go as any other object."""
+        description, own = self._model.description, len(self._own)
+        gaps = self._gaps[:own]
+        for thing in self._things:
+            if thing.one is self._held:
+                gaps[:, thing.columns] = _DUE
+            if thing.one is held:
+                gaps[:, thing.columns] = np.inf
+        self._held, self._eTo = held, self._world.eTo
+        extra = held_members(description, held, self._world.eTo) if held is not None else []
+        against = np.full((len(extra), len(self._shapes)), _DUE)
+        for thing in self._things:
+            if isinstance(thing.one, SimObject):  # it may touch them, as when it is set on them
+                against[:, thing.columns] = np.inf
+        self._rows = [*self._own, *extra]
+        self._levers = np.array([row.levers for row in self._rows])
+        self._gaps = np.concatenate([gaps, against])
+
+
+class _Placement:
+    """Where the shapes of the robot are, each computed when it is asked for."""
+
+    def __init__(self, model: RobotModel, now: Configuration, palm: int) -> None:
+        self._frames = frames(model, now.wTb, now.q)
+        self._gripper = model.description.gripper
+        self._width = now.width
+        self._palm = palm
+        self._hand: list[Geom] = []
+        self._known: dict[int, Any] = {}
+
+    def transform(self, row: int, member: Member) -> Any:
+        """Of a member, by its number."""
+        if row not in self._known:
+            frame = self._frames[member.frame]
+            if member.part in (HAND, FINGERS):
+                self._hand = self._hand or Hand(self._gripper, frame).shapes(self._width)
+                pose = self._hand[row - self._palm].pose
+            else:
+                pose = frame * member.geom.pose
+            self._known[row] = _transform(pose)
+        return self._known[row]
+
+
+def _transform(pose: SE3) -> Any:
+    return coal.Transform3s(pose.rotation, pose.translation)
+
+
+def _who(part: str, held: SimObject | None) -> str:
+    """A part of the robot, for people."""
+    if part.startswith("link"):
+        return part
+    if part == HELD and held is not None:
+        return f"{held.name} in the hand"
+    return f"the {HAND if part == FINGERS else part}"

@@ -1,0 +1,190 @@
+"""Nothing is hit: the robot among things that stand and move, judged by geometry of its own."""
+
+import numpy as np
+import pytest
+from motion import READY, State, move, tool_pose
+from pinocchio import SE3
+
+from controller import (
+    BaseGoal,
+    Command,
+    ControllerSettings,
+    HolisticController,
+    Obstacle,
+    PoseGoal,
+    PostureGoal,
+    Surroundings,
+    robot_model,
+)
+from robots import Box, Cylinder, Geom
+
+WALL = Geom(Box((0.05, 3.0, 0.15)), SE3(np.eye(3), np.array([2.0, 0.0, 0.15])), "wall")
+"""Too low for the arm to meet it."""
+TABLE_TOP = Geom(Box((0.5, 0.5, 0.015)), SE3(np.eye(3), np.array([1.0, 0.0, 0.3])), "table/top")
+
+
+def corners(model, wTb) -> np.ndarray:
+    length, width, _ = model.description.base.size
+    ends = [(x, y, 0.1) for x in (-length / 2, length / 2) for y in (-width / 2, width / 2)]
+    return np.array([wTb.act(np.array(end)) for end in ends])
+
+
+def gap_to_post(model, wTb, x, y, radius) -> float:
+    """Between the footprint and an upright cylinder."""
+    length, width, _ = model.description.base.size
+    across = wTb.actInv(np.array([x, y, 0.0]))[:2]
+    beyond = np.maximum(np.abs(across) - [length / 2, width / 2], 0.0)
+    return float(np.hypot(*beyond)) - radius
+
+
+class Lagging:
+    """Follows its commands as the real robot does: late."""
+
+    def __init__(self, model) -> None:
+        self.state = State()
+        self._share = 1.0 - np.exp(-0.01 / np.array([model.description.base.lag, 0.03]))
+        self._base, self._arm = np.zeros(3), np.zeros(7)
+
+    def follow(self, command: Command) -> None:
+        self._base += self._share[0] * (command.base_twist - self._base)
+        self._arm += self._share[1] * (command.qd - self._arm)
+        move(self.state, Command(base_twist=self._base, qd=self._arm))
+
+
+@pytest.fixture(params=["frankie", "omni"])
+def model(request):
+    return robot_model(request.param)
+
+
+def drive(model, goal, surroundings, seconds, each, start=None, settings=None):
+    controller, robot, last = HolisticController(model, settings), Lagging(model), Command.stop()
+    if start is not None:
+        robot.state.wTb = start
+    reports = []
+    for tick in range(round(seconds * 100)):
+        around = surroundings(0.01 * tick) if callable(surroundings) else surroundings
+        last, report = controller.step(robot.state, goal, last, around)
+        robot.follow(last)
+        reports.append(report)
+        each(robot.state)
+    return robot.state, reports
+
+
+@pytest.mark.parametrize("speed", [0.3, 1.5])
+@pytest.mark.parametrize("heading", [0.0, 0.6])
+def test_a_base_that_is_sent_through_a_wall_stops_before_it(model, speed, heading):
+    nearest = []
+    turn = np.array([[np.cos(heading), -np.sin(heading), 0], [np.sin(heading), np.cos(heading), 0]])
+    start = SE3(np.vstack([turn, [0, 0, 1]]), np.zeros(3))
+    goal = PoseGoal(wTe=tool_pose(4.0, 0.0, 0.7), speed=speed)
+    _, reports = drive(
+        model,
+        goal,
+        Surroundings(fixtures=(WALL,)),
+        8.0,
+        lambda state: nearest.append(1.95 - corners(model, state.wTb)[:, 0].max()),
+        start,
+        ControllerSettings(guidance=None),  # which would lead the base around it
+    )
+    assert 0.005 < min(nearest) < 0.2
+    assert reports[-1].nearest.endswith("and wall")
+    assert reports[-1].clearance < 0.3
+
+
+def test_a_base_goal_behind_a_wall_does_not_ram_it(model):
+    nearest = []
+    drive(
+        model,
+        BaseGoal(wTb=SE3(np.eye(3), np.array([4.0, 0.0, 0.0]))),
+        Surroundings(fixtures=(WALL,)),
+        6.0,
+        lambda state: nearest.append(1.95 - corners(model, state.wTb)[:, 0].max()),
+    )
+    assert min(nearest) > 0.005
+
+
+def test_the_hand_stops_above_a_table_and_goes_down_to_it_when_it_may(model):
+    """The finger capsule ends 17 mm below the tool centre."""
+    lowest = {}
+    for may in (False, True):
+        goal = PoseGoal(wTe=tool_pose(1.0, 0.0, 0.32), straight=True, hand_may_touch=may)
+        heights = []
+        drive(
+            model,
+            goal,
+            Surroundings(fixtures=(TABLE_TOP,)),
+            8.0,
+            lambda state, heights=heights: heights.append(
+                model.wTe(state.wTb, state.q).translation[2]
+            ),
+        )
+        lowest[may] = min(heights)
+    assert lowest[False] > 0.315 + 0.0166 + 0.003
+    assert lowest[True] == pytest.approx(0.32, abs=2e-3)
+
+
+def test_an_arm_that_folds_keeps_off_what_is_in_its_way(model):
+    """A post beside the arm; the straight way of the joints sweeps through it."""
+    x, y = model.description.bTa.translation[:2]
+    post = Geom(Cylinder(0.05, 1.0), SE3(np.eye(3), np.array([x + 0.1, y + 0.45, 1.0])), "post")
+    q = READY.copy()
+    q[0] = 2.5
+    around = Surroundings(fixtures=(post,))
+    gaps = {}
+    for known in (True, False):
+        distances = []
+
+        def note(state, distances=distances):
+            hand = model.wTe(state.wTb, state.q).translation
+            distances.append(float(np.hypot(*(hand - post.pose.translation)[:2])))
+
+        drive(model, PostureGoal(q=q), around if known else Surroundings(), 6.0, note)
+        gaps[known] = min(distances)
+    assert gaps[False] < 0.13  # it would hit the post
+    assert gaps[True] > gaps[False] + 0.02
+
+
+def test_what_comes_towards_the_robot_is_given_way(model):
+    """Somebody walks at 0.5 m/s onto a robot whose hand is where it shall be."""
+
+    def around(time):
+        centre = np.array([3.0 - 0.5 * time, 0.0, 0.85])
+        geom = Geom(Cylinder(0.25, 0.85), SE3(np.eye(3), centre), "walker")
+        return Surroundings(moving=(Obstacle(geom, np.array([-0.5, 0.0, 0.0])),))
+
+    gaps, time = [], [0.0]
+
+    def note(state):
+        time[0] += 0.01
+        gaps.append(gap_to_post(model, state.wTb, 3.0 - 0.5 * time[0], 0.0, 0.25))
+
+    goal = PoseGoal(wTe=tool_pose(0.9, 0.0, 0.7))
+    _, reports = drive(model, goal, around, 6.0, note)
+    assert min(gaps) > 0.0
+    assert min(report.clearance for report in reports) > 0.0
+
+
+def test_what_is_held_keeps_off_too(model):
+    rod = Geom(Box((0.02, 0.02, 0.15)), SE3(np.eye(3), np.array([0.0, 0.0, 0.12])), "held")
+    lowest = {}
+    for held in ((), (rod,)):
+        heights = []
+        drive(
+            model,
+            PoseGoal(wTe=tool_pose(1.0, 0.0, 0.36), straight=True),
+            Surroundings(fixtures=(TABLE_TOP,), held=held),
+            8.0,
+            lambda state, heights=heights: heights.append(
+                model.wTe(state.wTb, state.q).translation[2]
+            ),
+        )
+        lowest[held] = min(heights)
+    assert lowest[()] == pytest.approx(0.36, abs=2e-3)
+    assert lowest[(rod,)] > 0.315 + 0.27
+
+
+def test_the_same_steps_give_the_same_commands(model):
+    goal = PoseGoal(wTe=tool_pose(3.0, 1.0, 0.7))
+    around = Surroundings(fixtures=(WALL, TABLE_TOP))
+    ends = [drive(model, goal, around, 3.0, lambda state: None)[0] for _ in range(2)]
+    np.testing.assert_array_equal(ends[0].q, ends[1].q)

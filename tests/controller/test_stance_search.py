@@ -1,0 +1,254 @@
+"""Stances among furniture stand free by geometry of the test's own, found in bounded steps."""
+
+from collections import Counter
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from motion import READY, State, move, tool_pose
+from pinocchio import SE3
+
+from controller import (
+    Command,
+    HolisticController,
+    PoseGoal,
+    RobotModel,
+    SelfCollision,
+    Surroundings,
+    robot_model,
+    stance,
+    stance_search,
+)
+from controller.base_drive import Pose2D
+from controller.floor_map import FloorMap
+from controller.free_space import FreeSpace
+from controller.postures import bank
+from controller.servo import pose_error
+from controller.stance import Stance
+from controller.stance_search import StanceSearch
+from controller.stance_settings import StanceSettings
+from robots import Box, Capsule, Geom
+
+ORIGIN = Pose2D(0.0, 0.0, 0.0)
+
+
+def box(name: str, centre: tuple[float, float, float], half: tuple[float, float, float]) -> Geom:
+    return Geom(Box(half), SE3(np.eye(3), np.array(centre)), name)
+
+
+TABLE = (
+    box("table/top", (0.0, 1.6, 0.70), (0.6, 0.4, 0.02)),
+    *(box("table/leg", (x, y, 0.34), (0.03, 0.03, 0.34)) for x in (-0.5, 0.5) for y in (1.3, 1.9)),
+)
+SHELF = (
+    *(box("shelf/board", (2.0, 0.0, z), (0.2, 0.5, 0.01)) for z in (0.1, 0.5, 0.9, 1.3)),
+    *(box("shelf/side", (2.0, y, 0.65), (0.2, 0.01, 0.65)) for y in (-0.5, 0.5)),
+    box("shelf/back", (2.2, 0.0, 0.65), (0.01, 0.5, 0.65)),
+)
+ROOM = TABLE + SHELF
+
+
+def over_the_table(rng: np.random.Generator) -> SE3:
+    x, y, z = rng.uniform([-0.4, 1.35, 0.88], [0.4, 1.8, 0.98])
+    return tool_pose(x, y, z, yaw=rng.uniform(-np.pi, np.pi))
+
+
+def in_the_shelf(rng: np.random.Generator) -> SE3:
+    """Between two boards, the hand pointing inwards."""
+    ahead = pin.rpy.rpyToMatrix(0.0, np.pi / 2.0 + rng.uniform(0.0, 0.3), rng.uniform(-0.3, 0.3))
+    rotation = ahead @ pin.utils.rotate("z", np.pi)
+    return SE3(rotation, rng.uniform([1.85, -0.25, 0.68], [2.0, 0.25, 0.72]))
+
+
+def search(model: RobotModel, wTe: SE3, fixtures: tuple[Geom, ...]) -> StanceSearch:
+    floor = FloorMap(fixtures, model.description)
+    space = FreeSpace(model, floor) if fixtures else None
+    body, postures = SelfCollision(model), bank(model.description)
+    return StanceSearch(model, StanceSettings(), postures, body, wTe, ORIGIN, READY, space=space)
+
+
+def distance_to_box(points: np.ndarray, fixture: Geom) -> float:
+    """Least distance of points (N, 3) to a box, 0 inside of it."""
+    assert isinstance(fixture.shape, Box)
+    seen = (points - fixture.pose.translation) @ fixture.pose.rotation
+    outside = np.maximum(np.abs(seen) - np.array(fixture.shape.half), 0.0)
+    return float(np.linalg.norm(outside, axis=1).min())
+
+
+def arm_clearance(model: RobotModel, wTb: SE3, q: np.ndarray, fixtures: tuple[Geom, ...]) -> float:
+    """Of the capsules of foot and links, as rows of balls [m]."""
+    least = np.inf
+    for pose, capsules in zip(
+        model.link_poses(wTb, q)[:8], model.description.arm.collision, strict=True
+    ):
+        for capsule in capsules:
+            assert isinstance(capsule.shape, Capsule)
+            placed = pose * capsule.pose
+            along = np.linspace(-1.0, 1.0, 41)[:, None] * capsule.shape.half_length
+            points = placed.translation + along * placed.rotation[:, 2]
+            for fixture in fixtures:
+                least = min(least, distance_to_box(points, fixture) - capsule.shape.radius)
+    return least
+
+
+def base_clearance(model: RobotModel, wTb: SE3, fixtures: tuple[Geom, ...]) -> float:
+    """Of a grid of points in the box of the base [m]."""
+    length, width, height = model.description.base.size
+    axes = [np.linspace(-size / 2.0, size / 2.0, 25) for size in (length, width)]
+    grid = np.stack(np.meshgrid(*axes, np.linspace(0.0, height, 9)), axis=-1).reshape(-1, 3)
+    points = grid @ wTb.rotation.T + wTb.translation
+    return min(distance_to_box(points, fixture) for fixture in fixtures)
+
+
+def base_at(found: Stance, wTe: SE3) -> SE3:
+    x, y, heading = found.base_for(wTe)
+    return SE3(pin.utils.rotate("z", heading), np.array([x, y, 0.0]))
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+@pytest.mark.parametrize("goal", [over_the_table, in_the_shelf])
+def test_stances_among_furniture_reach_the_goal_and_stand_free(robot, goal):
+    model, rng = robot_model(robot), np.random.default_rng(1)
+    found = 0
+    for _ in range(20):
+        wTe = goal(rng)
+        if (one := search(model, wTe, ROOM).finish()) is None:
+            continue
+        found += 1
+        wTb = base_at(one, wTe)
+        error = pose_error(model.wTe(wTb, one.q), wTe)
+        assert error.position < 0.005
+        assert error.orientation < 0.02
+        assert base_clearance(model, wTb, ROOM) > 0.04
+        assert arm_clearance(model, wTb, one.q, ROOM) > 0.01
+        assert SelfCollision(model).clearance(one.q) > 0.0
+    assert found >= 16
+
+
+def test_without_looking_at_the_furniture_many_stances_would_stand_in_it():
+    """Else the test above could not fail."""
+    model, rng = robot_model("frankie"), np.random.default_rng(1)
+    touching = 0
+    for _ in range(20):
+        wTe = over_the_table(rng)
+        one = search(model, wTe, ()).finish()
+        assert one is not None
+        wTb = base_at(one, wTe)
+        free = min(base_clearance(model, wTb, ROOM), arm_clearance(model, wTb, one.q, ROOM))
+        touching += free < 0.01
+    assert touching >= 5
+
+
+@pytest.mark.parametrize("fixtures", [(), ROOM])
+def test_no_step_of_a_search_does_more_than_its_share_of_work(monkeypatch, fixtures):
+    """Counted in postures: ranked, looked up in the map, refined, and checked for contact."""
+    work: Counter[str] = Counter()
+
+    def counted(where, name, size):
+        whole = getattr(where, name)
+
+        def function(*arguments, **named):
+            work[name] += size(arguments)
+            return whole(*arguments, **named)
+
+        monkeypatch.setattr(where, name, function)
+
+    counted(stance_search, "stance_costs", lambda a: len(a[3]))
+    counted(stance, "forward_kinematics", lambda a: len(a[1]))
+    counted(FloorMap, "stands_free", lambda a: len(a[1]))
+    counted(FloorMap, "field", lambda a: 1)
+    counted(FreeSpace, "nearest", lambda a: 1)
+    counted(SelfCollision, "clearance", lambda a: 1)
+    model, rng = robot_model("frankie"), np.random.default_rng(2)
+    goals = [over_the_table(rng) for _ in range(8)] + [in_the_shelf(rng) for _ in range(8)]
+    goals += [tool_pose(0.0, 1.6, z) for z in (0.75, 0.8)]
+    for wTe in goals:
+        one, steps = search(model, wTe, fixtures), 0
+        while not one.done:
+            work.clear()
+            one.advance()
+            steps += 1
+            assert work["stance_costs"] <= (100 if fixtures else 400)
+            assert work["stands_free"] <= 100
+            assert work["forward_kinematics"] <= 5 * 12
+            assert work["field"] <= 1
+            assert work["nearest"] <= 13
+            assert work["clearance"] <= 2 * 16
+        assert steps <= (45 if fixtures else 12)
+
+
+def test_the_same_search_finds_the_same_stance():
+    model, wTe = robot_model("frankie"), tool_pose(0.1, 1.5, 0.9)
+    once, again = search(model, wTe, ROOM).finish(), search(model, wTe, ROOM).finish()
+    assert once is not None
+    assert again is not None
+    np.testing.assert_array_equal(once.q, again.q)
+    assert once.reverse == again.reverse
+
+
+UNREACHABLE = {
+    "2.60 m up": tool_pose(2.0, -1.0, 2.6),
+    "up: tilted like this the hand reaches": tool_pose(2.0, -1.0, 1.35),
+    "0.50 m below the floor": tool_pose(2.0, -1.0, -0.5),
+    "inside table/top": tool_pose(0.0, 1.6, 0.70),
+    "the hand would be inside table/top": tool_pose(0.0, 1.6, 0.62),
+    "no stance stands free of": tool_pose(1.7, 4.0, 0.9),
+}
+"""What is said, and of which goal. The last one is on the far side of a fence."""
+YARD = (
+    box("fence", (1.7, 4.0, 0.2), (1.5, 1.5, 0.2)),
+    *ROOM,
+)
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+@pytest.mark.parametrize("reason", UNREACHABLE)
+def test_a_goal_out_of_reach_is_said_at_once_and_the_robot_stays_where_it_is(robot, reason):
+    controller, state, last = HolisticController(robot_model(robot)), State(), Command.stop()
+    surroundings, goal = Surroundings(fixtures=YARD), PoseGoal(wTe=UNREACHABLE[reason])
+    said = []
+    for _ in range(150):
+        last, report = controller.step(state, goal, last, surroundings)
+        move(state, last)
+        said.append(report.unreachable)
+        assert not report.arrived
+    assert all(reason in text for text in said[49:])
+    assert state.wTb.isApprox(SE3.Identity(), 1e-9)
+    np.testing.assert_allclose(state.q, READY, atol=1e-6)
+
+
+def test_a_goal_that_moves_back_into_reach_is_gone_to():
+    controller, state, last = HolisticController(robot_model("frankie")), State(), Command.stop()
+    for _ in range(60):
+        last, report = controller.step(state, PoseGoal(wTe=tool_pose(2.0, 0.0, 2.6)), last)
+        move(state, last)
+    assert report.unreachable
+    goal = PoseGoal(wTe=tool_pose(2.0, 0.0, 0.8))
+    for _ in range(800):
+        last, report = controller.step(state, goal, last)
+        move(state, last)
+        assert not report.unreachable
+        if report.arrived:
+            return
+    pytest.fail("not reached")
+
+
+def test_furniture_that_is_taken_away_lets_the_robot_go():
+    controller, state, last = HolisticController(robot_model("frankie")), State(), Command.stop()
+    goal, around = PoseGoal(wTe=UNREACHABLE["inside table/top"]), Surroundings(fixtures=YARD)
+    for _ in range(10):
+        last, report = controller.step(state, goal, last, around)
+    assert report.unreachable
+    for _ in range(10):
+        last, report = controller.step(state, goal, last)
+    assert not report.unreachable
+    assert report.stance is not None
+
+
+def test_the_hand_may_be_told_that_it_may_touch():
+    controller, around = HolisticController(robot_model("frankie")), Surroundings(fixtures=YARD)
+    wTe = tool_pose(0.0, 1.45, 0.70)
+    for may, said in ((False, True), (True, False)):
+        goal = PoseGoal(wTe=wTe, straight=True, hand_may_touch=may)
+        _, report = controller.step(State(), goal, Command.stop(), around)
+        assert bool(report.unreachable) == said

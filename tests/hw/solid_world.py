@@ -1,0 +1,82 @@
+"""A simulated robot in a solid world, driven by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from pinocchio import SE3
+
+from controller import Command, robot_model
+from hw import SimClock
+from hw.sim import Dynamics, SimObject, Walker, World, kinematic_robot
+from robots import Box, Geom, Plane, load_robot
+
+FLOOR = Geom(Plane(), SE3.Identity(), "floor")
+STILL = np.zeros(3)
+
+
+def box(name: str, centre: Sequence[float], half: tuple[float, float, float]) -> Geom:
+    return Geom(Box(half), SE3(np.eye(3), np.array(centre, dtype=float)), name)
+
+
+def cube(name: str, centre: Sequence[float], half: float = 0.02) -> SimObject:
+    parts = (Geom(Box((half, half, half)), SE3.Identity(), name),)
+    return SimObject(
+        name=name, parts=parts, mass=0.1, pose=SE3(np.eye(3), np.array(centre, dtype=float))
+    )
+
+
+def turning(joint: int, speed: float) -> np.ndarray:
+    """(7,) velocity of one joint, counted from 1 [rad/s]."""
+    qd = np.zeros(7)
+    qd[joint - 1] = speed
+    return qd
+
+
+class Solid:
+    """The robot, its world and its clock."""
+
+    def __init__(
+        self,
+        *fixtures: Geom,
+        objects: Sequence[SimObject] = (),
+        walkers: Sequence[Walker] = (),
+        robot: str = "frankie",
+        world: World | None = None,
+        solid: bool = True,
+    ) -> None:
+        self.clock = SimClock()
+        self.world = world or World([FLOOR, *fixtures], objects, walkers)
+        dynamics = Dynamics(solid=solid)
+        self.robot = kinematic_robot(load_robot(robot), self.world, self.clock, dynamics=dynamics)
+        self.body = self.robot._arm._body  # what no robot tells: where it really is, and set it
+        self.model = robot_model(robot)
+
+    def drive(self, twist: Sequence[float] = STILL, qd: np.ndarray | None = None, s: float = 1.0):
+        """Command the same velocities for a while; returns the faults that there are then."""
+        command = Command(
+            base_twist=np.array(twist, dtype=float), qd=np.zeros(7) if qd is None else qd
+        )
+        for _ in range(round(s * 100)):
+            self.robot.send(command)
+            self.clock.sleep_until(self.clock.now() + 0.01)
+        return self.faults
+
+    @property
+    def faults(self) -> list[tuple[str, str]]:
+        """Kind and text of each."""
+        return [(fault.kind.value, fault.text) for fault in self.robot.read().faults]
+
+    @property
+    def touches(self) -> list[str]:
+        return [touch.text for touch in self.world.touches]
+
+    def link(self, number: int) -> np.ndarray:
+        """(3,) origin of a link's frame in the world; the foot of the arm is link 0."""
+        state = self.robot.read()
+        return self.model.link_poses(state.wTb, state.q)[number].translation
+
+    @property
+    def x(self) -> float:
+        return float(self.robot.read().wTb.translation[0])

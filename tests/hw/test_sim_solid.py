@@ -1,0 +1,236 @@
+"""In a solid world every part of the robot hits what is in its way, stops, and can leave again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pinocchio import SE3, exp3
+from solid_world import Solid, box, cube, turning
+
+from controller import Command
+from hw import FaultKind
+from hw.sim import SimObject, Walker, load_scene
+from hw.sim.contact import separation
+from hw.sim.members import Configuration, frames, members
+from robots import Box, Geom
+
+FORWARD = Command(base_twist=np.array([0.5, 0.0, 0.0]), qd=np.zeros(7))
+LEG = box("table/leg", (0.6, 0.1, 0.25), (0.025, 0.025, 0.25))
+FACE = 0.575
+"""The side of it that faces the robot [m]."""
+FRONT = 0.35
+"""From the middle of the base to its front [m]."""
+
+
+def test_a_base_that_drives_into_a_table_leg_stands_still_and_says_so():
+    sim = Solid(LEG)
+    assert sim.drive((0.5, 0.0, 0.0), s=1.5) == [("bumper", "the base hit table/leg")]
+    state = sim.robot.read()
+    assert [fault.clearable for fault in state.faults] == [True]
+    assert state.faults[0].kind is FaultKind.BUMPER
+    assert -0.005 < sim.x + FRONT - FACE <= 0.002
+    assert not state.base_twist.any()
+    assert not sim.robot.send(FORWARD).base_twist.any()
+    before = sim.x
+    sim.drive((0.5, 0.0, 0.0), s=0.5)
+    assert sim.x == before
+
+
+def test_a_base_that_has_hit_something_drives_off_and_cannot_press_on():
+    sim = Solid(LEG)
+    sim.drive((0.5, 0.0, 0.0), s=1.5)
+    for _ in range(3):
+        sim.robot.recover()
+        assert sim.faults == []
+        assert sim.drive((0.5, 0.0, 0.0), s=0.3) == [("bumper", "the base hit table/leg")]
+    at_the_leg = sim.x
+    assert at_the_leg + FRONT - FACE <= 0.002
+    sim.robot.recover()
+    assert sim.drive((-0.3, 0.0, 0.0), s=1.0) == []
+    assert sim.x < at_the_leg - 0.2
+
+
+def test_the_bumper_leaves_the_arm_alone_and_the_reflex_the_base():
+    sim = Solid(LEG)
+    sim.drive((0.5, 0.0, 0.0), s=1.5)
+    q = sim.robot.read().q[0]
+    sim.drive(qd=turning(1, 0.2), s=0.5)
+    assert sim.robot.read().q[0] > q + 0.08
+    sim = Solid(behind_the_elbow())
+    sim.drive(qd=turning(2, -0.5), s=0.5)
+    assert [kind for kind, _ in sim.faults] == ["reflex"]
+    sim.drive((0.2, 0.0, 0.0), s=0.5)
+    assert sim.x > 0.07
+
+
+def behind_the_elbow():
+    """A plate behind the elbow in the posture `ready`, 3 cm away."""
+    x, y, z = Solid().link(4)
+    return box("shelf/plate", (x - 0.14, y, z), (0.05, 0.3, 0.01))
+
+
+def test_a_link_that_is_pushed_into_a_shelf_trips_the_reflex_by_its_name():
+    sim = Solid(behind_the_elbow())
+    faults = sim.drive(qd=turning(2, -0.5), s=0.5)
+    assert faults == [("reflex", "link4 hit shelf/plate")]
+    q = sim.robot.read().q
+    assert sim.drive(qd=turning(2, -0.5), s=0.3) == faults
+    np.testing.assert_array_equal(sim.robot.read().q, q)
+    sim.robot.recover()
+    assert sim.drive(qd=turning(2, 0.5), s=0.5) == []
+    assert sim.touches == ["link4 hit shelf/plate"]
+
+
+def test_a_world_that_is_not_solid_lets_arm_and_base_through():
+    sim = Solid(LEG, behind_the_elbow(), solid=False)
+    assert sim.drive((0.5, 0.0, 0.0), turning(2, -0.5), s=1.0) == []
+    assert sim.touches == []
+
+
+def test_a_base_whose_arm_is_at_a_wall_goes_no_further_and_can_drive_back():
+    x, y, z = Solid().link(7)
+    sim = Solid(box("wall", (x + 0.35, y, z), (0.1, 0.5, 0.03)))
+    assert [kind for kind, _ in sim.drive((0.5, 0.0, 0.0), s=0.8)] == ["reflex"]
+    before = sim.x
+    sim.drive((0.5, 0.0, 0.0), s=1.0)
+    assert sim.x - before < 0.005
+    sim.robot.recover()
+    assert sim.faults == []
+    assert [kind for kind, _ in sim.drive((0.2, 0.0, 0.0), s=0.3)] == ["reflex"]
+    sim.robot.recover()
+    assert sim.drive((-0.5, 0.0, 0.0), s=1.5) == []
+
+
+def test_the_camera_hits_things():
+    body = Solid().model.description.camera
+    wTe = Solid().body.wTe
+    lens = (wTe * body.eTc * body.body.pose).translation
+    sim = Solid(box("rod", lens + np.array([0.05, 0.0, 0.0]), (0.01, 0.2, 0.005)))
+    assert sim.drive((0.2, 0.0, 0.0), s=1.0) == [("reflex", "the camera hit rod")]
+
+
+def test_what_is_held_hits_a_shelf_and_both_are_named():
+    sim = Solid()
+    wTe = sim.body.wTe
+    x, y, z = wTe.translation
+    sim = Solid(box("shelf", (x + 0.3, y, z), (0.1, 0.3, 0.01)), objects=[cube("can", (x, y, z))])
+    sim.robot.grip(0.0, 20.0)
+    sim.drive(s=1.0)
+    assert sim.world.held is not None
+    faults = sim.drive((0.2, 0.0, 0.0), s=1.5)
+    assert faults == [("reflex", "can in the hand hit shelf")]
+    assert sim.world.touches[0].part == "held object"
+    assert sim.world.touches[0].thing == "shelf"
+
+
+def test_an_object_that_is_swept_off_its_post_falls_to_the_floor():
+    x, y, z = Solid().body.wTe.translation
+    post = box("post", (x + 0.2, y, (z - 0.04) / 2.0), (0.03, 0.03, (z - 0.04) / 2.0))
+    can = SimObject(
+        name="can",
+        parts=(Geom(Box((0.02, 0.02, 0.06)), SE3.Identity(), "can"),),
+        mass=0.1,
+        pose=SE3(np.eye(3), np.array([x + 0.2, y, z + 0.02])),
+    )
+    sim = Solid(post, objects=[can])
+    assert sim.world.resting_on(can) == "post"
+    sim.drive((0.6, 0.0, 0.0), s=0.7)
+    assert sim.touches == ["the hand hit can"]
+    assert sim.world.resting_on(can) == "floor"
+
+
+def test_what_lay_on_an_object_that_is_carried_off_falls():
+    wTe = Solid().body.wTe
+    x, y, z = wTe.translation
+    stand = box("stand", (x, y, (z - 0.02) / 2.0), (0.1, 0.1, (z - 0.02) / 2.0))
+    lower = cube("lower", (x, y, z))
+    upper = cube("upper", (x + 0.035, y, z + 0.04), half=0.02)
+    sim = Solid(stand, objects=[lower, upper])
+    assert sim.world.resting_on(upper) == "stand"
+    sim.robot.grip(0.0, 20.0)
+    sim.drive(s=1.0)
+    sim.drive((-0.3, 0.0, 0.0), s=1.0)
+    assert sim.world.held is lower
+    assert sim.world.resting_on(upper) == "stand"
+    assert upper.pose.translation[2] == pytest.approx(z, abs=1e-3)
+
+
+def test_a_walker_that_runs_into_a_standing_base_presses_its_bumper_until_it_has_passed():
+    walker = Walker("Ada", 0.2, 1.7, [(0.5, -1.5), (0.5, 1.5)], 1.0)
+    sim = Solid(walkers=[walker])
+    sim.drive(s=1.6)
+    assert ("bumper", "the base hit Ada") in sim.faults
+    sim.drive(s=2.0)
+    sim.robot.recover()
+    assert sim.faults == []
+    assert sim.drive((0.2, 0.0, 0.0), s=0.3) == []
+
+
+def test_a_touch_is_noted_once_with_its_time_and_again_when_it_comes_back():
+    sim = Solid(LEG)
+    sim.drive((0.5, 0.0, 0.0), s=2.0)
+    assert sim.touches == ["the base hit table/leg"]
+    touch = sim.world.touches[0]
+    assert (touch.part, touch.thing) == ("base", "table/leg")
+    assert 0.45 < touch.stamp < 0.75
+    sim.robot.recover()
+    sim.drive((-0.2, 0.0, 0.0), s=1.5)
+    sim.drive((0.5, 0.0, 0.0), s=2.0)
+    assert sim.touches == 2 * ["the base hit table/leg"]
+    assert sim.world.touches[1].stamp > 3.5
+
+
+def test_only_what_can_have_come_near_is_measured_and_nothing_is_missed():
+    """The same contacts as by measuring every pair, along a wild way through the furniture."""
+    world = load_scene("household", 0)
+    sim = Solid(world=world)
+    rng = np.random.default_rng(5)
+    shapes, deepest, contacts = members(sim.model.description, solid=True), 0.0, 0
+    q, width = sim.body.q.copy(), 0.08
+    for tick in range(400):
+        if tick % 100 == 0:
+            wTb = SE3(np.eye(3), np.array([2.4, 0.0, 0.0]))
+        turn = exp3(np.array([0.0, 0.0, rng.uniform(-0.05, 0.05)]))
+        wTb = SE3(wTb.rotation @ turn, wTb.translation + rng.uniform(-0.02, 0.02, 3) * (1, 1, 0))
+        q = np.clip(
+            q + rng.uniform(-0.05, 0.05, 7),
+            sim.model.limits.q_min,
+            sim.model.limits.q_max,
+        )
+        found = sim.body._collisions.find(Configuration(wTb=wTb, q=q, width=width))
+        told = {(one.part, one.thing): one.depth for one in found}
+        at = frames(sim.model, wTb, q)
+        expected: dict[tuple[str, str], float] = {}
+        for member in shapes:
+            shape = member.geom.moved(at[member.frame])
+            for other in world.shapes():
+                if member.part == "base" and other.name == "floor":
+                    continue
+                depth = -separation(shape, other)[0]
+                if depth > member.tolerance:
+                    key = member.part, other.name
+                    expected[key] = max(depth, expected.get(key, 0.0))
+        assert told.keys() == expected.keys()
+        for key, depth in told.items():
+            assert depth == pytest.approx(expected[key], abs=1e-6)
+            deepest = max(deepest, depth)
+        contacts += len(told)
+    assert contacts > 100
+    assert deepest > 0.02
+
+
+def test_two_runs_into_furniture_are_the_same_bit_for_bit():
+    def poses():
+        sim = Solid(world=load_scene("household", 3))
+        rng = np.random.default_rng(1)
+        seen = []
+        for _ in range(12):
+            sim.drive((0.8, 0.0, rng.uniform(-0.5, 0.5)), rng.uniform(-0.3, 0.3, 7), s=0.5)
+            sim.robot.recover()
+            state = sim.robot.read()
+            seen += [state.wTb.homogeneous.tobytes(), state.q.tobytes()]
+        return seen, sim.touches
+
+    first, second = poses(), poses()
+    assert first == second
+    assert first[1]

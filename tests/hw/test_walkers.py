@@ -1,0 +1,118 @@
+"""Obstacles that move by themselves, and the scenes that have narrow ways."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pinocchio import SE3
+from solid_world import Solid
+
+from hw import SimClock, WorldOptions, open_backend
+from hw.sim import Walker, load_scene
+from hw.sim.contact import separation
+from robots import Cylinder, Geom
+
+TURNING = 0.43
+"""Half the diagonal of the base: room that it needs to turn on the spot [m]."""
+HEADROOM = 1.2
+"""The folded arm stays below this [m]."""
+
+
+def test_a_walker_keeps_its_speed_between_the_ends_and_turns_round_smoothly():
+    walker = Walker("Ada", 0.25, 1.75, [(0.0, 0.0), (3.0, 0.0)], 1.0)
+    times = np.arange(0.0, 7.0, 0.01)
+    places, speeds = [], []
+    for time in times:
+        walker.move_to(time)
+        places.append(walker.pose.translation)
+        speeds.append(walker.velocity)
+    x, v = np.array(places)[:, 0], np.array(speeds)[:, 0]
+    np.testing.assert_allclose(np.gradient(x, 0.01)[1:-1], v[1:-1], atol=0.011)
+    assert np.abs(np.diff(v)).max() <= 2.0 * 0.01 + 1e-9
+    np.testing.assert_allclose(np.abs(v[(x > 0.3) & (x < 2.7)]), 1.0)
+    assert x.max() == pytest.approx(3.0, abs=1e-3)
+    assert x[700 - 1] == pytest.approx(0.0, abs=1e-3)  # 3.5 s there, 3.5 s back
+    assert {tuple(place[1:]) for place in places} == {(0.0, 0.875)}
+
+
+def test_a_walker_visits_its_way_points_in_order_and_comes_back_over_them():
+    corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0)]
+    walker = Walker("Ada", 0.25, 1.75, corners, 1.0)
+    passed = []
+    for time in np.arange(0.0, 8.1, 0.01):
+        walker.move_to(time)
+        at = walker.pose.translation[:2]
+        near = [n for n, corner in enumerate(corners) if np.linalg.norm(at - corner) < 1e-3]
+        if near and passed[-1:] != near:
+            passed += near
+    assert passed == [0, 1, 2, 1, 0]
+
+
+def test_a_short_way_is_walked_as_fast_as_it_allows():
+    walker = Walker("Ada", 0.25, 1.75, [(0.0, 0.0), (0.02, 0.0)], 1.0)
+    walker.move_to(0.1)
+    assert walker.velocity[0] == pytest.approx(0.2)
+    assert walker.pose.translation[0] == pytest.approx(0.01)
+
+
+def test_the_world_tells_where_walkers_are_and_how_fast_as_a_tracker_would():
+    backend = open_backend("frankie", "solid", WorldOptions(scene="crossing"))
+    assert backend.truth is not None
+    for _ in range(100):
+        backend.robot.read()
+        backend.clock.sleep_until(backend.clock.now() + 0.01)
+    backend.robot.read()
+    (obstacle,) = backend.truth.moving()
+    assert obstacle.geom.name == "person"
+    assert obstacle.geom.shape == Cylinder(0.25, 0.875)
+    np.testing.assert_allclose(obstacle.velocity, [0.0, 1.0, 0.0])
+    np.testing.assert_allclose(obstacle.geom.pose.translation, [1.3, -2.5 + 0.75, 0.875])
+
+
+def test_a_walker_is_seen_and_hit():
+    walker = Walker("Ada", 0.25, 1.75, [(1.0, 0.0), (5.0, 0.0)], 0.01)
+    sim = Solid(walkers=[walker])
+    assert any(shape.name == "Ada" for shape in sim.body.shapes())
+    assert ("reflex", "the camera hit Ada") in sim.drive((0.5, 0.0, 0.0), s=1.5)
+
+
+WAYS = {
+    "household": [(2.25, 0.0), (0.0, 0.0), (0.0, 0.85)],
+    "corridor": [(2.25, 0.0), (0.0, 0.0), (0.0, 0.85)],
+    "crossing": [(2.25, 0.0), (0.0, 0.0), (0.0, 0.85)],
+    "kitchen": [(2.25, 0.0), (0.2, 0.0), (0.2, 0.85)],
+}
+"""From the container over the start to the table."""
+
+
+@pytest.mark.parametrize("scene", WAYS)
+def test_a_robot_can_drive_from_the_container_to_the_table_and_turn_anywhere(scene):
+    world = load_scene(scene, 0)
+    obstacles = [f for f in world.fixtures if f.name != "floor"]
+    for start, end in zip(WAYS[scene], WAYS[scene][1:], strict=False):
+        for x, y in np.linspace(start, end, 60):
+            room = SE3(np.eye(3), np.array([x, y, HEADROOM / 2.0]))
+            round_it = Geom(Cylinder(TURNING, HEADROOM / 2.0 - 0.01), room)
+            assert min(separation(round_it, other)[0] for other in obstacles) > 0.0
+
+
+def test_the_corridor_and_its_door_are_as_wide_as_they_should_be():
+    fixtures = {f.name: f for f in load_scene("corridor", 0).fixtures}
+
+    def width(left: str, right: str) -> float:
+        return separation(fixtures[left], fixtures[right])[0]
+
+    assert width("left wall", "right wall") == pytest.approx(1.1)
+    assert width("left door post", "right door post") == pytest.approx(0.9)
+
+
+def test_walkers_are_where_they_are_by_the_time_alone():
+    ticks, jump = SimClock(), load_scene("crossing", 0)
+    world = load_scene("crossing", 1)
+    for _ in range(333):
+        ticks.sleep_until(ticks.now() + 0.01)
+        world.move_to(ticks.now())
+    jump.move_to(ticks.now())
+    for a, b in zip(world.moving(), jump.moving(), strict=True):
+        np.testing.assert_array_equal(a.geom.pose.homogeneous, b.geom.pose.homogeneous)
+        np.testing.assert_array_equal(a.velocity, b.velocity)
