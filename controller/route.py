@@ -8,7 +8,7 @@ at the goal. A way is planned once, and anew when the room, the goal or the base
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import ceil, cos, hypot, inf, sin
+from math import cos, exp, hypot, inf, sin
 
 import numpy as np
 
@@ -32,7 +32,9 @@ _ARRIVED = 0.02
 """The base drives plainly where that ends nearer to the goal than this [m and rad]."""
 _TRIAL = 0.15
 """Time between the poses of a trial [s]."""
-_TRIAL_STEPS = 80
+_TRIAL_NEAR = 1.0
+"""Nearer to the goal than this the poses are three times as close [m]."""
+_TRIAL_STEPS = 100
 """A trial is given up after so many."""
 
 
@@ -164,9 +166,11 @@ class Route:
         speed = float(leg.path.speeds[self._at])
         close = self._model.n_base == 3 or leg.narrow[self._at]
         ahead = (0.12 if close else 0.25) * (1.0 + speed)
-        index = self._at + ceil(ahead / SPACING)
-        beyond = max(0, index - len(points) + 1) * SPACING
-        index = min(index, len(points) - 1)
+        ahead = max(ahead, float(away[nearest]) + SPACING)
+        rest = np.hypot(points[self._at :, 0] - wTb.x, points[self._at :, 1] - wTb.y)
+        far = np.flatnonzero(rest >= ahead)
+        index = self._at + int(far[0]) if len(far) else len(points) - 1
+        beyond = 0.0 if len(far) else ahead - float(rest[-1])
         x, y, way = points[index].tolist()
         x, y = x + beyond * cos(way), y + beyond * sin(way)
         heading = float(leg.headings[self._at])
@@ -222,16 +226,19 @@ def trial(
     At first it has velocities (n_base,) [m/s, rad/s].
     """
     poses, pose = [start], start
-    axes = model.description.base.axes
-    most = model.acceleration_limits[: model.n_base] * _TRIAL
-    last = velocities
+    base = model.description.base
+    most = model.acceleration_limits[: model.n_base]
+    command, moving = velocities, velocities
     for _ in range(_TRIAL_STEPS):
         target = goal.relative_to(pose)
-        if hypot(target.x, target.y) < _ARRIVED and abs(target.heading) < _ARRIVED:
+        distance = hypot(target.x, target.y)
+        if distance < _ARRIVED and abs(target.heading) < _ARRIVED:
             break
+        dt = _TRIAL if distance > _TRIAL_NEAR else _TRIAL / 3.0
         wanted = drive_to(model, settings, target, reverse=reverse)
-        last = np.clip(wanted, last - most, last + most)
-        vx, vy, w = (axes @ last * _TRIAL).tolist()
+        command = np.clip(wanted, command - most * dt, command + most * dt)
+        moving = moving + (1.0 - exp(-dt / base.lag)) * (command - moving)
+        vx, vy, w = (base.axes @ moving * dt).tolist()
         middle = pose.heading + w / 2.0
         c, s = cos(middle), sin(middle)
         pose = Pose2D(pose.x + c * vx - s * vy, pose.y + s * vx + c * vy, pose.heading + w)
