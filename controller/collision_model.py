@@ -64,6 +64,17 @@ class _Part(NamedTuple):
     """In the frame of the link; of the base and the foot in b."""
 
 
+class Body(NamedTuple):
+    """A shape of the robot that can meet what stands around."""
+
+    number: int
+    """Of the shape."""
+    geom: Geom
+    """Its pose is not that of the shape in the world."""
+    kind: PairKind
+    """With what does not move."""
+
+
 class CollisionModel:
     """One robot in one place.
 
@@ -86,6 +97,12 @@ class CollisionModel:
         """Of the shapes, for people."""
         parts = _parts(model, surroundings.held)
         numbers = {name: [self._add(name, p) for p in some] for name, some in parts.items()}
+        self.bodies = [
+            Body(number, part.geom, _kinds(name)[0])
+            for name, some in parts.items()
+            if name != "floor"
+            for number, part in zip(numbers[name], some, strict=True)
+        ]
         fixed = [self._add_still(one) for one in surroundings.fixtures]
         self.moving = [self._add_still(one.geom) for one in surroundings.moving]
         self.pairs = self._pair(numbers, fixed)
@@ -112,6 +129,11 @@ class CollisionModel:
     def measure(self, pair: int) -> Any:
         """Coal's result for one pair: distance [m], nearest points, normal from first to second."""
         return pin.computeDistance(self._shapes, self._results, pair)
+
+    def poses(self, shapes: npt.NDArray[np.int64]) -> tuple[Array, Array]:
+        """Rotations (S, 3, 3) and origins (S, 3) of shapes in the world."""
+        placed = [self._results.oMg[shape] for shape in shapes.tolist()]
+        return np.array([one.rotation for one in placed]), np.array([p.translation for p in placed])
 
     def ball(self, shape: int) -> tuple[Array, float]:
         """Centre (3,) and radius of the ball around a shape, where it was placed last [m]."""
@@ -169,7 +191,7 @@ class CollisionModel:
                     found.append((b, a, PairKind.SELF))
         still, moving = list(fixed), self.moving
         for name, some in numbers.items():
-            kind, kind_moving = _KINDS.get(name, (PairKind.ARM, PairKind.ARM_MOVING))
+            kind, kind_moving = _kinds(name)
             if name == "floor":
                 continue
             found += [(a, b, kind) for a, b in product(some, still)]
@@ -210,6 +232,11 @@ _KINDS = {
     "held": (PairKind.HAND, PairKind.ARM_MOVING),
 }
 """How parts of the robot meet what stands around, and what moves; the others are of the arm."""
+
+
+def _kinds(part: str) -> tuple[PairKind, PairKind]:
+    """How a part of the robot meets what stands around, and what moves."""
+    return _KINDS.get(part, (PairKind.ARM, PairKind.ARM_MOVING))
 
 
 def _parts(model: RobotModel, held: Sequence[Geom]) -> dict[str, list[_Part]]:

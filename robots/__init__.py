@@ -28,8 +28,10 @@ from robots.shapes import (
     Sphere,
     bounding_radius,
     coal_geometry,
+    from_rounded_boxes,
     half_extents,
     reach,
+    rounded_box,
     volume,
 )
 
@@ -52,10 +54,12 @@ __all__ = [
     "Sphere",
     "bounding_radius",
     "coal_geometry",
+    "from_rounded_boxes",
     "half_extents",
     "load_robot",
     "reach",
     "robot_names",
+    "rounded_box",
     "volume",
     "with_base_speed",
     "with_reverse_speed",
