@@ -13,7 +13,7 @@ from pinocchio import SE3
 from behaviours.vision import Vision
 from controller import Array, PointCloud, RobotModel
 from hw import DepthFrame, InlineExecutor, RobotState
-from perception import SeenSurfaces, SurfaceSettings, surface_points
+from perception import SeenSurfaces, SurfaceSettings, surface_cells
 from robots import Box, Geom, RobotDescription, bounding_radius, from_rounded_boxes, rounded_box
 
 FRAME_INTERVAL = 0.1
@@ -99,8 +99,8 @@ class SeenObstacles:
         wTe = frame.wTc * self._description.camera.eTc.inverse()
         own = [*self._robot(wTe, then), *(_generous(one).moved(wTe) for one in held)]
         ahead = [one for one in own if _depth(one, frame) > 0.0]
-        points = surface_points(frame, self._settings)
-        surfaces.update(frame, points[~_near(points, ahead)])
+        cells = surface_cells(frame, self._settings)
+        surfaces.update(frame, cells.of(~_near(cells.points, ahead)))
         # What is held was seen before, where it was grasped.
         surfaces.keep(~_near(surfaces.all_points, [one.moved(wTe) for one in held]))
         return PointCloud(surfaces.points)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from pinocchio import SE3
 
-from controller.base_drive import Pose2D, drive_to, time_to_drive
+from controller.base_drive import Pose2D, drive_along
 from controller.bounds import VelocityBounds
 from controller.collision_model import PairKind
 from controller.command import (
@@ -22,14 +22,14 @@ from controller.command import (
     PostureGoal,
 )
 from controller.dampers import Dampers
-from controller.goal_motion import GoalMotion
 from controller.guidance import Guide
 from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
 from controller.proximity import Proximity
 from controller.qp import QP, Rows, Solver
+from controller.route import plain_lead
 from controller.self_collision import SelfCollision
-from controller.servo import approach_speed, desired_twist, error_norm, pose_error
+from controller.servo import Servo, approach_speed, error_norm, pose_error
 from controller.settings import ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from controller.validation import check_inputs
@@ -116,7 +116,7 @@ class HolisticController:
         self._proximity = None if self._dampers is None else Proximity(model, self._dampers.ranges)
         guided = self.settings.guidance is not None
         self._guide = Guide(model, self.settings, SelfCollision(model)) if guided else None
-        self._goal_motion = GoalMotion(self.settings.period) if guided else None
+        self._servo = Servo(self.settings)
 
     def step(
         self,
@@ -144,15 +144,15 @@ class HolisticController:
         linearisation = linearise(model, settings, state.q)
         if self._guide is not None and not isinstance(goal, PoseGoal):
             self._guide.reset()
-        if self._goal_motion is not None and not isinstance(goal, PoseGoal):
-            self._goal_motion.reset()
+        if not isinstance(goal, PoseGoal):
+            self._servo.reset()
         match goal:
             case PoseGoal():
                 motion = self._to_pose(state, goal, linearisation, bounds, applied, surroundings)
             case PostureGoal():
                 motion = self._to_posture(state, goal, bounds)
             case BaseGoal():
-                motion = self._to_base_pose(state, goal, bounds)
+                motion = self._to_base_pose(state, goal, bounds, surroundings)
             case None:
                 motion = _Motion(_qp_towards(np.zeros(model.n), bounds))
         rows, clearance, nearest = self._rows(state, goal, applied, bounds, surroundings)
@@ -223,11 +223,10 @@ class HolisticController:
     ) -> _Motion:
         """Base and arm together to an end-effector pose."""
         model, settings, bTe = self.model, self.settings, linearisation.bTe
-        if self._goal_motion is not None:
-            goal = self._goal_motion(goal)
+        goal = self._servo.with_motion(goal)
         bTw = state.wTb.inverse()
         error = pose_error(bTe, bTw * goal.wTe)
-        twist = desired_twist(settings.servo, goal, bTw, bTe, error)
+        twist = self._servo(goal, bTw, bTe, error)
         bias, base_time, posture_error = None, 0.0, 0.0
         if self._guide is not None:
             bias = self._guide.bias(goal, error, Pose2D.of(state.wTb), state.q, surroundings)
@@ -272,19 +271,28 @@ class HolisticController:
         return _Motion(qp, 0.0, max_error, arrived=arrived, posture_error=max_error)
 
     def _to_base_pose(
-        self, state: KinematicState, goal: BaseGoal, bounds: tuple[Array, Array]
+        self,
+        state: KinematicState,
+        goal: BaseGoal,
+        bounds: tuple[Array, Array],
+        surroundings: Surroundings,
     ) -> _Motion:
         """The base to a pose; the arm comes to rest."""
-        bTg = state.wTb.inverse() * goal.wTb
-        error, target, drive = pose_error(SE3.Identity(), bTg), Pose2D.of(bTg), self.settings.drive
-        base = drive_to(self.model, self.settings, target, reverse=goal.reverse)
+        error = pose_error(SE3.Identity(), state.wTb.inverse() * goal.wTb)
+        here, there = Pose2D.of(state.wTb), Pose2D.of(goal.wTb)
+        if self._guide is None:
+            lead = plain_lead(self.model, self.settings, here, there, goal.reverse)
+        else:
+            lead = self._guide.lead_base(goal, here, surroundings)
+        base = drive_along(self.model, self.settings, lead)
         return _Motion(
             _qp_towards(np.concatenate([base, np.zeros(len(state.q))]), bounds),
             error.position,
             error.orientation,
             arrived=error.position <= goal.position_tolerance
             and error.orientation <= goal.heading_tolerance,
-            base_time=time_to_drive(self.model, drive, target, goal.reverse),
+            base_time=lead.time_left,
+            unreachable=lead.unreachable,
         )
 
 

@@ -13,9 +13,9 @@ from controller.command import Array
 
 CELL = 0.10
 """Distance between the nodes of the graph [m]."""
-_TIGHT = 12.0
-"""What a metre costs, besides itself, where the base has only just room to drive straight: half
-of it where it has nearly room to turn."""
+_TIGHT = 30.0
+"""What a metre costs, besides itself, where the base has only just room to drive straight: a
+fifth of it where it has nearly room to turn."""
 _NEAR = 0.5
 """What a metre costs, besides itself, where the base has only just room to turn ..."""
 _OPEN = 0.30
@@ -44,7 +44,7 @@ class Floor:
         passes = room > fits
         tight = np.clip((turns - room) / (turns - fits), 0.0, 1.0)
         near = np.clip((turns + _OPEN - room) / _OPEN, 0.0, 1.0)
-        cost = 1.0 + _NEAR * near + _TIGHT * np.where(tight > 0.0, 0.5 + 0.5 * tight, 0.0)
+        cost = 1.0 + _NEAR * near + _TIGHT * np.where(tight > 0.0, 0.2 + 0.8 * tight, 0.0)
         self.passes = passes
         """(n, m) the nodes where it fits."""
         self.graph = _graph(passes, cost)

@@ -7,8 +7,8 @@ from math import cos, inf
 import numpy as np
 from pinocchio import SE3
 
-from controller.base_drive import Pose2D
-from controller.command import Array, PoseGoal
+from controller.base_drive import Lead, Pose2D
+from controller.command import Array, BaseGoal, PoseGoal
 from controller.model import RobotModel
 from controller.route import Route
 from controller.self_collision import SelfCollision
@@ -64,6 +64,7 @@ class Guide:
         self._failed: tuple[Stance, ...] = ()
         self._detours_left = self._guidance.detours
         self._search: StanceSearch | None = None
+        self._stalled = False
 
     @property
     def rests(self) -> bool:
@@ -98,30 +99,29 @@ class Guide:
         """
         g = self._guidance
         distance = error.position + g.metres_per_radian * error.orientation
-        changed = self._finder.meet(surroundings)
-        changed |= bool(self.unreachable) and goal.hand_may_touch != self._hand_may_touch
+        moved = self._finder.meet(surroundings)
+        changed = moved or (bool(self.unreachable) and goal.hand_may_touch != self._hand_may_touch)
         self._hand_may_touch = goal.hand_may_touch
         if goal.wTe != self._goal or changed:
             if self._is_new(goal.wTe) or changed:
                 self._begin(goal, distance, wTb, q)
             self._goal = goal.wTe.copy()
-        self._search_on(goal)
+        if not moved:  # a new map is work enough for one period
+            self._search_on(goal)
         remaining = self._remaining(goal, distance, wTb, q)
         if remaining.lead is not None and remaining.lead.unreachable:
-            self.unreachable = remaining.lead.unreachable
-            self._set_stance(None)
+            self._give_up_stance(goal, wTb, q)
+            if self._search is None:
+                self.unreachable = remaining.lead.unreachable
         if self.rests:
             self.left = (inf, inf)
             return None
         if self._has_stalled(remaining, goal) and not goal.straight and self._detours_left:
-            self._detours_left -= 1
-            if self.stance is not None:
-                self._failed = (*self._failed, self.stance)
-            if self._detours_left:
-                self._set_stance(self.stance, self.detour)
-                self._look_for_a_stance(goal, wTb, q)
-            else:
-                self._set_stance(None)
+            stance, detour = self.stance, self.detour
+            self._give_up_stance(goal, wTb, q)
+            self._stalled = True
+            if self._search is not None:
+                self._set_stance(stance, detour)  # until another is found
         self.left = (remaining.base_time, remaining.max_joint_error)
         if self.stance is None or remaining.lead is None:
             return None
@@ -134,6 +134,11 @@ class Guide:
             wTb,
             detour=self.detour,
         )
+
+    def lead_base(self, goal: BaseGoal, wTb: Pose2D, surroundings: Surroundings) -> Lead:
+        """Where the base is led now on its way to a pose of its own."""
+        self._finder.meet(surroundings)
+        return self._route.lead(self._finder.floor, wTb, Pose2D.of(goal.wTb), goal.reverse)
 
     def _begin(self, goal: PoseGoal, distance: float, wTb: Pose2D, q: Array) -> None:
         """Judge a new goal, and look for its stance if it is to have one."""
@@ -149,6 +154,15 @@ class Guide:
         else:
             self._set_stance(None)
 
+    def _give_up_stance(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> None:
+        """Look for another stance, unless that was done often enough."""
+        if self.stance is not None:
+            self._failed = (*self._failed, self.stance)
+        self._set_stance(None)
+        self._detours_left = max(0, self._detours_left - 1)
+        if self._detours_left:
+            self._look_for_a_stance(goal, wTb, q)
+
     def _look_for_a_stance(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> None:
         self._search = self._finder.search(goal.wTe.copy(), wTb, q, self._failed)
 
@@ -162,8 +176,7 @@ class Guide:
         if search.done:
             self._search = None
             self.unreachable = self._finder.why_none(search)
-            is_detour = self._detours_left < self._guidance.detours
-            self._set_stance(None if self.unreachable else search.best, is_detour)
+            self._set_stance(None if self.unreachable else search.best, self._stalled)
 
     def _is_new(self, wTe: SE3) -> bool:
         """Whether a goal has jumped, or crept to where its stance does not reach it."""

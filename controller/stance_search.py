@@ -8,7 +8,7 @@ arm stand free and whose fold, the straight path in joint space, is clear of con
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
-from math import inf
+from math import inf, pi
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -17,6 +17,8 @@ from pinocchio import SE3
 
 from controller.base_drive import Pose2D
 from controller.command import Array
+from controller.cost_field import CostField
+from controller.floor_map import FloorMap
 from controller.fold import room_missing
 from controller.free_space import ARM, FreeSpace, group_names, se3_of
 from controller.model import RobotModel
@@ -66,6 +68,9 @@ _FAR, _NEAR = 800, 160
 """Postures of the second window, and of the first with the base turned, that are ranked at most."""
 _TURNS = (-1.5, -1.0, -0.5, 0.5, 1.0, 1.5)
 """How far the base is turned below the arm [rad]."""
+_ANGLES = np.linspace(0.0, 2.0 * pi, 12, endpoint=False)
+_RING = 0.5 * np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
+"""Places around the base; where there is a way to none, the map says nothing about ways [m]."""
 _SPOKEN_OF = 6
 """Bases that do not stand free which are looked at to say what is in the way."""
 
@@ -144,10 +149,7 @@ class StanceSearch:
         """The whole search, a piece of bounded work before every `yield`."""
         space = self._space
         if space is not None:
-            here = self._start.wTb
-            self._start = self._start._replace(
-                floor=space.floor, way=space.floor.field((here.x, here.y))
-            )
+            self._start = self._start._replace(floor=space.floor, way=self._way(space.floor))
             yield
         for candidates in self._windows():
             ranked = yield from self._rank(candidates)
@@ -168,6 +170,12 @@ class StanceSearch:
             room = self._settings.standing_room
             names = [name for base in self._occupied for name in space.blocking(base, room)]
             self.blocked = group_names([*self._in_the_way, *names])
+
+    def _way(self, floor: FloorMap) -> CostField | None:
+        """What it costs to drive here; None where the base stands too near to something to say."""
+        x, y, _ = self._start.wTb
+        way = floor.field((x, y))
+        return way if np.isfinite(way.at(np.array([x, y]) + _RING)).any() else None
 
     def _windows(self) -> Iterator[_Candidates]:
         """The postures whose end effector is about as high and as tilted as the goal.

@@ -13,6 +13,7 @@ from robots.description import (
     Limits,
     RobotDescription,
     with_base_speed,
+    with_reverse_speed,
 )
 from robots.load import load_robot, robot_names
 from robots.shapes import (
@@ -61,4 +62,5 @@ __all__ = [
     "rounded_box",
     "volume",
     "with_base_speed",
+    "with_reverse_speed",
 ]

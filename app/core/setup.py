@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from behaviours import Context, SeenObstacles, Vision, VisionBeside, VisionInStep
-from controller import HolisticController, RobotModel
+from controller import HolisticController, Obstacle, RobotModel
 from hw import (
     Backend,
     Camera,
@@ -165,11 +165,17 @@ def set_up(
                 vision=vision,
                 state=state,
                 seen=seen,
+                obstacles=_obstacles(backend.truth),
                 # The controller knows the floor by itself.
                 fixtures=tuple(one for one in fixtures if not isinstance(one.shape, Plane)),
             ),
             problems=problems,
         )
+
+
+def _obstacles(truth: Truth | None) -> Callable[[float], Sequence[Obstacle]]:
+    """What a tracker would tell of a simulated world."""
+    return (lambda stamp: ()) if truth is None else (lambda stamp: truth.moving())
 
 
 @contextmanager

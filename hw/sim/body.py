@@ -215,6 +215,8 @@ class SimBody:
         here = Configuration(wTb=self.wTb, q=self.q, width=self.width)
         contacts = self._collisions.find(here)
         for one in contacts:
+            if one.excess <= 0.0:
+                continue
             if now - self._touched.get((one.part, one.thing), -np.inf) > _SAME_TOUCH:
                 touch = Touch(stamp=now, part=one.part, thing=one.thing, text=one.text)
                 self.world.touches.append(touch)
@@ -227,5 +229,5 @@ class SimBody:
     def _push_away(self, contacts: list[Contact]) -> None:
         """Loose objects give way to the arm."""
         for one in contacts:
-            if isinstance(one.owner, SimObject):
+            if one.excess > 0.0 and isinstance(one.owner, SimObject):
                 self.world.push(one.owner, one.towards, one.depth)

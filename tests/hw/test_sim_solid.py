@@ -44,7 +44,7 @@ def test_a_base_that_has_hit_something_drives_off_and_cannot_press_on():
         assert sim.faults == []
         assert sim.drive((0.5, 0.0, 0.0), s=0.3) == [("bumper", "the base hit table/leg")]
     at_the_leg = sim.x
-    assert at_the_leg + FRONT - FACE <= 0.002
+    assert at_the_leg + FRONT - FACE <= 0.004
     sim.robot.recover()
     assert sim.drive((-0.3, 0.0, 0.0), s=1.0) == []
     assert sim.x < at_the_leg - 0.2
@@ -198,7 +198,7 @@ def test_only_what_can_have_come_near_is_measured_and_nothing_is_missed():
             sim.model.limits.q_max,
         )
         found = sim.body._collisions.find(Configuration(wTb=wTb, q=q, width=width))
-        told = {(one.part, one.thing): one.depth for one in found}
+        told = {(one.part, one.thing): one.depth for one in found if one.excess > 0.0}
         at = frames(sim.model, wTb, q)
         expected: dict[tuple[str, str], float] = {}
         for member in shapes:

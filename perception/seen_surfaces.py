@@ -8,6 +8,7 @@ some time after it was seen last.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -54,8 +55,23 @@ _NOISE = 0.015
 """Three standard deviations of the depth at 1 m; they grow with its square [m]."""
 
 
-def surface_points(frame: Frame, settings: SurfaceSettings) -> Array:
-    """Points (N, 3) in the world that a frame shows, without the floor [m].
+class Cells(NamedTuple):
+    """N cells of a grid in the world, in order."""
+
+    keys: npt.NDArray[np.int64]
+    """(N,) their numbers, ascending."""
+    points: Array
+    """(N, 3) the mean of what was seen in each, in the world [m]."""
+    hits: npt.NDArray[np.int64]
+    """(N,) how often each was hit."""
+
+    def of(self, kept: npt.NDArray[np.bool_]) -> Cells:
+        """Some of them."""
+        return Cells(self.keys[kept], self.points[kept], self.hits[kept])
+
+
+def surface_cells(frame: Frame, settings: SurfaceSettings) -> Cells:
+    """Where a frame shows surfaces, without the floor.
 
     At the edge of a surface a depth camera sees things that are not there: between near and far.
     A point counts only if at least three of the four beside it are about as far away.
@@ -71,7 +87,13 @@ def surface_points(frame: Frame, settings: SurfaceSettings) -> Array:
         agree += np.abs(depth[np.ix_(v + dv, u + du)] - here) <= most
     j, i = np.nonzero((agree >= 3) & (here <= s.farthest))
     points = world_points(here[j, i], frame.intrinsics, frame.wTc, u[i], v[j])
-    return points[points[:, 2] > s.floor]
+    points = points[points[:, 2] > s.floor]
+    x, y, z = np.floor(points / s.cell).astype(np.int64).T + _OFFSET
+    keys, which, hits = np.unique(
+        (x << 42) + (y << 21) + z, return_inverse=True, return_counts=True
+    )
+    sums = [np.bincount(which, axis, len(keys)) for axis in points.T]
+    return Cells(keys, np.stack(sums, axis=1) / hits[:, None], hits)
 
 
 class SeenSurfaces:
@@ -103,12 +125,12 @@ class SeenSurfaces:
         """(N, 3) one for every cell, doubtful ones included [m]."""
         return self._points
 
-    def update(self, frame: Frame, points: Array) -> None:
+    def update(self, frame: Frame, seen: Cells) -> None:
         """Take a newer frame.
 
         Args:
-            frame: what was seen; empties cells.
-            points: (N, 3) what of it fills cells, in the world [m].
+            frame: empties cells.
+            seen: what it shows; fills cells.
         """
         s = self._settings
         self._hits -= s.seen_through * self._seen_through(frame)
@@ -116,7 +138,7 @@ class SeenSurfaces:
         away = np.abs(self._points[:, :2] - frame.wTc.translation[:2]).max(axis=1, initial=0.0)
         lasts = np.where(self._hits >= s.least_hits, s.memory, s.doubtful)
         self.keep((self._hits > 0) & (age <= lasts) & (away <= s.around))
-        self._add(points, frame.stamp)
+        self._add(seen, frame.stamp)
 
     def _seen_through(self, frame: Frame) -> npt.NDArray[np.bool_]:
         """Cells whose pixel, and those around it, show something farther away."""
@@ -138,30 +160,21 @@ class SeenSurfaces:
         through[ahead] = np.all(beyond, axis=0)
         return through
 
-    def _add(self, points: Array, stamp: float) -> None:
-        s = self._settings
-        if not len(points):
-            return
-        i, j, k = np.floor(points / s.cell).astype(np.int64).T + _OFFSET
-        keys, which, counts = np.unique(
-            (i << 42) + (j << 21) + k, return_inverse=True, return_counts=True
-        )
-        means = np.stack([np.bincount(which, axis) for axis in points.T], axis=1) / counts[:, None]
-        at = np.searchsorted(self._keys, keys)
+    def _add(self, seen: Cells, stamp: float) -> None:
+        at = np.searchsorted(self._keys, seen.keys)
         known = at < len(self._keys)
-        known[known] = self._keys[at[known]] == keys[known]
-        at = at[known]
-        hits = np.minimum(self._hits[at] + counts[known], s.most_hits)
-        share = np.minimum(counts[known] / hits, 1.0)[:, None]
-        self._points[at] += share * (means[known] - self._points[at])
+        known[known] = self._keys[at[known]] == seen.keys[known]
+        at, old, new, most = at[known], seen.of(known), seen.of(~known), self._settings.most_hits
+        hits = np.minimum(self._hits[at] + old.hits, most)
+        share = np.minimum(old.hits / hits, 1.0)[:, None]
+        self._points[at] += share * (old.points - self._points[at])
         self._hits[at], self._stamps[at] = hits, stamp
-        new = ~known
-        keys = np.concatenate([self._keys, keys[new]])
+        keys = np.concatenate([self._keys, new.keys])
         order = np.argsort(keys, kind="stable")
         self._keys = keys[order]
-        self._points = np.concatenate([self._points, means[new]])[order]
-        self._hits = np.concatenate([self._hits, np.minimum(counts[new], s.most_hits)])[order]
-        self._stamps = np.concatenate([self._stamps, np.full(int(new.sum()), stamp)])[order]
+        self._points = np.concatenate([self._points, new.points])[order]
+        self._hits = np.concatenate([self._hits, np.minimum(new.hits, most)])[order]
+        self._stamps = np.concatenate([self._stamps, np.full(len(new.keys), stamp)])[order]
 
 
 _OFFSET = 1 << 20

@@ -9,7 +9,7 @@ from pinocchio import SE3
 
 from hw.sim.noise import D435Noise
 from hw.sim.render import DepthRenderer
-from perception import SeenSurfaces, SurfaceSettings, surface_points
+from perception import SeenSurfaces, SurfaceSettings, surface_cells
 from robots import Box, Geom, Intrinsics, Plane, from_rounded_boxes, load_robot, rounded_box
 
 CAMERA = load_robot("frankie").camera
@@ -48,7 +48,7 @@ def frame(shapes, wTc, stamp=0.0) -> Frame:
 def see(surfaces, shapes, wTc, stamps) -> None:
     for stamp in stamps:
         one = frame(shapes, wTc, stamp)
-        surfaces.update(one, surface_points(one, SETTINGS))
+        surfaces.update(one, surface_cells(one, SETTINGS))
 
 
 def distance(points, shapes) -> np.ndarray:
@@ -94,7 +94,7 @@ def test_one_wrong_pixel_or_one_frame_of_specks_is_nothing(surfaces):
     rng, wTc = np.random.default_rng(0), looking(0.0, 0.0, 1.2)
     one = frame([FLOOR], wTc)
     one.depth[rng.random(one.depth.shape) < 0.02] = 0.5
-    surfaces.update(one, surface_points(one, SETTINGS))
+    surfaces.update(one, surface_cells(one, SETTINGS))
     assert not len(surfaces.points)
 
 
@@ -137,5 +137,5 @@ def test_a_blind_camera_changes_nothing(surfaces):
     see(surfaces, [FLOOR, TABLE], wTc, np.arange(5) / 10.0)
     before = surfaces.points
     blind = Frame(np.full((480, 640), np.nan, dtype=np.float32), wTc, 1.0)
-    surfaces.update(blind, surface_points(blind, SETTINGS))
+    surfaces.update(blind, surface_cells(blind, SETTINGS))
     np.testing.assert_array_equal(surfaces.points, before)
