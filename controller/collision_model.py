@@ -229,6 +229,7 @@ _KINDS = {
     "base": (PairKind.BASE, PairKind.BASE_MOVING),
     "link0": (PairKind.BASE, PairKind.BASE_MOVING),
     "hand": (PairKind.HAND, PairKind.ARM_MOVING),
+    "palm": (PairKind.HAND, PairKind.ARM_MOVING),
     "held": (PairKind.HAND, PairKind.ARM_MOVING),
 }
 """How parts of the robot meet what stands around, and what moves; the others are of the arm."""
@@ -248,6 +249,8 @@ def _parts(model: RobotModel, held: Sequence[Geom]) -> dict[str, list[_Part]]:
         for link, shapes in enumerate(robot.arm.collision)
     }
     parts["hand"] = [_Part(7, shape.moved(robot.arm.lTh)) for shape in robot.gripper.collision]
+    # The capsules around the hand leave its corners free; against itself they are enough.
+    parts["palm"] = [_Part(7, robot.gripper.palm.moved(lTe))]
     parts["camera"] = [_Part(7, robot.camera.body.moved(lTe * robot.camera.eTc))]
     parts["held"] = [_Part(7, shape.moved(lTe)) for shape in held]
     parts["base"] = [_Part(-1, shape) for shape in _base_shapes(*robot.base.size)]

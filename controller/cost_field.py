@@ -123,8 +123,11 @@ class CostField:
         self._floor = floor
         if floor is None:
             return
-        self._graph = floor.graph if closed is None else floor.without(closed)
-        self._costs: Array = dijkstra(self._graph, indices=floor.nearest_node(goal), limit=limit)
+        graph = floor.graph if closed is None else floor.without(closed)
+        self._costs: Array
+        self._costs, self._next = dijkstra(
+            graph, indices=floor.nearest_node(goal), limit=limit, return_predecessors=True
+        )
 
     def at(self, points: Array) -> Array:
         """Costs (N,) from points (N, 2) to the goal [m]."""
@@ -146,11 +149,8 @@ class CostField:
         node = int(nodes[np.argmin(costs[nodes[:, 0]] + away[:, 0]), 0])
         if not np.isfinite(costs[node]):
             return None
-        way, graph = [node], self._graph
-        while costs[node] > 0.0:
-            edges = slice(graph.indptr[node], graph.indptr[node + 1])
-            neighbours = graph.indices[edges]
-            node = int(neighbours[np.argmin(costs[neighbours] + graph.data[edges])])
+        way = [node]
+        while (node := int(self._next[node])) >= 0:  # the goal has no next node
             way.append(node)
         cells = np.stack(np.divmod(np.array(way), columns), axis=1)
         return np.concatenate([[point], self._floor.low + CELL * cells, goal])
