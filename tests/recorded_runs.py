@@ -67,7 +67,7 @@ RECORDED = (
         scene="single",
         obstacles=ObstacleSource.BOTH,
         faults=(fault("localisation jump", at_s=1.0),),
-        seconds=4.0,
+        seconds=6.0,
     ),
     Recorded(tree="pick_one", scene="single"),
     Recorded(tree="pick_one", scene="single", robot="omni", seed=2),

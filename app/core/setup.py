@@ -42,11 +42,11 @@ class ObstacleSource(StrEnum):
     """What tells the controller what stands around the robot."""
 
     MAP = "map"
-    """The map of what never moves."""
+    """The map of what never moves, and a tracker of what does."""
     CAMERA = "camera"
-    """The wrist camera, and nothing else: what it has not seen is hit."""
+    """The wrist camera alone: what it has not seen is not known, and no way is found around it."""
     BOTH = "both"
-    """Both."""
+    """Map, tracker and camera."""
 
 
 _VISION: dict[VisionForm, Callable[[Camera, GraspDetector], Vision]] = {
@@ -141,8 +141,9 @@ def set_up(
     problems: list[str] = []
     if fixtures is None:
         fixtures = backend.truth.fixtures if backend.truth else ()
+    truth = backend.truth
     if obstacles is ObstacleSource.CAMERA:
-        fixtures = ()
+        fixtures, truth = (), None
     with (
         _connected(robot, problems) as state,
         closing(_VISION[form](robot.camera, detector)) as vision,
@@ -165,7 +166,7 @@ def set_up(
                 vision=vision,
                 state=state,
                 seen=seen,
-                obstacles=_obstacles(backend.truth),
+                obstacles=_obstacles(truth),
                 # The controller knows the floor by itself.
                 fixtures=tuple(one for one in fixtures if not isinstance(one.shape, Plane)),
             ),
