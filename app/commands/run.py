@@ -54,9 +54,7 @@ def run(
     robot: Annotated[
         str, typer.Option(help="Who does it: `frankie`, `omni`, or a robot file.")
     ] = "frankie",
-    world: Annotated[
-        str, typer.Option(help="What moves the robot: `kinematic`, `solid`.")
-    ] = "kinematic",
+    world: Annotated[str, typer.Option(help="What moves the robot: `kinematic`.")] = "kinematic",
     scene: Annotated[
         str | None,
         typer.Option(help="A shipped scene or a scene file; default: what the task names."),

@@ -83,13 +83,12 @@ class Collisions:
     Args:
         model: of the robot.
         world: around it.
-        solid: whether all of the robot can hit something; else only its hand and what it holds.
     """
 
-    def __init__(self, model: RobotModel, world: World, *, solid: bool) -> None:
+    def __init__(self, model: RobotModel, world: World) -> None:
         self._model = model
         self._world = world
-        self._own = self._rows = members(model.description, solid=solid)
+        self._own = self._rows = members(model.description)
         self._palm = next(i for i, row in enumerate(self._own) if row.part == HAND)
         self._levers = np.array([row.levers for row in self._own])
         self._shapes = list(world.fixtures)

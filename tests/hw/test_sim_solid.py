@@ -81,12 +81,6 @@ def test_a_link_that_is_pushed_into_a_shelf_trips_the_reflex_by_its_name():
     assert sim.touches == ["link4 hit shelf/plate"]
 
 
-def test_a_world_that_is_not_solid_lets_arm_and_base_through():
-    sim = Solid(LEG, behind_the_elbow(), solid=False)
-    assert sim.drive((0.5, 0.0, 0.0), turning(2, -0.5), s=1.0) == []
-    assert sim.touches == []
-
-
 def test_a_base_whose_arm_is_at_a_wall_goes_no_further_and_can_drive_back():
     x, y, z = Solid().link(7)
     sim = Solid(box("wall", (x + 0.35, y, z), (0.1, 0.5, 0.03)))
@@ -185,7 +179,7 @@ def test_only_what_can_have_come_near_is_measured_and_nothing_is_missed():
     world = load_scene("household", 0)
     sim = Solid(world=world)
     rng = np.random.default_rng(5)
-    shapes, deepest, contacts = members(sim.model.description, solid=True), 0.0, 0
+    shapes, deepest, contacts = members(sim.model.description), 0.0, 0
     q, width = sim.body.q.copy(), 0.08
     for tick in range(400):
         if tick % 100 == 0:
