@@ -42,6 +42,8 @@ class PairKind(IntEnum):
     """The base meets what moves by itself."""
     ARM_MOVING = 5
     """Arm or hand meet what moves by itself."""
+    AHEAD = 6
+    """The base would meet later what moves by itself."""
 
 
 class Pairs(NamedTuple):
