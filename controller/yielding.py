@@ -30,9 +30,11 @@ from robots import half_extents
 HORIZON = 3.0
 """How far the courses of base and obstacle are led on [s]."""
 _SOONEST = 0.3
-"""Nearer in time than this only the distance rows help [s]."""
+"""A closest approach that is nearer in time counts as this far ahead [s]."""
 _MARGIN = 0.10
 """Between the circles [m]."""
+_NEARER = 0.95
+"""Share of the distance that is left to an obstacle inside the circles."""
 _STILL = 0.05
 """What moves more slowly than this stands [m/s]."""
 
@@ -89,13 +91,16 @@ def _row(
     px, py, rx, ry = x - wTb.x, y - wTb.y, ox - vx, oy - vy
     speed = hypot(rx, ry)
     t = -(px * rx + py * ry) / max(speed * speed, 1e-9)
-    if not _SOONEST < t < HORIZON:
+    if not 0.0 < t < HORIZON:
         return None
+    t = max(t, _SOONEST)
     half_x, half_y, _ = half_extents(obstacle.geom.shape)
     length, width, _ = model.description.base.size
     R = max(half_x, half_y) + hypot(length, width) / 2.0 + _MARGIN
+    # What is inside the circle already shall come no nearer than it is.
+    R = min(R, _NEARER * hypot(px, py))
     across = px * -ry / speed + py * rx / speed  # of p at that time, along (-ry, rx) / speed
-    if abs(across) >= R or hypot(px, py) <= R:
+    if abs(across) >= R:
         return None
     n = np.array([-ry, rx]) / speed
     sides = [n, -n] if across >= 0.0 else [-n, n]
