@@ -104,7 +104,9 @@ class SimBody:
             self.world.move_to(self.now + dt)
             self._integrate(command, dt)
             self.now += dt
-        self.now = now
+        if self.now != now:  # by rounding: what is told of now must be where it is now
+            self.world.move_to(now)
+            self.now = now
 
     def follow(self, *, base_twist: np.ndarray | None = None, qd: np.ndarray | None = None) -> None:
         """Follow a twist of the base, or velocities of the joints, for one period from now on."""
