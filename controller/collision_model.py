@@ -1,6 +1,7 @@
 """The shapes of the robot and of what stands around it, and the distances between them.
 
 The arm is made of capsules, the base of a box with a capsule in each corner, the camera of a box.
+The hand is made of capsules before the robot itself, and of boxes before everything else.
 Coal measures. Robot and surroundings are in the world: the chain's first placement is the pose of
 the base.
 """
@@ -20,7 +21,16 @@ from pinocchio import SE3
 from controller.command import Array
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
-from robots import Box, Capsule, Geom, Plane, bounding_radius, coal_geometry
+from robots import (
+    Box,
+    Capsule,
+    Geom,
+    GripperDescription,
+    Plane,
+    bounding_radius,
+    coal_geometry,
+    half_extents,
+)
 
 CORNER = 0.05
 """Radius of the capsules in the corners of the base [m]. A face before a wall has two ends: without
@@ -170,7 +180,7 @@ class CollisionModel:
         still, moving = list(fixed), self.moving
         for name, some in numbers.items():
             kind, kind_moving = _KINDS.get(name, (PairKind.ARM, PairKind.ARM_MOVING))
-            if name == "floor":
+            if name in ("floor", "hand"):
                 continue
             found += [(a, b, kind) for a, b in product(some, still)]
             found += [(a, b, kind_moving) for a, b in product(some, moving)]
@@ -206,7 +216,8 @@ _HELD_MARGIN = 0.2
 _KINDS = {
     "base": (PairKind.BASE, PairKind.BASE_MOVING),
     "link0": (PairKind.BASE, PairKind.BASE_MOVING),
-    "hand": (PairKind.HAND, PairKind.ARM_MOVING),
+    "palm": (PairKind.HAND, PairKind.ARM_MOVING),
+    "fingers": (PairKind.HAND, PairKind.ARM_MOVING),
     "held": (PairKind.HAND, PairKind.ARM_MOVING),
 }
 """How parts of the robot meet what stands around, and what moves; the others are of the arm."""
@@ -221,11 +232,24 @@ def _parts(model: RobotModel, held: Sequence[Geom]) -> dict[str, list[_Part]]:
         for link, shapes in enumerate(robot.arm.collision)
     }
     parts["hand"] = [_Part(7, shape.moved(robot.arm.lTh)) for shape in robot.gripper.collision]
+    parts["palm"] = [_Part(7, robot.gripper.palm.moved(lTe))]
+    parts["fingers"] = [_Part(7, _fingers(robot.gripper).moved(lTe))]
     parts["camera"] = [_Part(7, robot.camera.body.moved(lTe * robot.camera.eTc))]
     parts["held"] = [_Part(7, shape.moved(lTe)) for shape in held]
     parts["base"] = [_Part(-1, shape) for shape in _base_shapes(*robot.base.size)]
     parts["floor"] = [_Part(-1, Geom(Plane(), SE3.Identity(), "floor"))]
     return parts
+
+
+def _fingers(gripper: GripperDescription) -> Geom:
+    """A box around the fingers at any opening, in e."""
+    parts = (gripper.finger, gripper.pad)
+    half = np.array([half_extents(part.shape) for part in parts])
+    centres = np.array([part.pose.translation for part in parts])
+    low, high = (centres - half).min(axis=0), (centres + half).max(axis=0)
+    x, y = max(-low[0], high[0]), high[1] + gripper.opening / 2.0
+    middle = np.array([0.0, 0.0, (low[2] + high[2]) / 2.0])
+    return Geom(Box((x, y, (high[2] - low[2]) / 2.0)), SE3(np.eye(3), middle), "fingers")
 
 
 def _base_shapes(length: float, width: float, height: float) -> list[Geom]:
