@@ -27,6 +27,7 @@ from behaviours.region_empty import RegionEmpty
 from behaviours.retreat_check import RetreatCheck
 from behaviours.say import Say
 from behaviours.scan_for_objects import ScanForObjects
+from behaviours.seen import SeenObstacles
 from behaviours.settings import BehaviourSettings
 from behaviours.vision import Vision, VisionBeside, VisionInStep
 from behaviours.wait import Wait
@@ -79,6 +80,7 @@ __all__ = [
     "Posture",
     "Progress",
     "Region",
+    "SeenObstacles",
     "TaskLog",
     "ToolPose",
     "TwoGoalsError",

@@ -11,6 +11,7 @@ from behaviours.held import Held
 from behaviours.key import Key
 from behaviours.log import TaskLog
 from behaviours.relocalisation import Relocalisation
+from behaviours.seen import SeenObstacles
 from behaviours.settings import BehaviourSettings
 from behaviours.vision import Vision
 from controller import MotionGoal, Obstacle, RobotModel, StepReport, Surroundings
@@ -48,6 +49,8 @@ class Context:
     """What is known to stand around the robot and never moves, in the world."""
     obstacles: Callable[[float], Sequence[Obstacle]] = lambda stamp: ()
     """What moves by itself at a time on the session's clock [s]."""
+    seen: SeenObstacles | None = None
+    """What the camera has seen around the robot; None where that is not looked for."""
     settings: BehaviourSettings = field(default_factory=BehaviourSettings)
     log: TaskLog = field(default_factory=TaskLog)
     keys: dict[str, Key[object]] = field(default_factory=dict)
@@ -64,6 +67,7 @@ class Context:
         return Surroundings(
             fixtures=self.fixtures,
             moving=tuple(self.obstacles(self.state.stamp)),
+            seen=None if self.seen is None else self.seen.cloud,
             held=self._held.shape(self.state.gripper_width),
         )
 
@@ -84,6 +88,10 @@ class Context:
         self.relocalised, self._jump = self._jump, ""
         self.goal, self.goal_of = None, None
         self.vision.begin_tick()
+        if self.seen is not None:
+            if self.relocalised:
+                self.seen.relocalise(state.stamp)
+            self.seen.look(self.vision, state, self._held.shape(state.gripper_width))
 
     def end_tick(self, report: StepReport) -> None:
         """Take the report of the controller about the goal that the tick left."""

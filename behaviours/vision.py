@@ -76,6 +76,16 @@ class Vision(ABC):
             self.frame, self.detection = frame, None
         return frame
 
+    def newest(self, after: float) -> DepthFrame | None:
+        """The newest frame; the camera is asked if that is not from after a time.
+
+        Args:
+            after: session time [s].
+        """
+        if self._newest is None or self._newest.stamp <= after:
+            self._take()
+        return self._newest
+
     def track(self, workspace: Workspace, now: float) -> GraspEstimate | None:
         """Follow one grasp from frame to frame.
 

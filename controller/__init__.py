@@ -16,9 +16,11 @@ from controller.command import (
     PoseGoal,
     PostureGoal,
 )
-from controller.controller import HolisticController, StepReport
+from controller.controller import HolisticController
 from controller.model import RobotModel, manipulability, robot_model
 from controller.parts import STEP_PARTS
+from controller.point_cloud import PointCloud
+from controller.report import StepReport
 from controller.self_collision import SelfCollision
 from controller.settings import PAPER, PRESETS, ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Obstacle, Surroundings
@@ -40,6 +42,7 @@ __all__ = [
     "KinematicState",
     "MotionGoal",
     "Obstacle",
+    "PointCloud",
     "PoseGoal",
     "PostureGoal",
     "RobotModel",

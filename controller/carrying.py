@@ -15,6 +15,7 @@ from controller.command import Array
 from controller.free_space import ARM, HAND, FreeSpace, se3_of
 from controller.model import RobotModel
 
+_PARTS = (*ARM, *HAND, "palm")
 _SPACING = 0.15
 """Between the poses that are looked at [m] ..."""
 _TURN = 0.3
@@ -76,7 +77,7 @@ class Carrying:
     def _distance(self, space: FreeSpace, number: int, q: Array) -> float:
         """From the arm to what is around, the base at a pose of the way; at most `_CLEARANCE`."""
         pose = Pose2D(*self._poses[number].tolist())
-        return space.nearest(se3_of(pose), q, ARM + HAND, _CLEARANCE).distance
+        return space.nearest(se3_of(pose), q, _PARTS, _CLEARANCE).distance
 
     def _advance(self, wTb: Pose2D) -> None:
         """Note how far the base has come."""

@@ -1,7 +1,6 @@
 """The shapes of the robot and of what stands around it, and the distances between them.
 
 The arm is made of capsules, the base of a box with a capsule in each corner, the camera of a box.
-The hand is made of capsules before the robot itself, and of boxes before everything else.
 Coal measures. Robot and surroundings are in the world: the chain's first placement is the pose of
 the base.
 """
@@ -21,16 +20,7 @@ from pinocchio import SE3
 from controller.command import Array
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
-from robots import (
-    Box,
-    Capsule,
-    Geom,
-    GripperDescription,
-    Plane,
-    bounding_radius,
-    coal_geometry,
-    half_extents,
-)
+from robots import Box, Capsule, Geom, Plane, bounding_radius, coal_geometry
 
 CORNER = 0.05
 """Radius of the capsules in the corners of the base [m]. A face before a wall has two ends: without
@@ -52,6 +42,8 @@ class PairKind(IntEnum):
     """The base meets what moves by itself."""
     ARM_MOVING = 5
     """Arm or hand meet what moves by itself."""
+    AHEAD = 6
+    """The base would meet later what moves by itself."""
 
 
 class Pairs(NamedTuple):
@@ -72,6 +64,17 @@ class _Part(NamedTuple):
     """-1 the base, 0 the arm's foot, 1 to 7 its links."""
     geom: Geom
     """In the frame of the link; of the base and the foot in b."""
+
+
+class Body(NamedTuple):
+    """A shape of the robot that can meet what stands around."""
+
+    number: int
+    """Of the shape."""
+    geom: Geom
+    """Its pose is not that of the shape in the world."""
+    kind: PairKind
+    """With what does not move."""
 
 
 class CollisionModel:
@@ -96,6 +99,12 @@ class CollisionModel:
         """Of the shapes, for people."""
         parts = _parts(model, surroundings.held)
         numbers = {name: [self._add(name, p) for p in some] for name, some in parts.items()}
+        self.bodies = [
+            Body(number, part.geom, _kinds(name)[0])
+            for name, some in parts.items()
+            if name != "floor"
+            for number, part in zip(numbers[name], some, strict=True)
+        ]
         fixed = [self._add_still(one) for one in surroundings.fixtures]
         self.moving = [self._add_still(one.geom) for one in surroundings.moving]
         self.pairs = self._pair(numbers, fixed)
@@ -122,6 +131,11 @@ class CollisionModel:
     def measure(self, pair: int) -> Any:
         """Coal's result for one pair: distance [m], nearest points, normal from first to second."""
         return pin.computeDistance(self._shapes, self._results, pair)
+
+    def poses(self, shapes: npt.NDArray[np.int64]) -> tuple[Array, Array]:
+        """Rotations (S, 3, 3) and origins (S, 3) of shapes in the world."""
+        placed = [self._results.oMg[shape] for shape in shapes.tolist()]
+        return np.array([one.rotation for one in placed]), np.array([p.translation for p in placed])
 
     def ball(self, shape: int) -> tuple[Array, float]:
         """Centre (3,) and radius of the ball around a shape, where it was placed last [m]."""
@@ -179,8 +193,8 @@ class CollisionModel:
                     found.append((b, a, PairKind.SELF))
         still, moving = list(fixed), self.moving
         for name, some in numbers.items():
-            kind, kind_moving = _KINDS.get(name, (PairKind.ARM, PairKind.ARM_MOVING))
-            if name in ("floor", "hand"):
+            kind, kind_moving = _kinds(name)
+            if name == "floor":
                 continue
             found += [(a, b, kind) for a, b in product(some, still)]
             found += [(a, b, kind_moving) for a, b in product(some, moving)]
@@ -216,11 +230,16 @@ _HELD_MARGIN = 0.2
 _KINDS = {
     "base": (PairKind.BASE, PairKind.BASE_MOVING),
     "link0": (PairKind.BASE, PairKind.BASE_MOVING),
+    "hand": (PairKind.HAND, PairKind.ARM_MOVING),
     "palm": (PairKind.HAND, PairKind.ARM_MOVING),
-    "fingers": (PairKind.HAND, PairKind.ARM_MOVING),
     "held": (PairKind.HAND, PairKind.ARM_MOVING),
 }
 """How parts of the robot meet what stands around, and what moves; the others are of the arm."""
+
+
+def _kinds(part: str) -> tuple[PairKind, PairKind]:
+    """How a part of the robot meets what stands around, and what moves."""
+    return _KINDS.get(part, (PairKind.ARM, PairKind.ARM_MOVING))
 
 
 def _parts(model: RobotModel, held: Sequence[Geom]) -> dict[str, list[_Part]]:
@@ -232,24 +251,13 @@ def _parts(model: RobotModel, held: Sequence[Geom]) -> dict[str, list[_Part]]:
         for link, shapes in enumerate(robot.arm.collision)
     }
     parts["hand"] = [_Part(7, shape.moved(robot.arm.lTh)) for shape in robot.gripper.collision]
+    # The capsules around the hand leave its corners free; against itself they are enough.
     parts["palm"] = [_Part(7, robot.gripper.palm.moved(lTe))]
-    parts["fingers"] = [_Part(7, _fingers(robot.gripper).moved(lTe))]
     parts["camera"] = [_Part(7, robot.camera.body.moved(lTe * robot.camera.eTc))]
     parts["held"] = [_Part(7, shape.moved(lTe)) for shape in held]
     parts["base"] = [_Part(-1, shape) for shape in _base_shapes(*robot.base.size)]
     parts["floor"] = [_Part(-1, Geom(Plane(), SE3.Identity(), "floor"))]
     return parts
-
-
-def _fingers(gripper: GripperDescription) -> Geom:
-    """A box around the fingers at any opening, in e."""
-    parts = (gripper.finger, gripper.pad)
-    half = np.array([half_extents(part.shape) for part in parts])
-    centres = np.array([part.pose.translation for part in parts])
-    low, high = (centres - half).min(axis=0), (centres + half).max(axis=0)
-    x, y = max(-low[0], high[0]), high[1] + gripper.opening / 2.0
-    middle = np.array([0.0, 0.0, (low[2] + high[2]) / 2.0])
-    return Geom(Box((x, y, (high[2] - low[2]) / 2.0)), SE3(np.eye(3), middle), "fingers")
 
 
 def _base_shapes(length: float, width: float, height: float) -> list[Geom]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 from typing import NamedTuple
 
@@ -22,58 +21,18 @@ from controller.command import (
     PostureGoal,
 )
 from controller.dampers import Dampers
-from controller.goal_motion import GoalMotion
 from controller.guidance import Guide
 from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
 from controller.proximity import Proximity
 from controller.qp import QP, Rows, Solver
+from controller.report import StepReport
 from controller.route import plain_lead
 from controller.self_collision import SelfCollision
-from controller.servo import approach_speed, desired_twist, error_norm, pose_error
+from controller.servo import Servo, approach_speed, error_norm, pose_error
 from controller.settings import ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from controller.validation import check_inputs
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class StepReport:
-    """What one control step measured and achieved."""
-
-    arrived: bool
-    """Whether the goal is reached within its tolerances; False without a goal."""
-    position_error: float
-    """Distance to the goal [m]; 0 for a posture, NaN without a goal."""
-    orientation_error: float
-    """Angle to the goal, for a posture the largest joint error [rad]; NaN without a goal."""
-    manipulability: float
-    """Yoshikawa's measure of the arm."""
-    heading_error: float
-    """θ_ε: bearing of the end effector seen from the base [rad]."""
-    slack: float
-    """|δ|: norm of the end-effector twist that was desired and not achieved [m/s and rad/s]."""
-    solved: bool
-    """Whether the QP was solved; if not, the command brakes."""
-    bTe: SE3
-    """End effector in the base."""
-    base_time: float = 0.0
-    """Least time in which the base gets to its goal, or to where the guidance wants it [s]; 0 where
-    it has no place of its own to go to."""
-    posture_error: float = 0.0
-    """Largest joint error to the goal's posture, or to that of the guidance [rad]; 0 without."""
-    unreachable: str = ""
-    """Why the robot cannot get to the goal; empty if it can, as far as is known."""
-    stance: Pose2D | None = None
-    """Where the guidance wants the base; None if the end effector goes alone."""
-    blend: float = 0.0
-    """s in [0, 1]: 0 leaves all to the end effector, 1 nearly all to base and arm."""
-    detour: bool = False
-    """Whether that is a way around, after a stall."""
-    clearance: float = inf
-    """Distance between the robot and what is nearest to it, if that is near [m]."""
-    nearest: str = ""
-    """What comes nearest to what, for people; empty if nothing is near."""
-
 
 _SLOWING = 0.9
 """Share of its velocities that a robot keeps in a period in which it does not know where to go."""
@@ -117,7 +76,7 @@ class HolisticController:
         self._proximity = None if self._dampers is None else Proximity(model, self._dampers.ranges)
         guided = self.settings.guidance is not None
         self._guide = Guide(model, self.settings, SelfCollision(model)) if guided else None
-        self._goal_motion = GoalMotion(self.settings.period) if guided else None
+        self._servo = Servo(self.settings)
 
     def step(
         self,
@@ -145,8 +104,8 @@ class HolisticController:
         linearisation = linearise(model, settings, state.q)
         if self._guide is not None and not isinstance(goal, PoseGoal):
             self._guide.reset()
-        if self._goal_motion is not None and not isinstance(goal, PoseGoal):
-            self._goal_motion.reset()
+        if not isinstance(goal, PoseGoal):
+            self._servo.reset()
         match goal:
             case PoseGoal():
                 motion = self._to_pose(state, goal, linearisation, bounds, applied, surroundings)
@@ -224,11 +183,10 @@ class HolisticController:
     ) -> _Motion:
         """Base and arm together to an end-effector pose."""
         model, settings, bTe = self.model, self.settings, linearisation.bTe
-        if self._goal_motion is not None:
-            goal = self._goal_motion(goal)
+        goal = self._servo.with_motion(goal)
         bTw = state.wTb.inverse()
         error = pose_error(bTe, bTw * goal.wTe)
-        twist = desired_twist(settings.servo, goal, bTw, bTe, error)
+        twist = self._servo(goal, bTw, bTe, error)
         bias, base_time, posture_error = None, 0.0, 0.0
         if self._guide is not None:
             bias = self._guide.bias(goal, error, Pose2D.of(state.wTb), state.q, surroundings)

@@ -13,9 +13,9 @@ from controller.command import Array
 
 CELL = 0.10
 """Distance between the nodes of the graph [m]."""
-_TIGHT = 12.0
-"""What a metre costs, besides itself, where the base has only just room to drive straight: half
-of it where it has nearly room to turn."""
+_TIGHT = 30.0
+"""What a metre costs, besides itself, where the base has only just room to drive straight: a
+fifth of it where it has nearly room to turn."""
 _NEAR = 0.5
 """What a metre costs, besides itself, where the base has only just room to turn ..."""
 _OPEN = 0.30
@@ -44,7 +44,7 @@ class Floor:
         passes = room > fits
         tight = np.clip((turns - room) / (turns - fits), 0.0, 1.0)
         near = np.clip((turns + _OPEN - room) / _OPEN, 0.0, 1.0)
-        cost = 1.0 + _NEAR * near + _TIGHT * np.where(tight > 0.0, 0.5 + 0.5 * tight, 0.0)
+        cost = 1.0 + _NEAR * near + _TIGHT * np.where(tight > 0.0, 0.2 + 0.8 * tight, 0.0)
         self.passes = passes
         """(n, m) the nodes where it fits."""
         self.graph = _graph(passes, cost)
@@ -123,8 +123,11 @@ class CostField:
         self._floor = floor
         if floor is None:
             return
-        self._graph = floor.graph if closed is None else floor.without(closed)
-        self._costs: Array = dijkstra(self._graph, indices=floor.nearest_node(goal), limit=limit)
+        graph = floor.graph if closed is None else floor.without(closed)
+        self._costs: Array
+        self._costs, self._next = dijkstra(
+            graph, indices=floor.nearest_node(goal), limit=limit, return_predecessors=True
+        )
 
     def at(self, points: Array) -> Array:
         """Costs (N,) from points (N, 2) to the goal [m]."""
@@ -146,11 +149,8 @@ class CostField:
         node = int(nodes[np.argmin(costs[nodes[:, 0]] + away[:, 0]), 0])
         if not np.isfinite(costs[node]):
             return None
-        way, graph = [node], self._graph
-        while costs[node] > 0.0:
-            edges = slice(graph.indptr[node], graph.indptr[node + 1])
-            neighbours = graph.indices[edges]
-            node = int(neighbours[np.argmin(costs[neighbours] + graph.data[edges])])
+        way = [node]
+        while (node := int(self._next[node])) >= 0:  # the goal has no next node
             way.append(node)
         cells = np.stack(np.divmod(np.array(way), columns), axis=1)
         return np.concatenate([[point], self._floor.low + CELL * cells, goal])

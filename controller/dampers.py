@@ -13,6 +13,10 @@ at a distance is the one from which the robot still stops before d_s,
 
 with L the time that passes before it brakes, and a what its acceleration limits allow along r. For
 small distances that is the damper of NEO with ξ / (d_i - d_s) = 1 / L.
+
+Base and arm follow a command q̇ with lags τ: beside what the command itself does to the distance, it
+changes by rᵀ τ (v - q̇) until they have caught up, v being how fast they move now. So d - d_s above
+includes that; else a row can hold in command while the fast arm moves before the slow base.
 """
 
 from __future__ import annotations
@@ -47,7 +51,7 @@ class Dampers:
         )
         self._share = 1.0 - np.exp(-settings.period / self._lag)
         self._velocities = np.zeros(model.n)
-        self._ahead = np.zeros(model.n)
+        self._ahead = self._last = np.zeros(model.n)
         wait = collision.delay_periods * settings.period
         self._delay = np.full(len(PairKind), robot.base.lag + wait)
         self._delay[PairKind.SELF] = robot.arm.lag + wait
@@ -60,6 +64,7 @@ class Dampers:
 
     def follow(self, last: Array) -> None:
         """Note what was applied in the last period, (n,): base and arm follow it with their lag."""
+        self._last = last
         self._velocities += self._share * (last - self._velocities)
         self._ahead = self._lag * (self._velocities - last)
         """(n,) how far they still go before they have caught up [m or rad]."""
@@ -76,30 +81,35 @@ class Dampers:
         """
         if not len(distances.d):
             return None
-        least = -self._allowed(distances, straight) - distances.drift
-        worst = np.minimum(distances.rows * bounds[0], distances.rows * bounds[1]).sum(axis=1)
+        allowed, slope = self._allowed(distances, straight)
+        # Linear in the command at the last one: the base, which follows late, gives way late, too.
+        late = distances.rows * self._lag
+        A = distances.rows - slope[:, None] * late
+        least = -allowed - slope * (late @ self._last) - distances.drift
+        worst = np.minimum(A * bounds[0], A * bounds[1]).sum(axis=1)
         binds = worst < least
         if not binds.any():
             return None
-        return Rows(distances.rows[binds], least[binds], distances.kind[binds])
+        return Rows(A[binds], least[binds], distances.kind[binds])
 
-    def _allowed(self, distances: Distances, straight: bool) -> Array:
-        """(K,) how fast each distance may shrink [m/s]; negative: how fast it must grow."""
+    def _allowed(self, distances: Distances, straight: bool) -> tuple[Array, Array]:
+        """How fast each distance may shrink (K,) [m/s], and by how much more with more room [1/s].
+
+        Where that is negative it must grow.
+        """
         s, rows, kind = self._settings, distances.rows, distances.kind
         stop = np.full(len(PairKind), s.near_stop_distance if straight else s.stop_distance)
         stop[PairKind.SELF] = s.near_stop_distance
-        # What is left when base and arm have caught up: a command can keep a row while the fast arm
-        # moves before the slow base. That alone never turns room into none.
+        # The lag alone never turns room into none.
         room = distances.d - stop[kind]
         room = np.minimum(room + rows @ self._ahead, np.maximum(room, 0.0) + _MOST_GAINED)
         deceleration = np.clip(
             s.braking * (np.abs(rows) @ self._acceleration), s.min_deceleration, s.max_deceleration
         )
         late = deceleration * self._delay[kind]
-        braked = np.sqrt(late * late + 2.0 * deceleration * np.maximum(room, 0.0)) - late
+        root = np.sqrt(late * late + 2.0 * deceleration * np.maximum(room, 0.0))
         back = np.maximum(s.return_gain * room, -s.return_speed)
-        allowed: Array = np.where(room < 0.0, back, braked)
-        return allowed
+        return np.where(room < 0.0, back, root - late), deceleration / root
 
 
 _LEAST_DECELERATION = 1.0

@@ -21,7 +21,7 @@ _COLUMN = 0.45
 
 ARM = tuple(f"link{link}" for link in range(7))
 """What is elsewhere in every posture that brings the hand to a goal."""
-HAND = ("link7", "palm", "fingers", "camera", "held")
+HAND = ("link7", "hand", "camera", "held")
 """What is where the hand is."""
 
 

@@ -13,8 +13,10 @@ from controller.command import Array
 
 Clearance: TypeAlias = Callable[[Array], Array]
 """Distances (N,) of points (N, 2) to what is nearest [m]."""
+StandsFree: TypeAlias = Callable[[Array], Array]
+"""Distances (N,) of the base at poses x, y, heading of the way (N, 3) to what is nearest [m]."""
 IsFree: TypeAlias = Callable[[Array], bool]
-"""Whether the base may be at poses x, y, heading (N, 3)."""
+"""Whether the base may be at such poses (N, 3)."""
 
 SPACING = 0.05
 """Of the points of a path [m]."""
@@ -34,6 +36,12 @@ _SIDEWAYS = 1.0
 """Largest acceleration across an arc [m/s^2]."""
 _BRAKING = 0.8
 """Deceleration for what comes [m/s^2]."""
+_TIGHT_SPEED = 0.3
+"""Speed where something is as near as `_TIGHT` [m/s] ..."""
+_TIGHT = 0.02
+"""... [m] ..."""
+_TIGHT_SLOPE = 6.0
+"""... and how much faster it may be where there is more room [1/s]."""
 _CREEP = 0.08
 """Least speed on the way [m/s]."""
 
@@ -71,12 +79,15 @@ def pull_straight(way: Array, clearance: Clearance, enough: float) -> Array:
     return way[corners]
 
 
-def paths_along(corners: Array, is_free: IsFree, speed: float, turn_rate: float) -> list[Path]:
+def paths_along(
+    corners: Array, stands_free: StandsFree, is_free: IsFree, speed: float, turn_rate: float
+) -> list[Path]:
     """Paths along straights between corners (N, 2); the base turns on the spot between paths.
 
     Args:
         corners: of the way [m].
-        is_free: whether the base may be at poses on it, with the headings of the way.
+        stands_free: distances of the base on its way to what is nearest.
+        is_free: whether the base may take an arc.
         speed: on straights [m/s].
         turn_rate: largest [rad/s].
     """
@@ -86,9 +97,12 @@ def paths_along(corners: Array, is_free: IsFree, speed: float, turn_rate: float)
     bends: list[int] = []
 
     def end() -> None:
-        paths.append(
-            _timed(np.concatenate(pieces), np.concatenate(curvatures), bends, speed, turn_rate)
-        )
+        points, curvature = np.concatenate(pieces), np.concatenate(curvatures)
+        curved = np.maximum(curvature, 1e-6)
+        room = _TIGHT_SPEED + _TIGHT_SLOPE * np.maximum(0.0, stands_free(points) - _TIGHT)
+        turning = np.minimum(_TURNING * turn_rate / curved, np.sqrt(_SIDEWAYS / curved))
+        most = np.minimum(np.minimum(speed, room), turning)
+        paths.append(_timed(points, most, tuple(bends)))
         pieces.clear()
         curvatures.clear()
         bends.clear()
@@ -131,7 +145,9 @@ def _straight(a: Array, b: Array, heading: float) -> Array:
     return np.column_stack([np.linspace(a, b, count), np.full(count, heading)])
 
 
-def _arc(corner: Array, heading: float, turn: float, room: float, is_free: IsFree) -> Array | None:
+def _arc(
+    corner: Array, heading: float, turn: float, room: float, is_free: Callable[[Array], bool]
+) -> Array | None:
     """Poses (N, 3) on the largest free arc around a corner that leaves from `room` before it."""
     if not _BLUNT < abs(turn) < _SHARP:
         return None
@@ -151,18 +167,14 @@ def _arc(corner: Array, heading: float, turn: float, room: float, is_free: IsFre
     return None
 
 
-def _timed(
-    points: Array, curvatures: Array, bends: list[int], speed: float, turn_rate: float
-) -> Path:
-    """A path with its speeds; the base comes to rest at its end."""
+def _timed(points: Array, most: Array, bends: tuple[int, ...]) -> Path:
+    """A path that is driven as fast as it may be (N,); the base comes to rest at its end."""
     steps = np.hypot(*np.diff(points[:, :2], axis=0).T)
-    curved = np.maximum(curvatures, 1e-6)
-    most = np.minimum(np.minimum(speed, _TURNING * turn_rate / curved), np.sqrt(_SIDEWAYS / curved))
-    speeds = most.tolist()
+    speeds, gains = most.tolist(), (2.0 * _BRAKING * steps).tolist()
     speeds[-1] = 0.0
     for k in range(len(speeds) - 2, -1, -1):
-        speeds[k] = min(speeds[k], (speeds[k + 1] ** 2 + 2.0 * _BRAKING * steps[k]) ** 0.5)
-    allowed = np.maximum(speeds, min(speed, _CREEP))
+        speeds[k] = min(speeds[k], (speeds[k + 1] ** 2 + gains[k]) ** 0.5)
+    allowed = np.maximum(speeds, _CREEP)
     taken = steps / (0.5 * (allowed[1:] + allowed[:-1]))
     times = np.concatenate([np.cumsum(taken[::-1])[::-1], [0.0]])
-    return Path(points, allowed, times, tuple(bends))
+    return Path(points, allowed, times, bends)

@@ -6,6 +6,7 @@ near that it matters.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import hypot
 from typing import Any, NamedTuple
 
@@ -16,6 +17,7 @@ from pinocchio import SE3
 from controller.base_drive import Pose2D, wrap
 from controller.collision_model import CollisionModel, PairKind
 from controller.command import Array
+from controller.feelers import Feelers, Felt
 from controller.model import RobotModel
 from controller.surroundings import Surroundings
 
@@ -39,6 +41,10 @@ class Distances(NamedTuple):
         kept = self.kind != kind
         return Distances(*(values[kept] for values in self))
 
+    def joined(self, others: Distances) -> Distances:
+        """These and others."""
+        return Distances(*(np.concatenate(both) for both in zip(self, others, strict=True)))
+
 
 class Ranges(NamedTuple):
     """How near to each other pairs of each `PairKind` must be to matter.
@@ -54,6 +60,16 @@ class Ranges(NamedTuple):
     """(kinds,) [m/s^2]."""
     most: Array
     """(kinds,) [m]."""
+
+    def of(self, kind: npt.NDArray[np.int64]) -> Callable[[Array], Array]:
+        """For (P,) kinds: from speeds (P,) [m/s] to the distances (P,) that matter [m]."""
+        delay, braking, most = self.delay[kind], 0.5 / self.deceleration[kind], self.most[kind]
+
+        def within(speeds: Array) -> Array:
+            needed = self.stop + speeds * (delay + speeds * braking)
+            return np.asarray(np.minimum(needed, most))
+
+        return within
 
 
 class Proximity:
@@ -90,7 +106,7 @@ class Proximity:
             fastest: (n,) largest speed of every degree of freedom in this period.
         """
         self._heed(surroundings)
-        collision, pairs = self._collision, self._collision.pairs
+        collision = self._collision
         self._note_motion(Pose2D.of(wTb), q)
         self._motion[:, 1] = fastest
         changes = self._reach @ self._motion
@@ -98,16 +114,23 @@ class Proximity:
         speeds = changes[:, 1]
         if surroundings.moving:
             speeds = speeds + self._move_obstacles(surroundings)
-        needed = self._ranges.stop + speeds * (self._delay + speeds * self._braking)
-        matters = np.minimum(needed, self._most)
+        matters = self._matters(speeds)
         (some,) = np.nonzero(self._at_least <= matters)
-        if not len(some):
+        cloud, feelers = surroundings.seen, self._feelers
+        felt = None if cloud is None else feelers.due(cloud, self._motion, self._feelers_matter)
+        if not len(some) and felt is None:
             return self._none
         collision.place(wTb, q, [one.geom for one in surroundings.moving])
+        near = self._measure(some, matters[some])
+        return near if felt is None else near.joined(self._points(feelers.feel(felt)))
+
+    def _measure(self, some: npt.NDArray[np.int64], matters: Array) -> Distances:
+        """Those of some pairs that are so near that they matter."""
+        collision, pairs = self._collision, self._collision.pairs
         results = [collision.measure(pair) for pair in some.tolist()]
         d = np.array([result.min_distance for result in results])
         self._at_least[some] = d
-        (near,) = np.nonzero(d <= matters[some])
+        (near,) = np.nonzero(d <= matters)
         if not len(near):
             return self._none
         some = some[near]
@@ -120,8 +143,22 @@ class Proximity:
             some,
         )
 
+    def _points(self, felt: Felt) -> Distances:
+        """The same of points that were seen; their numbers go on after those of the pairs."""
+        collision = self._collision
+        return Distances(
+            felt.d,
+            -(felt.lines @ collision.jacobian()) * collision.masks[felt.shape],
+            np.zeros(len(felt.d)),
+            felt.kind,
+            len(collision.pairs.first) + felt.shape,
+        )
+
     def pair_name(self, pair: int) -> str:
         """What meets what, for people."""
+        count = len(self._collision.pairs.first)
+        if pair >= count:
+            return f"{self._collision.names[pair - count]} and what the camera sees"
         return self._collision.pair_name(pair)
 
     def _heed(self, surroundings: Surroundings) -> None:
@@ -141,9 +178,9 @@ class Proximity:
         """(P, n) which degrees of freedom move the second of each pair (1), or the first (-1)."""
         self._reach = collision.reach[pairs.first] * np.abs(self._moves)
         """(P, n) the most by which a degree of freedom changes each distance."""
-        self._delay = self._ranges.delay[pairs.kind]
-        self._braking = 0.5 / self._ranges.deceleration[pairs.kind]
-        self._most = self._ranges.most[pairs.kind]
+        self._matters = self._ranges.of(pairs.kind)
+        self._feelers = Feelers(collision)
+        self._feelers_matter = self._ranges.of(self._feelers.kind)
         self._at_least = np.full(len(pairs.first), -np.inf)
         """(P,) least distance that each pair may have [m]."""
         self._velocities = np.zeros((len(collision.masks), 3))

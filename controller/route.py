@@ -8,7 +8,7 @@ at the goal. A way is planned once, and anew when the room, the goal or the base
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import ceil, cos, hypot, inf, sin
+from math import cos, exp, hypot, inf, sin
 
 import numpy as np
 
@@ -29,12 +29,15 @@ _CHECK = 100
 _NEAR_END = 0.015
 """A leg ends this far before its last point [m]."""
 _ARRIVED = 0.02
-"""A trial that ends nearer to the goal than this has arrived [m and rad]."""
+"""The base drives plainly where that ends nearer to the goal than this [m and rad]."""
 _TRIAL = 0.15
 """Time between the poses of a trial [s]."""
-_WORTH_PLANNING = 1.15
-"""Plain driving that takes longer than this, in terms of the least time, may not be the best."""
-_TRIAL_STEPS = 80
+_WORTH_PLANNING = 1.0
+"""Plain driving that takes so much longer than turns and straights at full speed is compared with
+a way [s]."""
+_TRIAL_NEAR = 1.0
+"""Nearer to the goal than this the poses are three times as close [m]."""
+_TRIAL_STEPS = 100
 """A trial is given up after so many."""
 
 
@@ -84,7 +87,7 @@ class Route:
             self._start(room, wTb, goal)
         self._unchecked += 1
         if self._plain and self._unchecked > _CHECK:
-            self._plain = self._trial_time(room, wTb, goal, started=True) < inf
+            self._plain = self._trial_time(room, wTb, goal, inf) < inf
             if not self._plain:
                 self._start(room, wTb, goal)
         if not self._plain and not self._legs:
@@ -104,22 +107,29 @@ class Route:
     def _plainly(self, wTb: Pose2D, goal: Pose2D, reverse: bool) -> Lead:
         return plain_lead(self._model, self._settings, wTb, goal, reverse)
 
-    def _trial_time(
-        self, room: FloorMap, wTb: Pose2D, goal: Pose2D, *, started: bool = False
-    ) -> float:
-        """Time that plain driving takes from here; inf if it touches something [s].
+    def _trial_time(self, room: FloorMap, wTb: Pose2D, goal: Pose2D, within: float) -> float:
+        """Time of plain driving that ends `within` of the goal [m and rad] and touches nothing [s].
 
-        Inf, too, if it does not arrive, unless it has started.
+        Inf if it does not.
         """
         self._unchecked = 0
-        poses = trial(self._model, self._settings, wTb, goal, self._reverse, self._velocities())
+        poses, time = trial(
+            self._model, self._settings, wTb, goal, self._reverse, self._velocities()
+        )
         self._tried = np.concatenate([poses, [goal]])
         here, *clearances = room.stands_free(poses).tolist()
         (there,) = room.stands_free(np.array([goal])).tolist()
         x, y, turn = goal.relative_to(Pose2D(*poses[-1].tolist()))
-        arrives = started or (hypot(x, y) < _ARRIVED and abs(turn) < _ARRIVED)
+        arrives = hypot(x, y) < within and abs(turn) < within
         free = min(clearances, default=inf) >= min(CLEARANCE, here, there) - 0.005
-        return (len(poses) - 1) * _TRIAL if arrives and free else inf
+        return time if arrives and free else inf
+
+    def _is_plain(self, room: FloorMap, wTb: Pose2D, goal: Pose2D, left: float) -> bool:
+        """Whether plain driving is as good as the way, on which it takes a time [s]."""
+        self._plain = self._trial_time(room, wTb, goal, _ARRIVED) < left + _WORTH_PLANNING
+        if self._plain:
+            self._legs = []
+        return self._plain
 
     def _velocities(self) -> Array:
         """(n_base,) about what the base has on its way now; a holonomic base may have any."""
@@ -136,10 +146,10 @@ class Route:
         self._why_not = ""
         self._leg = self._at = 0
         self._legs = []
-        self._plain_time = self._trial_time(room, wTb, goal)
+        self._plain_time = self._trial_time(room, wTb, goal, _ARRIVED)
         drive, target = self._settings.drive, goal.relative_to(wTb)
         least = min(time_to_drive(self._model, drive, target, back) for back in (False, True))
-        self._plain = self._plain_time < _WORTH_PLANNING * least
+        self._plain = self._plain_time < least + _WORTH_PLANNING
         if not self._plain:
             self._search = Planner(self._model, room, self._reverse).search(wTb, goal)
 
@@ -176,22 +186,23 @@ class Route:
             self._start(room, wTb, goal)
             return self.lead(room, wTb, goal, self._reverse)
         left = self._time_left(wTb)
-        if any(bend in passed for bend in leg.path.bends):
-            self._plain = self._trial_time(room, wTb, goal) <= left
-            if self._plain:
-                return self._plainly(wTb, goal, self._reverse)
+        if any(bend in passed for bend in leg.path.bends) and self._is_plain(room, wTb, goal, left):
+            return self._plainly(wTb, goal, self._reverse)
         if self._passed(leg, wTb):
             if self._leg + 1 == len(self._legs):
-                self._plain = True
+                self._plain, self._legs = True, []
                 return self._plainly(wTb, goal, self._reverse)
             self._leg, self._at = self._leg + 1, 0
-            self._plain = self._trial_time(room, wTb, goal) <= self._time_left(wTb)
+            self._is_plain(room, wTb, goal, self._time_left(wTb))
             return self.lead(room, wTb, goal, self._reverse)
         speed = float(leg.path.speeds[self._at])
-        ahead = (0.15 if leg.narrow[self._at] else 0.25) * (1.0 + speed)
-        index = self._at + ceil(ahead / SPACING)
-        beyond = max(0, index - len(points) + 1) * SPACING
-        index = min(index, len(points) - 1)
+        close = self._model.n_base == 3 or leg.narrow[self._at]
+        ahead = (0.12 if close else 0.25) * (1.0 + speed)
+        ahead = max(ahead, float(away[nearest]) + SPACING)
+        rest = np.hypot(points[self._at :, 0] - wTb.x, points[self._at :, 1] - wTb.y)
+        far = np.flatnonzero(rest >= ahead)
+        index = self._at + int(far[0]) if len(far) else len(points) - 1
+        beyond = 0.0 if len(far) else ahead - float(rest[-1])
         x, y, way = points[index].tolist()
         x, y = x + beyond * cos(way), y + beyond * sin(way)
         heading = float(leg.headings[self._at])
@@ -251,24 +262,28 @@ def trial(
     goal: Pose2D,
     reverse: bool,
     velocities: Array,
-) -> Array:
-    """Poses (N, 3) of a base that drives plainly from one pose to another.
+) -> tuple[Array, float]:
+    """Poses (N, 3) of a base that drives plainly from one pose to another, and its time [s].
 
     At first it has velocities (n_base,) [m/s, rad/s].
     """
-    poses, pose = [start], start
-    axes = model.description.base.axes
-    most = model.acceleration_limits[: model.n_base] * _TRIAL
-    last = velocities
+    poses, pose, time = [start], start, 0.0
+    base = model.description.base
+    most = model.acceleration_limits[: model.n_base]
+    command, moving = velocities, velocities
     for _ in range(_TRIAL_STEPS):
         target = goal.relative_to(pose)
-        if hypot(target.x, target.y) < _ARRIVED and abs(target.heading) < _ARRIVED:
+        distance = hypot(target.x, target.y)
+        if distance < _ARRIVED and abs(target.heading) < _ARRIVED:
             break
+        dt = _TRIAL if distance > _TRIAL_NEAR else _TRIAL / 3.0
         wanted = drive_to(model, settings, target, reverse=reverse)
-        last = np.clip(wanted, last - most, last + most)
-        vx, vy, w = (axes @ last * _TRIAL).tolist()
+        command = np.clip(wanted, command - most * dt, command + most * dt)
+        moving = moving + (1.0 - exp(-dt / base.lag)) * (command - moving)
+        vx, vy, w = (base.axes @ moving * dt).tolist()
         middle = pose.heading + w / 2.0
         c, s = cos(middle), sin(middle)
         pose = Pose2D(pose.x + c * vx - s * vy, pose.y + s * vx + c * vy, pose.heading + w)
         poses.append(pose)
-    return np.array(poses)
+        time += dt
+    return np.array(poses), time

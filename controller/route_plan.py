@@ -26,6 +26,8 @@ _LEAST = 0.01
 """A way that comes nearer to something than this is too narrow [m] ..."""
 _NO_CHOICE = 0.15
 """... unless it does so as near to its ends as this [m]."""
+_NO_NEARER = 0.005
+"""What an arc may come nearer to something than its ends [m]."""
 _RUN_UP = 0.25
 """How much farther than needed the base goes straight in, where it can [m]."""
 
@@ -75,13 +77,15 @@ class Planner:
     def search(self, start: Pose2D, goal: Pose2D) -> Iterator[list[Leg] | None]:
         """The legs of the way, piece by piece of the work, so that no period takes long.
 
-        A way that proves too narrow to turn somewhere is closed there, and another one is sought.
+        A way that proves too narrow somewhere is closed there, and another one is sought. If none
+        is wide enough, the widest is taken.
 
         Yields:
             None while there is more to do; then the legs, which are none if there is no way.
         """
         a, b = self._facing(start), self._facing(goal)
-        outs, first_found = self._straights(a, (1, -1)), list[Leg]()
+        outs = self._straights(a, (1, -1))
+        widest: tuple[float, list[Leg]] = (-np.inf, [])
         for into in self._straights(b, (-1, 1)):
             closed: list[Array] = []
             while len(closed) < _ATTEMPTS:
@@ -104,20 +108,21 @@ class Planner:
                     yield None
                     ways.append(self._along(a, out, line, into, b, backwards=True))
                 ways.sort(key=lambda legs: duration(legs, start, goal, self._turn_rate))
-                narrow = None
+                found: list[tuple[float, Array]] = []
                 for legs in ways:
                     yield None
-                    narrow = self._too_narrow(legs)
-                    if narrow is None:
+                    clearance, narrowest = self._narrowest(legs)
+                    if clearance > widest[0]:
+                        widest = clearance, legs
+                    if clearance >= _LEAST:
                         yield legs
                         return
-                first_found = first_found or ways[0]
-                assert narrow is not None
-                closed.append(narrow)
-        yield first_found
+                    found.append((clearance, narrowest))
+                closed.append(max(found, key=lambda one: one[0])[1])
+        yield widest[1]
 
-    def _too_narrow(self, legs: list[Leg]) -> Array | None:
-        """Where the base touches something on the way or cannot turn (2,), if anywhere."""
+    def _narrowest(self, legs: list[Leg]) -> tuple[float, Array]:
+        """Least clearance on the way, turns on the spot included [m], and where it is (2,)."""
         poses = [np.column_stack([leg.path.points[:, :2], leg.headings]) for leg in legs]
         end = poses[-1][-1, :2]
         for before, after in list(pairwise(poses)):
@@ -131,7 +136,7 @@ class Planner:
         away = np.linalg.norm(every[:, None, :2] - ends, axis=2).min(axis=1)
         clearances[away < _NO_CHOICE] = CLEARANCE
         worst = int(clearances.argmin())
-        return None if clearances[worst] >= _LEAST else every[worst, :2]
+        return float(clearances[worst]), every[worst, :2]
 
     def _facing(self, pose: Pose2D) -> Pose2D:
         return Pose2D(pose.x, pose.y, wrap(pose.heading + self._flip))
@@ -189,16 +194,24 @@ class Planner:
     def _driven(self, line: Array, *, backwards: bool) -> list[Leg]:
         flip = pi if backwards else 0.0
 
-        def is_free(poses: Array) -> bool:
-            turned = poses + np.array([0.0, 0.0, flip + self._flip])
-            room = self._room.stands_free(turned)
-            return bool((room >= min(CLEARANCE, room[0], room[-1]) - 0.005).all())
+        room, turned = self._room, np.array([0.0, 0.0, flip + self._flip])
+
+        def stands_free(poses: Array) -> Array:
+            if self._holonomic:  # it may have any heading there
+                around = room.clearance(poses[:, :2]) - room.circumscribed
+                return around + CLEARANCE
+            return room.stands_free(poses + turned)
+
+        def is_free(arc: Array) -> bool:
+            clearances = stands_free(arc)
+            least = min(CLEARANCE, clearances[0], clearances[-1]) - _NO_NEARER
+            return bool((clearances >= least).all())
 
         speed = self._back if backwards else self._ahead
         legs = []
-        for path in paths_along(line, is_free, speed, self._turn_rate):
+        for path in paths_along(line, stands_free, is_free, speed, self._turn_rate):
             headings = path.points[:, 2] + flip + self._flip
-            narrow = self._room.clearance(path.points[:, :2]) < self._room.turning - 0.02
+            narrow = self._room.clearance(path.points[:, :2]) < self._room.turning
             legs.append(Leg(path, backwards, headings, narrow))
         return legs
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan2, inf, sqrt
+from math import atan2, exp, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,11 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller.command import Array, PoseGoal
+from controller.goal_motion import GoalMotion
 from controller.settings import ControllerSettings, ServoSettings
+
+_NEAR, _NEAR_ANGLE = 0.04, 0.14
+"""Where the twist begins to be steadied; it is wholly at half of this [m and rad]."""
 
 
 class PoseError(NamedTuple):
@@ -41,13 +45,63 @@ def error_norm(settings: ControllerSettings, bTe: SE3, error: PoseError) -> floa
     return float(np.abs(bTe.rotation.T @ error.translation_vector).sum())
 
 
+class Servo:
+    """The end-effector twist that leads to a goal, from period to period.
+
+    What it keeps is how the goal moves, and the last twist.
+
+    Args:
+        settings: of the controller. Without guidance, as published, no motion is estimated.
+    """
+
+    def __init__(self, settings: ControllerSettings) -> None:
+        self._settings, self._period = settings.servo, settings.period
+        self._estimates_motion = settings.guidance is not None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the goal."""
+        self._goal_motion = GoalMotion(self._period)
+        self._last = np.zeros(6)
+
+    def with_motion(self, goal: PoseGoal) -> PoseGoal:
+        """The goal with the velocity that it seems to have, unless it is given or none."""
+        return self._goal_motion(goal) if self._estimates_motion else goal
+
+    def __call__(self, goal: PoseGoal, bTw: SE3, bTe: SE3, error: PoseError) -> Array:
+        """The twist ν (6,) that leads to a goal and moves with it, in base axes [m/s, rad/s].
+
+        Near the goal most of the error is noise of the state, and the robot would follow each
+        sample of it. There the twist passes a low-pass filter of the first order. Farther away it
+        does not, so that the arrival is not delayed.
+
+        Args:
+            goal: the goal.
+            bTw: the world in the base.
+            bTe: the end effector in the base.
+            error: from `bTe` to the goal, in base axes.
+        """
+        steadying = self._settings.steadying
+        twist = desired_twist(self._settings, goal, bTw, bTe, error)
+        far = max(error.position / _NEAR, error.orientation / _NEAR_ANGLE)
+        if far < 1.0 and steadying > 0.0:
+            memory = exp(-self._period / steadying) * min(1.0, 2.0 * (1.0 - far))
+            twist += memory * (self._last - twist)
+        self._last = twist
+        if goal.twist is None:
+            return twist
+        R = bTw.rotation
+        return np.concatenate([twist[:3] + R @ goal.twist[:3], twist[3:] + R @ goal.twist[3:]])
+
+
 def desired_twist(
     settings: ServoSettings, goal: PoseGoal, bTw: SE3, bTe: SE3, error: PoseError
 ) -> Array:
     """The twist ν (6,) of the end effector that leads to a goal (Haviland 2022, eq. 17).
 
     Near the goal it is proportional to the error; with a finite deceleration it is never faster
-    than can be braked before the goal, nor than the goal allows. The goal's own twist is added.
+    than can be braked before the goal, nor than the goal allows. What the goal moves by itself is
+    not in it.
 
     Args:
         settings: gains and decelerations.
@@ -75,10 +129,6 @@ def desired_twist(
     else:
         twist[:3] = settings.gain * error.translation_vector
         twist[3:] = settings.rotation_gain * rotation
-    if goal.twist is not None:
-        R = bTw.rotation
-        twist[:3] += R @ goal.twist[:3]
-        twist[3:] += R @ goal.twist[3:]
     return twist
 
 

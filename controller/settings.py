@@ -18,13 +18,7 @@ from controller.stance_settings import StanceSettings
 class ServoSettings(Checked):
     """How end effector and base approach their goals: position-based servoing (eq. 17)."""
 
-    POSITIVE = (
-        "gain",
-        "rotation_gain",
-        "deceleration",
-        "turn_deceleration",
-        "joint_deceleration",
-    )
+    POSITIVE = ("gain", "rotation_gain", "deceleration", "turn_deceleration", "joint_deceleration")
 
     gain: float = 4.0
     """β: speed per metre of error near the goal [1/s]."""
@@ -39,6 +33,8 @@ class ServoSettings(Checked):
     joint_deceleration: float = 0.5
     """Deceleration towards a posture, as a share of the smallest acceleration limit of a joint: the
     other half is left to start with and to correct."""
+    steadying: float = 0.1
+    """Time constant with which the twist follows the error near the goal [s]; 0 follows at once."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -240,6 +236,7 @@ PAPER = ControllerSettings(
         rotation_error="roll pitch yaw",
         deceleration=inf,
         turn_deceleration=inf,
+        steadying=0.0,
     ),
     joint_limits=JointLimitSettings(stop_distance=0.1, influence_distance=0.9),
     limit_acceleration=False,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from controller.command import Array
+from controller.point_cloud import PointCloud
 from robots import Geom
 
 
@@ -27,6 +28,8 @@ class Surroundings:
     computed from it once, such as a map, is kept."""
     moving: tuple[Obstacle, ...] = ()
     """What moves by itself."""
+    seen: PointCloud | None = None
+    """Points of surfaces that a camera has seen; another one for every frame."""
     held: tuple[Geom, ...] = ()
     """The shapes of what the hand holds, in e: they move with the robot and must not hit anything
     either."""

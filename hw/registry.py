@@ -14,7 +14,7 @@ from hw.truth import Truth
 from robots import RobotDescription, load_robot
 
 if TYPE_CHECKING:
-    from hw.sim import Dynamics
+    pass
 
 
 class WorldError(UserError):
@@ -47,19 +47,6 @@ class WorldOptions:
 
 def _kinematic(description: RobotDescription, options: WorldOptions) -> Backend:
     """The kinematic simulator."""
-    from hw.sim import Dynamics
-
-    return _simulated(description, options, Dynamics())
-
-
-def _solid(description: RobotDescription, options: WorldOptions) -> Backend:
-    """The kinematic simulator in which all of the robot hits what is in its way."""
-    from hw.sim import Dynamics
-
-    return _simulated(description, options, Dynamics(solid=True))
-
-
-def _simulated(description: RobotDescription, options: WorldOptions, dynamics: Dynamics) -> Backend:
     from hw.sim import kinematic_robot, load_scene
 
     world = load_scene(options.scene, options.seed, description.base.size[:2])
@@ -69,7 +56,6 @@ def _simulated(description: RobotDescription, options: WorldOptions, dynamics: D
         world,
         clock,
         seed=options.seed,
-        dynamics=dynamics,
         background=one_thread if options.beside else InlineExecutor,
     )
     return Backend(robot=robot, clock=clock, truth=world)
@@ -77,7 +63,6 @@ def _simulated(description: RobotDescription, options: WorldOptions, dynamics: D
 
 _WORLDS: dict[str, Callable[[RobotDescription, WorldOptions], Backend]] = {
     "kinematic": _kinematic,
-    "solid": _solid,
 }
 
 

@@ -20,6 +20,7 @@ from perception.network_io import (
 )
 from perception.preprocess import METRES_PER_PIXEL, Crop, central_crop, prepare
 from perception.samples import Labels, Sample, Shard
+from perception.seen_surfaces import SeenSurfaces, SurfaceSettings, surface_cells
 from perception.table_plane import NoTableError, camera_above_table
 from perception.tracker import GraspTracker, TrackerSettings
 
@@ -40,7 +41,9 @@ __all__ = [
     "Labels",
     "NoTableError",
     "Sample",
+    "SeenSurfaces",
     "Shard",
+    "SurfaceSettings",
     "TrackerSettings",
     "WeightsError",
     "Workspace",
@@ -49,5 +52,6 @@ __all__ = [
     "camera_above_table",
     "central_crop",
     "prepare",
+    "surface_cells",
     "world_points",
 ]

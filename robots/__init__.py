@@ -13,6 +13,7 @@ from robots.description import (
     Limits,
     RobotDescription,
     with_base_speed,
+    with_reverse_speed,
 )
 from robots.load import load_robot, robot_names
 from robots.shapes import (
@@ -27,8 +28,10 @@ from robots.shapes import (
     Sphere,
     bounding_radius,
     coal_geometry,
+    from_rounded_boxes,
     half_extents,
     reach,
+    rounded_box,
     volume,
 )
 
@@ -51,10 +54,13 @@ __all__ = [
     "Sphere",
     "bounding_radius",
     "coal_geometry",
+    "from_rounded_boxes",
     "half_extents",
     "load_robot",
     "reach",
     "robot_names",
+    "rounded_box",
     "volume",
     "with_base_speed",
+    "with_reverse_speed",
 ]

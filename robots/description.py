@@ -167,3 +167,8 @@ def with_base_speed(
     twist = np.array([*np.where(drives, speed, 0.0), turn])
     reverse = speed * float(limits.base_reverse / limits.base_twist[0])
     return replace(description, limits=replace(limits, base_twist=twist, base_reverse=reverse))
+
+
+def with_reverse_speed(description: RobotDescription, speed: float) -> RobotDescription:
+    """The same robot with another base speed along -x [m/s]."""
+    return replace(description, limits=replace(description.limits, base_reverse=speed))

@@ -104,6 +104,44 @@ def bounding_radius(shape: Shape) -> float:
             return float(np.linalg.norm(half_extents(shape)))
 
 
+def rounded_box(shape: Shape) -> tuple[Array, float]:
+    """A shape as all that is nearer to a box than a radius: half edge lengths (3,) and radius [m].
+
+    A cylinder becomes the box around it, a plane one without end.
+    """
+    match shape:
+        case Sphere(r):
+            return np.zeros(3), r
+        case Capsule(r, length):
+            return np.array([0.0, 0.0, length]), r
+        case _:
+            return np.array(half_extents(shape)), 0.0
+
+
+def from_rounded_boxes(points: Array, half: Array, radius: Array | float) -> tuple[Array, Array]:
+    """How far points are from rounded boxes, each from its own or all from one.
+
+    Args:
+        points: (N, 3) in the frames of the boxes [m].
+        half: (N, 3) or (3,) half edge lengths [m].
+        radius: (N,) or one [m].
+
+    Returns:
+        Distances (N,) [m], negative inside, and the directions (N, 3) in which they grow.
+    """
+    away = points - np.clip(points, -half, half)
+    distance: Array = np.linalg.norm(away, axis=1)
+    direction = away / np.maximum(distance, 1e-12)[:, None]
+    (inside,) = np.nonzero(distance == 0.0)
+    if len(inside):
+        within = points[inside]
+        beyond = np.abs(within) - np.broadcast_to(half, points.shape)[inside]
+        face, rows = beyond.argmax(axis=1), np.arange(len(inside))
+        distance[inside] = beyond[rows, face]
+        direction[inside, face] = np.where(within[rows, face] < 0.0, -1.0, 1.0)
+    return distance - radius, direction
+
+
 def reach(placed: Geom, direction: Array) -> float:
     """How far a bounded shape reaches along a unit direction (3,), both in its pose's frame [m]."""
     x, y, z = placed.pose.rotation.T @ direction

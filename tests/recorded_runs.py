@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.core import RunOptions, ScheduledFault, run_task
+from app.core import ObstacleSource, RunOptions, ScheduledFault, run_task
 from app.live import ControlOptions
 from trees import find
 
@@ -19,6 +19,7 @@ class Recorded:
     faults: tuple[ScheduledFault, ...] = ()
     frames: bool = True
     paced: bool = False
+    obstacles: ObstacleSource = ObstacleSource.MAP
     seconds: float | None = None
     """When a person ends it [s]; None lets it end by itself."""
 
@@ -47,6 +48,7 @@ def record(run: Recorded, root: Path) -> Path:
         faults=run.faults,
         replayable=run.frames,
         paced=run.paced,
+        obstacles=run.obstacles,
         record=root,
         recording=False,
         control=ControlOptions(acknowledge_after=0.5),
@@ -60,6 +62,13 @@ def fault(name: str, **when) -> ScheduledFault:
 
 RECORDED = (
     Recorded(tree="pick_one", scene="single", faults=(fault("reflex", at_s=3.0),), seconds=9.0),
+    Recorded(
+        tree="pick_one",
+        scene="single",
+        obstacles=ObstacleSource.BOTH,
+        faults=(fault("localisation jump", at_s=1.0),),
+        seconds=6.0,
+    ),
     Recorded(tree="pick_one", scene="single"),
     Recorded(tree="pick_one", scene="single", robot="omni", seed=2),
     Recorded(tree="patrol"),

@@ -32,6 +32,14 @@ class VisionChoice(StrEnum):
     BESIDE = "beside"
 
 
+class ObstacleChoice(StrEnum):
+    """What tells what stands around the robot."""
+
+    MAP = "map"
+    CAMERA = "camera"
+    BOTH = "both"
+
+
 class ViewChoice(StrEnum):
     """How a run is watched."""
 
@@ -46,9 +54,7 @@ def run(
     robot: Annotated[
         str, typer.Option(help="Who does it: `frankie`, `omni`, or a robot file.")
     ] = "frankie",
-    world: Annotated[
-        str, typer.Option(help="What moves the robot: `kinematic`, `solid`.")
-    ] = "kinematic",
+    world: Annotated[str, typer.Option(help="What moves the robot: `kinematic`.")] = "kinematic",
     scene: Annotated[
         str | None,
         typer.Option(help="A shipped scene or a scene file; default: what the task names."),
@@ -73,6 +79,13 @@ def run(
             "default: beside in real time, else in step."
         ),
     ] = None,
+    obstacles: Annotated[
+        ObstacleChoice,
+        typer.Option(
+            help="What tells what must not be hit: the map of what stands around, the points "
+            "that the camera has seen, or both."
+        ),
+    ] = ObstacleChoice.MAP,
     view: Annotated[
         ViewChoice,
         typer.Option(
@@ -150,6 +163,7 @@ def run(
         raise typer.Exit(_run_dry(find_tree(tree), parameters, outcome or [], ticks, as_json))
     from app.core import (
         End,
+        ObstacleSource,
         RunOptions,
         VisionForm,
         parse_fault,
@@ -168,6 +182,7 @@ def run(
         robot=robot,
         world=world,
         vision=VisionForm((vision or usual).value),
+        obstacles=ObstacleSource(obstacles.value),
         scene=scene,
         seed=seed,
         parameters=parameters,

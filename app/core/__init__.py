@@ -22,7 +22,7 @@ from app.core.on_save import run_on_save
 from app.core.outcome import End, Outcome
 from app.core.replay import Replay, ReplayError, replay_run
 from app.core.session import Session, Tick
-from app.core.setup import Setup, VisionForm, open_setup
+from app.core.setup import ObstacleSource, Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary
 
@@ -39,6 +39,7 @@ __all__ = [
     "Footprint",
     "Instruments",
     "Measurements",
+    "ObstacleSource",
     "Outcome",
     "Replay",
     "ReplayError",

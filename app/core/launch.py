@@ -19,7 +19,7 @@ from app.core.observers import Observers
 from app.core.outcome import End, Outcome
 from app.core.outputs import Outputs
 from app.core.session import Session, Tick
-from app.core.setup import Setup, VisionForm, open_setup
+from app.core.setup import ObstacleSource, Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary, summarise
 from app.core.surfaces import unsupported_places
@@ -58,6 +58,8 @@ class RunOptions:
     """What moves it."""
     vision: VisionForm = VisionForm.STEP
     """How images are searched for grasps."""
+    obstacles: ObstacleSource = ObstacleSource.MAP
+    """What tells the controller what stands around the robot."""
     scene: str | None = None
     """A shipped scene or a scene file; None takes the one that the task names, or `household`."""
     seed: int = 0
@@ -118,7 +120,9 @@ def run_task(
     gripper = load_robot(options.robot).gripper
     detector = GraspDetector(options.weights, options.network, gripper=gripper)
     tools, vision = instruments or Instruments(), options.vision
-    with open_setup(options.robot, options.world, world, detector, vision, tools.beneath) as setup:
+    with open_setup(
+        options.robot, options.world, world, detector, vision, tools.beneath, options.obstacles
+    ) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         for warning in unsupported_places(task, setup.truth.fixtures) if setup.truth else ():
             _tell(warning)
@@ -154,7 +158,6 @@ def _run(
     log, tree = setup.context.log, tree_view(nodes)
     supports = _supports(setup.truth)
     snapshots = Snapshots(nodes, setup.truth)
-    robot = setup.robot.description.name
     measurements = Measurements(limits=setup.model.limits)
     scene = _scene(options, task)
     behaviours = [place.node for place in nodes]
@@ -233,7 +236,7 @@ def _run(
         warnings = [*observers.failures, *_closed(recorder), *outputs.close()]
         summary = summarise(
             task=task.name,
-            robot=robot,
+            robot=setup.robot.description.name,
             scene=scene,
             seed=options.seed,
             outcome=outcome,

@@ -18,7 +18,7 @@ from app.core.frames import RecordedFrames
 from app.core.measurements import Measurements
 from app.core.outcome import Outcome
 from app.core.session import Session
-from app.core.setup import VisionForm, set_up
+from app.core.setup import ObstacleSource, VisionForm, set_up
 from config import UserError
 from hw import TURN, Backend, DepthFrame, Difference, Fault, FaultKind, ReplayRobot
 from hw.sim import load_scene
@@ -93,7 +93,13 @@ def replay_run(folder: Path) -> Replay:
     task = load(folder / TASK, overrides=options["parameters"])
     backend = Backend(robot=robot, clock=robot.clock, truth=None)
     fixtures = load_scene(options["scene"], options["seed"]).fixtures
-    with set_up(backend, detector, VisionForm.STEP, fixtures=fixtures) as setup:
+    with set_up(
+        backend,
+        detector,
+        VisionForm.STEP,
+        fixtures=fixtures,
+        obstacles=options["obstacles"],
+    ) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         robot.begin()
         outcome = Session(
@@ -130,6 +136,7 @@ def _options(folder: Path) -> dict[str, Any]:
             "scene": str(options["scene"]),
             "seed": int(options["seed"]),
             "vision": str(vision),
+            "obstacles": ObstacleSource(options.get("obstacles", "map")),
         }
         held = control["breaks"] or control["groot"]
     except OSError as error:

@@ -7,7 +7,7 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
 
-from behaviours import Context, Vision, VisionBeside, VisionInStep
+from behaviours import Context, SeenObstacles, Vision, VisionBeside, VisionInStep
 from controller import HolisticController, Obstacle, RobotModel
 from hw import (
     Backend,
@@ -15,12 +15,14 @@ from hw import (
     FaultInjection,
     Gate,
     HardwareError,
+    InlineExecutor,
     RecordedRobot,
     Robot,
     RobotState,
     TaskClock,
     Truth,
     WorldOptions,
+    one_thread,
     open_backend,
 )
 from perception import GraspDetector
@@ -34,6 +36,17 @@ class VisionForm(StrEnum):
     """In step with the tick, which waits: a simulated run is the same every time."""
     BESIDE = "beside"
     """Beside the loop: no tick waits, as on hardware."""
+
+
+class ObstacleSource(StrEnum):
+    """What tells the controller what stands around the robot."""
+
+    MAP = "map"
+    """The map of what never moves, and a tracker of what does."""
+    CAMERA = "camera"
+    """The wrist camera alone: what it has not seen is not known, and no way is found around it."""
+    BOTH = "both"
+    """Map, tracker and camera."""
 
 
 _VISION: dict[VisionForm, Callable[[Camera, GraspDetector], Vision]] = {
@@ -74,6 +87,7 @@ def open_setup(
     detector: GraspDetector,
     form: VisionForm,
     beneath: Callable[[Robot], Robot] = lambda robot: robot,
+    obstacles: ObstacleSource = ObstacleSource.MAP,
 ) -> Iterator[Setup]:
     """Connect a robot and put together what a session works with; closes it in the end.
 
@@ -84,13 +98,16 @@ def open_setup(
         detector: finds grasps in what the camera sees.
         form: how that is done.
         beneath: what to put between the robot and the faults that are injected into it.
+        obstacles: what tells what stands around the robot.
 
     Raises:
         UserError: there is no such robot, world or scene, or its file has a mistake.
         HardwareError: the robot cannot be connected.
     """
     backend = open_backend(robot, world, options)
-    with set_up(backend, detector, form, beneath=beneath, seed=options.seed) as setup:
+    with set_up(
+        backend, detector, form, beneath=beneath, seed=options.seed, obstacles=obstacles
+    ) as setup:
         yield setup
 
 
@@ -103,6 +120,7 @@ def set_up(
     beneath: Callable[[Robot], Robot] = lambda robot: robot,
     seed: int = 0,
     fixtures: Sequence[Geom] | None = None,
+    obstacles: ObstacleSource = ObstacleSource.MAP,
 ) -> Iterator[Setup]:
     """Connect a robot and put together what a session works with; closes it in the end.
 
@@ -113,6 +131,7 @@ def set_up(
         beneath: what to put between the robot and the faults that are injected into it.
         seed: of the faults.
         fixtures: what is known to stand around the robot; None takes what its world knows.
+        obstacles: what tells what stands around the robot.
 
     Raises:
         HardwareError: the robot cannot be connected.
@@ -122,9 +141,13 @@ def set_up(
     problems: list[str] = []
     if fixtures is None:
         fixtures = backend.truth.fixtures if backend.truth else ()
+    truth = backend.truth
+    if obstacles is ObstacleSource.CAMERA:
+        fixtures, truth = (), None
     with (
         _connected(robot, problems) as state,
         closing(_VISION[form](robot.camera, detector)) as vision,
+        _seen(robot, form, obstacles) as seen,
     ):
         clock = TaskClock(backend.clock)
         controller = HolisticController(RobotModel(robot.description))
@@ -142,8 +165,9 @@ def set_up(
                 clock=clock,
                 vision=vision,
                 state=state,
+                seen=seen,
+                obstacles=_obstacles(truth),
                 # The controller knows the floor by itself.
-                obstacles=_obstacles(backend.truth),
                 fixtures=tuple(one for one in fixtures if not isinstance(one.shape, Plane)),
             ),
             problems=problems,
@@ -153,6 +177,19 @@ def set_up(
 def _obstacles(truth: Truth | None) -> Callable[[float], Sequence[Obstacle]]:
     """What a tracker would tell of a simulated world."""
     return (lambda stamp: ()) if truth is None else (lambda stamp: truth.moving())
+
+
+@contextmanager
+def _seen(
+    robot: Robot, form: VisionForm, obstacles: ObstacleSource
+) -> Iterator[SeenObstacles | None]:
+    """What looks for obstacles, in step with the tick or beside the loop; None if nothing does."""
+    if obstacles is ObstacleSource.MAP:
+        yield None
+        return
+    executor = InlineExecutor() if form is VisionForm.STEP else one_thread()
+    with closing(SeenObstacles(robot.description, executor)) as seen:
+        yield seen
 
 
 @contextmanager

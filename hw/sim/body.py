@@ -36,8 +36,6 @@ class Dynamics:
     """How far the hand moves until fingers that press without holding slip off [m]."""
     battery_life: float = 4.0 * 3600.0
     """Time in which a full battery runs down, whatever the robot does [s]."""
-    solid: bool = False
-    """Whether all of the robot hits what is in its way; else only the hand and what it holds do."""
 
 
 _SAME_TOUCH = 1.0
@@ -80,7 +78,7 @@ class SimBody:
         self._wanted_width = self.width
         self._holds = False
         self._slipping = False
-        self._collisions = Collisions(self._model, world, solid=dynamics.solid)
+        self._collisions = Collisions(self._model, world)
         self._touched: dict[tuple[str, str], float] = {}
 
     @property
@@ -176,7 +174,7 @@ class SimBody:
             self.reflex.trip(arm)
             self.q, self.qd = q, np.zeros(7)
             base, arm = self._contacts(now)
-        if self.dynamics.solid and self.reflex.feels(arm):  # the base has pushed the arm there
+        if self.reflex.feels(arm):  # the base has pushed the arm there
             self._push_away(arm)
             base, arm = self._contacts(now)
             if self.reflex.feels(arm):
@@ -207,14 +205,15 @@ class SimBody:
         """Take along what is held."""
         if self.world.held is not None:
             self.world.carry(self.wTe)
-            if self.dynamics.solid:
-                self.world.settle()
+            self.world.settle()
 
     def _contacts(self, now: float) -> tuple[list[Contact], list[Contact]]:
         """What the base presses into and what the arm does, noted down where it is new."""
         here = Configuration(wTb=self.wTb, q=self.q, width=self.width)
         contacts = self._collisions.find(here)
         for one in contacts:
+            if one.excess <= 0.0:
+                continue
             if now - self._touched.get((one.part, one.thing), -np.inf) > _SAME_TOUCH:
                 touch = Touch(stamp=now, part=one.part, thing=one.thing, text=one.text)
                 self.world.touches.append(touch)
@@ -227,5 +226,5 @@ class SimBody:
     def _push_away(self, contacts: list[Contact]) -> None:
         """Loose objects give way to the arm."""
         for one in contacts:
-            if isinstance(one.owner, SimObject):
+            if one.excess > 0.0 and isinstance(one.owner, SimObject):
                 self.world.push(one.owner, one.towards, one.depth)

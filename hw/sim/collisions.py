@@ -41,12 +41,14 @@ _request.enable_signed_distance = True
 
 
 class Contact(NamedTuple):
-    """The robot presses into something deeper than that yields."""
+    """A part of the robot overlaps with something."""
 
     part: str
     thing: str
     depth: float
     """[m]."""
+    excess: float
+    """How much deeper that is than it yields; negative for a mere touch [m]."""
     towards: Array
     """(3,) unit normal from the robot to the thing."""
     owner: Movable | None
@@ -81,13 +83,12 @@ class Collisions:
     Args:
         model: of the robot.
         world: around it.
-        solid: whether all of the robot can hit something; else only its hand and what it holds.
     """
 
-    def __init__(self, model: RobotModel, world: World, *, solid: bool) -> None:
+    def __init__(self, model: RobotModel, world: World) -> None:
         self._model = model
         self._world = world
-        self._own = self._rows = members(model.description, solid=solid)
+        self._own = self._rows = members(model.description)
         self._palm = next(i for i, row in enumerate(self._own) if row.part == HAND)
         self._levers = np.array([row.levers for row in self._own])
         self._shapes = list(world.fixtures)
@@ -104,7 +105,7 @@ class Collisions:
         self._geometries = [coal_geometry(shape.shape) for shape in self._shapes]
         self._placed = [_transform(shape.pose) for shape in self._shapes]
         self._gaps = np.full((len(self._own), len(self._shapes)), _DUE)
-        """What is left of each gap, and of what the shapes may overlap [m]."""
+        """What is left of each gap at least [m]."""
         for row, member in enumerate(self._own):
             for column, shape in enumerate(self._shapes):
                 if member.part == BASE and isinstance(shape.shape, Plane):
@@ -114,7 +115,7 @@ class Collisions:
         self._before: Configuration | None = None
 
     def find(self, now: Configuration) -> list[Contact]:
-        """The contacts that are deeper than they may be, one of each part with each thing."""
+        """The contacts, one of each part with each thing."""
         if self._before is not None:
             self._gaps -= (self._levers @ now.motion(self._before))[:, None]
         self._before = now
@@ -144,12 +145,13 @@ class Collisions:
                 _request,
                 result,
             )
-            self._gaps[row, column] = gap + member.tolerance
+            self._gaps[row, column] = gap
             key = member.part, self._names[column]
-            if gap < -member.tolerance and (key not in found or -gap > found[key].depth):
+            if gap < 0.0 and (key not in found or -gap > found[key].depth):
                 normal = np.array(result.normal)
                 text = f"{_who(member.part, self._held)} hit {self._names[column]}"
-                found[key] = Contact(*key, -gap, normal, self._owners[column], text)
+                excess = -gap - member.tolerance
+                found[key] = Contact(*key, -gap, excess, normal, self._owners[column], text)
         return list(found.values())
 
     def _take_up(self, held: SimObject | None) -> None:

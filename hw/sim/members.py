@@ -65,14 +65,12 @@ class Configuration:
         return np.abs((np.hypot(x - u, y - v), turn, *(self.q - since.q), finger))
 
 
-def members(robot: RobotDescription, *, solid: bool) -> list[Member]:
-    """The shapes of a robot; only its hand, unless all of it is solid."""
+def members(robot: RobotDescription) -> list[Member]:
+    """The shapes of a robot."""
     hand = Hand(robot.gripper, SE3.Identity()).shapes(robot.gripper.opening)
     palm, *fingers = hand
     own = [_member(robot, HAND, _TOOL_FRAME, palm)]
     own += [_member(robot, FINGERS, _TOOL_FRAME, part) for part in fingers]
-    if not solid:
-        return own
     arm = [
         _member(robot, f"link{link}", link + 1, shape)
         for link, shapes in enumerate(robot.arm.collision)

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from hw.sim.collisions import Contact
 
 _YIELDS = 0.002
-"""A contact that was forgiven may become this much deeper while the robot leaves it [m]."""
+"""While the robot leaves a contact that was forgiven, it may become this much deeper [m]."""
 
 
 class Reflex:
-    """Trips on every contact that was not forgiven.
+    """Trips on every contact that is deeper than it yields, and was not forgiven.
 
-    A step that trips it is taken back, so the robot is hardly ever in contact when it is cleared:
-    it may move anywhere but there. Where something has come to the robot instead, clearing forgives
-    the contact at the depth that it has. It may become shallower, and what is gained is not given
-    back; if it becomes deeper, or comes back after it has ended, the reflex trips again.
+    A step that trips it is taken back. Clearing it forgives the contacts that are left, each at the
+    depth that it has: the robot may slide along what it touches, and away from it. A forgiven
+    contact may become shallower, and what is gained is not given back; if it becomes deeper, or
+    comes back after the two were apart, the reflex trips again.
     """
 
     def __init__(self) -> None:
@@ -24,6 +24,7 @@ class Reflex:
         """The contact that it tripped on; None while the part may move."""
         self._present: dict[tuple[str, str], float] = {}
         self._forgiven: dict[tuple[str, str], float] = {}
+        """By how much each is deeper than it yields [m]."""
 
     def feels(self, contacts: Sequence[Contact]) -> bool:
         """Whether any of the contacts is not forgiven."""
@@ -33,14 +34,14 @@ class Reflex:
         """Stop on the deepest of the contacts that are not forgiven, unless it has stopped."""
         if self.tripped_by is None:
             felt = (one for one in contacts if self._is_felt(one))
-            self.tripped_by = max(felt, key=lambda one: one.depth)
+            self.tripped_by = max(felt, key=lambda one: one.excess)
 
     def stay(self, contacts: Sequence[Contact]) -> None:
         """A tick has ended with these contacts."""
-        self._present = {(one.part, one.thing): one.depth for one in contacts}
+        self._present = {(one.part, one.thing): max(0.0, one.excess) for one in contacts}
         self._forgiven = {
-            key: min(depth, self._present[key])
-            for key, depth in self._forgiven.items()
+            key: min(excess, self._present[key])
+            for key, excess in self._forgiven.items()
             if key in self._present
         }
 
@@ -50,5 +51,5 @@ class Reflex:
         self._forgiven = self._present | self._forgiven
 
     def _is_felt(self, contact: Contact) -> bool:
-        depth = self._forgiven.get((contact.part, contact.thing))
-        return depth is None or contact.depth > depth + _YIELDS
+        forgiven = self._forgiven.get((contact.part, contact.thing))
+        return contact.excess > (0.0 if forgiven is None else forgiven + _YIELDS)

@@ -1,7 +1,7 @@
 """The map of the floor: distances as exact geometry has them, and ways that are ways."""
 
 from itertools import pairwise
-from time import perf_counter
+from time import process_time
 
 import coal
 import numpy as np
@@ -151,10 +151,10 @@ def test_a_big_room_is_mapped_in_an_instant():
         )
         for _ in range(100)
     )
-    start = perf_counter()
+    start = process_time()
     room = FloorMap(fixtures, FRANKIE)
-    assert perf_counter() - start < 0.25  # 0.03 s where nothing else runs
+    assert process_time() - start < 0.2  # it takes 0.03 s
     bases = np.column_stack([rng.uniform(0, 10, (500, 2)), rng.uniform(-3, 3, 500)])
-    start = perf_counter()
+    start = process_time()
     room.stands_free(bases)
-    assert perf_counter() - start < 0.02
+    assert process_time() - start < 0.02

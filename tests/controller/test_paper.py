@@ -18,7 +18,7 @@ from controller import (
     PoseGoal,
     RobotModel,
 )
-from controller.controller import StepReport
+from controller.report import StepReport
 from robots import load_robot, robot_names, with_base_speed
 
 DESCRIPTIONS = {name: load_robot(name) for name in robot_names()}

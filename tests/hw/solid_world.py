@@ -9,7 +9,7 @@ from pinocchio import SE3
 
 from controller import Command, robot_model
 from hw import SimClock
-from hw.sim import Dynamics, SimObject, Walker, World, kinematic_robot
+from hw.sim import SimObject, Walker, World, kinematic_robot
 from robots import Box, Geom, Plane, load_robot
 
 FLOOR = Geom(Plane(), SE3.Identity(), "floor")
@@ -44,12 +44,10 @@ class Solid:
         walkers: Sequence[Walker] = (),
         robot: str = "frankie",
         world: World | None = None,
-        solid: bool = True,
     ) -> None:
         self.clock = SimClock()
         self.world = world or World([FLOOR, *fixtures], objects, walkers)
-        dynamics = Dynamics(solid=solid)
-        self.robot = kinematic_robot(load_robot(robot), self.world, self.clock, dynamics=dynamics)
+        self.robot = kinematic_robot(load_robot(robot), self.world, self.clock)
         self.body = self.robot._arm._body  # what no robot tells: where it really is, and set it
         self.model = robot_model(robot)
 

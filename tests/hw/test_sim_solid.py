@@ -44,7 +44,7 @@ def test_a_base_that_has_hit_something_drives_off_and_cannot_press_on():
         assert sim.faults == []
         assert sim.drive((0.5, 0.0, 0.0), s=0.3) == [("bumper", "the base hit table/leg")]
     at_the_leg = sim.x
-    assert at_the_leg + FRONT - FACE <= 0.002
+    assert at_the_leg + FRONT - FACE <= 0.004
     sim.robot.recover()
     assert sim.drive((-0.3, 0.0, 0.0), s=1.0) == []
     assert sim.x < at_the_leg - 0.2
@@ -79,12 +79,6 @@ def test_a_link_that_is_pushed_into_a_shelf_trips_the_reflex_by_its_name():
     sim.robot.recover()
     assert sim.drive(qd=turning(2, 0.5), s=0.5) == []
     assert sim.touches == ["link4 hit shelf/plate"]
-
-
-def test_a_world_that_is_not_solid_lets_arm_and_base_through():
-    sim = Solid(LEG, behind_the_elbow(), solid=False)
-    assert sim.drive((0.5, 0.0, 0.0), turning(2, -0.5), s=1.0) == []
-    assert sim.touches == []
 
 
 def test_a_base_whose_arm_is_at_a_wall_goes_no_further_and_can_drive_back():
@@ -185,7 +179,7 @@ def test_only_what_can_have_come_near_is_measured_and_nothing_is_missed():
     world = load_scene("household", 0)
     sim = Solid(world=world)
     rng = np.random.default_rng(5)
-    shapes, deepest, contacts = members(sim.model.description, solid=True), 0.0, 0
+    shapes, deepest, contacts = members(sim.model.description), 0.0, 0
     q, width = sim.body.q.copy(), 0.08
     for tick in range(400):
         if tick % 100 == 0:
@@ -198,7 +192,7 @@ def test_only_what_can_have_come_near_is_measured_and_nothing_is_missed():
             sim.model.limits.q_max,
         )
         found = sim.body._collisions.find(Configuration(wTb=wTb, q=q, width=width))
-        told = {(one.part, one.thing): one.depth for one in found}
+        told = {(one.part, one.thing): one.depth for one in found if one.excess > 0.0}
         at = frames(sim.model, wTb, q)
         expected: dict[tuple[str, str], float] = {}
         for member in shapes:

@@ -56,7 +56,7 @@ def test_a_short_way_is_walked_as_fast_as_it_allows():
 
 
 def test_the_world_tells_where_walkers_are_and_how_fast_as_a_tracker_would():
-    backend = open_backend("frankie", "solid", WorldOptions(scene="crossing"))
+    backend = open_backend("frankie", "kinematic", WorldOptions(scene="crossing"))
     assert backend.truth is not None
     for _ in range(100):
         backend.robot.read()

@@ -2,8 +2,9 @@
 
 import typer
 
-from app.commands.bench.experiments import poses, reach
+from app.commands.bench.experiments import moving, poses, reach
 from app.commands.bench.faults import faults, signals, soak
+from app.commands.bench.obstacles import obstacles
 from app.commands.bench.pick_place import pick_place
 from app.commands.bench.timings import perception, step, tree, watch
 
@@ -12,7 +13,10 @@ bench = typer.Typer(
     rich_markup_mode=None,
     help="Measure: time of a control step and of the tree, the paper's experiments, the main task.",
 )
-for command in (reach, poses, step, tree, perception, pick_place, faults, signals, soak, watch):
+_EXPERIMENTS = (reach, poses, moving, obstacles, pick_place)
+_TIMINGS = (step, tree, perception, watch)
+_TROUBLES = (faults, signals, soak)
+for command in (*_EXPERIMENTS, *_TIMINGS, *_TROUBLES):
     bench.command(command.__name__.replace("_", "-"))(command)
 
 __all__ = ["bench"]

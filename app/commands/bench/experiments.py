@@ -51,15 +51,36 @@ Speeds = Annotated[
     list[float] | None,
     typer.Option("--base-speed", help="Limit of the base in m/s; may be repeated.", min=0.05),
 ]
+ReverseSpeed = Annotated[
+    float | None,
+    typer.Option(
+        help="Limit of the base backwards in m/s; default: its share in the robot's description.",
+        min=0.01,
+    ),
+]
 
 
 def reach(
     robot: Robot = BOTH,
     preset: PresetOption = Preset.FRANKIE,
     base_speed: Speeds = None,
+    reverse_speed: ReverseSpeed = None,
     goals: Annotated[
-        Path | None, typer.Option(help="An .npz file with poses T (N, 4, 4) instead of a seed.")
-    ] = None,
+        str,
+        typer.Option(
+            help="anywhere, near, far, floor or above (the base), drawn with a seed; or an .npz"
+            " file with poses T (N, 4, 4)."
+        ),
+    ] = "anywhere",
+    starts: Annotated[
+        str, typer.Option(help="Of the arm: ready, random, limits, singular or stretched.")
+    ] = "ready",
+    noise: Annotated[
+        bool, typer.Option("--noise", help="The state is off by 1 mrad, 5 mm and 0.3 degrees.")
+    ] = False,
+    delay_ms: Annotated[
+        float, typer.Option(help="From a state to its command.", min=0.0, max=200.0)
+    ] = 0.0,
     count: Annotated[int, typer.Option(help="Number of seeded goals.", min=1)] = 1000,
     seed: Annotated[int, typer.Option(help="Seed of the goals.", min=0)] = 0,
     limit: Annotated[float, typer.Option(help="Longest time per goal in seconds.", min=0.1)] = 20.0,
@@ -85,11 +106,19 @@ def reach(
 ) -> None:
     """Experiment 2: reach many goals from rest; count failures, limit violations and contacts."""
     import os
+    from dataclasses import replace
     from math import radians
 
     from app.lab import bench, machine
+    from config import suggest
 
+    if starts not in bench.STARTS:
+        refuse(f"--starts {starts}: no such start; {suggest(starts, bench.STARTS)}")
+    disturbance = bench.NOISY if noise else bench.Disturbance()
     conditions = bench.Conditions(
+        starts=starts,
+        disturbance=replace(disturbance, delay=delay_ms / 1e3),
+        seed=seed,
         limit=limit,
         position_tolerance=tolerance_mm / 1e3,
         orientation_tolerance=radians(tolerance_deg),
@@ -98,7 +127,8 @@ def reach(
     workers = workers or os.cpu_count() or 1
     check_writable(json)
     rows = []
-    loaded = bench.load_goals(goals) if goals else None
+    drawn = goals in bench.PLACES
+    loaded = None if drawn else bench.load_goals(Path(goals))
     for name in chosen_robots(robot):
         for speed in _speeds(preset, base_speed):
             for changes in bench.SWEEPS[sweep.value] if sweep else ((),):
@@ -106,16 +136,17 @@ def reach(
                     robot=name,
                     preset=preset.value,
                     base_speed=speed,
+                    reverse_speed=reverse_speed,
                     period=period,
                     changes=changes,
                 )
-                targets = loaded or bench.generate_goals(configuration.model(), count, seed)
+                targets = loaded or bench.generate_goals(configuration.model(), count, seed, goals)
                 rows.append(_reach(configuration, conditions, targets, workers, cluster))
     out = console()
     out.print(bench.reach_table(rows))
     for line in bench.reach_notes(rows):
         out.print(line, highlight=False)
-    about = {"seed": None if goals else seed, "goal_file": str(goals) if goals else None}
+    about = {"seed": seed if drawn else None, "goals": goals}
     write_json(json, bench.reach_json(rows, about | machine()))
 
 
@@ -151,6 +182,7 @@ def poses(
     robot: Robot = BOTH,
     preset: PresetOption = Preset.FRANKIE,
     base_speed: Speeds = None,
+    reverse_speed: ReverseSpeed = None,
     pose: Annotated[
         list[str] | None, typer.Option(help="a, b, c or d; may be repeated; default: all.")
     ] = None,
@@ -185,7 +217,13 @@ def poses(
     robots = chosen_robots(robot)
     speeds: Sequence[float | None] = base_speed or [1.5 if preset is Preset.FRANKIE else None]
     ours = [
-        bench.Configuration(robot=name, preset=preset.value, base_speed=speed, period=period)
+        bench.Configuration(
+            robot=name,
+            preset=preset.value,
+            base_speed=speed,
+            reverse_speed=reverse_speed,
+            period=period,
+        )
         for name in robots
         for speed in speeds
     ]
@@ -207,3 +245,33 @@ def poses(
     if plot is not None:
         for path in bench.make_plots(runs, plot):
             console().print(f"wrote {path}", highlight=False)
+
+
+def moving(
+    robot: Robot = BOTH,
+    base_speed: Annotated[float, typer.Option(help="Limit of the base in m/s.", min=0.05)] = 1.0,
+    speed: Annotated[float, typer.Option(help="Of the goals in m/s.", min=0.01)] = 0.3,
+    seed: Annotated[int, typer.Option(help="Seed of the random walk.", min=0)] = 0,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes; default: one per core.", min=1)
+    ] = None,
+    json: Json = None,
+) -> None:
+    """Follow goals that never stop: largest errors after catching up."""
+    import os
+
+    from app.lab import bench, machine
+
+    check_writable(json)
+    rows = []
+    for name in chosen_robots(robot):
+        followings = [
+            bench.Following(path=path, along=along, known=known, speed=speed, seed=seed)
+            for path in bench.PATHS
+            for along in (False, True)
+            for known in (True, False)
+        ]
+        configuration = bench.Configuration(robot=name, base_speed=base_speed)
+        rows += bench.run_following(configuration, followings, workers or os.cpu_count() or 1)
+    console().print(bench.moving_table(rows))
+    write_json(json, bench.moving_json(rows, {"seed": seed} | machine()))

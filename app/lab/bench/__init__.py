@@ -6,10 +6,29 @@ task achieves.
 """
 
 from app.lab.bench.configuration import EXAMPLE, Configuration
+from app.lab.bench.disturbance import NOISY, STARTS, Disturbance
 from app.lab.bench.fault_matrix import QUICK, QUICK_PHASES
 from app.lab.bench.fault_report import faults_json, faults_notes, faults_table
 from app.lab.bench.faults import Cell, CellResult, cells, run_cells
-from app.lab.bench.goals import generate_goals, load_goals
+from app.lab.bench.goals import PLACES, generate_goals, load_goals
+from app.lab.bench.moving import PATHS, Following, moving_json, moving_table, run_following
+from app.lab.bench.obstacle_plots import plot_worlds, trace_world
+from app.lab.bench.obstacle_report import (
+    ObstacleRow,
+    obstacle_json,
+    obstacle_notes,
+    obstacle_rows,
+    obstacle_table,
+)
+from app.lab.bench.obstacle_worlds import FAMILIES
+from app.lab.bench.obstacles import (
+    CONTROLLERS,
+    Setup,
+    WorldTrial,
+    make_world,
+    run_worlds,
+    world_names,
+)
 from app.lab.bench.pick_place import pick_place_json, pick_place_table, run_pick_place
 from app.lab.bench.plots import make_plots, prepare_plots
 from app.lab.bench.poses import POSES, PoseRun, pose_result, poses_json, poses_tables, run_pose
@@ -38,22 +57,33 @@ from app.lab.bench.tree import time_tree, tree_json, tree_table
 from app.lab.bench.viewing import Watcher, measure_watching, watch_json, watch_table
 
 __all__ = [
+    "CONTROLLERS",
     "EXAMPLE",
+    "FAMILIES",
     "KINDS",
+    "NOISY",
+    "PATHS",
+    "PLACES",
     "POSES",
     "QUICK",
     "QUICK_PHASES",
     "SPEEDS",
+    "STARTS",
     "SWEEPS",
     "Cell",
     "CellResult",
     "Conditions",
     "Configuration",
+    "Disturbance",
+    "Following",
+    "ObstacleRow",
     "PoseRun",
     "Reach",
+    "Setup",
     "SignalResult",
     "Soak",
     "Watcher",
+    "WorldTrial",
     "aggregate_trials",
     "cells",
     "faults_json",
@@ -62,9 +92,17 @@ __all__ = [
     "generate_goals",
     "load_goals",
     "make_plots",
+    "make_world",
     "measure_watching",
+    "moving_json",
+    "moving_table",
+    "obstacle_json",
+    "obstacle_notes",
+    "obstacle_rows",
+    "obstacle_table",
     "pick_place_json",
     "pick_place_table",
+    "plot_worlds",
     "pose_result",
     "poses_json",
     "poses_tables",
@@ -73,11 +111,13 @@ __all__ = [
     "reach_notes",
     "reach_table",
     "run_cells",
+    "run_following",
     "run_pick_place",
     "run_pose",
     "run_signals",
     "run_soak",
     "run_trials",
+    "run_worlds",
     "signal_cases",
     "signals_json",
     "signals_table",
@@ -88,8 +128,10 @@ __all__ = [
     "step_table",
     "time_steps",
     "time_tree",
+    "trace_world",
     "tree_json",
     "tree_table",
     "watch_json",
     "watch_table",
+    "world_names",
 ]

@@ -9,6 +9,7 @@ import numpy as np
 
 from app.lab.bench.motion import Controller
 from controller import (
+    OPEN_FLOOR,
     PAPER,
     PRESETS,
     Command,
@@ -19,8 +20,9 @@ from controller import (
     PoseGoal,
     RobotModel,
     StepReport,
+    Surroundings,
 )
-from robots import load_robot, with_base_speed
+from robots import load_robot, with_base_speed, with_reverse_speed
 
 EXAMPLE = "example"
 """The preset of the paper's controller whose velocities are scaled as in its published example."""
@@ -42,6 +44,8 @@ class Configuration:
     preset: str = "frankie"
     base_speed: float | None = None
     """Largest speed of the base [m/s]; None is the default of the preset."""
+    reverse_speed: float | None = None
+    """Largest speed of the base backwards [m/s]; None keeps its share of the forward speed."""
     period: float = 0.01
     """Control period [s]."""
     changes: tuple[tuple[str, Any], ...] = ()
@@ -52,9 +56,11 @@ class Configuration:
         description = load_robot(self.robot)
         if self.preset != "frankie":
             speed = self.base_speed or _PUBLISHED_BASE_SPEED
-            return RobotModel(with_base_speed(description, speed, _PUBLISHED_BASE_SPEED))
-        if self.base_speed is not None:
+            description = with_base_speed(description, speed, _PUBLISHED_BASE_SPEED)
+        elif self.base_speed is not None:
             description = with_base_speed(description, self.base_speed)
+        if self.reverse_speed is not None:
+            description = with_reverse_speed(description, self.reverse_speed)
         return RobotModel(description)
 
     def controller(self, model: RobotModel) -> Controller:
@@ -80,10 +86,14 @@ class PublishedExample:
         self._controller = controller
 
     def step(
-        self, state: KinematicState, goal: MotionGoal | None, last: Command
+        self,
+        state: KinematicState,
+        goal: MotionGoal | None,
+        last: Command,
+        surroundings: Surroundings = OPEN_FLOOR,
     ) -> tuple[Command, StepReport]:
         """The command for the next period."""
-        command, report = self._controller.step(state, goal, last)
+        command, report = self._controller.step(state, goal, last, surroundings)
         if not isinstance(goal, PoseGoal):
             return command, report
         wTe = state.wTb * report.bTe

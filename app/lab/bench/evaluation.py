@@ -34,6 +34,8 @@ class Failure(StrEnum):
     STUCK_MOVING = "stuck moving"
     INFEASIBLE = "infeasible"
     """The QP had no solution at least once."""
+    UNREACHABLE = "called unreachable"
+    """The controller gave it up."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,6 +137,8 @@ def failure_of(motion: Motion) -> Failure | None:
         return None
     if not motion.solved:
         return Failure.INFEASIBLE
+    if motion.unreachable:
+        return Failure.UNREACHABLE
     samples = round(_FINAL_SECONDS / motion.period)
     before, last = motion.position_error[:-samples], motion.position_error[-samples:]
     if np.ptp(last) < _STILL:

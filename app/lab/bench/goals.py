@@ -13,6 +13,12 @@ from app.lab.bench.contacts import ContactChecker
 from config import UserError
 from controller import Array, RobotModel
 
+PLACES = ("anywhere", "near", "far", "floor", "above")
+"""Where goals can be: in the disc, within 1 m, between 3.5 and 4 m, low, or above the base."""
+_PARTS = {"near": (0.0, 1.0), "far": (3.5, 4.0), "above": (0.0, 0.35)}
+"""Nearest and farthest of these from the start [m]."""
+_LOW, _HIGH = 0.15, 0.8
+"""Goals at the floor are lower than this, goals above the base higher [m]."""
 DISC = 4.0
 """Goals are nearer to the start than this [m]."""
 _MARGIN = 0.1
@@ -27,7 +33,7 @@ class GoalFileError(UserError):
     """A file of goals cannot be used."""
 
 
-def generate_goals(model: RobotModel, count: int, seed: int) -> list[SE3]:
+def generate_goals(model: RobotModel, count: int, seed: int, where: str = "anywhere") -> list[SE3]:
     """Poses `wTe` of the tool that the robot can reach without contact.
 
     A posture is drawn uniformly within the joint limits, the heading of the base uniformly, and
@@ -38,7 +44,9 @@ def generate_goals(model: RobotModel, count: int, seed: int) -> list[SE3]:
         model: the robot.
         count: number of goals.
         seed: the same seed gives the same goals.
+        where: one of `PLACES`.
     """
+    nearest, farthest = _PARTS.get(where, (0.0, DISC))
     rng = np.random.default_rng(seed)
     contacts = ContactChecker(model)
     limits = model.limits
@@ -46,9 +54,12 @@ def generate_goals(model: RobotModel, count: int, seed: int) -> list[SE3]:
     while len(goals) < count:
         q = rng.uniform(limits.q_min + _MARGIN, limits.q_max - _MARGIN)
         heading = rng.uniform(-np.pi, np.pi)
-        radius, bearing = DISC * np.sqrt(rng.uniform()), rng.uniform(-np.pi, np.pi)
+        radius = np.sqrt(rng.uniform(nearest**2, farthest**2))
+        bearing = rng.uniform(-np.pi, np.pi)
         tool = model.bTe(q)
         height = float(tool.translation[2])
+        if (where == "floor" and height > _LOW) or (where == "above" and height < _HIGH):
+            continue
         flange = model.link_poses(SE3.Identity(), q)[-1].translation[2]
         if min(height, flange) < _LOWEST or np.hypot(radius, height) > DISC or contacts(q).any:
             continue

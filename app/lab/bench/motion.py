@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import cos, sin
+from math import cos, exp, sin
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -12,6 +12,7 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller import (
+    OPEN_FLOOR,
     Array,
     Command,
     KinematicState,
@@ -19,10 +20,13 @@ from controller import (
     PoseGoal,
     RobotModel,
     StepReport,
+    Surroundings,
 )
 
 GoalAt: TypeAlias = Callable[[float], PoseGoal]
 """The goal at a time since the start [s]."""
+SurroundingsAt: TypeAlias = Callable[[float], Surroundings]
+"""What is around the robot at a time since the start [s]."""
 
 _PROGRESS = 1e-3
 """Nearer by less than this is no progress [m]."""
@@ -34,7 +38,11 @@ class Controller(Protocol):
     """What `HolisticController` and its comparisons have in common."""
 
     def step(
-        self, state: KinematicState, goal: MotionGoal | None, last: Command
+        self,
+        state: KinematicState,
+        goal: MotionGoal | None,
+        last: Command,
+        surroundings: Surroundings = OPEN_FLOOR,
     ) -> tuple[Command, StepReport]:
         """The command for the next period."""
 
@@ -69,6 +77,8 @@ class Motion:
     """Whether the QP had a solution in every period."""
     arrived: bool
     """Whether the motion ended because the goal was reached."""
+    unreachable: str = ""
+    """Why the controller gave the goal up; empty if it did not."""
 
     @property
     def duration(self) -> float:
@@ -95,8 +105,12 @@ def run_motion(
     limit: float,
     patience: float = np.inf,
     stop_on_arrival: bool = True,
+    start: Array | None = None,
+    surroundings_at: SurroundingsAt = lambda time: OPEN_FLOOR,
+    lag: bool = False,
+    watch: Callable[[float, StepReport], None] = lambda time, report: None,
 ) -> Motion:
-    """Move from rest at the origin, arm ready, until the goal is reached or time is up.
+    """Move from rest at the origin until the goal is reached or time is up.
 
     Args:
         controller: computes the commands.
@@ -106,12 +120,19 @@ def run_motion(
         limit: longest time [s].
         patience: give up after this long without progress [s].
         stop_on_arrival: stop when the goal is reached, or go on to the limit.
+        start: (7,) joint positions at first [rad]; None is ready.
+        surroundings_at: what is around; a motion ends when the controller says that it makes the
+            goal unreachable.
+        lag: whether base and arm follow their commands with the lags of the robot's description,
+            or exactly.
+        watch: called after every step.
     """
-    state, heading = State(wTb=SE3.Identity(), q=model.description.arm.ready.copy()), 0.0
-    last = Command.stop()
+    q = model.description.arm.ready.copy() if start is None else start
+    state, heading = State(wTb=SE3.Identity(), q=q), 0.0
+    last = applied = Command.stop()
     bases, postures, tools, errors = [np.zeros(3)], [state.q], [], []
     velocities: list[Array] = []
-    solved, arrived = True, False
+    solved, arrived, unreachable = True, False, ""
     best, best_at = np.inf, 0.0
     for index in range(round(limit / period) + 1):
         time = index * period
@@ -126,11 +147,16 @@ def run_motion(
             best, best_at = far, time
         if (arrived and stop_on_arrival) or time - best_at > patience or time >= limit:
             break
-        last, report = controller.step(state, goal, last)
-        solved = solved and report.solved
-        heading = heading + last.base_twist[2] * period
+        if unreachable:
+            break
+        last, report = controller.step(state, goal, last, surroundings_at(time))
+        watch(time, report)
+        solved, unreachable = solved and report.solved, report.unreachable
+        applied = _followed(model, applied, last, period) if lag else last
+        heading = heading + applied.base_twist[2] * period
         state = State(
-            wTb=integrate_base(state.wTb, heading, last, period), q=state.q + last.qd * period
+            wTb=integrate_base(state.wTb, heading, applied, period),
+            q=state.q + applied.qd * period,
         )
         velocities.append(model.velocities(last))
         bases.append(np.array([*state.wTb.translation[:2], heading]))
@@ -145,6 +171,17 @@ def run_motion(
         orientation_error=np.array([error[1] for error in errors]),
         solved=solved,
         arrived=arrived,
+        unreachable=unreachable,
+    )
+
+
+def _followed(model: RobotModel, before: Command, command: Command, period: float) -> Command:
+    """The velocities that a robot with first-order lag has a period later."""
+    base = 1.0 - exp(-period / model.description.base.lag)
+    arm = 1.0 - exp(-period / model.description.arm.lag)
+    return Command(
+        base_twist=before.base_twist + base * (command.base_twist - before.base_twist),
+        qd=before.qd + arm * (command.qd - before.qd),
     )
 
 

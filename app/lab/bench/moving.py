@@ -78,7 +78,7 @@ def moving_goal(following: Following, period: float) -> GoalAt:
         following: which goal.
         period: control period [s].
     """
-    times: Array = np.arange(round(following.duration / period) + 1) * period
+    times = np.asarray(np.arange(round(following.duration / period) + 1) * period, float)
     turn = _turn_rates(following, times, period)
     heading = np.concatenate([[0.0], np.cumsum(turn[:-1] * period)])
     if following.path == "sine":
@@ -92,7 +92,7 @@ def moving_goal(following: Following, period: float) -> GoalAt:
         yaw, rate = (heading[k], turn[k]) if following.along else (0.0, 0.0)
         c, s = np.cos(heading[k]), np.sin(heading[k])
         twist = np.array([following.speed * c, following.speed * s, 0.0, 0.0, 0.0, rate])
-        wTe = SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, yaw), [*_START, *places[k], 0.0])
+        wTe = SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, yaw), _START + np.array([*places[k], 0.0]))
         return PoseGoal(wTe=wTe, twist=twist if following.known else None)
 
     return goal_at
@@ -105,14 +105,16 @@ def _turn_rates(following: Following, times: Array, period: float) -> Array:
             return np.zeros(len(times))
         case "sine":
             phase = 2.0 * np.pi * times / _SINE_PERIOD
-            return _SINE_HEADING * 2.0 * np.pi / _SINE_PERIOD * np.cos(phase)
+            turn = _SINE_HEADING * 2.0 * np.pi / _SINE_PERIOD * np.cos(phase)
+            return np.asarray(turn, float)
         case "random walk":
             kernel = np.exp(-0.5 * (np.arange(-3.0, 3.0, period / _WALK_MEMORY)) ** 2)
             noise = np.random.default_rng(following.seed).normal(size=len(times) + len(kernel) - 1)
-            return _WALK_TURN * np.convolve(noise, kernel, "valid") / np.linalg.norm(kernel)
+            walk = np.convolve(noise, _WALK_TURN * kernel / np.linalg.norm(kernel), "valid")
+            return np.asarray(walk, float)
         case circle:
             radius = float(circle.split()[1])
-            return np.full(len(times), following.speed / radius)
+            return np.asarray(np.full(len(times), following.speed / radius), float)
 
 
 def run_following(

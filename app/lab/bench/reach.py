@@ -15,6 +15,7 @@ from rich.table import Table
 
 from app.lab import run_all
 from app.lab.bench.configuration import Configuration
+from app.lab.bench.disturbance import QUIET, Disturbance, Disturbed, draw_start
 from app.lab.bench.evaluation import Evaluator, Trial
 from app.lab.bench.motion import run_motion
 from controller import Array, PoseGoal
@@ -32,6 +33,11 @@ class Conditions:
     """[rad]."""
     patience: float = 15.0
     """Stuck after this long without progress [s]."""
+    starts: str = "ready"
+    """How the arm starts, one of `STARTS`."""
+    disturbance: Disturbance = QUIET
+    seed: int = 0
+    """Of starts and noise, together with the number of the goal."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,6 +45,7 @@ class _Task:
     configuration: Configuration
     conditions: Conditions
     goal: Array
+    number: int
 
 
 @lru_cache(maxsize=8)
@@ -54,13 +61,24 @@ def _trial(task: _Task) -> Trial:
         position_tolerance=conditions.position_tolerance,
         orientation_tolerance=conditions.orientation_tolerance,
     )
+    rng = np.random.default_rng((conditions.seed, task.number))
+    start = draw_start(evaluator.model, conditions.starts, rng)
+    controller = task.configuration.controller(evaluator.model)
+    if conditions.disturbance != QUIET:
+        controller = Disturbed(
+            controller=controller,
+            disturbance=conditions.disturbance,
+            period=task.configuration.period,
+            rng=rng,
+        )
     motion = run_motion(
-        task.configuration.controller(evaluator.model),
+        controller,
         evaluator.model,
         lambda time: goal,
         period=task.configuration.period,
         limit=conditions.limit,
         patience=conditions.patience,
+        start=start,
     )
     return evaluator(motion)
 
@@ -75,8 +93,10 @@ def run_trials(
 ) -> Iterator[tuple[int, Trial]]:
     """One motion to every goal; yields the goal's number and the trial as they finish."""
     tasks = [
-        _Task(configuration=configuration, conditions=conditions, goal=goal.homogeneous)
-        for goal in goals
+        _Task(
+            configuration=configuration, conditions=conditions, goal=goal.homogeneous, number=number
+        )
+        for number, goal in enumerate(goals)
     ]
     return run_all(_trial, tasks, workers=workers, cluster=cluster)
 
@@ -89,6 +109,10 @@ class Reach:
     preset: str
     base_speed: float
     """Limit of the base [m/s]."""
+    reverse_speed: float
+    """The same backwards [m/s]."""
+    starts: str
+    disturbance: dict[str, float]
     changes: dict[str, Any]
     """Settings that differ from the preset."""
     period_s: float
@@ -134,6 +158,9 @@ def aggregate_trials(
         robot=configuration.robot,
         preset=configuration.preset,
         base_speed=float(configuration.model().limits.base_twist[0]),
+        reverse_speed=configuration.model().limits.base_reverse,
+        starts=conditions.starts,
+        disturbance=asdict(conditions.disturbance),
         changes=dict(configuration.changes),
         period_s=configuration.period,
         time_limit_s=conditions.limit,
@@ -180,7 +207,7 @@ SWEEPS: dict[str, tuple[tuple[tuple[str, Any], ...], ...]] = {
 def reach_table(rows: Sequence[Reach]) -> Table:
     """As a table."""
     table = Table(title="Experiment 2: reaching goals", title_justify="left")
-    for name in ("robot", "preset", "base m/s"):
+    for name in ("robot", "preset", "base m/s", "back"):
         table.add_column(name)
     for name in ("goals", *_COUNTS, "median s", "p95 s", "max s", "θε °", "m"):
         table.add_column(name, justify="right")
@@ -189,6 +216,7 @@ def reach_table(rows: Sequence[Reach]) -> Table:
             row.robot,
             _setting(row),
             f"{row.base_speed:.1f}",
+            f"{row.reverse_speed:.2f}",
             str(row.goals),
             *(str(getattr(row, field)) for field in _COUNTS.values()),
             *(

@@ -23,6 +23,7 @@ from app.lab.bench.configuration import Configuration
 from app.lab.bench.motion import Controller, run_motion
 from app.lab.bench.published import PublishedStep
 from controller import (
+    OPEN_FLOOR,
     STEP_PARTS,
     Array,
     Command,
@@ -30,6 +31,7 @@ from controller import (
     MotionGoal,
     PoseGoal,
     StepReport,
+    Surroundings,
 )
 
 _LIMIT = 20.0
@@ -86,9 +88,13 @@ class InterleavedTimer:
     results: list[dict[str, Any]] = field(default_factory=list)
 
     def step(
-        self, state: KinematicState, goal: MotionGoal | None, last: Command
+        self,
+        state: KinematicState,
+        goal: MotionGoal | None,
+        last: Command,
+        surroundings: Surroundings = OPEN_FLOOR,
     ) -> tuple[Command, StepReport]:
-        """The step of every controller; returns that of the first."""
+        """The step of every controller, on open floor; returns that of the first."""
         assert isinstance(goal, PoseGoal)
         names = list(self.controllers)
         results: dict[str, Any] = {}
@@ -209,10 +215,14 @@ class _Timed:
     timer: PartTimer
 
     def step(
-        self, state: KinematicState, goal: MotionGoal | None, last: Command
+        self,
+        state: KinematicState,
+        goal: MotionGoal | None,
+        last: Command,
+        surroundings: Surroundings = OPEN_FLOOR,
     ) -> tuple[Command, StepReport]:
         """The command for the next period."""
-        return self.timer.step(lambda: self.controller.step(state, goal, last))
+        return self.timer.step(lambda: self.controller.step(state, goal, last, surroundings))
 
 
 def _agreement(timer: InterleavedTimer, velocities: Callable[[Command], Array]) -> float:

@@ -20,15 +20,15 @@ tree:
 """
 
 
-def stood_in_the_way(folder: Path, world: str) -> Result:
-    """A robot that stands still, and somebody who runs into it."""
-    (folder / "scene.yaml").write_text(SCENE)
+def stood_in_the_way(folder: Path, *, of_somebody: bool) -> Result:
+    """A robot that stands still, and somebody who runs into it, or not."""
+    scene = SCENE if of_somebody else SCENE.partition("walkers:")[0]
+    (folder / "scene.yaml").write_text(scene)
     (folder / "stand.yaml").write_text(TASK)
     return run_task(
         RunOptions(
             tree=folder / "stand.yaml",
             scene=str(folder / "scene.yaml"),
-            world=world,
             record=folder / "runs",
         )
     )
@@ -41,7 +41,7 @@ def shown(result: Result) -> str:
 
 
 def test_contacts_are_counted_by_name_and_shown(tmp_path):
-    result = stood_in_the_way(tmp_path, "solid")
+    result = stood_in_the_way(tmp_path, of_somebody=True)
     names = result.summary.contacts_by_name
     assert names["the base hit Ada"] == 1
     assert result.summary.contacts == sum(names.values())
@@ -49,6 +49,6 @@ def test_contacts_are_counted_by_name_and_shown(tmp_path):
 
 
 def test_where_nothing_is_hit_the_table_does_not_speak_of_it(tmp_path):
-    result = stood_in_the_way(tmp_path, "kinematic")
+    result = stood_in_the_way(tmp_path, of_somebody=False)
     assert result.summary.contacts == 0
     assert "contacts" not in shown(result)

@@ -127,6 +127,52 @@ def test_a_cluster_needs_its_extra(monkeypatch):
     refused('pip install "frankie-task[cluster]"', "reach", *options)
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--starts", "limits"),
+        ("--starts", "stretched", "--goals", "above"),
+        ("--starts", "singular", "--noise", "--goals", "near"),
+        ("--starts", "random", "--delay-ms", 30, "--goals", "floor"),
+    ],
+)
+def test_reach_starts_elsewhere_and_disturbs_the_robot(tmp_path, options):
+    file = tmp_path / "reach.json"
+    common = ("--robot", "frankie", "--base-speed", 1.0, "--count", 2, "--workers", 1)
+    assert call("reach", *common, *options, "--json", file)[0] == 0
+    (row,) = json.loads(file.read_text())["results"]
+    assert (row["failures"], row["limit_violations"], row["contact_samples"]) == (0, 0, 0)
+
+
+def test_reach_says_how_fast_the_base_drives_backwards(tmp_path):
+    times = []
+    for speed in (0.1, 1.0):
+        file = tmp_path / "reach.json"
+        options = ("--robot", "omni", "--base-speed", 1.0, "--reverse-speed", speed)
+        call("reach", *options, "--count", 4, "--workers", 1, "--json", file)
+        (row,) = json.loads(file.read_text())["results"]
+        assert row["reverse_speed"] == speed
+        times.append(row["time_mean_s"])
+    assert times[0] > times[1]
+
+
+def test_an_unknown_start_is_refused():
+    refused("stretched", "reach", "--starts", "streched", "--count", 1)
+
+
+# moving
+
+
+@pytest.mark.slow
+def test_moving_follows_every_path_of_an_omnidirectional_base(tmp_path):
+    file = tmp_path / "moving.json"
+    assert call("moving", "--robot", "omni", "--workers", 2, "--json", file)[0] == 0
+    for row in json.loads(file.read_text())["results"]:
+        assert row["error_max_mm"] < (10.0 if row["known"] else 40.0), row
+        assert row["tilt_max_deg"] < 2.0
+        assert (row["limit_violations"], row["contact_samples"]) == (0, 0)
+
+
 # poses
 
 

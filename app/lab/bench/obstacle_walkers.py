@@ -1,0 +1,112 @@
+"""Walkers, and the rule that says which contacts with them the robot could have avoided."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, inf
+
+import numpy as np
+from pinocchio import SE3
+
+from controller import Array, Obstacle
+from robots import Cylinder, Geom, RobotDescription
+
+SIGHT = 2.0
+"""The robot is expected to act on a course that a walker has had for this long [s]."""
+STILL = 0.05
+"""A robot that comes nearer to a walker more slowly than this does not run into it [m/s]."""
+MARGIN = 0.05
+"""Distance that counts as out of the walker's way [m]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Walker:
+    """An upright cylinder that walks along a line, at constant speed or to and fro."""
+
+    name: str
+    shape: Cylinder
+    start: Array
+    """(2,) one end of its walk [m]."""
+    direction: Array
+    """(2,) unit vector."""
+    speed: float
+    """[m/s]."""
+    length: float = inf
+    """Of its walk, where it turns around [m]; infinite if it never does."""
+    phase: float = 0.0
+    """How far it has walked when the robot starts [m]."""
+
+    def positions(self, times: Array) -> Array:
+        """(k, 3) centre at times (k,) [s]."""
+        walked = self.phase + self.speed * times
+        if self.length < inf:
+            walked = self.length - np.abs(walked % (2.0 * self.length) - self.length)
+        height = np.full(len(times), self.shape.half_length)
+        return np.column_stack([self.start + np.outer(walked, self.direction), height])
+
+    def velocity(self, time: float) -> Array:
+        """(3,) [m/s]."""
+        back = self.length < inf and (self.phase + self.speed * time) // self.length % 2 == 1
+        return np.array([*self.direction, 0.0]) * (-self.speed if back else self.speed)
+
+    def course_time(self, time: float) -> float:
+        """How long it has been on its present course, or has been seen [s]."""
+        if self.length == inf:
+            return time
+        walked = (self.phase + self.speed * time) % self.length
+        return min(time, walked / self.speed)
+
+    def obstacle(self, time: float) -> Obstacle:
+        """As the controller is told."""
+        place = SE3(np.eye(3), self.positions(np.array([time]))[0])
+        return Obstacle(Geom(self.shape, place, self.name), self.velocity(time))
+
+
+def could_have_left(
+    robot: RobotDescription, base: Array, period: float, walker: Walker, sample: int
+) -> bool:
+    """Whether the robot could have been out of the way of a walker that touches it.
+
+    The way of the walker is the strip that it sweeps, wider on both sides by the circle around the
+    base. Out of the way is who was beside the strip `SIGHT` before the contact, or when the walker
+    took its present course, and whoever could have driven straight out of it since then: along its
+    heading, an omnidirectional base sideways too.
+
+    Args:
+        robot: with its limits.
+        base: (k, 3) x, y [m] and heading [rad] along the motion.
+        period: of the samples [s].
+        walker: who touches it.
+        sample: the first of the contact.
+    """
+    limits = robot.limits
+    known = ceil(min(SIGHT, walker.course_time(sample * period)) / period)
+    before = max(sample - known, 0)
+    time = (sample - before) * period
+    velocity = walker.velocity(sample * period)[:2]
+    across = np.array([-velocity[1], velocity[0]]) / np.linalg.norm(velocity)
+    there = walker.positions(np.array([before * period]))[0, :2]
+    offset = float(across @ (base[before, :2] - there))
+    half = walker.shape.radius + float(np.hypot(*robot.base.size[:2])) / 2.0 + MARGIN
+    if abs(offset) >= half:
+        return True
+    heading = base[before, 2]
+    axes = [(np.array([np.cos(heading), np.sin(heading)]), 0)]
+    if limits.base_twist[1] > 0.0:
+        axes.append((np.array([-np.sin(heading), np.cos(heading)]), 1))
+    moved = (base[before, :2] - base[max(before - 1, 0), :2]) / period
+    for axis, number in axes:
+        for way in (1.0, -1.0):
+            pace = way * float(axis @ across)
+            to_go = (half - np.sign(pace) * offset) / max(abs(pace), 1e-9)
+            top = limits.base_speed(way * np.eye(3)[number])[number]
+            speed = min(way * float(axis @ moved), top)
+            if _driven(speed, float(top), float(limits.base_acceleration[number]), time) >= to_go:
+                return True
+    return False
+
+
+def _driven(speed: float, top: float, acceleration: float, time: float) -> float:
+    """How far a base gets in a time that accelerates from one speed to another."""
+    speeding = min(time, (top - speed) / acceleration)
+    return speed * speeding + 0.5 * acceleration * speeding**2 + top * (time - speeding)

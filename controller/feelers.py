@@ -1,0 +1,141 @@
+"""How near the robot is to points that were seen.
+
+Feelers are places along the axes and on the faces of the robot's shapes. Each finds the point that
+is nearest to it; the distance of that point is then measured from the shape itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from controller.collision_model import CollisionModel
+from controller.command import Array
+from controller.point_cloud import PointCloud
+from robots import Box, Shape, from_rounded_boxes, rounded_box
+
+_FAR = 1.0
+"""Points that are farther than this from a feeler do not matter [m]."""
+_FACE = 0.4
+"""Feelers on the faces of boxes are at most this far apart [m]; those of the base have capsules in
+the corners besides."""
+_EACH = 2
+"""Points that one shape keeps off at a time, the nearest ones."""
+
+Numbers = npt.NDArray[np.int64]
+
+
+class Felt(NamedTuple):
+    """K points that are near shapes of the robot."""
+
+    d: Array
+    """(K,) between point and shape [m]; negative inside."""
+    lines: Array
+    """(K, 6) from the shape to the point: direction and moment about the world's origin."""
+    shape: Numbers
+    """(K,) numbers of the shapes in the collision model."""
+    kind: Numbers
+    """(K,) `PairKind`."""
+
+
+class Feelers:
+    """Of one robot, with what it holds.
+
+    Args:
+        collision: its shapes.
+    """
+
+    def __init__(self, collision: CollisionModel) -> None:
+        self._collision = collision
+        bodies = collision.bodies
+        rounded = [rounded_box(body.geom.shape) for body in bodies]
+        self._half = np.array([half for half, _ in rounded])
+        self._radius = np.array([radius for _, radius in rounded])
+        places = [_places(body.geom.shape) for body in bodies]
+        counts = [len(some) for some, _ in places]
+        self._body = np.repeat(np.arange(len(bodies)), counts)
+        self._places = np.concatenate([some for some, _ in places])
+        """(F, 3) in the frame of the shape."""
+        self._covers = np.repeat([covers for _, covers in places], counts)
+        """(F,) a point may be nearer to the shape than to the feeler by this much [m]."""
+        self._shape = np.array([body.number for body in bodies])
+        self.kind = np.array([body.kind for body in bodies], dtype=np.int64)[self._body]
+        """(F,) `PairKind`."""
+        self._reach = collision.reach[self._shape][self._body]
+        """(F, n) the most by which a degree of freedom moves any point of the shape [m/rad]."""
+        self._cloud: PointCloud | None = None
+        self._at_least = np.full(len(self._body), -np.inf)
+        """(F,) least distance that any point that a feeler finds may have from its shape [m]."""
+        self._matters = self._at_least
+        """(F,) distance that matters now [m]."""
+
+    def due(
+        self, cloud: PointCloud, motion: Array, within: Callable[[Array], Array]
+    ) -> Numbers | None:
+        """The feelers that may be so near to a point that it matters; None if none is.
+
+        Args:
+            cloud: the points.
+            motion: (n, 2) how far every degree of freedom has moved at most since the last call,
+                and its largest speed.
+            within: the distances (F,) that matter at speeds (F,).
+        """
+        if cloud is not self._cloud:
+            self._cloud, self._at_least = cloud, np.full(len(self._body), -np.inf)
+        changes = self._reach @ motion
+        self._at_least -= changes[:, 0]
+        self._matters = within(changes[:, 1])
+        (some,) = np.nonzero(self._at_least <= self._matters)
+        return some if len(some) and len(cloud.points) else None
+
+    def feel(self, some: Numbers) -> Felt:
+        """The nearest points of every shape; the collision model has been placed.
+
+        Args:
+            some: (S,) which feelers, as `due` tells.
+        """
+        cloud, body = self._cloud, self._body[some]
+        assert cloud is not None
+        bodies, which = np.unique(body, return_inverse=True)
+        rotations, origins = self._collision.poses(self._shape[bodies])
+        R, origin = rotations[which], origins[which]
+        places = (R @ self._places[some][:, :, None])[:, :, 0] + origin
+        distances, found = cloud.nearest(places, _FAR)
+        self._at_least[some] = np.minimum(distances, _FAR) - self._covers[some]
+        (near,) = np.nonzero(self._at_least[some] <= self._matters[some])
+        # Feelers of one shape may find the same point.
+        _, first = np.unique(body[near] * (len(cloud.points) + 1) + found[near], return_index=True)
+        near = near[first]
+        some, body, R, points = some[near], body[near], R[near], cloud.points[found[near]]
+        local = ((points - origin[near])[:, None, :] @ R)[:, 0]
+        d, out = from_rounded_boxes(local, self._half[body], self._radius[body])
+        kept = np.lexsort((d, body))
+        kept = kept[_ranks(body[kept]) < _EACH]
+        kept = kept[d[kept] <= self._matters[some[kept]]]
+        n, p = (R[kept] @ out[kept][:, :, None])[:, :, 0], points[kept]
+        lines = np.concatenate([n, np.cross(p, n)], axis=1)
+        return Felt(d[kept], lines, self._shape[body[kept]], self.kind[some[kept]])
+
+
+def _ranks(groups: Numbers) -> Numbers:
+    """(K,) the place of each within its group; groups stand together."""
+    first = np.searchsorted(groups, groups, side="left")
+    ranks: Numbers = np.arange(len(groups)) - first
+    return ranks
+
+
+def _places(shape: Shape) -> tuple[Array, float]:
+    """Feelers (F, 3) in the frame of a shape, and how far its surface is from one at most [m]."""
+    half, radius = rounded_box(shape)
+    apart = _FACE if isinstance(shape, Box) else 2.0 * radius
+    counts = [int(np.ceil(2.0 * h / apart)) + 1 if h > apart / 10.0 else 1 for h in half]
+    edges = list(zip(half.tolist(), counts, strict=True))
+    lines = [np.linspace(-h, h, n) if n > 1 else np.zeros(1) for h, n in edges]
+    places = np.array(list(product(*lines)))
+    outer = (np.abs(places) >= half - 1e-9).any(axis=1) | (min(counts) == 1)
+    beside = [h / max(n - 1, 1) for h, n in edges]
+    return places[outer], radius + float(np.linalg.norm(beside))

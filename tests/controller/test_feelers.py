@@ -1,0 +1,95 @@
+"""Distances to seen points are those of the robot's shapes, and grow as the rows say."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from pinocchio import SE3
+
+from controller import ControllerSettings, PointCloud, Surroundings, robot_model
+from controller.dampers import Dampers
+from controller.proximity import Proximity
+from robots import Box, Capsule, Geom, Sphere, from_rounded_boxes, rounded_box
+
+
+@pytest.fixture(params=["frankie", "omni"])
+def model(request):
+    return robot_model(request.param)
+
+
+def around(seed: int, count: int = 300) -> np.ndarray:
+    """Points beside, before and above the base."""
+    return np.random.default_rng(seed).uniform([-0.6, -0.8, 0.45], [1.2, 0.8, 1.4], (count, 3))
+
+
+def proximity(model) -> Proximity:
+    settings = ControllerSettings()
+    assert settings.collision is not None
+    return Proximity(model, Dampers(model, settings, settings.collision).ranges)
+
+
+def near(model, q, wTb=None, **known):
+    fastest = np.abs(model.velocity_limits).max(axis=0)
+    return proximity(model).near(wTb or SE3.Identity(), q, Surroundings(**known), fastest)
+
+
+def by_name(model, known) -> dict[str, np.ndarray]:
+    """The distances of each part of the robot, by its name."""
+    prox, q = proximity(model), model.description.arm.ready
+    found = prox.near(SE3.Identity(), q, known, np.abs(model.velocity_limits).max(axis=0))
+    names = np.array([prox.pair_name(int(pair)).split(" and ")[0] for pair in found.pair])
+    return {name: found.d[names == name] for name in set(names)}
+
+
+def test_points_are_as_near_to_every_link_as_coal_says(model):
+    points = around(0, 200)
+    balls = tuple(Geom(Sphere(1e-5), SE3(np.eye(3), p), f"{k}") for k, p in enumerate(points))
+    ours = by_name(model, Surroundings(seen=PointCloud(points)))
+    coals = by_name(model, Surroundings(fixtures=balls))
+    assert set(ours) >= {"base", "link1", "link3", "link5", "link7", "hand", "camera"}
+    for name, distances in ours.items():
+        assert distances.min() < coals[name].min() + 0.01, name
+        off = np.abs(distances[:, None] - coals[name]).min(axis=1)
+        assert off.max() < 1e-4, name
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rows_are_the_rates_at_which_distances_grow(model, seed):
+    cloud, q = PointCloud(around(seed)), model.description.arm.ready
+    start, step = near(model, q, seen=cloud), 1e-6
+    assert len(start.d) > 10
+    for number in range(model.n):
+        moved = np.zeros(model.n)
+        moved[number] = step
+        twist = model.command(moved).base_twist
+        wTb = pin.exp6(np.array([twist[0], twist[1], 0.0, 0.0, 0.0, twist[2]]))
+        after = near(model, q + moved[model.n_base :], wTb, seen=cloud)
+        rates = (after.d - start.d) / step
+        np.testing.assert_allclose(rates, start.rows[:, number], atol=1e-4)
+
+
+def test_what_was_measured_before_is_measured_again_in_time(model):
+    """One that is kept from step to step finds what a new one finds."""
+    kept, q, cloud = proximity(model), model.description.arm.ready.copy(), PointCloud(around(1))
+    slow = np.full(model.n, 0.2)
+    for step in range(60):
+        wTb = SE3(np.eye(3), np.array([0.005 * step, 0.0, 0.0]))
+        q[0] += 0.01
+        if step == 30:
+            cloud = PointCloud(around(2))
+        known = Surroundings(seen=cloud)
+        ours, fresh = (p.near(wTb, q, known, slow) for p in (kept, proximity(model)))
+        np.testing.assert_array_equal(np.sort(ours.d), np.sort(fresh.d))
+
+
+def test_a_cloud_without_points_is_no_obstacle(model):
+    q, nothing = model.description.arm.ready, PointCloud(np.zeros((0, 3)))
+    assert len(near(model, q, seen=nothing).d) == len(near(model, q).d)
+
+
+def test_distances_from_rounded_boxes():
+    points = np.array([[0.3, 0.0, 0.0], [0.0, 0.0, 0.5], [0.05, 0.0, 0.0], [0.2, 0.3, 0.0]])
+    d, out = from_rounded_boxes(points, *rounded_box(Box((0.1, 0.2, 0.3))))
+    np.testing.assert_allclose(d, [0.2, 0.2, -0.05, np.hypot(0.1, 0.1)])
+    np.testing.assert_allclose(out[:3], [[1, 0, 0], [0, 0, 1], [1, 0, 0]])
+    d, _ = from_rounded_boxes(points, *rounded_box(Capsule(0.1, 0.2)))
+    np.testing.assert_allclose(d[:3], [0.2, 0.2, -0.05])

@@ -1,0 +1,109 @@
+"""Goals that move are followed, whether their velocity is known or not; noise is not."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from motion import State, move, tool_pose
+from pinocchio import SE3
+
+from controller import Command, HolisticController, PoseGoal, robot_model
+from controller.goal_motion import GoalMotion
+
+PERIOD = 0.01
+
+
+def estimated(positions) -> list[np.ndarray]:
+    """The twist that a goal seems to have, after each of its positions."""
+    motion, twists = GoalMotion(PERIOD), []
+    for position in positions:
+        goal = motion(PoseGoal(wTe=tool_pose(*position)))
+        twists.append(np.zeros(6) if goal.twist is None else goal.twist)
+    return twists
+
+
+def test_the_velocity_of_a_goal_that_moves_steadily_is_found_within_a_second():
+    velocity = np.array([0.2, -0.3, 0.05])
+    twist = estimated(velocity * PERIOD * k for k in range(100))[-1]
+    np.testing.assert_allclose(twist[:3], velocity, atol=1e-3)
+    np.testing.assert_allclose(twist[3:], 0.0, atol=1e-9)
+
+
+def test_the_turn_rate_of_a_goal_is_found():
+    motion = GoalMotion(PERIOD)
+    for k in range(100):
+        goal = motion(PoseGoal(wTe=tool_pose(1.0, 0.0, 0.5, yaw=0.4 * PERIOD * k)))
+    np.testing.assert_allclose(goal.twist, [0.0, 0.0, 0.0, 0.0, 0.0, 0.4], atol=1e-3)
+
+
+def test_a_goal_that_jumps_or_trembles_does_not_move():
+    rng = np.random.default_rng(0)
+    jumping = [(0.0, 0.0, 0.5)] * 50 + [(0.3, 0.0, 0.5)] * 50
+    trembling = rng.normal(size=(500, 3)) * 0.002
+    for positions in (jumping, trembling):
+        assert not np.any(estimated(positions))
+
+
+def test_a_goal_that_stops_stands_still_soon():
+    positions = [(min(0.003 * k, 0.6), 0.0, 0.5) for k in range(260)]
+    assert not np.any(estimated(positions)[-1])
+
+
+def test_a_velocity_that_is_given_is_kept():
+    given = np.full(6, 0.1)
+    assert GoalMotion(PERIOD)(PoseGoal(wTe=tool_pose(1, 0, 1), twist=given)).twist is given
+
+
+def line(time: float) -> tuple[SE3, np.ndarray]:
+    return tool_pose(2.0, -1.5 + 0.3 * time, 0.7), np.array([0.0, 0.3, 0.0, 0.0, 0.0, 0.0])
+
+
+def circle(time: float) -> tuple[SE3, np.ndarray]:
+    """Of 1 m, the tool turning with the path."""
+    angle = 0.3 * time
+    place = (1.0 + np.cos(angle), 0.5 + np.sin(angle), 0.7)
+    velocity = 0.3 * np.array([-np.sin(angle), np.cos(angle)])
+    return tool_pose(*place, yaw=angle), np.array([*velocity, 0.0, 0.0, 0.0, 0.3])
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+@pytest.mark.parametrize(("known", "allowed"), [(True, 0.01), (False, 0.04)])
+@pytest.mark.parametrize("path", [line, circle])
+def test_a_moving_goal_is_followed(robot, path, known, allowed):
+    controller = HolisticController(robot_model(robot))
+    state, last, errors = State(), Command.stop(), []
+    for k in range(2000):
+        wTe, twist = path(k * PERIOD)
+        goal = PoseGoal(wTe=wTe, twist=twist if known else None)
+        last, report = controller.step(state, goal, last)
+        move(state, last)
+        errors.append((report.position_error, report.orientation_error))
+    position, orientation = np.max(errors[1000:], axis=0)
+    assert position < allowed
+    assert orientation < np.deg2rad(5.0)
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+def test_noise_of_the_state_does_not_shake_a_robot_at_its_goal(robot):
+    """1 mrad, 5 mm and 0.3 degrees: a robot that follows them moves its base at 18 mm/s."""
+    model, rng = robot_model(robot), np.random.default_rng(0)
+    controller = HolisticController(model)
+    state, last = State(), Command.stop()
+    goal = PoseGoal(wTe=tool_pose(1.5, 0.8, 0.6, yaw=0.6))
+    speeds, joints, errors = [], [], []
+    for k in range(1400):
+        x, y = rng.normal(size=2) * 0.005
+        turn = pin.utils.rotate("z", rng.normal() * np.deg2rad(0.3))
+        translation = state.wTb.translation + np.array([x, y, 0.0])
+        seen = State(
+            SE3(turn @ state.wTb.rotation, translation), state.q + rng.normal(size=7) / 1e3
+        )
+        last, _ = controller.step(seen, goal, last)
+        move(state, last)
+        if k >= 800:
+            speeds.append(np.linalg.norm(last.base_twist[:2]))
+            joints.append(np.abs(last.qd).max())
+            tool = model.wTe(state.wTb, state.q)
+            errors.append(np.linalg.norm(tool.translation - goal.wTe.translation))
+    assert np.sqrt(np.mean(np.square(speeds))) < 0.008
+    assert max(joints) < 0.06
+    assert max(errors) < 0.006

@@ -1,0 +1,208 @@
+"""A base that is led between things arrives, and by itself touches none of them."""
+
+from dataclasses import dataclass, replace
+from math import hypot, inf, pi
+
+import numpy as np
+import pytest
+from test_floor_map import base_at, box, distance
+
+from controller import RobotModel
+from controller.base_drive import Pose2D, drive_along, drive_to, time_to_drive
+from controller.floor_map import FloorMap
+from controller.route import Route
+from controller.settings import ControllerSettings
+from robots import Geom, load_robot
+
+SETTINGS = ControllerSettings()
+DT = SETTINGS.period
+
+
+def robot(name: str, reverse: float) -> RobotModel:
+    description = load_robot(name)
+    return RobotModel(
+        replace(description, limits=replace(description.limits, base_reverse=reverse))
+    )
+
+
+ROBOTS = {"frankie": robot("frankie", 0.25), "fast back": robot("frankie", 1.0)}
+ROBOTS["omni"] = robot("omni", 1.0)
+
+
+@dataclass
+class Drive:
+    """A base with limits and a lag, and how it fared."""
+
+    arrived: bool = False
+    time: float = 0.0
+    clearance: float = inf
+    on_the_spot: float = 0.0
+    unreachable: str = ""
+
+
+def drive(
+    model: RobotModel,
+    fixtures: tuple[Geom, ...],
+    start: Pose2D,
+    goal: Pose2D,
+    seconds: float = 60.0,
+) -> Drive:
+    room, route, run = FloorMap(fixtures, model.description), Route(model, SETTINGS), Drive()
+    x, y, heading = start
+    axes, n = model.description.base.axes, model.n_base
+    command, velocities = np.zeros(n), np.zeros(n)
+    most = model.acceleration_limits[:n] * DT
+    low, high = model.velocity_limits[:, :n]
+    while run.time < seconds:
+        here = Pose2D(x, y, heading)
+        lead = route.lead(room, here, goal)
+        run.unreachable = lead.unreachable
+        left = goal.relative_to(here)
+        run.arrived = hypot(left.x, left.y) < 0.03 and abs(left.heading) < 0.03
+        if run.arrived or run.unreachable:
+            break
+        wanted = drive_along(model, SETTINGS, lead)
+        command = np.clip(np.clip(wanted, command - most, command + most), low, high)
+        velocities += (1.0 - np.exp(-DT / model.description.base.lag)) * (command - velocities)
+        vx, vy, w = (axes @ velocities * DT).tolist()
+        c, s = np.cos(heading + w / 2.0), np.sin(heading + w / 2.0)
+        x, y, heading = x + c * vx - s * vy, y + s * vx + c * vy, heading + w
+        run.on_the_spot += abs(w) if hypot(vx, vy) < 0.08 * DT else 0.0
+        run.time += DT
+        if round(run.time / DT) % 5 == 0:
+            base = base_at(x, y, heading)
+            near = (f for f in fixtures if hypot(*(f.pose.translation[:2] - [x, y])) < 4.0)
+            run.clearance = min([run.clearance, *(distance(base, f) for f in near)])
+    return run
+
+
+def wall(x: float, y: float, dx: float, dy: float) -> Geom:
+    return box(x, y, dx, dy, height=0.9)
+
+
+TABLE = box(2.0, 0.0, 0.8, 1.6, height=0.5)
+TWO_TABLES = (box(0, 0.95, 3.0, 0.8, height=0.5), box(0, -0.95, 3.0, 0.8, height=0.5))
+CORRIDOR = (
+    wall(0, 0.6, 6, 0.1),
+    wall(0, -0.6, 6, 0.1),
+    wall(1, 0.5, 0.1, 0.1),
+    wall(1, -0.5, 0.1, 0.1),
+)
+TWO_ROOMS = (
+    wall(0, 2.45, 0.1, 4),
+    wall(0, -2.45, 0.1, 4),
+    wall(0, 4.5, 8, 0.1),
+    wall(0, -4.5, 8, 0.1),
+    wall(4, 0, 0.1, 9),
+    wall(-4, 0, 0.1, 9),
+)
+
+CASES = {
+    "around a table": ((TABLE,), (0, 0, 0), (4, 0, 0)),
+    "behind a table, facing it": ((TABLE,), (0, 0, 0), (2.8, 0, pi)),
+    "out from a table": ((TABLE,), (1.2, 0, 0), (-1.5, 0, pi)),
+    "in to a table": ((TABLE,), (-1, 1, 0), (1.2, 0, 0)),
+    "table to table": ((TABLE, box(-2, 0, 0.8, 1.6, height=0.5)), (1.2, 0, 0), (-1.2, 0, pi)),
+    "between two tables": (TWO_TABLES, (-2.5, 0.8, 0.5), (2.5, -0.5, 0)),
+    "a stop between two tables": (TWO_TABLES, (-2.5, 0.8, 0.5), (0, 0, 0)),
+    "along a corridor": (CORRIDOR, (-2.5, 0, 0), (2.5, 0, 0)),
+    "a turn, and out of a corridor": (CORRIDOR, (-2.5, 0, 2), (4.5, 1.5, pi / 2)),
+    "through a door": (TWO_ROOMS, (-2.5, 2, 1.5), (2.5, 2, -pi / 2)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("name", ROBOTS)
+def test_it_arrives_in_time_without_touching_anything(name, case):
+    fixtures, start, goal = CASES[case]
+    model = ROBOTS[name]
+    run = drive(model, fixtures, Pose2D(*start), Pose2D(*goal))
+    free = drive(model, (), Pose2D(*start), Pose2D(*goal))
+    assert run.arrived
+    assert run.clearance > 0.0
+    assert run.time < 1.7 * free.time + 0.5
+
+
+def test_it_backs_out_no_farther_than_it_must():
+    """Turning round before a table takes the 3 s of the half turn and little else."""
+    run = drive(ROBOTS["frankie"], (TABLE,), Pose2D(1.2, 0.0, 0.0), Pose2D(-1.5, 0.0, pi))
+    assert run.time < pi / 1.05 + 2.7 / 1.0 + 1.2
+
+
+@pytest.mark.parametrize(
+    ("target", "reverse"),
+    [((1.5, 0.7, 0.4), False), ((-1.0, 0.1, 0.0), True), ((0.1, 0.0, 0.3), False)],
+)
+def test_on_an_open_floor_it_is_led_to_the_pose_itself(target, reverse):
+    model = ROBOTS["frankie"]
+    goal, here = Pose2D(*target), Pose2D(0.0, 0.0, 0.0)
+    for room in (FloorMap((), model.description), FloorMap((box(9, 9, 1, 1),), model.description)):
+        lead = Route(model, SETTINGS).lead(room, here, goal, reverse)
+        assert lead.final
+        assert lead.target == pytest.approx(goal)
+        assert lead.time_left == time_to_drive(model, SETTINGS.drive, lead.target, reverse)
+        np.testing.assert_array_equal(
+            drive_along(model, SETTINGS, lead),
+            drive_to(model, SETTINGS, lead.target, reverse=reverse),
+        )
+
+
+def test_where_there_is_no_way_it_says_so_and_stays():
+    ring = (wall(3, 1, 2, 0.1), wall(3, -1, 2, 0.1), wall(2, 0, 0.1, 2), wall(4, 0, 0.1, 2))
+    run = drive(ROBOTS["frankie"], ring, Pose2D(0, 0, 0), Pose2D(3, 0, 0))
+    assert run.unreachable == "no way for the base from (0.00, 0.00) to (3.00, 0.00)"
+    assert run.time < 0.5
+
+
+def test_a_goal_that_creeps_keeps_its_way_and_one_that_jumps_gets_another():
+    model = ROBOTS["frankie"]
+    room, route = FloorMap((TABLE,), model.description), Route(model, SETTINGS)
+
+    def time_of_the_way(goal: Pose2D) -> tuple[float, int]:
+        for waited in range(20):
+            lead = route.lead(room, Pose2D(0.0, 0.0, 0.0), goal)
+            if lead.time_left < inf:
+                return lead.time_left, waited
+        raise AssertionError("no way in 20 periods")
+
+    first, thought = time_of_the_way(Pose2D(4.0, 0.0, 0.0))
+    assert thought > 0
+    assert time_of_the_way(Pose2D(4.05, 0.0, 0.0)) == (first, 0)
+    other, thought = time_of_the_way(Pose2D(5.0, 0.0, 0.0))
+    assert thought > 0
+    assert other > first + 0.3
+
+
+def random_room(seed: int, model: RobotModel) -> tuple[tuple[Geom, ...], Pose2D, Pose2D] | None:
+    """Eight to twenty boxes in a room of 7 m, and two places with a way between them."""
+    rng = np.random.default_rng(seed)
+    fixtures = [
+        wall(0, 3.5, 7, 0.1),
+        wall(0, -3.5, 7, 0.1),
+        wall(3.5, 0, 0.1, 7),
+        wall(-3.5, 0, 0.1, 7),
+    ]
+    for _ in range(rng.integers(8, 21)):
+        x, y = rng.uniform(-3.3, 3.3, 2)
+        dx, dy = rng.uniform(0.1, 0.7, 2)
+        fixtures.append(
+            box(x, y, dx, dy, height=float(rng.choice([0.3, 0.5, 0.9])), yaw=rng.uniform(0, pi))
+        )
+    room = FloorMap(tuple(fixtures), model.description)
+    poses = np.column_stack([rng.uniform(-3.5, 3.5, (400, 2)), rng.uniform(-pi, pi, 400)])
+    free = poses[room.clearance(poses[:, :2]) > room.turning]
+    for start, goal in zip(free[::2], free[1::2], strict=False):
+        cost = room.field((goal[0], goal[1])).at(start[None, :2])[0]
+        if 1.5 < cost < 20.0:
+            return tuple(fixtures), Pose2D(*start.tolist()), Pose2D(*goal.tolist())
+    return None
+
+
+@pytest.mark.parametrize("name", ["frankie", "omni"])
+def test_in_cluttered_rooms_it_arrives(name):
+    model = ROBOTS[name]
+    worlds = [world for seed in range(20) if (world := random_room(seed, model)) is not None]
+    runs = [drive(model, *world) for world in worlds]
+    assert len(runs) >= 15
+    assert all(run.arrived for run in runs)
+    assert sum(run.clearance <= 0.0 for run in runs) == 0

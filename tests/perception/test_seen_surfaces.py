@@ -1,0 +1,141 @@
+"""What is remembered of surfaces is really there, and goes when it is gone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from pinocchio import SE3
+
+from hw.sim.noise import D435Noise
+from hw.sim.render import DepthRenderer
+from perception import SeenSurfaces, SurfaceSettings, surface_cells
+from robots import Box, Geom, Intrinsics, Plane, from_rounded_boxes, load_robot, rounded_box
+
+CAMERA = load_robot("frankie").camera
+RENDERER = DepthRenderer(CAMERA.intrinsics)
+SETTINGS = SurfaceSettings()
+FLOOR = Geom(Plane(), SE3.Identity(), "floor")
+
+
+def box(centre, half) -> Geom:
+    return Geom(Box(half), SE3(np.eye(3), np.array(centre, dtype=float)))
+
+
+TABLE = box((1.0, 0.0, 0.25), (0.3, 0.5, 0.25))
+POST = box((0.9, 0.1, 0.65), (0.03, 0.03, 0.15))
+
+
+@dataclass
+class Frame:
+    depth: np.ndarray
+    wTc: SE3
+    stamp: float
+    intrinsics: Intrinsics = CAMERA.intrinsics
+
+
+def looking(x, y, z, tilt=0.0) -> SE3:
+    """From above, tilted forward."""
+    return SE3(pin.rpy.rpyToMatrix(np.pi, tilt, -np.pi / 2), np.array([x, y, z]))
+
+
+def frame(shapes, wTc, stamp=0.0) -> Frame:
+    depth = RENDERER.render(list(shapes), wTc)
+    noise = D435Noise().apply(depth, CAMERA, np.random.default_rng(round(stamp * 1000)))
+    return Frame(noise, wTc, stamp)
+
+
+def see(surfaces, shapes, wTc, stamps) -> None:
+    for stamp in stamps:
+        one = frame(shapes, wTc, stamp)
+        surfaces.update(one, surface_cells(one, SETTINGS))
+
+
+def distance(points, shapes) -> np.ndarray:
+    """(N,) from points to the nearest surface [m]."""
+    return np.min(
+        [
+            np.abs(from_rounded_boxes(points - one.pose.translation, *rounded_box(one.shape))[0])
+            for one in shapes
+        ],
+        axis=0,
+    )
+
+
+def of(points, shape) -> np.ndarray:
+    return points[distance(points, [shape]) < 0.02]
+
+
+@pytest.fixture
+def surfaces() -> SeenSurfaces:
+    return SeenSurfaces(SETTINGS)
+
+
+def test_noise_makes_no_ghosts(surfaces):
+    """Flown over things in 3 s; a D435's noise, edges and holes included."""
+    shapes = [FLOOR, TABLE, POST]
+    for step in range(90):
+        wTc = looking(0.4 + 0.005 * step, 0.2 * np.sin(0.05 * step), 1.2, 0.1)
+        see(surfaces, shapes, wTc, [step / 30.0])
+    points = surfaces.points
+    assert len(points) > 500
+    assert len(of(points, POST)) > 20
+    off = distance(points, [TABLE, POST])
+    assert (off > 0.03).mean() < 0.005
+    assert off.max() < 0.06
+
+
+def test_the_floor_is_no_obstacle(surfaces):
+    see(surfaces, [FLOOR], looking(0.0, 0.0, 1.2, 0.3), np.arange(10) / 30.0)
+    assert not len(surfaces.points)
+
+
+def test_one_wrong_pixel_or_one_frame_of_specks_is_nothing(surfaces):
+    rng, wTc = np.random.default_rng(0), looking(0.0, 0.0, 1.2)
+    one = frame([FLOOR], wTc)
+    one.depth[rng.random(one.depth.shape) < 0.02] = 0.5
+    surfaces.update(one, surface_cells(one, SETTINGS))
+    assert not len(surfaces.points)
+
+
+def test_what_was_taken_away_is_forgotten_once_its_place_is_seen(surfaces):
+    wTc = looking(0.8, 0.0, 1.2)
+    see(surfaces, [FLOOR, TABLE, POST], wTc, np.arange(5) / 10.0)
+    assert len(of(surfaces.points, POST)) > 5
+    see(surfaces, [FLOOR, TABLE], wTc, 0.5 + np.arange(8) / 10.0)
+    above = surfaces.points[surfaces.points[:, 2] > 0.56]
+    assert not len(above)
+    assert len(of(surfaces.points, TABLE)) > 300
+
+
+def test_what_is_out_of_view_is_remembered_for_a_while(surfaces):
+    see(surfaces, [FLOOR, TABLE, POST], looking(0.8, 0.0, 1.2), np.arange(5) / 10.0)
+    away = looking(-0.7, 0.0, 1.2)
+    see(surfaces, [FLOOR], away, [1.0, 10.0])
+    assert len(of(surfaces.points, POST)) > 5
+    see(surfaces, [FLOOR], away, [2.0 + SETTINGS.memory])
+    assert not len(surfaces.points)
+
+
+def test_what_is_hidden_behind_something_is_not_forgotten(surfaces):
+    wTc = looking(0.8, 0.0, 1.2)
+    see(surfaces, [FLOOR, TABLE, POST], wTc, np.arange(5) / 10.0)
+    count = len(of(surfaces.points, POST))
+    lid = box((0.9, 0.1, 0.95), (0.25, 0.25, 0.01))
+    see(surfaces, [FLOOR, TABLE, POST, lid], wTc, 0.5 + np.arange(10) / 10.0)
+    assert len(of(surfaces.points, POST)) >= 0.9 * count
+
+
+def test_what_is_far_from_the_camera_is_forgotten(surfaces):
+    see(surfaces, [FLOOR, TABLE], looking(0.8, 0.0, 1.2), np.arange(5) / 10.0)
+    see(surfaces, [FLOOR], looking(-3.0, 0.0, 1.2), [1.0])
+    assert not len(surfaces.points)
+
+
+def test_a_blind_camera_changes_nothing(surfaces):
+    wTc = looking(0.8, 0.0, 1.2)
+    see(surfaces, [FLOOR, TABLE], wTc, np.arange(5) / 10.0)
+    before = surfaces.points
+    blind = Frame(np.full((480, 640), np.nan, dtype=np.float32), wTc, 1.0)
+    surfaces.update(blind, surface_cells(blind, SETTINGS))
+    np.testing.assert_array_equal(surfaces.points, before)
