@@ -91,7 +91,9 @@ class Context:
         if self.seen is not None:
             if self.relocalised:
                 self.seen.relocalise(state.stamp)
-            self.seen.look(self.vision, state, self._held.shape(state.gripper_width))
+            held = self._held.shape(state.gripper_width)
+            moving = [one.geom for one in self.obstacles(state.stamp)]
+            self.seen.look(self.vision, state, held, moving)
 
     def end_tick(self, report: StepReport) -> None:
         """Take the report of the controller about the goal that the tick left."""

@@ -58,13 +58,20 @@ class SeenObstacles:
         self.cloud = _NOTHING
         """The points as they are known now."""
 
-    def look(self, vision: Vision, state: RobotState, held: Sequence[Geom]) -> None:
+    def look(
+        self,
+        vision: Vision,
+        state: RobotState,
+        held: Sequence[Geom],
+        moving: Sequence[Geom] = (),
+    ) -> None:
         """Take the newest frame, if there is a new one.
 
         Args:
             vision: has it, or asks the camera for it.
             state: of this tick.
             held: shapes of what the hand holds, in e.
+            moving: what is known to move, in the world: it would leave a trail.
         """
         self._states.append(state)
         self._take_result()
@@ -76,7 +83,9 @@ class SeenObstacles:
         self._frame = frame
         then = min(self._states, key=lambda one: abs(one.stamp - frame.stamp))
         with vision.timed():
-            self._work = self._executor.submit(self._refresh, self._surfaces, frame, then, held)
+            self._work = self._executor.submit(
+                self._refresh, self._surfaces, frame, then, held, moving
+            )
         self._take_result()
 
     def relocalise(self, now: float) -> None:
@@ -93,12 +102,17 @@ class SeenObstacles:
             self.cloud, self._work = self._work.result(), None
 
     def _refresh(
-        self, surfaces: SeenSurfaces, frame: DepthFrame, then: RobotState, held: Sequence[Geom]
+        self,
+        surfaces: SeenSurfaces,
+        frame: DepthFrame,
+        then: RobotState,
+        held: Sequence[Geom],
+        moving: Sequence[Geom],
     ) -> PointCloud:
         """What is around after one more frame."""
         wTe = frame.wTc * self._description.camera.eTc.inverse()
         own = [*self._robot(wTe, then), *(_generous(one).moved(wTe) for one in held)]
-        ahead = [one for one in own if _depth(one, frame) > 0.0]
+        ahead = [one for one in (*own, *moving) if _depth(one, frame) > 0.0]
         cells = surface_cells(frame, self._settings)
         surfaces.update(frame, cells.of(~_near(cells.points, ahead)))
         # What is held was seen before, where it was grasped.

@@ -20,12 +20,12 @@ from controller.command import (
     PoseGoal,
     PostureGoal,
 )
-from controller.dampers import Dampers
+from controller.dampers import SLACK_COSTS, Dampers
 from controller.guidance import Guide
 from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
 from controller.proximity import Proximity
-from controller.qp import QP, Rows, Solver
+from controller.qp import QP, Rows, Solver, joined
 from controller.report import StepReport
 from controller.route import plain_lead
 from controller.self_collision import SelfCollision
@@ -33,6 +33,7 @@ from controller.servo import Servo, approach_speed, error_norm, pose_error
 from controller.settings import ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from controller.validation import check_inputs
+from controller.yielding import give_way
 
 _SLOWING = 0.9
 """Share of its velocities that a robot keeps in a period in which it does not know where to go."""
@@ -70,7 +71,7 @@ class HolisticController:
         self.model = model
         self.settings = settings or ControllerSettings()
         self._bounds = VelocityBounds(model, self.settings)
-        self._solver = Solver()
+        self._solver = Solver(SLACK_COSTS)
         collision = self.settings.collision
         self._dampers = None if collision is None else Dampers(model, self.settings, collision)
         self._proximity = None if self._dampers is None else Proximity(model, self._dampers.ranges)
@@ -160,8 +161,6 @@ class HolisticController:
         fastest = np.maximum(np.abs(bounds[0]), np.abs(bounds[1]))
         near = self._proximity.near(state.wTb, state.q, surroundings, fastest)
         straight = isinstance(goal, PoseGoal) and goal.straight
-        if not len(near.d):
-            return None, inf, ""
         if isinstance(goal, PoseGoal) and goal.hand_may_touch:
             near = near.without(PairKind.HAND)
         around = near.without(PairKind.SELF)
@@ -170,7 +169,12 @@ class HolisticController:
             first = int(around.d.argmin())
             clearance = float(around.d[first])
             nearest = self._proximity.pair_name(int(around.pair[first]))
-        return self._dampers.rows(near, bounds, straight=straight), clearance, nearest
+        rows = self._dampers.rows(near, bounds, straight=straight)
+        if surroundings.moving:
+            here, velocities = Pose2D.of(state.wTb), self._dampers.velocities
+            ahead = give_way(self.model, here, velocities, surroundings.moving, bounds)
+            rows = joined(rows, ahead.rows)
+        return rows, clearance, nearest
 
     def _to_pose(
         self,

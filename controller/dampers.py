@@ -30,6 +30,10 @@ from controller.proximity import Distances, Ranges
 from controller.qp import Rows
 from controller.settings import CollisionSettings, ControllerSettings
 
+SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 3e3, 3e3, 1e3])
+"""By `PairKind`: what does not move is not hit to give way to what does, and nothing is touched to
+give way early."""
+
 
 class Dampers:
     """Makes rows of distances, and keeps the velocities that the robot really has.
@@ -50,7 +54,8 @@ class Dampers:
             [np.full(model.n_base, robot.base.lag), np.full(len(robot.arm.joints), robot.arm.lag)]
         )
         self._share = 1.0 - np.exp(-settings.period / self._lag)
-        self._velocities = np.zeros(model.n)
+        self.velocities = np.zeros(model.n)
+        """(n,) that base and arm have now, as far as their lags tell."""
         self._ahead = self._last = np.zeros(model.n)
         wait = collision.delay_periods * settings.period
         self._delay = np.full(len(PairKind), robot.base.lag + wait)
@@ -65,8 +70,8 @@ class Dampers:
     def follow(self, last: Array) -> None:
         """Note what was applied in the last period, (n,): base and arm follow it with their lag."""
         self._last = last
-        self._velocities += self._share * (last - self._velocities)
-        self._ahead = self._lag * (self._velocities - last)
+        self.velocities += self._share * (last - self.velocities)
+        self._ahead = self._lag * (self.velocities - last)
         """(n,) how far they still go before they have caught up [m or rad]."""
 
     def rows(

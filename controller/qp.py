@@ -11,8 +11,6 @@ import piqp
 
 from controller.command import Array
 
-GROUPS = 6
-"""Groups of rows, each with a slack of its own."""
 MOST_ROWS = 32
 """Rows in one QP; of more, those that are in most danger."""
 
@@ -24,8 +22,6 @@ _ROW_TOLERANCE = 1e-7
 """A row is kept if it is passed by no more than this."""
 _WIDENING = 1e-8
 """The bounds are this much wider for PIQP: where they coincide there is no interior."""
-_SLACK_COST = 1e3
-"""Cost per slack, and per half its square: slack is used only where there is no way without."""
 _MOST_SLACK = 100.0
 _ITERATIONS = 100
 """Of PIQP at most."""
@@ -52,14 +48,28 @@ class Rows(NamedTuple):
     least: Array
     """(m,)."""
     group: npt.NDArray[np.int64]
-    """(m,) numbers below `GROUPS`: where not all rows can be kept, the rows of a group are all
+    """(m,) numbers of their slack: where not all rows can be kept, the rows of a group are all
     passed by up to as much as one of them has to be."""
 
 
-class Solver:
-    """PIQP, with workspaces that are kept from period to period."""
+def joined(first: Rows | None, second: Rows | None) -> Rows | None:
+    """All rows of both."""
+    if first is None or second is None:
+        return first or second
+    return Rows(*(np.concatenate(both) for both in zip(first, second, strict=True)))
 
-    def __init__(self) -> None:
+
+class Solver:
+    """PIQP, with workspaces that are kept from period to period.
+
+    Args:
+        slack_costs: (g,) cost of the slack of each group of rows, and of half its square. What is
+            large against the gradients of the other costs is only used where there is no way
+            without; and where not all groups can be kept, the cheaper ones give way.
+    """
+
+    def __init__(self, slack_costs: Array) -> None:
+        self._slack_costs = slack_costs
         self._box = _Workspace(_PRECISION)
         self._hard = _Workspace(_PRECISION)
         self._soft = _Workspace(_SOFT_PRECISION)
@@ -100,20 +110,21 @@ class Solver:
 
     def _solve_soft(self, qp: QP, rows: Rows) -> Array | None:
         """With a slack t >= 0 for every group: A x + t >= least."""
-        n, m = len(qp.c), len(rows.least)
-        P = np.zeros((n + GROUPS, n + GROUPS), order="F")
+        n, m, costs = len(qp.c), len(rows.least), self._slack_costs
+        g = len(costs)
+        P = np.zeros((n + g, n + g), order="F")
         P[:n, :n] = qp.P
-        P.flat[n * (n + GROUPS + 1) :: n + GROUPS + 1] = _SLACK_COST
-        G, h = np.zeros((MOST_ROWS, n + GROUPS)), np.ones(MOST_ROWS)
+        P[range(n, n + g), range(n, n + g)] = costs
+        G, h = np.zeros((MOST_ROWS, n + g)), np.ones(MOST_ROWS)
         G[:m, :n], h[:m] = -rows.A, -rows.least
         G[np.arange(m), n + rows.group] = -1.0
         x = self._soft.solve(
             P=P,
-            c=np.concatenate([qp.c, np.full(GROUPS, _SLACK_COST)]),
+            c=np.concatenate([qp.c, costs]),
             G=G,
             h_u=h,
-            x_l=np.concatenate([qp.lower - _WIDENING, np.zeros(GROUPS)]),
-            x_u=np.concatenate([qp.upper + _WIDENING, np.full(GROUPS, _MOST_SLACK)]),
+            x_l=np.concatenate([qp.lower - _WIDENING, np.zeros(g)]),
+            x_u=np.concatenate([qp.upper + _WIDENING, np.full(g, _MOST_SLACK)]),
         )
         return None if x is None else np.minimum(np.maximum(x[:n], qp.lower), qp.upper)
 

@@ -53,6 +53,10 @@ class Truth(Protocol):
         """What never moves, in the world."""
 
     @property
+    def mapped(self) -> Sequence[Geom]:
+        """What of it is on the map that the robot is given."""
+
+    @property
     def objects(self) -> Sequence[TrueObject]:
         """What can be picked up, always in the same order."""
 

@@ -2,7 +2,7 @@
 
 Points are collected in the cells of a grid. A cell counts when it was hit twice, so that no single
 wrong pixel becomes an obstacle. It is emptied when the camera sees what is behind it, and forgotten
-some time after it was seen last.
+some time after it was seen last if it is far away: what is near stays until it is seen to be gone.
 """
 
 from __future__ import annotations
@@ -46,9 +46,12 @@ class SurfaceSettings:
     """What is seen is behind a cell if it is farther away by more than this, and by more than the
     noise [m]."""
     memory: float = 20.0
-    """A cell is forgotten this long after it was seen last [s]."""
+    """A cell is forgotten this long after it was seen last [s] ..."""
+    near: float = 1.3
+    """... unless it is nearer than this to the camera, seen from above: robots that wait before
+    something for long must not run into it [m]."""
     around: float = 2.0
-    """Cells that are farther than this from the camera, seen from above, are forgotten [m]."""
+    """Cells that are farther away than this are forgotten at once [m]."""
 
 
 _NOISE = 0.015
@@ -136,7 +139,8 @@ class SeenSurfaces:
         self._hits -= s.seen_through * self._seen_through(frame)
         age = frame.stamp - self._stamps
         away = np.abs(self._points[:, :2] - frame.wTc.translation[:2]).max(axis=1, initial=0.0)
-        lasts = np.where(self._hits >= s.least_hits, s.memory, s.doubtful)
+        certain = self._hits >= s.least_hits
+        lasts = np.where(certain, np.where(away <= s.near, np.inf, s.memory), s.doubtful)
         self.keep((self._hits > 0) & (age <= lasts) & (away <= s.around))
         self._add(seen, frame.stamp)
 

@@ -92,7 +92,7 @@ def replay_run(folder: Path) -> Replay:
     detector = GraspDetector(options["weights"], options["network"], gripper=description.gripper)
     task = load(folder / TASK, overrides=options["parameters"])
     backend = Backend(robot=robot, clock=robot.clock, truth=None)
-    fixtures = load_scene(options["scene"], options["seed"]).fixtures
+    fixtures = load_scene(options["scene"], options["seed"]).mapped
     with set_up(
         backend,
         detector,

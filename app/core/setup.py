@@ -140,7 +140,7 @@ def set_up(
     robot = RecordedRobot(injected, backend.clock)
     problems: list[str] = []
     if fixtures is None:
-        fixtures = backend.truth.fixtures if backend.truth else ()
+        fixtures = backend.truth.mapped if backend.truth else ()
     truth = backend.truth
     if obstacles is ObstacleSource.CAMERA:
         fixtures, truth = (), None

@@ -126,6 +126,8 @@ class Fixture(_Furniture):
     size: tuple[Length, Length, Length]
     """Full edge lengths [m]."""
     yaw_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
+    on_map: bool = True
+    """Whether the robot is told that it stands there."""
 
     @property
     def low(self) -> float:

@@ -79,19 +79,21 @@ def build_world(scene: Scene, rng: np.random.Generator) -> World:
     Raises:
         LayoutError: the objects cannot be made, or do not fit.
     """
+    boxes = [_fixture(one) for one in scene.fixtures]
+    unmapped = [box for box, one in zip(boxes, scene.fixtures, strict=True) if not one.on_map]
     fixtures = [
         Geom(Plane(), SE3.Identity(), "floor", _FLOOR),
         *_container(scene.container),
         *_table(scene.table, "table"),
         *(part for table in scene.side_tables for part in _table(table, table.name)),
-        *(_fixture(f) for f in scene.fixtures),
+        *boxes,
     ]
     objects = _objects(scene.objects, _floor(scene.container), 0, rng)
     for number, table in enumerate(scene.side_tables):
         lying = _objects(table.objects, _top(table, number), len(objects), rng)
         objects += [_moving(obj, table) for obj in lying]
     walkers = [Walker(w.name, w.radius, w.height, w.way, w.speed) for w in scene.walkers]
-    return World(fixtures, objects, walkers)
+    return World(fixtures, objects, walkers, unmapped)
 
 
 class _Surface(NamedTuple):

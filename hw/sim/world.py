@@ -44,6 +44,7 @@ class World:
         fixtures: shapes that never move, in the world; the part of a name before `/` is its group.
         objects: objects that can be picked up, each at its pose.
         walkers: obstacles that move by themselves.
+        unmapped: those of the fixtures that are on no map.
     """
 
     def __init__(
@@ -51,8 +52,10 @@ class World:
         fixtures: Sequence[Geom],
         objects: Sequence[SimObject],
         walkers: Sequence[Walker] = (),
+        unmapped: Sequence[Geom] = (),
     ) -> None:
         self.fixtures = tuple(fixtures)
+        self.mapped = tuple(one for one in fixtures if one not in unmapped)
         self.objects = list(objects)
         self.walkers = tuple(walkers)
         self.touches: list[Touch] = []

@@ -8,6 +8,7 @@ from scipy.optimize import lsq_linear, minimize
 
 from controller import ControllerSettings, robot_model
 from controller.bounds import VelocityBounds
+from controller.dampers import SLACK_COSTS
 from controller.holistic import build_qp, linearise
 from controller.qp import Solver
 from robots import load_robot
@@ -45,7 +46,7 @@ def minimiser(qp) -> np.ndarray:
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_solver_finds_the_minimiser(robot):
-    solver = Solver()
+    solver = Solver(SLACK_COSTS)
     at_bounds = 0
     for *_, qp in random_qps(robot, 100):
         x = solver.solve(qp)
@@ -85,7 +86,7 @@ def test_the_qp_without_slack_variables_is_the_papers(robot):
             method="SLSQP",
             options={"ftol": 1e-14, "maxiter": 500},
         )
-        x = Solver().solve(qp)
+        x = Solver(SLACK_COSTS).solve(qp)
         np.testing.assert_allclose(x, answer.x[:n], atol=2e-4)
 
 

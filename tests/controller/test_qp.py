@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from controller.qp import GROUPS, MOST_ROWS, QP, Rows, Solver
+from controller.qp import MOST_ROWS, QP, Rows, Solver
 
-N = 9
+N, GROUPS = 9, 6
+COSTS = np.full(GROUPS, 1e3)
 
 
 def random_qp(rng) -> QP:
@@ -41,7 +42,7 @@ def minimiser(qp, rows) -> np.ndarray:
 
 @pytest.mark.parametrize("count", [1, 5, 12])
 def test_rows_are_hard_where_all_can_be_kept(count):
-    rng, solver, bound = np.random.default_rng(count), Solver(), 0
+    rng, solver, bound = np.random.default_rng(count), Solver(COSTS), 0
     for _ in range(30):
         qp = random_qp(rng)
         rows = random_rows(rng, qp, count, room=0.05)
@@ -55,7 +56,7 @@ def test_rows_are_hard_where_all_can_be_kept(count):
 
 
 def test_rows_that_cannot_be_kept_are_passed_by_as_little_as_possible_and_spare_other_groups():
-    rng, solver = np.random.default_rng(5), Solver()
+    rng, solver = np.random.default_rng(5), Solver(COSTS)
     for _ in range(30):
         qp = random_qp(rng)
         kept = random_rows(rng, qp, 4, room=0.2)
@@ -76,7 +77,7 @@ def test_rows_that_cannot_be_kept_are_passed_by_as_little_as_possible_and_spare_
 
 
 def test_the_rows_in_most_danger_are_kept_where_there_are_too_many():
-    rng, solver = np.random.default_rng(7), Solver()
+    rng, solver = np.random.default_rng(7), Solver(COSTS)
     qp = random_qp(rng)
     rows = random_rows(rng, qp, 3 * MOST_ROWS, room=0.5)
     x = solver.solve(qp, rows)
@@ -88,4 +89,4 @@ def test_the_rows_in_most_danger_are_kept_where_there_are_too_many():
 
 def test_bounds_that_coincide_leave_no_choice():
     qp = QP(np.eye(N), np.ones(N), np.full(N, 0.25), np.full(N, 0.25))
-    np.testing.assert_array_equal(Solver().solve(qp), qp.lower)
+    np.testing.assert_array_equal(Solver(COSTS).solve(qp), qp.lower)

@@ -137,6 +137,17 @@ def test_a_scene_file_of_ones_own_with_a_fixture(tmp_path: Path) -> None:
     assert reach(shelf, np.array([0.0, 1.0, 0.0])) == pytest.approx(1.5)
 
 
+def test_a_fixture_may_be_on_no_map(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        GOOD + "fixtures:\n  - {name: shelf, centre: [1, 1, 0.5], size: [1, 0.2, 0.02]}\n"
+        "  - {name: crate, centre: [1, 0, 0.2], size: [0.2, 0.2, 0.4], on_map: false}\n"
+    )
+    world = load_scene(path, 0)
+    assert [one.name for one in world.fixtures[-2:]] == ["shelf", "crate"]
+    assert world.mapped == world.fixtures[:-1]
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_objects_stand_on_side_tables_and_stay_on_them_as_they_move(
     seed: int, tmp_path: Path

@@ -108,12 +108,12 @@ def test_what_was_taken_away_is_forgotten_once_its_place_is_seen(surfaces):
     assert len(of(surfaces.points, TABLE)) > 300
 
 
-def test_what_is_out_of_view_is_remembered_for_a_while(surfaces):
+def test_what_is_out_of_view_is_remembered_for_a_while_and_as_long_as_it_is_near(surfaces):
     see(surfaces, [FLOOR, TABLE, POST], looking(0.8, 0.0, 1.2), np.arange(5) / 10.0)
-    away = looking(-0.7, 0.0, 1.2)
-    see(surfaces, [FLOOR], away, [1.0, 10.0])
+    away, beside = looking(-0.7, 0.0, 1.2), looking(-0.2, 0.0, 0.6)
+    see(surfaces, [FLOOR], beside, [1.0, 1.0 + 3.0 * SETTINGS.memory])
     assert len(of(surfaces.points, POST)) > 5
-    see(surfaces, [FLOOR], away, [2.0 + SETTINGS.memory])
+    see(surfaces, [FLOOR], away, [2.0 + 3.0 * SETTINGS.memory])
     assert not len(surfaces.points)
 
 
