@@ -8,6 +8,7 @@ import numpy as np
 from pinocchio import SE3
 
 from controller.base_drive import Lead, Pose2D
+from controller.carrying import Carrying
 from controller.command import Array, BaseGoal, PoseGoal
 from controller.model import RobotModel
 from controller.route import Route
@@ -43,6 +44,7 @@ class Guide:
         self._finder = StanceFinder(model, settings.guidance.stance, collision)
         self._min_turn_cosine = cos(self._guidance.goal_turn)
         self._route = Route(model, settings)
+        self._carrying = Carrying(model)
         self._hand_may_touch = False
         self.reset()
 
@@ -201,11 +203,16 @@ class Guide:
             return Remaining(distance)
         base = stance.base_for(goal.wTe)
         lead = self._route.lead(self._finder.floor, wTb, base, stance.reverse)
-        joint_error = stance.q - q
+        carried = None
+        if not goal.is_moving:
+            carried = self._carrying.posture(self._finder.space, self._route.way, wTb, stance.q)
+        joint_error = (stance.q if carried is None else carried) - q
         size = np.abs(joint_error)
         joint_time = float((size / self._model.limits.qd).max())
         target = base.relative_to(wTb)
-        return Remaining(distance, target, lead, joint_error, float(size.max()), joint_time)
+        return Remaining(
+            distance, target, lead, joint_error, float(size.max()), joint_time, carried is not None
+        )
 
     def _has_stalled(self, remaining: Remaining, goal: PoseGoal) -> bool:
         """Whether nothing has come nearer for a while: neither end effector, base nor arm.

@@ -37,7 +37,8 @@ class StanceFinder:
         self._surroundings = OPEN_FLOOR
         self.floor = FloorMap((), model.description)
         """What stands around, seen from above."""
-        self._space: FreeSpace | None = None
+        self.space: FreeSpace | None = None
+        """What stands around, in full; None on an open floor."""
 
     def meet(self, surroundings: Surroundings) -> bool:
         """Take note of what stands around; whether it is not what stood around before."""
@@ -47,21 +48,19 @@ class StanceFinder:
         if moved:
             self.floor = FloorMap(fixtures, self._model.description)
         if moved or held is not before.held:
-            self._space = FreeSpace(self._model, self.floor, held) if fixtures else None
+            self.space = FreeSpace(self._model, self.floor, held) if fixtures else None
         return moved
 
     def obstacle_to(self, goal: PoseGoal) -> str:
         """What is wrong with a goal wherever the robot stands; empty if nothing is."""
-        return obstacle_to(goal, self._bank, self._space)
+        return obstacle_to(goal, self._bank, self.space)
 
     def search(
         self, wTe: SE3, wTb: Pose2D, q: Array, failed: tuple[Stance, ...] = ()
     ) -> StanceSearch:
         """A new search for a stance; see there."""
         model, settings, collision = self._model, self._settings, self._collision
-        return StanceSearch(
-            model, settings, self._bank, collision, wTe, wTb, q, failed, self._space
-        )
+        return StanceSearch(model, settings, self._bank, collision, wTe, wTb, q, failed, self.space)
 
     def why_none(self, search: StanceSearch) -> str:
         """Why a search that is over has found no stance; empty if what it has found will do."""
