@@ -18,7 +18,6 @@ from controller.stance_search import StanceSearch
 from controller.stance_settings import StanceSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
-
 _BESIDE = 0.06
 """What is nearer to the base than this is named where it cannot stand [m]."""
 
