@@ -103,7 +103,7 @@ def test_retreat_check_fails_when_the_object_slips_on_the_way_up(half_width):
     grip = looking_down(0.7, 0.0, TABLE_TOP + 0.03, yaw=np.pi / 2)
     harness.reach(PoseGoal(wTe=looking_down(0.7, 0.0, TABLE_TOP + 0.15, yaw=np.pi / 2)))
     harness.reach(PoseGoal(wTe=grip, position_tolerance=0.002))
-    harness.run_for(None, 0.5)  # a hand that still moves would drag the fingers into it
+    harness.run_for(None, 1.0)  # a hand that still moves would drag the fingers into it
     harness.grip(0.0)
     assert harness.robot.read().gripper_width == pytest.approx(2.0 * half_width, abs=0.003)
     leaf = RetreatCheck("retreat_check", harness.context, rise_m=0.1)
