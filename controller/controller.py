@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -99,6 +99,7 @@ class HolisticController:
                 pose has no rotation matrix.
         """
         check_inputs(state, goal, last)
+        here = Pose2D.of(state.wTb)
         model, settings = self.model, self.settings
         applied = model.velocities(last)
         bounds = self._bounds(state.q, applied)
@@ -109,26 +110,31 @@ class HolisticController:
             self._servo.reset()
         match goal:
             case PoseGoal():
-                motion = self._to_pose(state, goal, linearisation, bounds, applied, surroundings)
+                motion = self._to_pose(
+                    state, here, goal, linearisation, bounds, applied, surroundings
+                )
             case PostureGoal():
                 motion = self._to_posture(state, goal, bounds)
             case BaseGoal():
-                motion = self._to_base_pose(state, goal, bounds, surroundings)
+                motion = self._to_base_pose(state, here, goal, bounds, surroundings)
             case None:
                 motion = _Motion(_qp_towards(np.zeros(model.n), bounds))
-        rows, clearance, nearest = self._rows(state, goal, applied, bounds, surroundings)
+        rows, clearance, nearest = self._rows(state, here, goal, applied, bounds, surroundings)
         velocities = self._solver.solve(motion.qp, rows)
         solved = velocities is not None
         if velocities is None:
             velocities = np.minimum(np.maximum(0.0, bounds[0]), bounds[1])
-        missing = 0.0 if motion.twist is None else motion.twist - linearisation.J @ velocities
+        slack = 0.0
+        if motion.twist is not None:
+            missing = motion.twist - linearisation.J @ velocities
+            slack = sqrt(missing @ missing)
         return model.command(velocities), StepReport(
             arrived=motion.arrived,
             position_error=motion.position_error,
             orientation_error=motion.orientation_error,
             manipulability=linearisation.manipulability,
             heading_error=linearisation.heading_error,
-            slack=float(np.linalg.norm(missing)),
+            slack=slack,
             solved=solved,
             bTe=linearisation.bTe,
             base_time=motion.base_time,
@@ -144,6 +150,7 @@ class HolisticController:
     def _rows(
         self,
         state: KinematicState,
+        here: Pose2D,
         goal: MotionGoal | None,
         applied: Array,
         bounds: tuple[Array, Array],
@@ -158,20 +165,21 @@ class HolisticController:
         self._dampers.follow(applied)
         if goal is None:
             return None, inf, ""
-        fastest = np.maximum(np.abs(bounds[0]), np.abs(bounds[1]))
+        fastest = np.maximum(-bounds[0], bounds[1])
         near = self._proximity.near(state.wTb, state.q, surroundings, fastest)
         straight = isinstance(goal, PoseGoal) and goal.straight
         if isinstance(goal, PoseGoal) and goal.hand_may_touch:
             near = near.without(PairKind.HAND)
-        around = near.without(PairKind.SELF)
         clearance, nearest = inf, ""
-        if len(around.d):
-            first = int(around.d.argmin())
-            clearance = float(around.d[first])
-            nearest = self._proximity.pair_name(int(around.pair[first]))
+        if len(near.d):
+            away = np.where(near.kind == PairKind.SELF, inf, near.d)
+            first = int(away.argmin())
+            clearance = float(away[first])
+            if clearance < inf:
+                nearest = self._proximity.pair_name(int(near.pair[first]))
         rows = self._dampers.rows(near, bounds, straight=straight)
         if surroundings.moving:
-            here, velocities = Pose2D.of(state.wTb), self._dampers.velocities
+            velocities = self._dampers.velocities
             ahead = give_way(self.model, here, velocities, surroundings.moving, bounds)
             rows = joined(rows, ahead.rows)
         return rows, clearance, nearest
@@ -179,6 +187,7 @@ class HolisticController:
     def _to_pose(
         self,
         state: KinematicState,
+        here: Pose2D,
         goal: PoseGoal,
         linearisation: Linearisation,
         bounds: tuple[Array, Array],
@@ -193,11 +202,11 @@ class HolisticController:
         twist = self._servo(goal, bTw, bTe, error)
         bias, base_time, posture_error = None, 0.0, 0.0
         if self._guide is not None:
-            bias = self._guide.bias(goal, error, Pose2D.of(state.wTb), state.q, surroundings)
+            bias = self._guide.bias(goal, error, here, state.q, surroundings)
             base_time, posture_error = self._guide.left
         norm = error_norm(settings, bTe, error)
         qp = build_qp(model, settings, linearisation, twist, norm, bounds, last, bias)
-        guide, stance = self._guide, None if self._guide is None else self._guide.stance
+        guide = self._guide
         if guide is not None and guide.rests:
             qp = _qp_towards(_SLOWING * last, bounds)
         return _Motion(
@@ -210,7 +219,7 @@ class HolisticController:
             base_time=base_time,
             posture_error=posture_error,
             unreachable="" if guide is None else guide.unreachable,
-            stance=None if stance is None else stance.base_for(goal.wTe),
+            stance=None if guide is None else guide.base,
             blend=0.0 if bias is None else bias.blend,
             detour=guide is not None and guide.detour,
         )
@@ -237,13 +246,14 @@ class HolisticController:
     def _to_base_pose(
         self,
         state: KinematicState,
+        here: Pose2D,
         goal: BaseGoal,
         bounds: tuple[Array, Array],
         surroundings: Surroundings,
     ) -> _Motion:
         """The base to a pose; the arm comes to rest."""
         error = pose_error(SE3.Identity(), state.wTb.inverse() * goal.wTb)
-        here, there = Pose2D.of(state.wTb), Pose2D.of(goal.wTb)
+        there = Pose2D.of(goal.wTb)
         if self._guide is None:
             lead = plain_lead(self.model, self.settings, here, there, goal.reverse)
         else:

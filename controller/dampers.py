@@ -56,7 +56,7 @@ class Dampers:
         self._share = 1.0 - np.exp(-settings.period / self._lag)
         self.velocities = np.zeros(model.n)
         """(n,) that base and arm have now, as far as their lags tell."""
-        self._ahead = self._last = np.zeros(model.n)
+        self._last = np.zeros(model.n)
         wait = collision.delay_periods * settings.period
         self._delay = np.full(len(PairKind), robot.base.lag + wait)
         self._delay[PairKind.SELF] = robot.arm.lag + wait
@@ -71,8 +71,6 @@ class Dampers:
         """Note what was applied in the last period, (n,): base and arm follow it with their lag."""
         self._last = last
         self.velocities += self._share * (last - self.velocities)
-        self._ahead = self._lag * (self.velocities - last)
-        """(n,) how far they still go before they have caught up [m or rad]."""
 
     def rows(
         self, distances: Distances, bounds: tuple[Array, Array], *, straight: bool
@@ -107,7 +105,8 @@ class Dampers:
         stop[PairKind.SELF] = s.near_stop_distance
         # The lag alone never turns room into none.
         room = distances.d - stop[kind]
-        room = np.minimum(room + rows @ self._ahead, np.maximum(room, 0.0) + _MOST_GAINED)
+        ahead = self._lag * (self.velocities - self._last)  # until they have caught up [m or rad]
+        room = np.minimum(room + rows @ ahead, np.maximum(room, 0.0) + _MOST_GAINED)
         deceleration = np.clip(
             s.braking * (np.abs(rows) @ self._acceleration), s.min_deceleration, s.max_deceleration
         )

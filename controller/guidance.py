@@ -56,10 +56,17 @@ class Guide:
         self.unreachable = ""
         """Why the robot cannot get to the goal; empty if it can, as far as is known."""
         self._goal: SE3 | None = None
+        self._base = Pose2D(0.0, 0.0, 0.0)
+        self._base_of: tuple[Stance | None, SE3 | None] = (None, None)
         self._first_goal: SE3 | None = None
         self._searched = 0
         self._start_goal(None)
         self._set_stance(None)
+
+    @property
+    def base(self) -> Pose2D | None:
+        """Where the stance has the base; None if the end effector goes alone."""
+        return None if self.stance is None else self._base
 
     def _start_goal(self, wTe: SE3 | None) -> None:
         self._first_goal = wTe
@@ -201,7 +208,9 @@ class Guide:
         stance = self.stance
         if stance is None:
             return Remaining(distance)
-        base = stance.base_for(goal.wTe)
+        if stance is not self._base_of[0] or self._goal is not self._base_of[1]:
+            self._base, self._base_of = stance.base_for(goal.wTe), (stance, self._goal)
+        base = self._base
         lead = self._route.lead(self._finder.floor, wTb, base, stance.reverse)
         carried = None
         if not goal.is_moving:

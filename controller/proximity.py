@@ -7,7 +7,7 @@ near that it matters.
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import hypot
+from math import hypot, inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -89,8 +89,10 @@ class Proximity:
         axes = np.abs(model.description.base.axes)
         self._goes, self._turns = axes[:2].max(axis=0), axes[2]
         self._motion = np.zeros((model.n, 2))
-        """How far every degree of freedom has moved at most since the last call, and its largest
-        speed."""
+        """How far every degree of freedom has moved at most since pairs were last looked at, and
+        its largest speed."""
+        self._spare = -inf
+        """No pair matters, at whatever speed, until one may be nearer by this much [m]."""
         nothing = np.zeros(0)
         self._none = Distances(
             nothing, np.zeros((0, model.n)), nothing, nothing.astype(int), nothing.astype(int)
@@ -108,6 +110,10 @@ class Proximity:
         self._heed(surroundings)
         collision = self._collision
         self._note_motion(Pose2D.of(wTb), q)
+        cloud = surroundings.seen
+        if not surroundings.moving and cloud is None:
+            if self._most_reach @ self._motion[:, 0] < self._spare:
+                return self._none
         self._motion[:, 1] = fastest
         changes = self._reach @ self._motion
         self._at_least -= changes[:, 0]
@@ -116,10 +122,13 @@ class Proximity:
             speeds = speeds + self._move_obstacles(surroundings)
         matters = self._matters(speeds)
         (some,) = np.nonzero(self._at_least <= matters)
-        cloud, feelers = surroundings.seen, self._feelers
+        feelers = self._feelers
         felt = None if cloud is None else feelers.due(cloud, self._motion, self._feelers_matter)
+        self._motion[:, 0] = 0.0
         if not len(some) and felt is None:
+            self._spare = float((self._at_least - self._most).min(initial=inf))
             return self._none
+        self._spare = -inf
         collision.place(wTb, q, [one.geom for one in surroundings.moving])
         near = self._measure(some, matters[some])
         return near if felt is None else near.joined(self._points(feelers.feel(felt)))
@@ -178,7 +187,13 @@ class Proximity:
         """(P, n) which degrees of freedom move the second of each pair (1), or the first (-1)."""
         self._reach = collision.reach[pairs.first] * np.abs(self._moves)
         """(P, n) the most by which a degree of freedom changes each distance."""
+        self._most_reach = self._reach.max(axis=0, initial=0.0)
+        """(n,) the same of any pair."""
         self._matters = self._ranges.of(pairs.kind)
+        self._most = self._ranges.most[pairs.kind]
+        """(P,) distance from which each pair matters at no speed [m]."""
+        self._spare = -inf
+        self._motion[:] = 0.0
         self._feelers = Feelers(collision)
         self._feelers_matter = self._ranges.of(self._feelers.kind)
         self._at_least = np.full(len(pairs.first), -np.inf)
@@ -189,12 +204,12 @@ class Proximity:
         self._here, self._q = Pose2D(0.0, 0.0, 0.0), np.zeros(self._model.n - self._model.n_base)
 
     def _note_motion(self, here: Pose2D, q: Array) -> None:
-        """Note by how much every degree of freedom may have moved since the last call."""
+        """Note by how much every degree of freedom may have moved."""
         gone = hypot(here.x - self._here.x, here.y - self._here.y)
         turned = abs(wrap(here.heading - self._here.heading))
-        n_base = self._model.n_base
-        self._motion[:n_base, 0] = gone * self._goes + turned * self._turns
-        np.abs(q - self._q, out=self._motion[n_base:, 0])
+        n_base, moved = self._model.n_base, self._motion[:, 0]
+        moved[:n_base] += gone * self._goes + turned * self._turns
+        moved[n_base:] += np.abs(q - self._q)
         self._here, self._q = here, q.copy()
 
     def _move_obstacles(self, surroundings: Surroundings) -> Array:
