@@ -66,8 +66,8 @@ class VelocityBounds:
         if self._limit_acceleration:
             for number, (v, change) in enumerate(zip(last.tolist(), self._changes, strict=True)):
                 least, most = v - change, v + change
-                lower[number] = min(max(lower[number], least), most)
-                upper[number] = min(max(upper[number], least), most)
+                lower[number] = _between(least, lower[number], most)
+                upper[number] = _between(least, upper[number], most)
         return np.array(lower), np.array(upper)
 
     def _towards(self, joint: _Joint, distance: float) -> float:
@@ -83,6 +83,10 @@ class VelocityBounds:
             root = sqrt(delay * delay + 2.0 * joint.acceleration * max(room, 0.0))
             speed = min(speed, root - delay)
         return max(speed, -dampers.return_speed)
+
+
+def _between(least: float, value: float, most: float) -> float:
+    return least if value < least else most if value > most else value
 
 
 class _Joint(NamedTuple):

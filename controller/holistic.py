@@ -88,14 +88,13 @@ def build_qp(
     linear[:n_base] -= turn * model.base_turn  # ε (eq. 13)
 
     if settings.smoothness > 0.0:
-        base_effort, arm_effort = (
-            base_effort + settings.smoothness,
-            arm_effort + settings.smoothness,
-        )
+        base_effort += settings.smoothness
+        arm_effort += settings.smoothness
         linear -= settings.smoothness * last
     if bias is not None:
         tracking = tracking * (1.0 - bias.blend) ** 2 + bias.min_tracking
-        base_effort, arm_effort = base_effort + bias.base_weight, arm_effort + bias.posture_weight
+        base_effort += bias.base_weight
+        arm_effort += bias.posture_weight
         linear[:n_base] -= bias.base_weight * bias.base_velocity
         linear[n_base:] -= bias.posture_weight * bias.joint_velocity
 

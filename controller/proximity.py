@@ -111,9 +111,9 @@ class Proximity:
         collision = self._collision
         self._note_motion(Pose2D.of(wTb), q)
         cloud = surroundings.seen
-        if not surroundings.moving and cloud is None:
-            if self._most_reach @ self._motion[:, 0] < self._spare:
-                return self._none
+        still = not surroundings.moving and cloud is None
+        if still and self._most_reach @ self._motion[:, 0] < self._spare:
+            return self._none
         self._motion[:, 1] = fastest
         changes = self._reach @ self._motion
         self._at_least -= changes[:, 0]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import hypot
+
 import numpy as np
 
 from controller.command import (
@@ -55,9 +57,10 @@ def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) 
             poses["goal base pose"] = goal.wTb
             _check_tolerance("position tolerance", goal.position_tolerance)
             _check_tolerance("heading tolerance", goal.heading_tolerance)
-    everything = np.concatenate([*numbers.values(), *(pose.translation for pose in poses.values())])
-    # One product says it of nearly all; a few in the thousands of millions are told apart one by one.
-    if not everything @ everything <= _MAX_SIZE:
+    everything = [x for array in numbers.values() for x in array.tolist()]
+    for pose in poses.values():
+        everything += pose.translation.tolist()
+    if not hypot(*everything) <= _MAX_SIZE:
         _check_sizes(numbers | {name: pose.homogeneous for name, pose in poses.items()})
     for name, pose in poses.items():
         _check_rotation(name, pose.rotation)
