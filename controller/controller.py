@@ -10,7 +10,7 @@ from pinocchio import SE3
 
 from controller.base_drive import Pose2D, drive_along
 from controller.bounds import VelocityBounds
-from controller.collision_model import PairKind
+from controller.collision_model import CollisionModels, PairKind
 from controller.command import (
     Array,
     BaseGoal,
@@ -73,11 +73,25 @@ class HolisticController:
         self._bounds = VelocityBounds(model, self.settings)
         self._solver = Solver(SLACK_COSTS)
         collision = self.settings.collision
-        self._dampers = None if collision is None else Dampers(model, self.settings, collision)
-        self._proximity = None if self._dampers is None else Proximity(model, self._dampers.ranges)
+        models = CollisionModels(model)
+        self._dampers: Dampers | None = None
+        self._proximity: Proximity | None = None
+        if collision is not None:
+            self._dampers = Dampers(model, self.settings, collision)
+            self._proximity = Proximity(model, self._dampers.ranges, models)
         guided = self.settings.guidance is not None
-        self._guide = Guide(model, self.settings, SelfCollision(model)) if guided else None
+        self._guide = Guide(model, self.settings, SelfCollision(model), models) if guided else None
         self._servo = Servo(self.settings)
+
+    def prepare(self, surroundings: Surroundings) -> None:
+        """Compute now what the first step in surroundings needs; else it does so itself.
+
+        Nothing else changes. It takes some milliseconds, and more where more stands around.
+        """
+        if self._proximity is not None:
+            self._proximity.heed(surroundings)
+        if self._guide is not None:
+            self._guide.prepare(surroundings)
 
     def step(
         self,

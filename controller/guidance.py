@@ -9,6 +9,7 @@ from pinocchio import SE3
 
 from controller.base_drive import Lead, Pose2D
 from controller.carrying import Carrying
+from controller.collision_model import CollisionModels
 from controller.command import Array, BaseGoal, PoseGoal
 from controller.model import RobotModel
 from controller.route import Route
@@ -32,21 +33,32 @@ class Guide:
         model: the robot.
         settings: of the controller; `guidance` is not None.
         collision: the robot's shapes.
+        models: where those of robot and surroundings are made; None makes them for this alone.
     """
 
     def __init__(
-        self, model: RobotModel, settings: ControllerSettings, collision: SelfCollision
+        self,
+        model: RobotModel,
+        settings: ControllerSettings,
+        collision: SelfCollision,
+        models: CollisionModels | None = None,
     ) -> None:
         self._model = model
         self._settings = settings
         assert settings.guidance is not None
         self._guidance = settings.guidance
-        self._finder = StanceFinder(model, settings.guidance.stance, collision)
+        self._finder = StanceFinder(
+            model, settings.guidance.stance, collision, models or CollisionModels(model)
+        )
         self._min_turn_cosine = cos(self._guidance.goal_turn)
         self._route = Route(model, settings)
         self._carrying = Carrying(model)
         self._hand_may_touch = False
         self.reset()
+
+    def prepare(self, surroundings: Surroundings) -> None:
+        """Compute now what the first step among these fixtures needs."""
+        self._finder.map(surroundings.fixtures)
 
     def reset(self) -> None:
         """Forget the goal: the next one is new."""
