@@ -52,6 +52,7 @@ class Guide:
         )
         self._min_turn_cosine = cos(self._guidance.goal_turn)
         self._route = Route(model, settings)
+        self._base_goal, self._base_obstacle = Pose2D(inf, inf, inf), ""
         self._carrying = Carrying(model)
         self._hand_may_touch = False
         self.reset()
@@ -158,8 +159,13 @@ class Guide:
 
     def lead_base(self, goal: BaseGoal, wTb: Pose2D, surroundings: Surroundings) -> Lead:
         """Where the base is led now on its way to a pose of its own."""
-        self._finder.meet(surroundings)
-        return self._route.lead(self._finder.floor, wTb, Pose2D.of(goal.wTb), goal.reverse)
+        there = Pose2D.of(goal.wTb)
+        if self._finder.meet(surroundings) or there != self._base_goal:
+            self._base_goal, self._base_obstacle = there, self._finder.obstacle_to_base(there)
+        if self._base_obstacle:
+            still = Pose2D(0.0, 0.0, 0.0)
+            return Lead(still, goal.reverse, False, 0.0, inf, unreachable=self._base_obstacle)
+        return self._route.lead(self._finder.floor, wTb, there, goal.reverse)
 
     def _begin(self, goal: PoseGoal, distance: float, wTb: Pose2D, q: Array) -> None:
         """Judge a new goal, and look for its stance if it is to have one."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pinocchio import SE3
 
 from controller.base_drive import Pose2D
 from controller.collision_model import CollisionModels
 from controller.command import Array, PoseGoal
 from controller.floor_map import FloorMap
-from controller.free_space import FreeSpace
+from controller.free_space import FreeSpace, group_names
 from controller.model import RobotModel
 from controller.postures import bank
 from controller.reachability import obstacle_to, why_no_stance
@@ -18,6 +19,9 @@ from controller.stance_search import StanceSearch
 from controller.stance_settings import StanceSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from robots import Geom
+
+_BESIDE = 0.06
+"""What is nearer to the base than this is named where it cannot stand [m]."""
 
 
 class StanceFinder:
@@ -71,6 +75,12 @@ class StanceFinder:
     def obstacle_to(self, goal: PoseGoal) -> str:
         """What is wrong with a goal wherever the robot stands; empty if nothing is."""
         return obstacle_to(goal, self._bank, self.space)
+
+    def obstacle_to_base(self, base: Pose2D) -> str:
+        """What stands where the base is to be; empty if nothing does."""
+        if self.space is None or self.floor.stands_free(np.array([base]))[0] > 0.0:
+            return ""
+        return f"the base would stand in {group_names(self.space.blocking(base, _BESIDE))}"
 
     def search(
         self, wTe: SE3, wTb: Pose2D, q: Array, failed: tuple[Stance, ...] = ()

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from harness import BUTTON, REFLEX, Harness, looking_down, table_world
+from harness import BUTTON, REFLEX, Harness, looking_down, open_floor, table_world
 from pinocchio import SE3
 from py_trees.common import Status
 
@@ -46,7 +46,7 @@ def test_navigate_reaches_what_is_behind_or_beside(place):
 
 
 def test_navigate_drives_the_base_alone_and_leaves_the_arm():
-    harness = Harness()
+    harness = Harness(open_floor())
     leaf = navigate(harness, BasePose(name="corner", wTb=SE3(np.eye(3), np.array([1.0, 0.5, 0.0]))))
     assert harness.run(leaf) is Status.SUCCESS
     np.testing.assert_allclose(harness.robot.read().q, READY, atol=1e-9)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from harness import Harness, block, looking_down, over_the_table, table_world
+from harness import Harness, block, looking_down, open_floor, over_the_table, table_world
 from pinocchio import SE3
 from py_trees.common import Status
 
@@ -42,7 +42,7 @@ def test_a_base_that_swings_round_is_not_stuck(start, to):
 
 @pytest.mark.parametrize("goal", [FAR_AWAY, base_pose(2.0, 0.0, 0.0)])
 def test_a_robot_that_does_not_move_is_stuck_within_seconds(goal):
-    harness = Harness()
+    harness = Harness(open_floor())
     harness.robot.stuck = True
     leaf = Navigate("navigate", harness.context, to=goal)
     assert harness.run(leaf) is Status.FAILURE
@@ -52,7 +52,7 @@ def test_a_robot_that_does_not_move_is_stuck_within_seconds(goal):
 
 def test_a_robot_that_only_moves_about_is_stuck_in_the_end():
     """It turns on the spot, whatever it is told."""
-    harness = Harness()
+    harness = Harness(open_floor())
     send = harness.robot.send
     turning = np.array([0.0, 0.0, 0.5])
     harness.robot.send = lambda command: send(replace(command, base_twist=turning, qd=np.zeros(7)))
@@ -144,7 +144,7 @@ def test_two_leaves_that_move_the_robot_at_the_same_time_are_named():
 
 
 def test_a_leaf_may_take_over_in_the_tick_in_which_another_ends():
-    harness = Harness()
+    harness = Harness(open_floor())
     first = Navigate("first", harness.context, to=base_pose(0.0, 0.0, 0.0))
     second = Navigate("second", harness.context, to=base_pose(0.5, 0.0, 0.0))
     harness.tick(first)

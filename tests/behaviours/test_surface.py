@@ -37,11 +37,11 @@ def look(world: World, x=0.7, y=0.0, floor=TABLE_TOP, camera=(0.635, 0.0, 0.8), 
 
 def narrow_table() -> World:
     """A table that ends at x = 0.7 m."""
-    top = SE3(np.eye(3), np.array([0.5, 0.0, TABLE_TOP / 2]))
+    top = SE3(np.eye(3), np.array([0.55, 0.0, TABLE_TOP / 2]))
     return World(
         [
             Geom(Plane(), SE3.Identity(), "floor"),
-            Geom(Box((0.2, 0.4, TABLE_TOP / 2)), top, "table"),
+            Geom(Box((0.15, 0.4, TABLE_TOP / 2)), top, "table"),
         ],
         [],
     )
@@ -172,7 +172,8 @@ def test_nothing_is_let_go_where_the_table_is_only_in_a_wrong_frame(phase):
     harness.run_into(leaf, phase)
     displace(harness, (0.0, 0.5))  # the table ends 0.4 m to the right of the robot
     assert harness.run(leaf) is Status.FAILURE
-    assert "no surface at place 1 of table" in leaf.feedback_message
+    # A base that sets out for where the table is not may meet the one that is there first.
+    assert leaf.feedback_message.startswith(("no surface at place 1 of table", "the base hit"))
     assert harness.world.held is not None
 
 
