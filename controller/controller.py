@@ -56,6 +56,15 @@ class _Motion(NamedTuple):
     detour: bool = False
 
 
+class _Near(NamedTuple):
+    """What is near the robot."""
+
+    pairs: int = 0
+    clearance: float = inf
+    name: str = ""
+    """Of what is nearest, and what it is nearest to."""
+
+
 class HolisticController:
     """Turns a goal into velocities of base and arm, one period at a time.
 
@@ -133,7 +142,7 @@ class HolisticController:
                 motion = self._to_base_pose(state, here, goal, bounds, surroundings)
             case None:
                 motion = _Motion(_qp_towards(np.zeros(model.n), bounds))
-        rows, clearance, nearest = self._rows(state, here, goal, applied, bounds, surroundings)
+        rows, near = self._rows(state, here, goal, applied, bounds, surroundings)
         velocities = self._solver.solve(motion.qp, rows)
         solved = velocities is not None
         if velocities is None:
@@ -157,8 +166,9 @@ class HolisticController:
             stance=motion.stance,
             blend=motion.blend,
             detour=motion.detour,
-            clearance=clearance,
-            nearest=nearest,
+            clearance=near.clearance,
+            nearest=near.name,
+            near=near.pairs,
         )
 
     def _rows(
@@ -169,16 +179,16 @@ class HolisticController:
         applied: Array,
         bounds: tuple[Array, Array],
         surroundings: Surroundings,
-    ) -> tuple[Rows | None, float, str]:
-        """What keeps the robot off everything; the distance to what is nearest, and its name.
+    ) -> tuple[Rows | None, _Near]:
+        """What keeps the robot off everything, and what that is.
 
         A robot that comes to rest only brakes.
         """
         if self._dampers is None or self._proximity is None:
-            return None, inf, ""
+            return None, _Near()
         self._dampers.follow(applied)
         if goal is None:
-            return None, inf, ""
+            return None, _Near()
         fastest = np.maximum(-bounds[0], bounds[1])
         near = self._proximity.near(state.wTb, state.q, surroundings, fastest)
         straight = isinstance(goal, PoseGoal) and goal.straight
@@ -196,7 +206,7 @@ class HolisticController:
             velocities = self._dampers.velocities
             ahead = give_way(self.model, here, velocities, surroundings.moving, bounds)
             rows = joined(rows, ahead.rows)
-        return rows, clearance, nearest
+        return rows, _Near(len(near.d), clearance, nearest)
 
     def _to_pose(
         self,
