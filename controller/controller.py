@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ from pinocchio import SE3
 
 from controller.base_drive import Pose2D, drive_along
 from controller.bounds import VelocityBounds
-from controller.collision_model import PairKind
+from controller.collision_model import CollisionModels, PairKind
 from controller.command import (
     Array,
     BaseGoal,
@@ -56,6 +56,15 @@ class _Motion(NamedTuple):
     detour: bool = False
 
 
+class _Near(NamedTuple):
+    """What is near the robot."""
+
+    pairs: int = 0
+    clearance: float = inf
+    name: str = ""
+    """Of what is nearest, and what it is nearest to."""
+
+
 class HolisticController:
     """Turns a goal into velocities of base and arm, one period at a time.
 
@@ -73,11 +82,25 @@ class HolisticController:
         self._bounds = VelocityBounds(model, self.settings)
         self._solver = Solver(SLACK_COSTS)
         collision = self.settings.collision
-        self._dampers = None if collision is None else Dampers(model, self.settings, collision)
-        self._proximity = None if self._dampers is None else Proximity(model, self._dampers.ranges)
+        models = CollisionModels(model)
+        self._dampers: Dampers | None = None
+        self._proximity: Proximity | None = None
+        if collision is not None:
+            self._dampers = Dampers(model, self.settings, collision)
+            self._proximity = Proximity(model, self._dampers.ranges, models)
         guided = self.settings.guidance is not None
-        self._guide = Guide(model, self.settings, SelfCollision(model)) if guided else None
+        self._guide = Guide(model, self.settings, SelfCollision(model), models) if guided else None
         self._servo = Servo(self.settings)
+
+    def prepare(self, surroundings: Surroundings) -> None:
+        """Compute now what the first step in surroundings needs; else it does so itself.
+
+        Nothing else changes. It takes some milliseconds, and more where more stands around.
+        """
+        if self._proximity is not None:
+            self._proximity.heed(surroundings)
+        if self._guide is not None:
+            self._guide.prepare(surroundings)
 
     def step(
         self,
@@ -99,6 +122,7 @@ class HolisticController:
                 pose has no rotation matrix.
         """
         check_inputs(state, goal, last)
+        here = Pose2D.of(state.wTb)
         model, settings = self.model, self.settings
         applied = model.velocities(last)
         bounds = self._bounds(state.q, applied)
@@ -109,26 +133,31 @@ class HolisticController:
             self._servo.reset()
         match goal:
             case PoseGoal():
-                motion = self._to_pose(state, goal, linearisation, bounds, applied, surroundings)
+                motion = self._to_pose(
+                    state, here, goal, linearisation, bounds, applied, surroundings
+                )
             case PostureGoal():
                 motion = self._to_posture(state, goal, bounds)
             case BaseGoal():
-                motion = self._to_base_pose(state, goal, bounds, surroundings)
+                motion = self._to_base_pose(state, here, goal, bounds, surroundings)
             case None:
                 motion = _Motion(_qp_towards(np.zeros(model.n), bounds))
-        rows, clearance, nearest = self._rows(state, goal, applied, bounds, surroundings)
+        rows, near = self._rows(state, here, goal, applied, bounds, surroundings)
         velocities = self._solver.solve(motion.qp, rows)
         solved = velocities is not None
         if velocities is None:
             velocities = np.minimum(np.maximum(0.0, bounds[0]), bounds[1])
-        missing = 0.0 if motion.twist is None else motion.twist - linearisation.J @ velocities
+        slack = 0.0
+        if motion.twist is not None:
+            missing = motion.twist - linearisation.J @ velocities
+            slack = sqrt(missing @ missing)
         return model.command(velocities), StepReport(
             arrived=motion.arrived,
             position_error=motion.position_error,
             orientation_error=motion.orientation_error,
             manipulability=linearisation.manipulability,
             heading_error=linearisation.heading_error,
-            slack=float(np.linalg.norm(missing)),
+            slack=slack,
             solved=solved,
             bTe=linearisation.bTe,
             base_time=motion.base_time,
@@ -137,48 +166,52 @@ class HolisticController:
             stance=motion.stance,
             blend=motion.blend,
             detour=motion.detour,
-            clearance=clearance,
-            nearest=nearest,
+            clearance=near.clearance,
+            nearest=near.name,
+            near=near.pairs,
         )
 
     def _rows(
         self,
         state: KinematicState,
+        here: Pose2D,
         goal: MotionGoal | None,
         applied: Array,
         bounds: tuple[Array, Array],
         surroundings: Surroundings,
-    ) -> tuple[Rows | None, float, str]:
-        """What keeps the robot off everything; the distance to what is nearest, and its name.
+    ) -> tuple[Rows | None, _Near]:
+        """What keeps the robot off everything, and what that is.
 
         A robot that comes to rest only brakes.
         """
         if self._dampers is None or self._proximity is None:
-            return None, inf, ""
+            return None, _Near()
         self._dampers.follow(applied)
         if goal is None:
-            return None, inf, ""
-        fastest = np.maximum(np.abs(bounds[0]), np.abs(bounds[1]))
+            return None, _Near()
+        fastest = np.maximum(-bounds[0], bounds[1])
         near = self._proximity.near(state.wTb, state.q, surroundings, fastest)
         straight = isinstance(goal, PoseGoal) and goal.straight
         if isinstance(goal, PoseGoal) and goal.hand_may_touch:
             near = near.without(PairKind.HAND)
-        around = near.without(PairKind.SELF)
         clearance, nearest = inf, ""
-        if len(around.d):
-            first = int(around.d.argmin())
-            clearance = float(around.d[first])
-            nearest = self._proximity.pair_name(int(around.pair[first]))
+        if len(near.d):
+            away = np.where(near.kind == PairKind.SELF, inf, near.d)
+            first = int(away.argmin())
+            clearance = float(away[first])
+            if clearance < inf:
+                nearest = self._proximity.pair_name(int(near.pair[first]))
         rows = self._dampers.rows(near, bounds, straight=straight)
         if surroundings.moving:
-            here, velocities = Pose2D.of(state.wTb), self._dampers.velocities
+            velocities = self._dampers.velocities
             ahead = give_way(self.model, here, velocities, surroundings.moving, bounds)
             rows = joined(rows, ahead.rows)
-        return rows, clearance, nearest
+        return rows, _Near(len(near.d), clearance, nearest)
 
     def _to_pose(
         self,
         state: KinematicState,
+        here: Pose2D,
         goal: PoseGoal,
         linearisation: Linearisation,
         bounds: tuple[Array, Array],
@@ -193,11 +226,11 @@ class HolisticController:
         twist = self._servo(goal, bTw, bTe, error)
         bias, base_time, posture_error = None, 0.0, 0.0
         if self._guide is not None:
-            bias = self._guide.bias(goal, error, Pose2D.of(state.wTb), state.q, surroundings)
+            bias = self._guide.bias(goal, error, here, state.q, surroundings)
             base_time, posture_error = self._guide.left
         norm = error_norm(settings, bTe, error)
         qp = build_qp(model, settings, linearisation, twist, norm, bounds, last, bias)
-        guide, stance = self._guide, None if self._guide is None else self._guide.stance
+        guide = self._guide
         if guide is not None and guide.rests:
             qp = _qp_towards(_SLOWING * last, bounds)
         return _Motion(
@@ -210,7 +243,7 @@ class HolisticController:
             base_time=base_time,
             posture_error=posture_error,
             unreachable="" if guide is None else guide.unreachable,
-            stance=None if stance is None else stance.base_for(goal.wTe),
+            stance=None if guide is None else guide.base,
             blend=0.0 if bias is None else bias.blend,
             detour=guide is not None and guide.detour,
         )
@@ -237,13 +270,14 @@ class HolisticController:
     def _to_base_pose(
         self,
         state: KinematicState,
+        here: Pose2D,
         goal: BaseGoal,
         bounds: tuple[Array, Array],
         surroundings: Surroundings,
     ) -> _Motion:
         """The base to a pose; the arm comes to rest."""
         error = pose_error(SE3.Identity(), state.wTb.inverse() * goal.wTb)
-        here, there = Pose2D.of(state.wTb), Pose2D.of(goal.wTb)
+        there = Pose2D.of(goal.wTb)
         if self._guide is None:
             lead = plain_lead(self.model, self.settings, here, there, goal.reverse)
         else:

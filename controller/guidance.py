@@ -9,6 +9,7 @@ from pinocchio import SE3
 
 from controller.base_drive import Lead, Pose2D
 from controller.carrying import Carrying
+from controller.collision_model import CollisionModels
 from controller.command import Array, BaseGoal, PoseGoal
 from controller.model import RobotModel
 from controller.route import Route
@@ -32,22 +33,33 @@ class Guide:
         model: the robot.
         settings: of the controller; `guidance` is not None.
         collision: the robot's shapes.
+        models: where those of robot and surroundings are made; None makes them for this alone.
     """
 
     def __init__(
-        self, model: RobotModel, settings: ControllerSettings, collision: SelfCollision
+        self,
+        model: RobotModel,
+        settings: ControllerSettings,
+        collision: SelfCollision,
+        models: CollisionModels | None = None,
     ) -> None:
         self._model = model
         self._settings = settings
         assert settings.guidance is not None
         self._guidance = settings.guidance
-        self._finder = StanceFinder(model, settings.guidance.stance, collision)
+        self._finder = StanceFinder(
+            model, settings.guidance.stance, collision, models or CollisionModels(model)
+        )
         self._min_turn_cosine = cos(self._guidance.goal_turn)
         self._route = Route(model, settings)
         self._base_goal, self._base_obstacle = Pose2D(inf, inf, inf), ""
         self._carrying = Carrying(model)
         self._hand_may_touch = False
         self.reset()
+
+    def prepare(self, surroundings: Surroundings) -> None:
+        """Compute now what the first step among these fixtures needs."""
+        self._finder.map(surroundings.fixtures)
 
     def reset(self) -> None:
         """Forget the goal: the next one is new."""
@@ -57,10 +69,17 @@ class Guide:
         self.unreachable = ""
         """Why the robot cannot get to the goal; empty if it can, as far as is known."""
         self._goal: SE3 | None = None
+        self._base = Pose2D(0.0, 0.0, 0.0)
+        self._base_of: tuple[Stance | None, SE3 | None] = (None, None)
         self._first_goal: SE3 | None = None
         self._searched = 0
         self._start_goal(None)
         self._set_stance(None)
+
+    @property
+    def base(self) -> Pose2D | None:
+        """Where the stance has the base; None if the end effector goes alone."""
+        return None if self.stance is None else self._base
 
     def _start_goal(self, wTe: SE3 | None) -> None:
         self._first_goal = wTe
@@ -207,7 +226,9 @@ class Guide:
         stance = self.stance
         if stance is None:
             return Remaining(distance)
-        base = stance.base_for(goal.wTe)
+        if stance is not self._base_of[0] or self._goal is not self._base_of[1]:
+            self._base, self._base_of = stance.base_for(goal.wTe), (stance, self._goal)
+        base = self._base
         lead = self._route.lead(self._finder.floor, wTb, base, stance.reverse)
         carried = None
         if not goal.is_moving:

@@ -6,6 +6,7 @@ import numpy as np
 from pinocchio import SE3
 
 from controller.base_drive import Pose2D
+from controller.collision_model import CollisionModels
 from controller.command import Array, PoseGoal
 from controller.floor_map import FloorMap
 from controller.free_space import FreeSpace, group_names
@@ -17,6 +18,7 @@ from controller.stance import Stance
 from controller.stance_search import StanceSearch
 from controller.stance_settings import StanceSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
+from robots import Geom
 
 _BESIDE = 0.06
 """What is nearer to the base than this is named where it cannot stand [m]."""
@@ -29,12 +31,18 @@ class StanceFinder:
         model: the robot.
         settings: what a stance costs.
         collision: the robot's own shapes.
+        models: where those of robot and surroundings are made.
     """
 
     def __init__(
-        self, model: RobotModel, settings: StanceSettings, collision: SelfCollision
+        self,
+        model: RobotModel,
+        settings: StanceSettings,
+        collision: SelfCollision,
+        models: CollisionModels,
     ) -> None:
         self._model = model
+        self._models = models
         self._settings = settings
         self._collision = collision
         self._bank = bank(model.description)
@@ -49,11 +57,20 @@ class StanceFinder:
         before, self._surroundings = self._surroundings, surroundings
         fixtures, held = surroundings.fixtures, surroundings.held
         moved = fixtures is not before.fixtures
-        if moved:
-            self.floor = FloorMap(fixtures, self._model.description)
+        self.map(fixtures)
         if moved or held is not before.held:
-            self.space = FreeSpace(self._model, self.floor, held) if fixtures else None
+            models = self._models
+            self.space = (
+                FreeSpace(self._model, self.floor, models.around(surroundings))
+                if fixtures
+                else None
+            )
         return moved
+
+    def map(self, fixtures: tuple[Geom, ...]) -> None:
+        """See fixtures from above, unless that was done; it takes some milliseconds."""
+        if fixtures is not self.floor.fixtures:
+            self.floor = FloorMap(fixtures, self._model.description)
 
     def obstacle_to(self, goal: PoseGoal) -> str:
         """What is wrong with a goal wherever the robot stands; empty if nothing is."""

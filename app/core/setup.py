@@ -10,7 +10,7 @@ from pathlib import Path
 
 from app.core.known import Known, known_of
 from behaviours import Context, SeenObstacles, Vision, VisionBeside, VisionInStep
-from controller import HolisticController, RobotModel
+from controller import HolisticController, RobotModel, Surroundings
 from hw import (
     Backend,
     Camera,
@@ -160,6 +160,8 @@ def set_up(
     ):
         clock = TaskClock(backend.clock)
         controller = HolisticController(RobotModel(robot.description))
+        moving = tuple(known.obstacles(state.stamp))
+        controller.prepare(Surroundings(fixtures=known.fixtures, moving=moving))
         yield Setup(
             robot=injected,
             recorded=robot,
