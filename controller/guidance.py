@@ -9,6 +9,7 @@ from pinocchio import SE3
 
 from controller.base_drive import Lead, Pose2D
 from controller.command import Array, BaseGoal, PoseGoal
+from controller.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.route import Route
 from controller.self_collision import SelfCollision
@@ -44,6 +45,8 @@ class Guide:
         self._min_turn_cosine = cos(self._guidance.goal_turn)
         self._route = Route(model, settings)
         self._hand_may_touch = False
+        self.waits = False
+        """Whether the robot gives way to somebody: that is no stall."""
         self.reset()
 
     def reset(self) -> None:
@@ -135,6 +138,11 @@ class Guide:
             detour=self.detour,
         )
 
+    @property
+    def floor(self) -> FloorMap:
+        """What stands around, seen from above."""
+        return self._finder.floor
+
     def lead_base(self, goal: BaseGoal, wTb: Pose2D, surroundings: Surroundings) -> Lead:
         """Where the base is led now on its way to a pose of its own."""
         self._finder.meet(surroundings)
@@ -210,7 +218,8 @@ class Guide:
     def _has_stalled(self, remaining: Remaining, goal: PoseGoal) -> bool:
         """Whether nothing has come nearer for a while: neither end effector, base nor arm.
 
-        What follows a moving goal comes no nearer either, so it never stalls.
+        What follows a moving goal comes no nearer either, so it never stalls; and who waits for
+        somebody goes on when he has passed.
         """
         g = self._guidance
         if remaining.distance < g.close or goal.is_moving:
@@ -229,6 +238,6 @@ class Guide:
                 min(joint_error, remaining.max_joint_error),
             )
             self._waited = 0
-        else:
+        elif not self.waits:
             self._waited += 1
         return self._waited * self._settings.period >= g.patience

@@ -47,3 +47,5 @@ class StepReport:
     """Distance between the robot and what is nearest to it, if that is near [m]."""
     nearest: str = ""
     """What comes nearest to what, for people; empty if nothing is near."""
+    waits_for: str = ""
+    """Who moves nearest, while the robot gives way; empty if it need not."""
