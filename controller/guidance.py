@@ -68,6 +68,8 @@ class Guide:
         self._detours_left = self._guidance.detours
         self._search: StanceSearch | None = None
         self._stalled = False
+        self._was_close = False
+        """Whether the goal was as good as reached: who has had to leave it begins anew."""
 
     @property
     def rests(self) -> bool:
@@ -109,6 +111,8 @@ class Guide:
             if self._is_new(goal.wTe) or changed:
                 self._begin(goal, distance, wTb, q)
             self._goal = goal.wTe.copy()
+        elif self._was_close and distance > self._guidance.min_distance and not goal.is_moving:
+            self._begin(goal, distance, wTb, q)
         if not moved:  # a new map is work enough for one period
             self._search_on(goal)
         remaining = self._remaining(goal, distance, wTb, q)
@@ -223,6 +227,7 @@ class Guide:
         """
         g = self._guidance
         if remaining.distance < g.close or goal.is_moving:
+            self._was_close = remaining.distance < g.close
             self._set_stance(self.stance)
             return False
         distance, base_time, joint_error = self._best
