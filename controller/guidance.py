@@ -9,6 +9,7 @@ from pinocchio import SE3
 
 from controller.base_drive import Lead, Pose2D
 from controller.command import Array, BaseGoal, PoseGoal
+from controller.following import Follower
 from controller.model import RobotModel
 from controller.route import Route
 from controller.self_collision import SelfCollision
@@ -43,6 +44,7 @@ class Guide:
         self._finder = StanceFinder(model, settings.guidance.stance, collision)
         self._min_turn_cosine = cos(self._guidance.goal_turn)
         self._route = Route(model, settings)
+        self._follower = Follower(model, settings)
         self._hand_may_touch = False
         self.reset()
 
@@ -56,6 +58,7 @@ class Guide:
         self._goal: SE3 | None = None
         self._first_goal: SE3 | None = None
         self._searched = 0
+        self._follower.reset()
         self._start_goal(None)
         self._set_stance(None)
 
@@ -125,14 +128,18 @@ class Guide:
         self.left = (remaining.base_time, remaining.max_joint_error)
         if self.stance is None or remaining.lead is None:
             return None
+        following = None
+        if goal.is_moving and self._model.n_base == 2:
+            following = self._follower(self.stance, goal, error, wTb, q)
         return bias_towards(
             self._model,
             self._settings,
-            self.stance,
             remaining,
             goal,
             wTb,
+            q,
             detour=self.detour,
+            following=following,
         )
 
     def lead_base(self, goal: BaseGoal, wTb: Pose2D, surroundings: Surroundings) -> Lead:
