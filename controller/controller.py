@@ -33,10 +33,12 @@ from controller.servo import Servo, approach_speed, error_norm, pose_error
 from controller.settings import ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from controller.validation import check_inputs
-from controller.yielding import give_way
+from controller.yielding import Yielding, waits_for
 
 _SLOWING = 0.9
 """Share of its velocities that a robot keeps in a period in which it does not know where to go."""
+_LED = 0.5
+"""Share of the guidance from which on the base goes where it is led."""
 
 
 class _Motion(NamedTuple):
@@ -54,6 +56,8 @@ class _Motion(NamedTuple):
     stance: Pose2D | None = None
     blend: float = 0.0
     detour: bool = False
+    base_velocity: Array | None = None
+    """(n_base,) where the base is led, however fast it is now; None if it is not."""
 
 
 class _Near(NamedTuple):
@@ -91,6 +95,8 @@ class HolisticController:
         guided = self.settings.guidance is not None
         self._guide = Guide(model, self.settings, SelfCollision(model), models) if guided else None
         self._servo = Servo(self.settings)
+        self._yielding = Yielding(model)
+        self._waits_for = ""
 
     def prepare(self, surroundings: Surroundings) -> None:
         """Compute now what the first step in surroundings needs; else it does so itself.
@@ -144,6 +150,10 @@ class HolisticController:
                 motion = _Motion(_qp_towards(np.zeros(model.n), bounds))
         rows, near = self._rows(state, here, goal, applied, bounds, surroundings)
         velocities = self._solver.solve(motion.qp, rows)
+        self._waits_for = ""
+        if goal is not None and surroundings.moving and velocities is not None:
+            hand = linearisation.bTe.translation[:2]
+            velocities = self._give_way(state, hand, motion, rows, velocities, surroundings)
         solved = velocities is not None
         if velocities is None:
             velocities = np.minimum(np.maximum(0.0, bounds[0]), bounds[1])
@@ -169,6 +179,7 @@ class HolisticController:
             clearance=near.clearance,
             nearest=near.name,
             near=near.pairs,
+            waits_for=self._waits_for,
         )
 
     def _rows(
@@ -202,11 +213,29 @@ class HolisticController:
             if clearance < inf:
                 nearest = self._proximity.pair_name(int(near.pair[first]))
         rows = self._dampers.rows(near, bounds, straight=straight)
-        if surroundings.moving:
-            velocities = self._dampers.velocities
-            ahead = give_way(self.model, here, velocities, surroundings.moving, bounds)
-            rows = joined(rows, ahead.rows)
         return rows, _Near(len(near.d), clearance, nearest)
+
+    def _give_way(
+        self,
+        state: KinematicState,
+        hand: Array,
+        motion: _Motion,
+        rows: Rows | None,
+        wanted: Array,
+        surroundings: Surroundings,
+    ) -> Array | None:
+        """The velocities (n,) that give way to what moves; `wanted` where there is no need."""
+        if self._dampers is None:
+            return wanted
+        here, now = Pose2D.of(state.wTb), self._dampers.velocities
+        floor = None if self._guide is None else self._guide.floor
+        bounds = (motion.qp.lower, motion.qp.upper)
+        led, moving = motion.base_velocity, surroundings.moving
+        ahead = self._yielding.rows(here, hand, now, wanted, led, moving, floor, bounds)
+        rows = joined(ahead, rows)
+        velocities = wanted if ahead is None else self._solver.solve(motion.qp, rows)
+        self._waits_for = waits_for(here, moving, rows, velocities)
+        return velocities
 
     def _to_pose(
         self,
@@ -226,6 +255,7 @@ class HolisticController:
         twist = self._servo(goal, bTw, bTe, error)
         bias, base_time, posture_error = None, 0.0, 0.0
         if self._guide is not None:
+            self._guide.waits = bool(self._waits_for)
             bias = self._guide.bias(goal, error, here, state.q, surroundings)
             base_time, posture_error = self._guide.left
         norm = error_norm(settings, bTe, error)
@@ -246,6 +276,7 @@ class HolisticController:
             stance=None if guide is None else guide.base,
             blend=0.0 if bias is None else bias.blend,
             detour=guide is not None and guide.detour,
+            base_velocity=None if bias is None or bias.blend < _LED else bias.base_velocity,
         )
 
     def _to_posture(
@@ -291,6 +322,7 @@ class HolisticController:
             and error.orientation <= goal.heading_tolerance,
             base_time=lead.time_left,
             unreachable=lead.unreachable,
+            base_velocity=base,
         )
 
 

@@ -11,6 +11,7 @@ from controller.base_drive import Lead, Pose2D
 from controller.carrying import Carrying
 from controller.collision_model import CollisionModels
 from controller.command import Array, BaseGoal, PoseGoal
+from controller.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.route import Route
 from controller.self_collision import SelfCollision
@@ -55,6 +56,8 @@ class Guide:
         self._base_goal, self._base_obstacle = Pose2D(inf, inf, inf), ""
         self._carrying = Carrying(model)
         self._hand_may_touch = False
+        self.waits = False
+        """Whether the robot gives way to somebody: that is no stall."""
         self.reset()
 
     def prepare(self, surroundings: Surroundings) -> None:
@@ -87,6 +90,8 @@ class Guide:
         self._detours_left = self._guidance.detours
         self._search: StanceSearch | None = None
         self._stalled = False
+        self._was_close = False
+        """Whether the goal was as good as reached: who has had to leave it begins anew."""
 
     @property
     def rests(self) -> bool:
@@ -128,6 +133,8 @@ class Guide:
             if self._is_new(goal.wTe) or changed:
                 self._begin(goal, distance, wTb, q)
             self._goal = goal.wTe.copy()
+        elif self._was_close and distance > self._guidance.min_distance and not goal.is_moving:
+            self._begin(goal, distance, wTb, q)
         if not moved:  # a new map is work enough for one period
             self._search_on(goal)
         remaining = self._remaining(goal, distance, wTb, q)
@@ -156,6 +163,11 @@ class Guide:
             wTb,
             detour=self.detour,
         )
+
+    @property
+    def floor(self) -> FloorMap:
+        """What stands around, seen from above."""
+        return self._finder.floor
 
     def lead_base(self, goal: BaseGoal, wTb: Pose2D, surroundings: Surroundings) -> Lead:
         """Where the base is led now on its way to a pose of its own."""
@@ -244,10 +256,12 @@ class Guide:
     def _has_stalled(self, remaining: Remaining, goal: PoseGoal) -> bool:
         """Whether nothing has come nearer for a while: neither end effector, base nor arm.
 
-        What follows a moving goal comes no nearer either, so it never stalls.
+        What follows a moving goal comes no nearer either, so it never stalls; and who waits for
+        somebody goes on when he has passed.
         """
         g = self._guidance
         if remaining.distance < g.close or goal.is_moving:
+            self._was_close = remaining.distance < g.close
             self._set_stance(self.stance)
             return False
         distance, base_time, joint_error = self._best
@@ -263,6 +277,6 @@ class Guide:
                 min(joint_error, remaining.max_joint_error),
             )
             self._waited = 0
-        else:
+        elif not self.waits:
             self._waited += 1
         return self._waited * self._settings.period >= g.patience

@@ -50,3 +50,5 @@ class StepReport:
     at their speed."""
     nearest: str = ""
     """What comes nearest to what, for people; empty if nothing is near."""
+    waits_for: str = ""
+    """Who moves nearest, while the robot gives way; empty if it need not."""

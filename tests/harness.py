@@ -134,7 +134,7 @@ class Harness:
         pace: float | None = None,
     ) -> None:
         self.clock = SimClock(pace)
-        self.world = world or table_world()
+        self.world = world or open_floor()
         described = load_robot(robot)
         # Rendering takes most of the time of a test.
         description = replace(described, camera=replace(described.camera, rate=10.0))

@@ -18,7 +18,7 @@ from controller import Command, RobotModel
 from hw.clock import Clock
 from hw.sim.collisions import Collisions, Contact
 from hw.sim.hand import Hand
-from hw.sim.members import BASE, Configuration
+from hw.sim.members import BASE, HAND_TOLERANCE, Configuration
 from hw.sim.reflex import Reflex
 from hw.sim.sim_object import SimObject
 from hw.sim.world import World
@@ -190,7 +190,9 @@ class SimBody:
         if self._holds and self.world.held is None:  # somebody took it out of the hand
             self._holds, self._width_goal = False, self._wanted_width
         width = self.width + float(np.clip(self._width_goal - self.width, -step, step))
-        if self._slipping and self.world.collision(self.hand, width):
+        # They lie against it, and press in no deeper: a hit is what is deeper than a tolerance.
+        pressed = max(0.0, width - 2.0 * HAND_TOLERANCE)
+        if self._slipping and self.world.collision(self.hand, pressed):
             width = self.width
         self.fingers_move = width != self.width
         self.width = width

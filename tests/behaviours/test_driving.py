@@ -5,7 +5,7 @@ from math import atan2, degrees
 import numpy as np
 import pinocchio as pin
 import pytest
-from harness import REFLEX, Harness, open_floor
+from harness import REFLEX, Harness
 from pinocchio import SE3
 from py_trees.common import Status
 
@@ -31,7 +31,7 @@ def standing(harness: Harness) -> tuple[float, float, float]:
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_drive_goes_to_a_base_pose_and_leaves_the_arm(robot):
-    harness = Harness(open_floor(), robot=robot)
+    harness = Harness(robot=robot)
     leaf = Drive("drive", harness.context, to=CORNER)
     assert harness.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == "at corner"
@@ -49,7 +49,7 @@ def test_drive_goes_to_a_base_pose_and_leaves_the_arm(robot):
     ],
 )
 def test_drive_turns_and_goes_forward_from_where_it_stands(how_far, there):
-    harness = Harness(open_floor())
+    harness = Harness()
     leaf = Drive("drive", harness.context, **how_far)
     assert harness.run(leaf) is Status.SUCCESS
     x, y, heading = standing(harness)
@@ -58,7 +58,7 @@ def test_drive_turns_and_goes_forward_from_where_it_stands(how_far, there):
 
 
 def test_drive_goes_backwards_without_turning_round():
-    harness = Harness(open_floor())
+    harness = Harness()
     leaf = Drive("drive", harness.context, forward_m=-0.5)
     headings = []
     while leaf.status is not Status.SUCCESS:
@@ -75,7 +75,7 @@ def standing_heading(harness: Harness) -> float:
 
 def test_driving_the_same_way_twice_goes_twice_as_far():
     """What the controller said of the end of the first way is not taken for the second."""
-    harness = Harness(open_floor())
+    harness = Harness()
     leaf = Drive("drive", harness.context, forward_m=0.4)
     assert harness.run(leaf) is Status.SUCCESS
     assert harness.run(leaf) is Status.SUCCESS
@@ -85,11 +85,11 @@ def test_driving_the_same_way_twice_goes_twice_as_far():
 @pytest.mark.parametrize("options", [{}, {"to": CORNER, "turn_deg": 5.0}])
 def test_drive_wants_one_way_to_say_where(options):
     with pytest.raises(ValueError, match="say either where `to`, or how far"):
-        Drive("drive", Harness(open_floor()).context, **options)
+        Drive("drive", Harness().context, **options)
 
 
 def test_drive_fails_on_a_fault_when_stuck_and_when_time_is_over():
-    harness = Harness(open_floor())
+    harness = Harness()
     leaf = Drive("drive", harness.context, to=CORNER, timeout_s=0.5)
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message.startswith("not at corner after 0.5 s: ")
@@ -103,7 +103,7 @@ def test_drive_fails_on_a_fault_when_stuck_and_when_time_is_over():
 
 
 def test_move_arm_brings_every_joint_there_and_holds_the_base():
-    harness = Harness(open_floor())
+    harness = Harness()
     leaf = MoveArm("move_arm", harness.context, to=BENT)
     harness.tick(leaf)
     assert leaf.feedback_message == "setting out for bent"
@@ -115,7 +115,7 @@ def test_move_arm_brings_every_joint_there_and_holds_the_base():
 
 
 def test_move_arm_fails_on_a_fault_and_when_stuck():
-    harness = Harness(open_floor())
+    harness = Harness()
     harness.robot.stuck = True
     leaf = MoveArm("move_arm", harness.context, to=BENT)
     assert harness.run(leaf, seconds=8.0) is Status.FAILURE
@@ -127,7 +127,7 @@ def test_move_arm_fails_on_a_fault_and_when_stuck():
 
 @pytest.mark.parametrize("after", [0.0, 0.4, 1.5])
 def test_a_way_may_be_broken_off_at_any_tick(after):
-    harness = Harness(open_floor())
+    harness = Harness()
     leaf = Drive("drive", harness.context, to=CORNER)
     harness.run_for(leaf, after + 0.01)
     leaf.stop(Status.INVALID)

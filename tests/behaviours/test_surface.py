@@ -93,7 +93,7 @@ def test_an_edge_under_the_disc_is_told_although_most_of_it_is_on_the_table():
 @pytest.mark.parametrize("depth", [0.0, np.nan])
 def test_a_place_out_of_the_picture_or_without_depth_is_unseen(depth):
     assert look(table_world(), x=1.15).shows is Shows.UNSEEN
-    harness = Harness()
+    harness = Harness(table_world())
     harness.reach_over(looking_down(0.635, 0.0, 0.8))
     harness.tick(None)
     frame = harness.context.vision.new_frame()
