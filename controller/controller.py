@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from math import inf, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 from pinocchio import SE3
 
+from controller.avoidance import Avoidance, Near
 from controller.base_drive import Pose2D, drive_along
 from controller.bounds import VelocityBounds
-from controller.collision_model import CollisionModels, PairKind
+from controller.collision_model import CollisionModels
 from controller.command import (
     Array,
     BaseGoal,
@@ -20,11 +21,10 @@ from controller.command import (
     PoseGoal,
     PostureGoal,
 )
-from controller.dampers import SLACK_COSTS, Dampers
+from controller.dampers import SLACK_COSTS
 from controller.guidance import Guide
 from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
-from controller.proximity import Proximity
 from controller.qp import QP, Rows, Solver, joined
 from controller.report import StepReport
 from controller.route import plain_lead
@@ -60,15 +60,6 @@ class _Motion(NamedTuple):
     """(n_base,) where the base is led, however fast it is now; None if it is not."""
 
 
-class _Near(NamedTuple):
-    """What is near the robot."""
-
-    pairs: int = 0
-    clearance: float = inf
-    name: str = ""
-    """Of what is nearest, and what it is nearest to."""
-
-
 class HolisticController:
     """Turns a goal into velocities of base and arm, one period at a time.
 
@@ -87,11 +78,9 @@ class HolisticController:
         self._solver = Solver(SLACK_COSTS)
         collision = self.settings.collision
         models = CollisionModels(model)
-        self._dampers: Dampers | None = None
-        self._proximity: Proximity | None = None
+        self._avoidance: Avoidance | None = None
         if collision is not None:
-            self._dampers = Dampers(model, self.settings, collision)
-            self._proximity = Proximity(model, self._dampers.ranges, models)
+            self._avoidance = Avoidance(model, self.settings, collision, models)
         guided = self.settings.guidance is not None
         self._guide = Guide(model, self.settings, SelfCollision(model), models) if guided else None
         self._servo = Servo(self.settings)
@@ -103,8 +92,8 @@ class HolisticController:
 
         Nothing else changes. It takes some milliseconds, and more where more stands around.
         """
-        if self._proximity is not None:
-            self._proximity.heed(surroundings)
+        if self._avoidance is not None:
+            self._avoidance.prepare(surroundings)
         if self._guide is not None:
             self._guide.prepare(surroundings)
 
@@ -148,7 +137,9 @@ class HolisticController:
                 motion = self._to_base_pose(state, here, goal, bounds, surroundings)
             case None:
                 motion = _Motion(_qp_towards(np.zeros(model.n), bounds))
-        rows, near = self._rows(state, here, goal, applied, bounds, surroundings)
+        rows, near = None, Near()
+        if self._avoidance is not None:
+            rows, near = self._avoidance.rows(state, goal, applied, bounds, surroundings)
         velocities = self._solver.solve(motion.qp, rows)
         self._waits_for = ""
         if goal is not None and surroundings.moving and velocities is not None:
@@ -182,39 +173,6 @@ class HolisticController:
             waits_for=self._waits_for,
         )
 
-    def _rows(
-        self,
-        state: KinematicState,
-        here: Pose2D,
-        goal: MotionGoal | None,
-        applied: Array,
-        bounds: tuple[Array, Array],
-        surroundings: Surroundings,
-    ) -> tuple[Rows | None, _Near]:
-        """What keeps the robot off everything, and what that is.
-
-        A robot that comes to rest only brakes.
-        """
-        if self._dampers is None or self._proximity is None:
-            return None, _Near()
-        self._dampers.follow(applied)
-        if goal is None:
-            return None, _Near()
-        fastest = np.maximum(-bounds[0], bounds[1])
-        near = self._proximity.near(state.wTb, state.q, surroundings, fastest)
-        straight = isinstance(goal, PoseGoal) and goal.straight
-        if isinstance(goal, PoseGoal) and goal.hand_may_touch:
-            near = near.without(PairKind.HAND)
-        clearance, nearest = inf, ""
-        if len(near.d):
-            away = np.where(near.kind == PairKind.SELF, inf, near.d)
-            first = int(away.argmin())
-            clearance = float(away[first])
-            if clearance < inf:
-                nearest = self._proximity.pair_name(int(near.pair[first]))
-        rows = self._dampers.rows(near, bounds, straight=straight)
-        return rows, _Near(len(near.d), clearance, nearest)
-
     def _give_way(
         self,
         state: KinematicState,
@@ -225,9 +183,9 @@ class HolisticController:
         surroundings: Surroundings,
     ) -> Array | None:
         """The velocities (n,) that give way to what moves; `wanted` where there is no need."""
-        if self._dampers is None:
+        if self._avoidance is None:
             return wanted
-        here, now = Pose2D.of(state.wTb), self._dampers.velocities
+        here, now = Pose2D.of(state.wTb), self._avoidance.velocities
         floor = None if self._guide is None else self._guide.floor
         bounds = (motion.qp.lower, motion.qp.upper)
         led, moving = motion.base_velocity, surroundings.moving
