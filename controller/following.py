@@ -190,7 +190,9 @@ class Follower:
         fx, fy, _ = self._model.description.bTa.translation.tolist()
         step = _HORIZON / _STEPS
         forward, turning = self._model.acceleration_limits[[1, 0]] * step
-        to = Pose2D(float(goal.twist[0]), float(goal.twist[1]), 0.0).relative_to(Pose2D(0.0, 0.0, wTb.heading))
+        to = Pose2D(float(goal.twist[0]), float(goal.twist[1]), 0.0).relative_to(
+            Pose2D(0.0, 0.0, wTb.heading)
+        )
         gx, gy, vx, vy = arm.x, arm.y, to.x, to.y
         c0, s0 = cos(self._bend * step), sin(self._bend * step)
         v, w = np.full(len(ways), self._choice[0]), np.full(len(ways), self._choice[1])
