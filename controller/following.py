@@ -23,7 +23,7 @@ from controller.servo import PoseError
 from controller.settings import ControllerSettings
 from controller.stance import Stance
 
-_HORIZON, _STEPS = 2.0, 6
+_HORIZON, _STEPS = 1.5, 6
 """How far it looks ahead [s], in so many steps: half with one velocity, half with another."""
 _AGAIN = 0.1
 """It chooses anew after this long [s]."""
@@ -41,7 +41,7 @@ _TRUST, _TIGHTEST = 0.3, 1.0
 """How fast the estimate of the turn rate of its course changes, and how large it may be [rad/s]."""
 _FAR = 0.5
 """Beyond the reach that it likes, the goal is far away [m]."""
-_REACH, _WOUND, _LEAN = 0.12, 1.0, 0.4
+_REACH, _WOUND, _LEAN = 0.09, 1.0, 0.4
 """What costs the same: so much off the reach that the stance has [m], joint 1 or the wrist so far
 from their middle [rad], and a hand that is not upright turned so far from how the stance has it
 [rad]."""
