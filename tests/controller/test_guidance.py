@@ -68,7 +68,7 @@ def test_random_goals_are_reached_within_all_limits_and_without_contact(robot):
         run = run_to(precisely(wTe), robot=robot, controller=controller)
         assert run.arrived
         assert all(report.solved for report in run.reports)
-        assert_within_limits(run, robot)
+        assert_within_limits(run, controller.model)
         assert closest(robot_model(robot), run) > 0.0
         times.append(0.01 * len(run.reports))
     assert np.median(times) < 4.3
