@@ -13,10 +13,11 @@ from controller import (
     Obstacle,
     PoseGoal,
     PostureGoal,
+    RobotModel,
     Surroundings,
     robot_model,
 )
-from robots import Box, Cylinder, Geom
+from robots import Box, Cylinder, Geom, load_robot, with_reverse_speed
 
 WALL = Geom(Box((0.05, 3.0, 0.15)), SE3(np.eye(3), np.array([2.0, 0.0, 0.15])), "wall")
 """Too low for the arm to meet it."""
@@ -104,6 +105,13 @@ def test_a_base_goal_behind_a_wall_is_reached_around_it(model):
     assert reports[-1].arrived
 
 
+def test_a_base_goal_inside_furniture_is_refused_at_once_and_the_base_stands_still(model):
+    goal = BaseGoal(wTb=SE3(np.eye(3), np.array([2.0, 0.5, 0.3])))
+    state, reports = drive(model, goal, Surroundings(fixtures=(WALL,)), 0.5, lambda state: None)
+    assert reports[0].unreachable == "the base would stand in wall"
+    assert np.abs(state.wTb.translation).max() < 1e-6
+
+
 def test_the_hand_stops_above_a_table_and_goes_down_to_it_when_it_may(model):
     """The finger capsule ends 17 mm below the tool centre."""
     lowest = {}
@@ -146,7 +154,11 @@ def test_an_arm_that_folds_keeps_off_what_is_in_its_way(model):
 
 
 def test_what_comes_towards_the_robot_is_given_way(model):
-    """Somebody walks at 0.5 m/s onto a robot whose hand is where it shall be."""
+    """Somebody walks at 0.5 m/s onto a robot whose hand is where it shall be.
+
+    Its base backs faster than that.
+    """
+    model = RobotModel(with_reverse_speed(load_robot(model.name), 1.0))
 
     def around(time):
         centre = np.array([3.0 - 0.5 * time, 0.0, 0.85])
