@@ -15,7 +15,8 @@ class Progress:
     A motion gets on while the hand, the base or the arm comes nearer to where the controller wants
     it than it ever was. One that does not is stuck as soon as the robot has stood still for
     `patience`; while it moves it may be on a way around, so that takes `detour_patience`. Only time
-    in which the motion was asked about counts: pauses and late ticks do not. One to a goal that the
+    in which the motion was asked about counts: pauses and late ticks do not, nor does waiting for
+    somebody to pass. One to a goal that the
     controller calls unreachable is stuck at once.
 
     Args:
@@ -40,6 +41,8 @@ class Progress:
         settings, now = self._settings, self._context.clock.now()
         passed = min(now - self._last, settings.longest_tick)
         self._last = now
+        if report.waits_for:
+            passed = 0.0
         left = self._left(report)
         self._without += passed
         self._at_rest = 0.0 if self._moves else self._at_rest + passed

@@ -105,24 +105,27 @@ class CollisionModel:
             if name != "floor"
             for number, part in zip(numbers[name], some, strict=True)
         ]
-        fixed = [self._add_still(one) for one in surroundings.fixtures]
+        self.fixed = [self._add_still(one) for one in surroundings.fixtures]
+        """Numbers of the fixtures, in their order."""
         self.moving = [self._add_still(one.geom) for one in surroundings.moving]
-        self.pairs = self._pair(numbers, fixed)
+        self.pairs = self._pair(numbers, self.fixed)
+        self.holds = np.isin(self.pairs.first, numbers["held"])
+        """(P,) whether it is what the hand holds that meets something."""
         self._results = pin.GeometryData(self._shapes)
         self.reach = self._reach()
         """(G, n) the most by which a degree of freedom moves any point of a shape [m/rad]."""
         self.masks = np.arange(model.n) < np.array(self._moves)[:, None]
         """(G, n) whether it moves the shape at all."""
 
-    def place(self, wTb: SE3, q: Array, moving: Sequence[Geom] = ()) -> None:
+    def place(self, wTb: SE3, q: Array, moving: Sequence[Geom] | None = None) -> None:
         """Put the robot, and what moves by itself, where they are.
 
         Args:
             wTb: base pose.
             q: (7,) joint positions [rad].
-            moving: what moves by itself, in the order of the surroundings.
+            moving: what moves by itself, in the order of the surroundings; None leaves it.
         """
-        for shape, geom in zip(self.moving, moving, strict=True):
+        for shape, geom in zip(self.moving, moving, strict=True) if moving else ():
             self._shapes.geometryObjects[shape].placement = geom.pose
         self._chain.jointPlacements[1] = wTb
         self._q = self._model.joints(q)
@@ -222,6 +225,26 @@ class CollisionModel:
             rows[shape, : model.n_base] = linear + swing * np.abs(axes[2])
             rows[shape, model.n_base : moved_by] = arm[:link] + margin
         return rows
+
+
+class CollisionModels:
+    """The collision model of what stands around now, made once for all who measure.
+
+    Args:
+        model: the robot.
+    """
+
+    def __init__(self, model: RobotModel) -> None:
+        self._model = model
+        self._known = OPEN_FLOOR
+        self._now: CollisionModel | None = None
+
+    def around(self, surroundings: Surroundings) -> CollisionModel:
+        """The same object as long as the same shapes stand around and are held."""
+        if self._now is None or not surroundings.has_shapes_of(self._known):
+            self._now = CollisionModel(self._model, surroundings)
+        self._known = surroundings
+        return self._now
 
 
 _HELD_MARGIN = 0.2

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 from pinocchio import SE3
 
+from controller.avoidance import Avoidance, Near
 from controller.base_drive import Pose2D, drive_along
 from controller.bounds import VelocityBounds
-from controller.collision_model import PairKind
+from controller.collision_model import CollisionModels
 from controller.command import (
     Array,
     BaseGoal,
@@ -20,23 +21,24 @@ from controller.command import (
     PoseGoal,
     PostureGoal,
 )
-from controller.dampers import SLACK_COSTS, Dampers
+from controller.dampers import SLACK_COSTS
 from controller.guidance import Guide
 from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
-from controller.proximity import Proximity
 from controller.qp import QP, Rows, Solver, joined
 from controller.report import StepReport
 from controller.route import plain_lead
 from controller.self_collision import SelfCollision
 from controller.servo import Servo, approach_speed, error_norm, pose_error
 from controller.settings import ControllerSettings
-from controller.surroundings import OPEN_FLOOR, Surroundings
+from controller.surroundings import OPEN_FLOOR, Obstacle, Surroundings
 from controller.validation import check_inputs
-from controller.yielding import give_way
+from controller.yielding import waits_for
 
 _SLOWING = 0.9
 """Share of its velocities that a robot keeps in a period in which it does not know where to go."""
+_LED = 0.5
+"""Share of the guidance from which on the base goes where it is led."""
 
 
 class _Motion(NamedTuple):
@@ -54,6 +56,8 @@ class _Motion(NamedTuple):
     stance: Pose2D | None = None
     blend: float = 0.0
     detour: bool = False
+    base_velocity: Array | None = None
+    """(n_base,) where the base is led, however fast it is now; None if it is not."""
 
 
 class HolisticController:
@@ -73,11 +77,24 @@ class HolisticController:
         self._bounds = VelocityBounds(model, self.settings)
         self._solver = Solver(SLACK_COSTS)
         collision = self.settings.collision
-        self._dampers = None if collision is None else Dampers(model, self.settings, collision)
-        self._proximity = None if self._dampers is None else Proximity(model, self._dampers.ranges)
+        models = CollisionModels(model)
+        self._avoidance = (
+            None if collision is None else Avoidance(model, self.settings, collision, models)
+        )
         guided = self.settings.guidance is not None
-        self._guide = Guide(model, self.settings, SelfCollision(model)) if guided else None
+        self._guide = Guide(model, self.settings, SelfCollision(model), models) if guided else None
         self._servo = Servo(self.settings)
+        self._waits_for = ""
+
+    def prepare(self, surroundings: Surroundings) -> None:
+        """Compute now what the first step in surroundings needs; else it does so itself.
+
+        Nothing else changes. It takes some milliseconds, and more where more stands around.
+        """
+        if self._avoidance is not None:
+            self._avoidance.prepare(surroundings)
+        if self._guide is not None:
+            self._guide.prepare(surroundings)
 
     def step(
         self,
@@ -99,6 +116,7 @@ class HolisticController:
                 pose has no rotation matrix.
         """
         check_inputs(state, goal, last)
+        here = Pose2D.of(state.wTb)
         model, settings = self.model, self.settings
         applied = model.velocities(last)
         bounds = self._bounds(state.q, applied)
@@ -109,26 +127,38 @@ class HolisticController:
             self._servo.reset()
         match goal:
             case PoseGoal():
-                motion = self._to_pose(state, goal, linearisation, bounds, applied, surroundings)
+                motion = self._to_pose(
+                    state, here, goal, linearisation, bounds, applied, surroundings
+                )
             case PostureGoal():
                 motion = self._to_posture(state, goal, bounds)
             case BaseGoal():
-                motion = self._to_base_pose(state, goal, bounds, surroundings)
+                motion = self._to_base_pose(state, here, goal, bounds, surroundings)
             case None:
                 motion = _Motion(_qp_towards(np.zeros(model.n), bounds))
-        rows, clearance, nearest = self._rows(state, goal, applied, bounds, surroundings)
+        rows, near, self._waits_for = None, Near(), ""
+        if self._avoidance is not None:
+            self._avoidance.follow(applied)
+            if goal is not None:  # a robot that comes to rest only brakes
+                rows, near = self._avoidance.rows(state, goal, bounds, surroundings)
         velocities = self._solver.solve(motion.qp, rows)
+        if goal is not None and surroundings.moving and velocities is not None:
+            hand, moving = linearisation.bTe.translation[:2], surroundings.moving
+            velocities = self._give_way(here, hand, motion, rows, velocities, moving)
         solved = velocities is not None
         if velocities is None:
             velocities = np.minimum(np.maximum(0.0, bounds[0]), bounds[1])
-        missing = 0.0 if motion.twist is None else motion.twist - linearisation.J @ velocities
+        slack = 0.0
+        if motion.twist is not None:
+            missing = motion.twist - linearisation.J @ velocities
+            slack = sqrt(missing @ missing)
         return model.command(velocities), StepReport(
             arrived=motion.arrived,
             position_error=motion.position_error,
             orientation_error=motion.orientation_error,
             manipulability=linearisation.manipulability,
             heading_error=linearisation.heading_error,
-            slack=float(np.linalg.norm(missing)),
+            slack=slack,
             solved=solved,
             bTe=linearisation.bTe,
             base_time=motion.base_time,
@@ -137,48 +167,36 @@ class HolisticController:
             stance=motion.stance,
             blend=motion.blend,
             detour=motion.detour,
-            clearance=clearance,
-            nearest=nearest,
+            clearance=near.clearance,
+            nearest=near.name,
+            near=near.pairs,
+            waits_for=self._waits_for,
         )
 
-    def _rows(
+    def _give_way(
         self,
-        state: KinematicState,
-        goal: MotionGoal | None,
-        applied: Array,
-        bounds: tuple[Array, Array],
-        surroundings: Surroundings,
-    ) -> tuple[Rows | None, float, str]:
-        """What keeps the robot off everything; the distance to what is nearest, and its name.
-
-        A robot that comes to rest only brakes.
-        """
-        if self._dampers is None or self._proximity is None:
-            return None, inf, ""
-        self._dampers.follow(applied)
-        if goal is None:
-            return None, inf, ""
-        fastest = np.maximum(np.abs(bounds[0]), np.abs(bounds[1]))
-        near = self._proximity.near(state.wTb, state.q, surroundings, fastest)
-        straight = isinstance(goal, PoseGoal) and goal.straight
-        if isinstance(goal, PoseGoal) and goal.hand_may_touch:
-            near = near.without(PairKind.HAND)
-        around = near.without(PairKind.SELF)
-        clearance, nearest = inf, ""
-        if len(around.d):
-            first = int(around.d.argmin())
-            clearance = float(around.d[first])
-            nearest = self._proximity.pair_name(int(around.pair[first]))
-        rows = self._dampers.rows(near, bounds, straight=straight)
-        if surroundings.moving:
-            here, velocities = Pose2D.of(state.wTb), self._dampers.velocities
-            ahead = give_way(self.model, here, velocities, surroundings.moving, bounds)
-            rows = joined(rows, ahead.rows)
-        return rows, clearance, nearest
+        here: Pose2D,
+        hand: Array,
+        motion: _Motion,
+        rows: Rows | None,
+        wanted: Array,
+        moving: tuple[Obstacle, ...],
+    ) -> Array | None:
+        """The velocities (n,) that give way to what moves; `wanted` where there is no need."""
+        if self._avoidance is None:
+            return wanted
+        floor = None if self._guide is None else self._guide.floor
+        bounds, led = (motion.qp.lower, motion.qp.upper), motion.base_velocity
+        ahead = self._avoidance.give_way(here, hand, wanted, led, moving, floor, bounds)
+        rows = joined(ahead, rows)
+        velocities = wanted if ahead is None else self._solver.solve(motion.qp, rows)
+        self._waits_for = waits_for(here, moving, rows, velocities)
+        return velocities
 
     def _to_pose(
         self,
         state: KinematicState,
+        here: Pose2D,
         goal: PoseGoal,
         linearisation: Linearisation,
         bounds: tuple[Array, Array],
@@ -193,11 +211,12 @@ class HolisticController:
         twist = self._servo(goal, bTw, bTe, error)
         bias, base_time, posture_error = None, 0.0, 0.0
         if self._guide is not None:
-            bias = self._guide.bias(goal, error, Pose2D.of(state.wTb), state.q, surroundings)
+            self._guide.waits = bool(self._waits_for)
+            bias = self._guide.bias(goal, error, here, state.q, surroundings)
             base_time, posture_error = self._guide.left
         norm = error_norm(settings, bTe, error)
         qp = build_qp(model, settings, linearisation, twist, norm, bounds, last, bias)
-        guide, stance = self._guide, None if self._guide is None else self._guide.stance
+        guide = self._guide
         if guide is not None and guide.rests:
             qp = _qp_towards(_SLOWING * last, bounds)
         return _Motion(
@@ -210,9 +229,10 @@ class HolisticController:
             base_time=base_time,
             posture_error=posture_error,
             unreachable="" if guide is None else guide.unreachable,
-            stance=None if stance is None else stance.base_for(goal.wTe),
+            stance=None if guide is None else guide.base,
             blend=0.0 if bias is None else bias.blend,
             detour=guide is not None and guide.detour,
+            base_velocity=None if bias is None or bias.blend < _LED else bias.base_velocity,
         )
 
     def _to_posture(
@@ -237,13 +257,14 @@ class HolisticController:
     def _to_base_pose(
         self,
         state: KinematicState,
+        here: Pose2D,
         goal: BaseGoal,
         bounds: tuple[Array, Array],
         surroundings: Surroundings,
     ) -> _Motion:
         """The base to a pose; the arm comes to rest."""
         error = pose_error(SE3.Identity(), state.wTb.inverse() * goal.wTb)
-        here, there = Pose2D.of(state.wTb), Pose2D.of(goal.wTb)
+        there = Pose2D.of(goal.wTb)
         if self._guide is None:
             lead = plain_lead(self.model, self.settings, here, there, goal.reverse)
         else:
@@ -257,6 +278,7 @@ class HolisticController:
             and error.orientation <= goal.heading_tolerance,
             base_time=lead.time_left,
             unreachable=lead.unreachable,
+            base_velocity=base,
         )
 
 

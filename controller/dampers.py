@@ -30,9 +30,9 @@ from controller.proximity import Distances, Ranges
 from controller.qp import Rows
 from controller.settings import CollisionSettings, ControllerSettings
 
-SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 3e3, 3e3, 1e3])
-"""By `PairKind`: what does not move is not hit to give way to what does, and nothing is touched to
-give way early."""
+SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 1e3, 3e3, 1.5e3])
+"""By `PairKind`: what does not move is not hit to give way to what does, and who has looked ahead
+knows better than the distance of now."""
 
 
 class Dampers:
@@ -56,7 +56,7 @@ class Dampers:
         self._share = 1.0 - np.exp(-settings.period / self._lag)
         self.velocities = np.zeros(model.n)
         """(n,) that base and arm have now, as far as their lags tell."""
-        self._ahead = self._last = np.zeros(model.n)
+        self._last = np.zeros(model.n)
         wait = collision.delay_periods * settings.period
         self._delay = np.full(len(PairKind), robot.base.lag + wait)
         self._delay[PairKind.SELF] = robot.arm.lag + wait
@@ -64,6 +64,10 @@ class Dampers:
         deceleration[PairKind.SELF] = collision.max_deceleration
         most = np.full(len(PairKind), collision.influence_distance)
         most[PairKind.SELF] = collision.self_influence_distance
+        still = np.full(len(PairKind), collision.stop_distance)
+        still[PairKind.SELF] = collision.near_stop_distance
+        self._stop = {False: still, True: np.full(len(PairKind), collision.near_stop_distance)}
+        """By whether the goal is reached straight: distances to stop at, by `PairKind` [m]."""
         self.ranges = Ranges(collision.stop_distance, self._delay, deceleration, most)
         """When a pair matters."""
 
@@ -71,8 +75,6 @@ class Dampers:
         """Note what was applied in the last period, (n,): base and arm follow it with their lag."""
         self._last = last
         self.velocities += self._share * (last - self.velocities)
-        self._ahead = self._lag * (self.velocities - last)
-        """(n,) how far they still go before they have caught up [m or rad]."""
 
     def rows(
         self, distances: Distances, bounds: tuple[Array, Array], *, straight: bool
@@ -103,14 +105,12 @@ class Dampers:
         Where that is negative it must grow.
         """
         s, rows, kind = self._settings, distances.rows, distances.kind
-        stop = np.full(len(PairKind), s.near_stop_distance if straight else s.stop_distance)
-        stop[PairKind.SELF] = s.near_stop_distance
         # The lag alone never turns room into none.
-        room = distances.d - stop[kind]
-        room = np.minimum(room + rows @ self._ahead, np.maximum(room, 0.0) + _MOST_GAINED)
-        deceleration = np.clip(
-            s.braking * (np.abs(rows) @ self._acceleration), s.min_deceleration, s.max_deceleration
-        )
+        room = distances.d - self._stop[straight][kind]
+        ahead = self._lag * (self.velocities - self._last)  # until they have caught up [m or rad]
+        room = np.minimum(room + rows @ ahead, np.maximum(room, 0.0) + _MOST_GAINED)
+        braking = s.braking * (np.abs(rows) @ self._acceleration)
+        deceleration = np.minimum(np.maximum(braking, s.min_deceleration), s.max_deceleration)
         late = deceleration * self._delay[kind]
         root = np.sqrt(late * late + 2.0 * deceleration * np.maximum(room, 0.0))
         back = np.maximum(s.return_gain * room, -s.return_speed)

@@ -9,12 +9,12 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller.base_drive import Pose2D
-from controller.collision_model import CollisionModel, PairKind
+from controller.collision_model import CollisionModel
 from controller.command import Array
 from controller.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.surroundings import Surroundings
-from robots import Geom, Plane, half_extents
+from robots import Plane, half_extents
 
 _COLUMN = 0.45
 """Height of the part of the arm that stands above the base in every posture [m]."""
@@ -43,21 +43,28 @@ class FreeSpace:
     Args:
         model: the robot.
         floor: the fixtures, seen from above.
-        held: the shapes of what the hand holds, in e.
+        collision: the shapes of robot and fixtures; None makes them for this one alone, the hand
+            empty.
     """
 
-    def __init__(self, model: RobotModel, floor: FloorMap, held: tuple[Geom, ...] = ()) -> None:
+    def __init__(
+        self, model: RobotModel, floor: FloorMap, collision: CollisionModel | None = None
+    ) -> None:
         self._model = model
         self.floor = floor
         """The fixtures, seen from above."""
-        solid = [one for one in floor.fixtures if not isinstance(one.shape, Plane)]
-        self._collision = CollisionModel(model, Surroundings(fixtures=tuple(solid), held=held))
+        collision = collision or CollisionModel(model, Surroundings(fixtures=floor.fixtures))
+        numbered = zip(floor.fixtures, collision.fixed, strict=True)
+        known = [(one, number) for one, number in numbered if not isinstance(one.shape, Plane)]
+        solid = [one for one, _ in known]
+        self._collision = collision
         self._solid = solid
         self._half = np.array([half_extents(one.shape) for one in solid]).reshape(-1, 3)
         self._axes = np.array([one.pose.rotation for one in solid]).reshape(-1, 3, 3)
         self._centres = np.array([one.pose.translation for one in solid]).reshape(-1, 3)
-        pairs = self._collision.pairs
-        around = np.flatnonzero(pairs.kind != PairKind.SELF)
+        pairs = collision.pairs
+        solid_numbers = [number for _, number in known]
+        around = np.flatnonzero(np.isin(pairs.second, solid_numbers))
         shapes = len(around) // max(1, len(solid))
         self._pairs = around.reshape(shapes, len(solid))
         """(shapes, fixtures) numbers of the pairs."""

@@ -41,16 +41,23 @@ class GoalMotion:
     def reset(self) -> None:
         """Forget the goal: the next one stands still."""
         self._last: SE3 | None = None
+        self._settled = False
+        """Whether the goal has stood still for so long that the filters have nothing to forget."""
         self._linear = _Filter(self._period, _JUMP, _STILL)
         self._angular = _Filter(self._period, _TURN, _STILL_TURN)
 
     def __call__(self, goal: PoseGoal) -> PoseGoal:
         """The goal with the velocity that it seems to have, unless it is given or none."""
-        last, self._last = self._last, goal.wTe.copy()
+        last = self._last
+        stands = last is not None and goal.wTe == last
+        if stands and (self._settled or goal.twist is not None):
+            return goal
+        self._last = goal.wTe.copy()
         if last is None or goal.twist is not None:
             return goal
         linear = self._linear(goal.wTe.translation - last.translation)
         angular = self._angular(pin.log3(goal.wTe.rotation @ last.rotation.T))
+        self._settled = stands and self._linear.at_rest and self._angular.at_rest
         if linear is None and angular is None:
             return goal
         nothing = np.zeros(3)
@@ -78,7 +85,8 @@ class _Filter:
     def _forget(self) -> None:
         self._behind = np.zeros(3)  # what the filtered position lacks
         self._rate = np.zeros(3)
-        self._at_rest = True
+        self.at_rest = True
+        """Whether nothing changes any longer while the goal stands still."""
 
     def __call__(self, change: Array) -> Array | None:
         """The rate (3,) after another change (3,); None if there is none."""
@@ -86,11 +94,11 @@ class _Filter:
         self._last_change = change
         if unlike > self._jump:
             self._forget()
-        elif size > _REST or not self._at_rest:
+        elif size > _REST or not self.at_rest:
             innovation = self._behind + change - self._rate * self._period
             self._rate = self._rate + self._rate_gain * innovation
             self._behind = (1.0 - self._position_gain) * innovation
-            self._at_rest = max(_length(self._rate), _length(self._behind)) < _REST
+            self.at_rest = max(_length(self._rate), _length(self._behind)) < _REST
         share = _length(self._rate) / self._still - 1.0
         return self._rate * min(1.0, share) if share > 0.0 else None
 

@@ -8,7 +8,10 @@ import numpy as np
 from pinocchio import SE3
 
 from controller.base_drive import Lead, Pose2D
+from controller.carrying import Carrying
+from controller.collision_model import CollisionModels
 from controller.command import Array, BaseGoal, PoseGoal
+from controller.floor_map import FloorMap
 from controller.following import Follower
 from controller.model import RobotModel
 from controller.route import Route
@@ -32,21 +35,36 @@ class Guide:
         model: the robot.
         settings: of the controller; `guidance` is not None.
         collision: the robot's shapes.
+        models: where those of robot and surroundings are made; None makes them for this alone.
     """
 
     def __init__(
-        self, model: RobotModel, settings: ControllerSettings, collision: SelfCollision
+        self,
+        model: RobotModel,
+        settings: ControllerSettings,
+        collision: SelfCollision,
+        models: CollisionModels | None = None,
     ) -> None:
         self._model = model
         self._settings = settings
         assert settings.guidance is not None
         self._guidance = settings.guidance
-        self._finder = StanceFinder(model, settings.guidance.stance, collision)
+        self._finder = StanceFinder(
+            model, settings.guidance.stance, collision, models or CollisionModels(model)
+        )
         self._min_turn_cosine = cos(self._guidance.goal_turn)
         self._route = Route(model, settings)
+        self._base_goal, self._base_obstacle = Pose2D(inf, inf, inf), ""
+        self._carrying = Carrying(model)
         self._follower = Follower(model, settings)
         self._hand_may_touch = False
+        self.waits = False
+        """Whether the robot gives way to somebody: that is no stall."""
         self.reset()
+
+    def prepare(self, surroundings: Surroundings) -> None:
+        """Compute now what the first step among these fixtures needs."""
+        self._finder.map(surroundings.fixtures)
 
     def reset(self) -> None:
         """Forget the goal: the next one is new."""
@@ -56,11 +74,18 @@ class Guide:
         self.unreachable = ""
         """Why the robot cannot get to the goal; empty if it can, as far as is known."""
         self._goal: SE3 | None = None
+        self._base = Pose2D(0.0, 0.0, 0.0)
+        self._base_of: tuple[Stance | None, SE3 | None] = (None, None)
         self._first_goal: SE3 | None = None
         self._searched = 0
         self._follower.reset()
         self._start_goal(None)
         self._set_stance(None)
+
+    @property
+    def base(self) -> Pose2D | None:
+        """Where the stance has the base; None if the end effector goes alone."""
+        return None if self.stance is None else self._base
 
     def _start_goal(self, wTe: SE3 | None) -> None:
         self._first_goal = wTe
@@ -68,6 +93,8 @@ class Guide:
         self._detours_left = self._guidance.detours
         self._search: StanceSearch | None = None
         self._stalled = False
+        self._was_close = False
+        """Whether the goal was as good as reached: who has had to leave it begins anew."""
 
     @property
     def rests(self) -> bool:
@@ -109,6 +136,8 @@ class Guide:
             if self._is_new(goal.wTe) or changed:
                 self._begin(goal, distance, wTb, q)
             self._goal = goal.wTe.copy()
+        elif self._was_close and distance > self._guidance.min_distance and not goal.is_moving:
+            self._begin(goal, distance, wTb, q)
         if not moved:  # a new map is work enough for one period
             self._search_on(goal)
         remaining = self._remaining(goal, distance, wTb, q)
@@ -142,10 +171,20 @@ class Guide:
             following=following,
         )
 
+    @property
+    def floor(self) -> FloorMap:
+        """What stands around, seen from above."""
+        return self._finder.floor
+
     def lead_base(self, goal: BaseGoal, wTb: Pose2D, surroundings: Surroundings) -> Lead:
         """Where the base is led now on its way to a pose of its own."""
-        self._finder.meet(surroundings)
-        return self._route.lead(self._finder.floor, wTb, Pose2D.of(goal.wTb), goal.reverse)
+        there = Pose2D.of(goal.wTb)
+        if self._finder.meet(surroundings) or there != self._base_goal:
+            self._base_goal, self._base_obstacle = there, self._finder.obstacle_to_base(there)
+        if self._base_obstacle:
+            still = Pose2D(0.0, 0.0, 0.0)
+            return Lead(still, goal.reverse, False, 0.0, inf, unreachable=self._base_obstacle)
+        return self._route.lead(self._finder.floor, wTb, there, goal.reverse)
 
     def _begin(self, goal: PoseGoal, distance: float, wTb: Pose2D, q: Array) -> None:
         """Judge a new goal, and look for its stance if it is to have one."""
@@ -206,21 +245,30 @@ class Guide:
         stance = self.stance
         if stance is None:
             return Remaining(distance)
-        base = stance.base_for(goal.wTe)
+        if stance is not self._base_of[0] or self._goal is not self._base_of[1]:
+            self._base, self._base_of = stance.base_for(goal.wTe), (stance, self._goal)
+        base = self._base
         lead = self._route.lead(self._finder.floor, wTb, base, stance.reverse)
-        joint_error = stance.q - q
+        carried = None
+        if not goal.is_moving:
+            carried = self._carrying.posture(self._finder.space, self._route.way, wTb, stance.q)
+        joint_error = (stance.q if carried is None else carried) - q
         size = np.abs(joint_error)
         joint_time = float((size / self._model.limits.qd).max())
         target = base.relative_to(wTb)
-        return Remaining(distance, target, lead, joint_error, float(size.max()), joint_time)
+        return Remaining(
+            distance, target, lead, joint_error, float(size.max()), joint_time, carried is not None
+        )
 
     def _has_stalled(self, remaining: Remaining, goal: PoseGoal) -> bool:
         """Whether nothing has come nearer for a while: neither end effector, base nor arm.
 
-        What follows a moving goal comes no nearer either, so it never stalls.
+        What follows a moving goal comes no nearer either, so it never stalls; and who waits for
+        somebody goes on when he has passed.
         """
         g = self._guidance
         if remaining.distance < g.close or goal.is_moving:
+            self._was_close = remaining.distance < g.close
             self._set_stance(self.stance)
             return False
         distance, base_time, joint_error = self._best
@@ -236,6 +284,6 @@ class Guide:
                 min(joint_error, remaining.max_joint_error),
             )
             self._waited = 0
-        else:
+        elif not self.waits:
             self._waited += 1
         return self._waited * self._settings.period >= g.patience

@@ -81,23 +81,25 @@ def build_qp(
     """
     n_base, J = model.n_base, linearisation.J
     tracking = 1.0 / max(error, settings.min_error)  # λ_δ
-    effort = np.empty(model.n)  # λ_q (eq. 14)
-    effort[:n_base] = settings.base_effort * tracking
-    effort[n_base:] = settings.arm_effort
+    # λ_q (eq. 14)
+    base_effort, arm_effort = settings.base_effort * tracking, settings.arm_effort
     linear = -settings.manipulability_gain * linearisation.gradient  # C (eq. 11)
     turn = settings.heading_gain * linearisation.heading_error
     linear[:n_base] -= turn * model.base_turn  # ε (eq. 13)
 
     if settings.smoothness > 0.0:
-        effort += settings.smoothness
+        base_effort += settings.smoothness
+        arm_effort += settings.smoothness
         linear -= settings.smoothness * last
     if bias is not None:
         tracking = tracking * (1.0 - bias.blend) ** 2 + bias.min_tracking
-        effort[:n_base] += bias.base_weight
-        effort[n_base:] += bias.posture_weight
+        base_effort += bias.base_weight
+        arm_effort += bias.posture_weight
         linear[:n_base] -= bias.base_weight * bias.base_velocity
         linear[n_base:] -= bias.posture_weight * bias.joint_velocity
 
     P = (tracking * J.T) @ J
-    P.flat[:: model.n + 1] += effort
+    diagonal = P.reshape(-1)[:: model.n + 1]
+    diagonal[:n_base] += base_effort
+    diagonal[n_base:] += arm_effort
     return QP(P, linear - tracking * (twist @ J), *bounds)

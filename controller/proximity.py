@@ -7,7 +7,7 @@ near that it matters.
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import hypot
+from math import hypot, inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,11 +15,11 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 from controller.base_drive import Pose2D, wrap
-from controller.collision_model import CollisionModel, PairKind
+from controller.collision_model import CollisionModels, PairKind
 from controller.command import Array
 from controller.feelers import Feelers, Felt
 from controller.model import RobotModel
-from controller.surroundings import Surroundings
+from controller.surroundings import OPEN_FLOOR, Surroundings
 
 
 class Distances(NamedTuple):
@@ -80,21 +80,61 @@ class Proximity:
     Args:
         model: the robot.
         ranges: when a pair matters.
+        models: where collision models are made; None makes them for this one alone.
     """
 
-    def __init__(self, model: RobotModel, ranges: Ranges) -> None:
+    def __init__(
+        self, model: RobotModel, ranges: Ranges, models: CollisionModels | None = None
+    ) -> None:
         self._model = model
+        self._models = models or CollisionModels(model)
         self._ranges = ranges
-        self._known: Surroundings | None = None
         axes = np.abs(model.description.base.axes)
         self._goes, self._turns = axes[:2].max(axis=0), axes[2]
         self._motion = np.zeros((model.n, 2))
-        """How far every degree of freedom has moved at most since the last call, and its largest
-        speed."""
+        """How far every degree of freedom has moved at most since pairs were last looked at, and
+        its largest speed."""
+        self._spare = -inf
+        """No pair matters, at whatever speed, until one may be nearer by this much [m]."""
         nothing = np.zeros(0)
         self._none = Distances(
             nothing, np.zeros((0, model.n)), nothing, nothing.astype(int), nothing.astype(int)
         )
+        self._here, self._q = Pose2D(0.0, 0.0, 0.0), np.zeros(model.n - model.n_base)
+        self._known = OPEN_FLOOR
+        self._start()
+
+    def _start(self) -> None:
+        """Know no distance, among the shapes that stand around now."""
+        self._collision = collision = self._models.around(self._known)
+        pairs = collision.pairs
+        self._moves = 1.0 * collision.masks[pairs.second] - collision.masks[pairs.first]
+        """(P, n) which degrees of freedom move the second of each pair (1), or the first (-1)."""
+        self._reach = collision.reach[pairs.first] * np.abs(self._moves)
+        """(P, n) the most by which a degree of freedom changes each distance."""
+        self._most_reach = self._reach.max(axis=0, initial=0.0)
+        """(n,) the same of any pair."""
+        self._matters = self._ranges.of(pairs.kind)
+        self._most = self._ranges.most[pairs.kind]
+        """(P,) distance from which each pair matters at no speed [m]."""
+        self._spare = -inf
+        self._feelers: Feelers | None = None
+        self._at_least: Array = np.full(len(pairs.first), -inf)
+        """(P,) least distance that each pair may have [m]."""
+        self._velocities = np.zeros((len(collision.masks), 3))
+        """(G, 3) of the shapes that move by themselves, in the world [m/s]."""
+        self._centres = _centres(self._known)
+
+    def heed(self, surroundings: Surroundings) -> None:
+        """Start anew where other things stand around, or the hand holds something else."""
+        known, self._known = self._known, surroundings
+        if surroundings.has_shapes_of(known):
+            return
+        at_least, others, centres = self._at_least, ~self._collision.holds, self._centres
+        self._start()
+        if surroundings.stands_like(known):
+            self._at_least[~self._collision.holds] = at_least[others]
+            self._centres = centres
 
     def near(self, wTb: SE3, q: Array, surroundings: Surroundings, fastest: Array) -> Distances:
         """All pairs that are so near to each other that they matter.
@@ -105,9 +145,13 @@ class Proximity:
             surroundings: what stands around.
             fastest: (n,) largest speed of every degree of freedom in this period.
         """
-        self._heed(surroundings)
+        self.heed(surroundings)
         collision = self._collision
         self._note_motion(Pose2D.of(wTb), q)
+        cloud = surroundings.seen
+        still = not surroundings.moving and cloud is None
+        if still and self._most_reach @ self._motion[:, 0] < self._spare:
+            return self._none
         self._motion[:, 1] = fastest
         changes = self._reach @ self._motion
         self._at_least -= changes[:, 0]
@@ -116,10 +160,15 @@ class Proximity:
             speeds = speeds + self._move_obstacles(surroundings)
         matters = self._matters(speeds)
         (some,) = np.nonzero(self._at_least <= matters)
-        cloud, feelers = surroundings.seen, self._feelers
-        felt = None if cloud is None else feelers.due(cloud, self._motion, self._feelers_matter)
+        felt = None
+        if cloud is not None:
+            feelers = self._feelers = self._feelers or Feelers(collision)
+            felt = feelers.due(cloud, self._motion, self._ranges.of(feelers.kind))
+        self._motion[:, 0] = 0.0
         if not len(some) and felt is None:
+            self._spare = float((self._at_least - self._most).min(initial=inf))
             return self._none
+        self._spare = -inf
         collision.place(wTb, q, [one.geom for one in surroundings.moving])
         near = self._measure(some, matters[some])
         return near if felt is None else near.joined(self._points(feelers.feel(felt)))
@@ -161,40 +210,13 @@ class Proximity:
             return f"{self._collision.names[pair - count]} and what the camera sees"
         return self._collision.pair_name(pair)
 
-    def _heed(self, surroundings: Surroundings) -> None:
-        """Start anew where other things stand around, or the hand holds something else."""
-        known, self._known = self._known, surroundings
-        if (
-            known is not None
-            and known.fixtures is surroundings.fixtures
-            and known.held is surroundings.held
-            and [one.geom.shape for one in known.moving]
-            == [one.geom.shape for one in surroundings.moving]
-        ):
-            return
-        self._collision = collision = CollisionModel(self._model, surroundings)
-        pairs = collision.pairs
-        self._moves = 1.0 * collision.masks[pairs.second] - collision.masks[pairs.first]
-        """(P, n) which degrees of freedom move the second of each pair (1), or the first (-1)."""
-        self._reach = collision.reach[pairs.first] * np.abs(self._moves)
-        """(P, n) the most by which a degree of freedom changes each distance."""
-        self._matters = self._ranges.of(pairs.kind)
-        self._feelers = Feelers(collision)
-        self._feelers_matter = self._ranges.of(self._feelers.kind)
-        self._at_least = np.full(len(pairs.first), -np.inf)
-        """(P,) least distance that each pair may have [m]."""
-        self._velocities = np.zeros((len(collision.masks), 3))
-        """(G, 3) of the shapes that move by themselves, in the world [m/s]."""
-        self._centres = _centres(surroundings)
-        self._here, self._q = Pose2D(0.0, 0.0, 0.0), np.zeros(self._model.n - self._model.n_base)
-
     def _note_motion(self, here: Pose2D, q: Array) -> None:
-        """Note by how much every degree of freedom may have moved since the last call."""
+        """Note by how much every degree of freedom may have moved."""
         gone = hypot(here.x - self._here.x, here.y - self._here.y)
         turned = abs(wrap(here.heading - self._here.heading))
-        n_base = self._model.n_base
-        self._motion[:n_base, 0] = gone * self._goes + turned * self._turns
-        np.abs(q - self._q, out=self._motion[n_base:, 0])
+        n_base, moved = self._model.n_base, self._motion[:, 0]
+        moved[:n_base] += gone * self._goes + turned * self._turns
+        moved[n_base:] += np.abs(q - self._q)
         self._here, self._q = here, q.copy()
 
     def _move_obstacles(self, surroundings: Surroundings) -> Array:

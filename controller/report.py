@@ -45,5 +45,10 @@ class StepReport:
     """Whether that is a way around, after a stall."""
     clearance: float = inf
     """Distance between the robot and what is nearest to it, if that is near [m]."""
+    near: int = 0
+    """Pairs of shapes, of which one is the robot's, that are so near to each other that they matter
+    at their speed."""
     nearest: str = ""
     """What comes nearest to what, for people; empty if nothing is near."""
+    waits_for: str = ""
+    """Who moves nearest, while the robot gives way; empty if it need not."""

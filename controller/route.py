@@ -17,7 +17,7 @@ from controller.command import Array
 from controller.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.path import SPACING
-from controller.route_plan import CLEARANCE, Leg, Planner
+from controller.route_plan import CLEARANCE, Leg, Planner, duration, turns
 from controller.settings import ControllerSettings
 
 _NEW_GOAL = (0.1, 0.2)
@@ -32,6 +32,9 @@ _ARRIVED = 0.02
 """The base drives plainly where that ends nearer to the goal than this [m and rad]."""
 _TRIAL = 0.15
 """Time between the poses of a trial [s]."""
+_WORTH_PLANNING = 1.0
+"""Plain driving that takes so much longer than turns and straights at full speed is compared with
+a way [s]."""
 _TRIAL_NEAR = 1.0
 """Nearer to the goal than this the poses are three times as close [m]."""
 _TRIAL_STEPS = 100
@@ -57,10 +60,15 @@ class Route:
         self._goal = Pose2D(inf, inf, inf)
         self._reverse = False
         self._legs: list[Leg] = []
+        self._turns: list[float] = []
         self._leg = self._at = self._unchecked = 0
         self._plain = False
         self._why_not = ""
+        self._plain_time = inf
+        """What plain driving would take from where the way was planned; inf if it cannot [s]."""
         self._search: Iterator[list[Leg] | None] = iter(())
+        self.way = np.zeros((0, 3))
+        """(N, 3) poses of the base on its way; the same object as long as it is the same way."""
 
     def lead(self, room: FloorMap, wTb: Pose2D, goal: Pose2D, reverse: bool = False) -> Lead:
         """Where to drive now.
@@ -78,13 +86,17 @@ class Route:
             self._room, self._goal, self._reverse = room, goal, reverse
             self._start(room, wTb, goal)
         self._unchecked += 1
-        due = self._plain and self._unchecked > _CHECK
-        if due and not self._is_plain(room, wTb, goal, inf):
-            self._start(room, wTb, goal)
+        if self._plain and self._unchecked > _CHECK:
+            self._plain = self._trial_time(room, wTb, goal, inf) < inf
+            if not self._plain:
+                self._start(room, wTb, goal)
+        if not self._plain and not self._legs:
+            waiting = self._think(wTb, goal)
+            if waiting is not None:
+                return waiting
         if self._plain:
+            self.way = self._tried
             return self._plainly(wTb, goal, reverse)
-        if not self._legs and (waiting := self._think(wTb, goal)) is not None:
-            return waiting
         return self._follow(room, wTb, goal)
 
     def _is_another(self, goal: Pose2D) -> bool:
@@ -95,16 +107,26 @@ class Route:
     def _plainly(self, wTb: Pose2D, goal: Pose2D, reverse: bool) -> Lead:
         return plain_lead(self._model, self._settings, wTb, goal, reverse)
 
-    def _is_plain(self, room: FloorMap, wTb: Pose2D, goal: Pose2D, within: float) -> bool:
-        """Whether plain driving touches nothing and ends `within` of the goal [m and rad]."""
+    def _trial_time(self, room: FloorMap, wTb: Pose2D, goal: Pose2D, within: float) -> float:
+        """Time of plain driving that ends `within` of the goal [m and rad] and touches nothing [s].
+
+        Inf if it does not.
+        """
         self._unchecked = 0
-        poses = trial(self._model, self._settings, wTb, goal, self._reverse, self._velocities())
+        poses, time = trial(
+            self._model, self._settings, wTb, goal, self._reverse, self._velocities()
+        )
+        self._tried = np.concatenate([poses, [goal]])
         here, *clearances = room.stands_free(poses).tolist()
         (there,) = room.stands_free(np.array([goal])).tolist()
         x, y, turn = goal.relative_to(Pose2D(*poses[-1].tolist()))
         arrives = hypot(x, y) < within and abs(turn) < within
         free = min(clearances, default=inf) >= min(CLEARANCE, here, there) - 0.005
-        self._plain = arrives and free
+        return time if arrives and free else inf
+
+    def _is_plain(self, room: FloorMap, wTb: Pose2D, goal: Pose2D, left: float) -> bool:
+        """Whether plain driving is as good as the way, on which it takes a time [s]."""
+        self._plain = self._trial_time(room, wTb, goal, _ARRIVED) < left + _WORTH_PLANNING
         if self._plain:
             self._legs = []
         return self._plain
@@ -124,15 +146,26 @@ class Route:
         self._why_not = ""
         self._leg = self._at = 0
         self._legs = []
-        if self._is_plain(room, wTb, goal, _ARRIVED):
-            return
-        self._search = Planner(self._model, room, self._reverse).search(wTb, goal)
+        self._plain_time = self._trial_time(room, wTb, goal, _ARRIVED)
+        drive, target = self._settings.drive, goal.relative_to(wTb)
+        least = min(time_to_drive(self._model, drive, target, back) for back in (False, True))
+        self._plain = self._plain_time < least + _WORTH_PLANNING
+        if not self._plain:
+            self._search = Planner(self._model, room, self._reverse).search(wTb, goal)
 
     def _think(self, wTb: Pose2D, goal: Pose2D) -> Lead | None:
         """Go on looking for a way; where to drive until there is one."""
         legs = [] if self._why_not else next(self._search)
         if legs:
-            self._legs = legs
+            rate = float(self._model.limits.base_twist[2])
+            self._plain = self._plain_time <= duration(legs, wTb, goal, rate)
+            self._legs = [] if self._plain else legs
+            poses = [np.column_stack([leg.path.points[:, :2], leg.headings]) for leg in legs]
+            self.way = np.concatenate([[wTb], *poses, [goal]])
+            self._turns = turns(legs, wTb, goal)
+            return None
+        if legs is not None and self._plain_time < inf:
+            self._plain = True
             return None
         if legs is not None and not self._why_not:
             start, end = (f"({pose.x:.2f}, {pose.y:.2f})" for pose in (wTb, goal))
@@ -152,16 +185,15 @@ class Route:
         if away[nearest] > _LOST:
             self._start(room, wTb, goal)
             return self.lead(room, wTb, goal, self._reverse)
-        if any(bend in passed for bend in leg.path.bends) and self._is_plain(
-            room, wTb, goal, _ARRIVED
-        ):
+        left = self._time_left(wTb)
+        if any(bend in passed for bend in leg.path.bends) and self._is_plain(room, wTb, goal, left):
             return self._plainly(wTb, goal, self._reverse)
         if self._passed(leg, wTb):
             if self._leg + 1 == len(self._legs):
                 self._plain, self._legs = True, []
                 return self._plainly(wTb, goal, self._reverse)
             self._leg, self._at = self._leg + 1, 0
-            self._is_plain(room, wTb, goal, _ARRIVED)
+            self._is_plain(room, wTb, goal, self._time_left(wTb))
             return self.lead(room, wTb, goal, self._reverse)
         speed = float(leg.path.speeds[self._at])
         close = self._model.n_base == 3 or leg.narrow[self._at]
@@ -174,7 +206,6 @@ class Route:
         x, y, way = points[index].tolist()
         x, y = x + beyond * cos(way), y + beyond * sin(way)
         heading = float(leg.headings[self._at])
-        later = sum(float(other.path.times[0]) for other in self._legs[self._leg + 1 :])
         target = Pose2D(x, y, heading).relative_to(wTb)
         if self._model.n_base == 3:
             speed = min(speed, self._until_turned(leg, wTb))
@@ -183,9 +214,20 @@ class Route:
             self._reverse != leg.backwards,
             False,
             speed,
-            float(leg.path.times[self._at]) + later,
+            left,
             straight=bool(leg.narrow[self._at]),
         )
+
+    def _time_left(self, wTb: Pose2D) -> float:
+        """Least time to the goal along the way [s]."""
+        leg, later = self._legs[self._leg], self._legs[self._leg + 1 :]
+        driving = float(leg.path.times[self._at])
+        driving += sum(float(other.path.times[0]) for other in later)
+        if self._model.n_base == 3:
+            return driving
+        turn = abs(wrap(float(leg.headings[self._at]) - wTb.heading))
+        turn += sum(self._turns[self._leg + 1 :])
+        return driving + turn / float(self._model.limits.base_twist[2])
 
     def _passed(self, leg: Leg, wTb: Pose2D) -> bool:
         """Whether the base is beyond the end of a leg, or as good as there."""
@@ -220,12 +262,12 @@ def trial(
     goal: Pose2D,
     reverse: bool,
     velocities: Array,
-) -> Array:
-    """Poses (N, 3) of a base that drives plainly from one pose to another.
+) -> tuple[Array, float]:
+    """Poses (N, 3) of a base that drives plainly from one pose to another, and its time [s].
 
     At first it has velocities (n_base,) [m/s, rad/s].
     """
-    poses, pose = [start], start
+    poses, pose, time = [start], start, 0.0
     base = model.description.base
     most = model.acceleration_limits[: model.n_base]
     command, moving = velocities, velocities
@@ -243,4 +285,5 @@ def trial(
         c, s = cos(middle), sin(middle)
         pose = Pose2D(pose.x + c * vx - s * vy, pose.y + s * vx + c * vy, pose.heading + w)
         poses.append(pose)
-    return np.array(poses)
+        time += dt
+    return np.array(poses), time

@@ -43,6 +43,19 @@ class Leg(NamedTuple):
     """(N,) whether the base cannot turn there."""
 
 
+def duration(legs: list[Leg], start: Pose2D, goal: Pose2D, turn_rate: float) -> float:
+    """How long it takes a base that turns on the spot between legs to drive them [s]."""
+    driving = sum(float(leg.path.times[0]) for leg in legs)
+    return driving + sum(turns(legs, start, goal)) / turn_rate
+
+
+def turns(legs: list[Leg], start: Pose2D, goal: Pose2D) -> list[float]:
+    """The turns on the spot before every leg, and after the last [rad]."""
+    come = [start.heading, *(float(leg.headings[-1]) for leg in legs)]
+    go = [*(float(leg.headings[0]) for leg in legs), goal.heading]
+    return [abs(wrap(after - before)) for before, after in zip(come, go, strict=True)]
+
+
 class Planner:
     """Plans one way.
 
@@ -90,14 +103,22 @@ class Planner:
                 yield None
                 line = pull_straight(way, self._room.clearance, self._room.turning)
                 yield None
-                legs = self._along(a, out, line, into, b)
-                clearance, narrowest = self._narrowest(legs)
-                if clearance > widest[0]:
-                    widest = clearance, legs
-                if clearance >= _LEAST:
-                    yield legs
-                    return
-                closed.append(narrowest)
+                ways = [self._along(a, out, line, into, b)]
+                if not self._holonomic:
+                    yield None
+                    ways.append(self._along(a, out, line, into, b, backwards=True))
+                ways.sort(key=lambda legs: duration(legs, start, goal, self._turn_rate))
+                found: list[tuple[float, Array]] = []
+                for legs in ways:
+                    yield None
+                    clearance, narrowest = self._narrowest(legs)
+                    if clearance > widest[0]:
+                        widest = clearance, legs
+                    if clearance >= _LEAST:
+                        yield legs
+                        return
+                    found.append((clearance, narrowest))
+                closed.append(max(found, key=lambda one: one[0])[1])
         yield widest[1]
 
     def _narrowest(self, legs: list[Leg]) -> tuple[float, Array]:
@@ -147,17 +168,27 @@ class Planner:
                 found.append(float(lengths[run_up[-1] if signs[0] < 0 and sign < 0 else first]))
         return found or [widest[1]]
 
-    def _along(self, a: Pose2D, out: float, line: Array, into: float, b: Pose2D) -> list[Leg]:
-        legs: list[Leg] = []
-        if out < 0.0:
-            legs += self._driven(np.array([a[:2], line[0]]), backwards=True)
-        elif out > 0.0:
-            line = np.concatenate([[a[:2]], line])
-        if into < 0.0:
-            line = np.concatenate([line, [b[:2]]])
-        legs += self._driven(line, backwards=False)
-        if into > 0.0:
-            legs += self._driven(np.array([line[-1], b[:2]]), backwards=True)
+    def _along(
+        self,
+        a: Pose2D,
+        out: float,
+        line: Array,
+        into: float,
+        b: Pose2D,
+        *,
+        backwards: bool = False,
+    ) -> list[Leg]:
+        """Legs out of `a`, along a line (N, 2), and into `b`, the line driven backwards or not."""
+        before, after = np.array([a[:2], line[0]]), np.array([line[-1], b[:2]])
+        if out != 0.0 and (out < 0.0) == backwards:
+            line = np.concatenate([before[:1], line])
+        if into != 0.0 and (into > 0.0) == backwards:
+            line = np.concatenate([line, after[1:]])
+        legs = self._driven(line, backwards=backwards)
+        if out != 0.0 and (out < 0.0) != backwards:
+            legs = self._driven(before, backwards=out < 0.0) + legs
+        if into != 0.0 and (into > 0.0) != backwards:
+            legs += self._driven(after, backwards=into > 0.0)
         return self._turned(legs, a, b) if self._holonomic else legs
 
     def _driven(self, line: Array, *, backwards: bool) -> list[Leg]:

@@ -86,7 +86,7 @@ class CollisionSettings(Checked):
     """Besides the lag of base or arm, a pair goes on for this many periods before it brakes."""
     return_gain: float = 4.0
     """Speed at which shapes part per distance that is missing to d_s [1/s] ..."""
-    return_speed: float = 0.08
+    return_speed: float = 0.2
     """... and at most [m/s]."""
 
 

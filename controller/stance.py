@@ -126,13 +126,12 @@ def _driving_times(
     back = _wrap(bearing + pi)
     ahead_turns = (np.abs(bearing) + np.abs(_wrap(turn - bearing))) / turn_rate
     back_turns = (np.abs(back) + np.abs(_wrap(turn - back))) / turn_rate + settings.reverse_cost
-    speed = np.full(len(bases), backward)
-    if start.floor is not None:
-        near = start.floor.clearance(bases[:, :2]) < settings.parking_distance
-        speed = np.where(near, min(backward, settings.parking_reverse), backward)
     ahead = distance / forward + settings.turn_weight * ahead_turns
-    behind = distance / speed + settings.turn_weight * back_turns
-    return np.minimum(ahead, behind), behind < ahead
+    behind = distance / backward + settings.turn_weight * back_turns
+    reverse = behind < ahead
+    if start.floor is not None:  # the way there may be driven backwards, the last piece is not
+        reverse &= start.floor.clearance(bases[:, :2]) >= settings.parking_distance
+    return np.minimum(ahead, behind), reverse
 
 
 def _wrap(angles: Array) -> Array:

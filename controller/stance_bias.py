@@ -48,6 +48,8 @@ class Remaining(NamedTuple):
     """The largest of these [rad]."""
     joint_time: float = 0.0
     """Time that the joints take at full speed [s]."""
+    carried: bool = False
+    """Whether the posture is not that of the stance, but one to get there in."""
 
     @property
     def base_time(self) -> float:
@@ -81,13 +83,14 @@ def bias_towards(
     g = settings.guidance
     assert g is not None
     blend = _blend(g, remaining, detour)
-    base_weight, min_tracking = blend, 0.0 if detour else g.min_tracking * blend
+    waits = detour or remaining.carried
+    base_weight, min_tracking = blend, 0.0 if waits else g.min_tracking * blend
     if goal.is_moving:
         min_tracking = MIN_TRACKING * blend
         base_weight = max(blend, follow_weight(remaining.distance))
     duration = max(
         1.0 / g.posture_rate,
-        g.posture_time * min(remaining.base_time, _LONGEST_FOLD),
+        0.0 if remaining.carried else g.posture_time * min(remaining.base_time, _LONGEST_FOLD),
         remaining.joint_time / g.joint_speed,
     )
     posture_weight = g.posture_weight * max(blend, g.min_posture)
@@ -116,7 +119,7 @@ _LONGEST_FOLD = 100.0
 
 def _blend(g: GuidanceSettings, remaining: Remaining, detour: bool) -> float:
     """s: how much is left to base and arm."""
-    if remaining.lead is not None and not remaining.lead.final:
+    if remaining.carried or (remaining.lead is not None and not remaining.lead.final):
         return 1.0
     target = remaining.base_target
     blend = max(

@@ -11,7 +11,7 @@ from controller.checked import Checked
 class StanceSettings(Checked):
     """What a stance costs. Costs are in seconds: a stance is preferred for the time it saves."""
 
-    POSITIVE = ("arm_speed", "parking_reverse")
+    POSITIVE = ("arm_speed",)
 
     # How long it takes to get there.
     arm_speed: float = 0.5
@@ -24,9 +24,7 @@ class StanceSettings(Checked):
     """Base and arm move together; the share of the shorter of their times that is still added."""
 
     parking_distance: float = 1.0
-    """Nearer to what stands around than this ... [m]"""
-    parking_reverse: float = 0.25
-    """... backing counts as no faster than this [m/s]."""
+    """Nearer to what stands around than this the base does not arrive backwards [m]."""
 
     # How good it is there.
     min_manipulability: float = 0.10

@@ -34,6 +34,17 @@ class Surroundings:
     """The shapes of what the hand holds, in e: they move with the robot and must not hit anything
     either."""
 
+    def has_shapes_of(self, other: Surroundings) -> bool:
+        """Whether the same stands around and is held, wherever what moves by itself is."""
+        return self.held is other.held and self.stands_like(other)
+
+    def stands_like(self, other: Surroundings) -> bool:
+        """Whether the same stands around, wherever what moves by itself is."""
+        if self.fixtures is not other.fixtures or len(self.moving) != len(other.moving):
+            return False
+        both = zip(self.moving, other.moving, strict=True)
+        return all(one.geom.shape == before.geom.shape for one, before in both)
+
 
 OPEN_FLOOR = Surroundings()
 """Nothing around."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NoReturn
+from math import hypot
 
 import numpy as np
 
@@ -57,9 +57,11 @@ def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) 
             poses["goal base pose"] = goal.wTb
             _check_tolerance("position tolerance", goal.position_tolerance)
             _check_tolerance("heading tolerance", goal.heading_tolerance)
-    everything = np.concatenate([*numbers.values(), *(pose.translation for pose in poses.values())])
-    if not np.abs(everything).max() <= _MAX_SIZE:
-        _refuse(numbers | {name: pose.homogeneous for name, pose in poses.items()})
+    everything = [x for array in numbers.values() for x in array.tolist()]
+    for pose in poses.values():
+        everything += pose.translation.tolist()
+    if not hypot(*everything) <= _MAX_SIZE:
+        _check_sizes(numbers | {name: pose.homogeneous for name, pose in poses.items()})
     for name, pose in poses.items():
         _check_rotation(name, pose.rotation)
 
@@ -88,11 +90,10 @@ def _check_rotation(name: str, rotation: Array) -> None:
         )
 
 
-def _refuse(numbers: dict[str, Array]) -> NoReturn:
-    name, values = next(
-        (name, values) for name, values in numbers.items() if not np.abs(values).max() <= _MAX_SIZE
-    )
-    raise GoalError(
-        f"the {name} must be finite numbers between -{_MAX_SIZE:g} and {_MAX_SIZE:g}, "
-        f"got {np.array(values).tolist()}"
-    )
+def _check_sizes(numbers: dict[str, Array]) -> None:
+    for name, values in numbers.items():
+        if not np.abs(values).max() <= _MAX_SIZE:
+            raise GoalError(
+                f"the {name} must be finite numbers between -{_MAX_SIZE:g} and {_MAX_SIZE:g}, "
+                f"got {np.array(values).tolist()}"
+            )

@@ -1,133 +1,181 @@
-"""Giving way to what moves: rows that look ahead to when base and obstacle are nearest.
+"""Giving way to what moves: the base looks ahead at where its velocities would lead it.
 
 The distance rows know how near an obstacle is and how fast it comes. A base that drives across its
-way is told too late by them, and one that cannot drive sideways in the wrong direction. So the
-place p of the obstacle seen from the base is led on with their velocities to the time t of the
-closest approach, at most `HORIZON` ahead, as velocity obstacles do (Fiorini and Shiller, IJRR
-1998). Where the circles around both would overlap then, with n the direction from base to obstacle
-at that time, R the sum of the radii and v_o the obstacle's velocity, the base is asked for
+way is told too late by them, and one that cannot drive sideways is told the wrong thing. So the
+velocity that the rows leave is led on for `HORIZON`, as in the dynamic window approach (Fox,
+Burgard and Thrun, RAM 1997), and what moves is led on with its own velocity. Seen from above, base
+and arm must keep off it if the base keeps its velocity for a moment and then stops. As long as that
+holds nothing is changed: who stops beside the way of somebody does so no earlier than it must.
 
-    nᵀ (p + (v_o - v) t) >= R,    v = J q̇ the velocity of its centre in the world, on average.
-
-That is to go slower, faster or aside: as the obstacle passes ahead or behind.
+Else the base takes another of the velocities that its limits allow, on whose way nothing stands. It
+is kept for a while, and then the base stops or goes on where it is led. The one is taken after
+which the base is nearest to where it would be if nothing moved, what comes nearer than `MARGIN`
+being paid for. That is to go slower, faster, back or aside. The QP is asked for it by rows.
 """
 
 from __future__ import annotations
 
-from math import cos, hypot, sin
-from typing import NamedTuple
+from math import hypot, inf
 
 import numpy as np
 
 from controller.base_drive import Pose2D
 from controller.collision_model import PairKind
 from controller.command import Array
+from controller.courses import HORIZON, MARGIN, STOPPING, Courses, Sight, radius
+from controller.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.qp import Rows
 from controller.surroundings import Obstacle
-from robots import half_extents
 
-HORIZON = 3.0
-"""How far the courses of base and obstacle are led on [s]."""
-_SOONEST = 0.3
-"""A closest approach that is nearer in time counts as this far ahead [s]."""
-_MARGIN = 0.10
-"""Between the circles [m]."""
-_NEARER = 0.95
-"""Share of the distance that is left to an obstacle inside the circles."""
+_ENOUGH = 0.06
+"""What the base puts up with before it gives way [m]."""
+_AGAIN = 1
+"""Who has given way goes on where it might do so longer: after the shortest courses left out."""
+_CHANGE = 0.3
+"""What it costs to give way otherwise than in the last period."""
+_TURN = 0.3
+"""What a radian of heading counts like at the end of a course [m]."""
+_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
+"""Of the velocity that the base is led with."""
 _STILL = 0.05
 """What moves more slowly than this stands [m/s]."""
+_REACH = 1.3
+"""Nothing of the robot is farther from the centre of its base [m]."""
+_ROOM = 0.02
+"""From what stands on the way of the base, unless it is nearer already [m]."""
+_NOISE = 0.005
+"""Of the map [m]."""
+_AT_ONCE = 8
+"""Courses whose ways are looked at together."""
+_TRIED = 96
+"""Courses whose ways are looked at, at most."""
+_TOLERANCE = 1e-3
+"""The QP keeps the velocity to this [m/s, rad/s]."""
+_BINDS = 1e-4
+"""A row binds that is kept by no more than this [m/s]."""
 
 
-class Yielding(NamedTuple):
-    """To whom the base gives way."""
-
-    rows: Rows | None
-    """None if to nobody."""
-    obstacle: str = ""
-    """Who it is, for people."""
-
-
-def give_way(
-    model: RobotModel,
-    wTb: Pose2D,
-    velocities: Array,
-    obstacles: tuple[Obstacle, ...],
-    bounds: tuple[Array, Array],
-) -> Yielding:
-    """Rows for the base, one for each obstacle that it would meet.
+class Yielding:
+    """Decides how the base of one robot gives way, from period to period.
 
     Args:
         model: the robot.
-        wTb: base pose.
-        velocities: (n,) of all degrees of freedom as they are now.
-        obstacles: what moves by itself.
-        bounds: lower and upper bounds (n,) of the velocities.
     """
-    found: list[tuple[Array, float, str]] = []
-    for one in obstacles:
-        row = _row(model, wTb, velocities, one)
-        if row is not None and np.minimum(row[0] * bounds[0], row[0] * bounds[1]).sum() < row[1]:
-            found.append((*row, one.geom.name))
-    if not found:
-        return Yielding(None)
-    A, least, names = zip(*found, strict=True)
-    group = np.full(len(found), int(PairKind.AHEAD))
-    return Yielding(Rows(np.array(A), np.array(least), group), names[0])
+
+    def __init__(self, model: RobotModel) -> None:
+        self._model = model
+        n_base = model.n_base
+        self._lower, self._upper = model.velocity_limits[:, :n_base]
+        self._velocities = _grid(model)
+        self._courses = Courses(model)
+        self._taken: Array | None = None
+        """(n_base,) velocity that the base took in the last period to give way."""
+
+    def rows(
+        self,
+        wTb: Pose2D,
+        hand: Array,
+        velocities: Array,
+        wanted: Array,
+        led: Array | None,
+        obstacles: tuple[Obstacle, ...],
+        floor: FloorMap | None,
+        bounds: tuple[Array, Array],
+    ) -> Rows | None:
+        """Rows that keep the base at a velocity that gives way; None where there is no need.
+
+        Args:
+            wTb: base pose.
+            hand: (2,) the end effector, in the base frame [m].
+            velocities: (n,) of all degrees of freedom as they are now.
+            wanted: (n,) what they would be in this period.
+            led: (n_base,) where the base is led, and shall be as fast as it can be; None if it
+                is not.
+            obstacles: what moves by itself.
+            floor: what stands around, if that is known.
+            bounds: lower and upper bounds (n,) of the velocities.
+        """
+        n_base, n = self._model.n_base, self._model.n
+        before, self._taken = self._taken, None
+        sight = Sight(wTb, hand, [one for one in obstacles if self._matters(one, wTb)])
+        if not sight.obstacles:
+            return None
+        now, wanted = velocities[:n_base], wanted[:n_base]
+        skipped = 0 if before is None else _AGAIN
+        led = wanted if led is None else np.clip(led, self._lower, self._upper)
+        courses = self._courses.of(now, np.array([wanted, led]), led)
+        there = courses[1, STOPPING - 1, -1]
+        missing = self._courses.missing(courses, sight, _ENOUGH)
+        if min(missing[0, skipped:STOPPING].min(), missing[1, STOPPING - 1]) <= 0.0:
+            return None
+        others = [*self._velocities, *(share * led for share in _SHARES), wanted]
+        if before is not None:
+            others.append(before)
+        tried = np.array(others)
+        courses = self._courses.of(now, tried, led)
+        cost = self._courses.missing(courses, sight, MARGIN)
+        cost += np.sqrt(((courses[:, :, -1] - there) ** 2) @ [1.0, 1.0, _TURN**2])
+        if before is not None:
+            cost += _CHANGE * (((tried - before) / self._upper) ** 2).sum(axis=1)[:, None]
+        found = self._cheapest(cost.ravel(), courses.reshape(-1, *courses.shape[2:]), wTb, floor)
+        self._taken = taken = tried[found // courses.shape[1]]
+        command = np.clip(taken, bounds[0][:n_base], bounds[1][:n_base])
+        A = np.zeros((2 * n_base, n))
+        A[:n_base, :n_base], A[n_base:, :n_base] = np.eye(n_base), -np.eye(n_base)
+        least = np.concatenate([command, -command]) - _TOLERANCE
+        return Rows(A, least, np.full(2 * n_base, int(PairKind.AHEAD)))
+
+    def _matters(self, obstacle: Obstacle, wTb: Pose2D) -> bool:
+        """Whether it moves, and could meet the robot before long."""
+        speed = hypot(*obstacle.velocity[:2].tolist())
+        x, y, _ = obstacle.geom.pose.translation.tolist()
+        reach = _REACH + radius(obstacle.geom.shape) + MARGIN
+        fastest = float(self._model.limits.base_twist[0])
+        return speed > _STILL and hypot(x - wTb.x, y - wTb.y) < reach + (speed + fastest) * HORIZON
+
+    def _cheapest(self, cost: Array, courses: Array, wTb: Pose2D, floor: FloorMap | None) -> int:
+        """Number of the cheapest course on which nothing stands; else of that with most room."""
+        order = np.argsort(cost, kind="stable")
+        if floor is None or floor.free:
+            return int(order[0])
+        (here,) = floor.stands_free(np.array([wTb])).tolist()
+        best, most = int(order[0]), -inf
+        c, s = np.cos(wTb.heading), np.sin(wTb.heading)
+        for first in range(0, min(_TRIED, len(order)), _AT_ONCE):
+            some = order[first : first + _AT_ONCE]
+            x, y, heading = np.moveaxis(courses[some][:, 1::2], -1, 0)
+            poses = [wTb.x + c * x - s * y, wTb.y + s * x + c * y, wTb.heading + heading]
+            room = floor.stands_free(np.stack(poses, axis=-1)).reshape(x.shape).min(axis=1)
+            (free,) = np.nonzero(room >= min(_ROOM, here - _NOISE))
+            if len(free):
+                return int(some[free[0]])
+            if room.max() > most:
+                best, most = int(some[room.argmax()]), float(room.max())
+        return best
 
 
-def _row(
-    model: RobotModel, wTb: Pose2D, velocities: Array, obstacle: Obstacle
-) -> tuple[Array, float] | None:
-    """The row (n,) and the least value of one obstacle; None if it is not met."""
-    ox, oy = obstacle.velocity[:2].tolist()
-    if hypot(ox, oy) < _STILL:
-        return None
-    axes, n_base = model.description.base.axes, model.n_base
-    c, s = cos(wTb.heading), sin(wTb.heading)
-    J = np.array([[c, -s], [s, c]]) @ axes[:2]  # (2, n_base) of the centre, in the world
-    vx, vy = (J @ velocities[:n_base]).tolist()
-    x, y, _ = obstacle.geom.pose.translation.tolist()
-    px, py, rx, ry = x - wTb.x, y - wTb.y, ox - vx, oy - vy
-    speed = hypot(rx, ry)
-    t = -(px * rx + py * ry) / max(speed * speed, 1e-9)
-    if not 0.0 < t < HORIZON:
-        return None
-    t = max(t, _SOONEST)
-    half_x, half_y, _ = half_extents(obstacle.geom.shape)
-    length, width, _ = model.description.base.size
-    R = max(half_x, half_y) + hypot(length, width) / 2.0 + _MARGIN
-    # What is inside the circle already shall come no nearer than it is.
-    R = min(R, _NEARER * hypot(px, py))
-    across = px * -ry / speed + py * rx / speed  # of p at that time, along (-ry, rx) / speed
-    if abs(across) >= R:
-        return None
-    n = np.array([-ry, rx]) / speed
-    sides = [n, -n] if across >= 0.0 else [-n, n]
-    rows = [_half_plane(model, J, velocities, t, side, (px, py), (ox, oy), R) for side in sides]
-    return next((row for row in rows if _is_possible(model, row)), rows[0])
+def _grid(model: RobotModel) -> Array:
+    """(V, n_base) velocities all over what the limits allow."""
+    lower, upper = model.velocity_limits[:, : model.n_base]
+    turning = model.base_turn > 0.5
+    counts = np.where(turning, 5, 6) if model.n_base == 2 else np.where(turning, 3, 5)
+    axes = [np.linspace(a, b, n) for a, b, n in zip(lower, upper, counts.tolist(), strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, model.n_base)
 
 
-def _half_plane(
-    model: RobotModel,
-    J: Array,
-    velocities: Array,
-    t: float,
-    n: Array,
-    p: tuple[float, float],
-    v_o: tuple[float, float],
-    R: float,
-) -> tuple[Array, float]:
-    """nᵀ v <= (nᵀ p - R) / t + nᵀ v_o, as a row."""
-    row = np.zeros(model.n)
-    row[: model.n_base] = -(n @ J)
-    # A base that turns while it drives has gone aside by v ω t² / 2.
-    vx, vy = J @ velocities[: model.n_base]
-    row[: model.n_base] -= 0.5 * t * (n[1] * vx - n[0] * vy) * model.base_turn
-    return row, -(float(n @ np.array(p)) - R) / t - float(n @ np.array(v_o))
+def waits_for(
+    here: Pose2D, moving: tuple[Obstacle, ...], rows: Rows | None, velocities: Array | None
+) -> str:
+    """Who is nearest of what moves, where velocities (n,) are bound by a row because of it."""
+    if rows is None or velocities is None:
+        return ""
+    because = (rows.group >= PairKind.BASE_MOVING) & (rows.group <= PairKind.AHEAD)
+    if not (because & (rows.A @ velocities < rows.least + _BINDS)).any():
+        return ""
 
+    def distance(one: Obstacle) -> float:
+        x, y, _ = one.geom.pose.translation.tolist()
+        return hypot(x - here.x, y - here.y)
 
-def _is_possible(model: RobotModel, row: tuple[Array, float]) -> bool:
-    """Whether the base is fast enough for that in the end."""
-    lower, upper = model.velocity_limits
-    return bool(np.maximum(row[0] * lower, row[0] * upper).sum() >= row[1])
+    return min(moving, key=distance).geom.name

@@ -10,6 +10,7 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
+from app.core.known import known_of
 from behaviours import Context, Leaf, Region, VisionInStep
 from controller import HolisticController, PoseGoal, robot_model
 from hw import (
@@ -61,6 +62,11 @@ def table_world(*objects: SimObject) -> World:
         Geom(Box((0.4, 0.4, TABLE_TOP / 2)), top, "table"),
     ]
     return World(fixtures, list(objects))
+
+
+def open_floor() -> World:
+    """Nothing stands around."""
+    return World([Geom(Plane(), SE3.Identity(), "floor")], [])
 
 
 def looking_down(x: float, y: float, z: float, yaw: float = 0.0) -> SE3:
@@ -128,7 +134,7 @@ class Harness:
         pace: float | None = None,
     ) -> None:
         self.clock = SimClock(pace)
-        self.world = world or table_world()
+        self.world = world or open_floor()
         described = load_robot(robot)
         # Rendering takes most of the time of a test.
         description = replace(described, camera=replace(described.camera, rate=10.0))
@@ -145,6 +151,7 @@ class Harness:
             clock=self.task_clock,
             vision=VisionInStep(Eyelid(self.robot), detector()),
             state=self.robot.read(),
+            fixtures=known_of(self.world).fixtures,
         )
         self._ticks = 0
 
@@ -154,7 +161,8 @@ class Harness:
         context.begin_tick(state)
         if leaf is not None:
             leaf.tick_once()
-        command, report = self.controller.step(state, context.goal, self.gate.applied)
+        around = context.surroundings
+        command, report = self.controller.step(state, context.goal, self.gate.applied, around)
         self.gate.send(command, state, self.clock.now())
         context.end_tick(report)
         self._ticks += 1
@@ -167,10 +175,12 @@ class Harness:
         self.run_for(None, 1.0)
 
     def reach(self, goal: PoseGoal) -> None:
-        """Bring the hand to a goal without any leaf."""
+        """Bring the hand to a goal without any leaf, down to what it stands on if need be."""
+        goal = replace(goal, hand_may_touch=True)
         for _ in range(1500):
             state = self.robot.read()
-            command, report = self.controller.step(state, goal, self.gate.applied)
+            around = self.context.surroundings
+            command, report = self.controller.step(state, goal, self.gate.applied, around)
             self.gate.send(command, state, self.clock.now())
             self._ticks += 1
             self.clock.sleep_until(self._ticks * 0.01)

@@ -86,6 +86,14 @@ def run(
             "that the camera has seen, or both."
         ),
     ] = ObstacleChoice.MAP,
+    site: Annotated[
+        Path | None,
+        typer.Option(
+            "--map",
+            help="A scene file that says what stands around the robot; "
+            "default: what a simulated world knows.",
+        ),
+    ] = None,
     view: Annotated[
         ViewChoice,
         typer.Option(
@@ -183,6 +191,7 @@ def run(
         world=world,
         vision=VisionForm((vision or usual).value),
         obstacles=ObstacleSource(obstacles.value),
+        map=site,
         scene=scene,
         seed=seed,
         parameters=parameters,

@@ -16,11 +16,12 @@ from app.core.fault_schedule import (
 from app.core.folder import COMMANDS, RECORDING, STATES, SUMMARY, FolderError
 from app.core.footprint import Footprint, footprint
 from app.core.instruments import Instruments
-from app.core.launch import Result, RunOptions, run_task
+from app.core.launch import Result, run_task
 from app.core.measurements import Measurements
 from app.core.on_save import run_on_save
 from app.core.outcome import End, Outcome
 from app.core.replay import Replay, ReplayError, replay_run
+from app.core.run_options import RunOptions
 from app.core.session import Session, Tick
 from app.core.setup import ObstacleSource, Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view

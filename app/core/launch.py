@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, replace
 from os.path import relpath
 from pathlib import Path
 from typing import NamedTuple
 
 from app.core.decisions import RecordedDecisions
-from app.core.fault_schedule import FaultSchedule, ScheduledFault
+from app.core.fault_schedule import FaultSchedule
 from app.core.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder
 from app.core.instruments import Instruments
 from app.core.interrupts import interrupts, leave, terminal_settings
@@ -18,21 +18,20 @@ from app.core.measurements import Measurements
 from app.core.observers import Observers
 from app.core.outcome import End, Outcome
 from app.core.outputs import Outputs
+from app.core.run_options import RunOptions
 from app.core.session import Session, Tick
-from app.core.setup import ObstacleSource, Setup, VisionForm, open_setup
+from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary, summarise
 from app.core.surfaces import unsupported_places
 from app.live import (
     AnyRecorder,
-    ControlOptions,
     NoRecorder,
     OperatorConsole,
     Recorder,
     RecorderError,
     StatusLine,
     Viewer,
-    ViewOptions,
     WebViewer,
     tree_view,
 )
@@ -45,43 +44,6 @@ from trees.language import Task, TreeNode, build, load, nodes_in_order
 
 _SHORT_PATIENCE = 1.0
 """Time that the disk has for the rest of a run that is abandoned [s]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class RunOptions:
-    """What a person may choose about a run."""
-
-    tree: Path
-    robot: str = "frankie"
-    """The body: a shipped robot or a robot file."""
-    world: str = "kinematic"
-    """What moves it."""
-    vision: VisionForm = VisionForm.STEP
-    """How images are searched for grasps."""
-    obstacles: ObstacleSource = ObstacleSource.MAP
-    """What tells the controller what stands around the robot."""
-    scene: str | None = None
-    """A shipped scene or a scene file; None takes the one that the task names, or `household`."""
-    seed: int = 0
-    parameters: Mapping[str, str] = field(default_factory=dict)
-    paced: bool = False
-    """In real time instead of as fast as it goes."""
-    record: Path = Path("runs")
-    """Where the folder of the run is made."""
-    replayable: bool = False
-    """Keep the camera's images too, so that a run that looks at some can be replayed."""
-    weights: Path | None = None
-    """A file of a grasp network; None takes a network that comes with the package."""
-    network: str | None = None
-    """Which of those; None takes the best."""
-    view: ViewOptions = field(default_factory=ViewOptions)
-    """How it is watched meanwhile."""
-    control: ControlOptions = field(default_factory=ControlOptions)
-    """What people have in hand meanwhile."""
-    faults: tuple[ScheduledFault, ...] = ()
-    """What goes wrong by itself meanwhile."""
-    recording: bool = True
-    """Whether the motion is recorded for the viewer."""
 
 
 class Result(NamedTuple):
@@ -121,7 +83,14 @@ def run_task(
     detector = GraspDetector(options.weights, options.network, gripper=gripper)
     tools, vision = instruments or Instruments(), options.vision
     with open_setup(
-        options.robot, options.world, world, detector, vision, tools.beneath, options.obstacles
+        options.robot,
+        options.world,
+        world,
+        detector,
+        vision,
+        tools.beneath,
+        options.obstacles,
+        options.map,
     ) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         for warning in unsupported_places(task, setup.truth.fixtures) if setup.truth else ():

@@ -15,13 +15,13 @@ import numpy.typing as npt
 from app.core.decisions import ReplayedDecisions
 from app.core.folder import FRAMES, NOTES, OPTIONS, READINGS, TASK
 from app.core.frames import RecordedFrames
+from app.core.known import known_then
 from app.core.measurements import Measurements
 from app.core.outcome import Outcome
 from app.core.session import Session
 from app.core.setup import ObstacleSource, VisionForm, set_up
 from config import UserError
 from hw import TURN, Backend, DepthFrame, Difference, Fault, FaultKind, ReplayRobot
-from hw.sim import load_scene
 from perception import GraspDetector
 from robots import RobotDescription, load_robot
 from trees.language import build, load, nodes_in_order
@@ -92,12 +92,12 @@ def replay_run(folder: Path) -> Replay:
     detector = GraspDetector(options["weights"], options["network"], gripper=description.gripper)
     task = load(folder / TASK, overrides=options["parameters"])
     backend = Backend(robot=robot, clock=robot.clock, truth=None)
-    fixtures = load_scene(options["scene"], options["seed"]).mapped
+    known = known_then(options["scene"], options["seed"], options["site"])
     with set_up(
         backend,
         detector,
         VisionForm.STEP,
-        fixtures=fixtures,
+        known=known,
         obstacles=options["obstacles"],
     ) as setup:
         nodes = nodes_in_order(build(task, setup.context))
@@ -135,6 +135,7 @@ def _options(folder: Path) -> dict[str, Any]:
             "network": options["network"],
             "scene": str(options["scene"]),
             "seed": int(options["seed"]),
+            "site": None if options.get("map") is None else Path(options["map"]),
             "vision": str(vision),
             "obstacles": ObstacleSource(options.get("obstacles", "map")),
         }

@@ -17,6 +17,7 @@ from py_trees.common import Status
 
 from app.core.decisions import Decisions
 from app.core.measurements import Measurements
+from app.core.memory import settled_memory
 from app.core.outcome import End, Outcome, Stage, last_ticked, outcome_of
 from behaviours import Context
 from controller import Command, HolisticController, MotionGoal, StepReport
@@ -108,7 +109,7 @@ class Session:
 
     def run(self) -> Outcome:
         """Tick until the tree ends or something else does, and bring the robot to rest."""
-        with self._watchdog:
+        with settled_memory(), self._watchdog:
             outcome = self._guarded(self._run_tree)
             rest = outcome
             if outcome.end in (End.SUCCESS, End.FAILURE):

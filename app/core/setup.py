@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
 
+from app.core.known import Known, known_of
 from behaviours import Context, SeenObstacles, Vision, VisionBeside, VisionInStep
-from controller import HolisticController, Obstacle, RobotModel
+from controller import HolisticController, RobotModel, Surroundings
 from hw import (
     Backend,
     Camera,
@@ -26,7 +28,6 @@ from hw import (
     open_backend,
 )
 from perception import GraspDetector
-from robots import Geom, Plane
 
 
 class VisionForm(StrEnum):
@@ -88,6 +89,7 @@ def open_setup(
     form: VisionForm,
     beneath: Callable[[Robot], Robot] = lambda robot: robot,
     obstacles: ObstacleSource = ObstacleSource.MAP,
+    site: Path | None = None,
 ) -> Iterator[Setup]:
     """Connect a robot and put together what a session works with; closes it in the end.
 
@@ -99,14 +101,22 @@ def open_setup(
         form: how that is done.
         beneath: what to put between the robot and the faults that are injected into it.
         obstacles: what tells what stands around the robot.
+        site: the map of what stands around; None for the world's own.
 
     Raises:
         UserError: there is no such robot, world or scene, or its file has a mistake.
         HardwareError: the robot cannot be connected.
     """
     backend = open_backend(robot, world, options)
+    known = known_of(backend.truth, site)
     with set_up(
-        backend, detector, form, beneath=beneath, seed=options.seed, obstacles=obstacles
+        backend,
+        detector,
+        form,
+        beneath=beneath,
+        seed=options.seed,
+        known=known,
+        obstacles=obstacles,
     ) as setup:
         yield setup
 
@@ -119,7 +129,7 @@ def set_up(
     *,
     beneath: Callable[[Robot], Robot] = lambda robot: robot,
     seed: int = 0,
-    fixtures: Sequence[Geom] | None = None,
+    known: Known | None = None,
     obstacles: ObstacleSource = ObstacleSource.MAP,
 ) -> Iterator[Setup]:
     """Connect a robot and put together what a session works with; closes it in the end.
@@ -130,7 +140,7 @@ def set_up(
         form: how that is done.
         beneath: what to put between the robot and the faults that are injected into it.
         seed: of the faults.
-        fixtures: what is known to stand around the robot; None takes what its world knows.
+        known: what the robot is told of its surroundings; None for what its world knows.
         obstacles: what tells what stands around the robot.
 
     Raises:
@@ -139,11 +149,10 @@ def set_up(
     injected = FaultInjection(beneath(backend.robot), backend.truth, seed)
     robot = RecordedRobot(injected, backend.clock)
     problems: list[str] = []
-    if fixtures is None:
-        fixtures = backend.truth.mapped if backend.truth else ()
-    truth = backend.truth
     if obstacles is ObstacleSource.CAMERA:
-        fixtures, truth = (), None
+        known = Known()
+    elif known is None:
+        known = known_of(backend.truth)
     with (
         _connected(robot, problems) as state,
         closing(_VISION[form](robot.camera, detector)) as vision,
@@ -151,6 +160,8 @@ def set_up(
     ):
         clock = TaskClock(backend.clock)
         controller = HolisticController(RobotModel(robot.description))
+        moving = tuple(known.obstacles(state.stamp))
+        controller.prepare(Surroundings(fixtures=known.fixtures, moving=moving))
         yield Setup(
             robot=injected,
             recorded=robot,
@@ -166,17 +177,11 @@ def set_up(
                 vision=vision,
                 state=state,
                 seen=seen,
-                obstacles=_obstacles(truth),
-                # The controller knows the floor by itself.
-                fixtures=tuple(one for one in fixtures if not isinstance(one.shape, Plane)),
+                fixtures=known.fixtures,
+                obstacles=known.obstacles,
             ),
             problems=problems,
         )
-
-
-def _obstacles(truth: Truth | None) -> Callable[[float], Sequence[Obstacle]]:
-    """What a tracker would tell of a simulated world."""
-    return (lambda stamp: ()) if truth is None else (lambda stamp: truth.moving())
 
 
 @contextmanager

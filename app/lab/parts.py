@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from time import thread_time_ns
+from time import perf_counter_ns, thread_time_ns
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 Functions: TypeAlias = Mapping[str, tuple[tuple[Any, str], ...]]
 """The functions of every part, as (owner, attribute) where they are looked up."""
@@ -26,13 +27,15 @@ class PartTimer:
         self._now: dict[str, int] = {}
         self._inner = [0]
         self._steps: list[dict[str, int]] = []
+        self._times: list[tuple[int, int]] = []
 
     def step(self, work: Callable[[], Result]) -> Result:
         """Do one step; its parts are measured only while `watching`."""
         self._now = dict.fromkeys(self._functions, 0)
-        begun = thread_time_ns()
+        begun_wall, begun = perf_counter_ns(), thread_time_ns()
         result = work()
         total = thread_time_ns() - begun
+        self._times.append((perf_counter_ns() - begun_wall, total))
         self._steps.append(self._now | {"rest": total - sum(self._now.values())})
         return result
 
@@ -40,6 +43,18 @@ class PartTimer:
         """Median time of every part, and of the rest of the step [µs]."""
         names = (*self._functions, "rest")
         return {name: float(np.median([s[name] for s in self._steps]) / 1e3) for name in names}
+
+    def wall_ns(self) -> npt.NDArray[np.float64]:
+        """(N,) how long every step took [ns]."""
+        return np.array([wall for wall, _ in self._times], dtype=float)
+
+    def cpu_ns(self) -> npt.NDArray[np.float64]:
+        """(N,) processor time of every step [ns]."""
+        return np.array([cpu for _, cpu in self._times], dtype=float)
+
+    def parts_ns(self, number: int) -> dict[str, int]:
+        """Processor time of the parts of one step, and of its rest [ns]."""
+        return self._steps[number]
 
     @contextmanager
     def watching(self) -> Iterator[None]:

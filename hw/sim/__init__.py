@@ -9,7 +9,7 @@ from hw.sim.body import Dynamics
 from hw.sim.furniture import Container, Fixture, Objects, Table
 from hw.sim.grasp_contact import Reason
 from hw.sim.hand import Hand
-from hw.sim.layout import build_world, load_scene
+from hw.sim.layout import build_world, load_fixtures, load_scene
 from hw.sim.noise import D435Noise
 from hw.sim.objects import HELDOUT, HOUSEHOLD, OBJECT_CLASSES, TRAIN
 from hw.sim.render import DepthRenderer
@@ -42,6 +42,7 @@ __all__ = [
     "World",
     "build_world",
     "kinematic_robot",
+    "load_fixtures",
     "load_scene",
     "read_scene",
     "scene_names",

@@ -18,7 +18,7 @@ from controller import Command, RobotModel
 from hw.clock import Clock
 from hw.sim.collisions import Collisions, Contact
 from hw.sim.hand import Hand
-from hw.sim.members import BASE, Configuration
+from hw.sim.members import BASE, HAND_TOLERANCE, Configuration
 from hw.sim.reflex import Reflex
 from hw.sim.sim_object import SimObject
 from hw.sim.world import World
@@ -104,7 +104,9 @@ class SimBody:
             self.world.move_to(self.now + dt)
             self._integrate(command, dt)
             self.now += dt
-        self.now = now
+        if self.now != now:  # by rounding: what is told of now must be where it is now
+            self.world.move_to(now)
+            self.now = now
 
     def follow(self, *, base_twist: np.ndarray | None = None, qd: np.ndarray | None = None) -> None:
         """Follow a twist of the base, or velocities of the joints, for one period from now on."""
@@ -188,7 +190,9 @@ class SimBody:
         if self._holds and self.world.held is None:  # somebody took it out of the hand
             self._holds, self._width_goal = False, self._wanted_width
         width = self.width + float(np.clip(self._width_goal - self.width, -step, step))
-        if self._slipping and self.world.collision(self.hand, width):
+        # They lie against it, and press in no deeper: a hit is what is deeper than a tolerance.
+        pressed = max(0.0, width - 2.0 * HAND_TOLERANCE)
+        if self._slipping and self.world.collision(self.hand, pressed):
             width = self.width
         self.fingers_move = width != self.width
         self.width = width

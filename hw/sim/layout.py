@@ -81,19 +81,37 @@ def build_world(scene: Scene, rng: np.random.Generator) -> World:
     """
     boxes = [_fixture(one) for one in scene.fixtures]
     unmapped = [box for box, one in zip(boxes, scene.fixtures, strict=True) if not one.on_map]
-    fixtures = [
-        Geom(Plane(), SE3.Identity(), "floor", _FLOOR),
-        *_container(scene.container),
-        *_table(scene.table, "table"),
-        *(part for table in scene.side_tables for part in _table(table, table.name)),
-        *boxes,
-    ]
+    fixtures = [*_furniture(scene), *boxes]
     objects = _objects(scene.objects, _floor(scene.container), 0, rng)
     for number, table in enumerate(scene.side_tables):
         lying = _objects(table.objects, _top(table, number), len(objects), rng)
         objects += [_moving(obj, table) for obj in lying]
     walkers = [Walker(w.name, w.radius, w.height, w.way, w.speed) for w in scene.walkers]
     return World(fixtures, objects, walkers, unmapped)
+
+
+def load_fixtures(scene: str | Path) -> tuple[Geom, ...]:
+    """What a scene says that stands around and never moves, as on a map.
+
+    Args:
+        scene: name of a shipped scene, or path of a scene file.
+
+    Raises:
+        SceneError: there is no such scene, or its file is not valid.
+    """
+    described = read_scene(scene)
+    mapped = [_fixture(one) for one in described.fixtures if one.on_map]
+    return (*_furniture(described), *mapped)
+
+
+def _furniture(scene: Scene) -> list[Geom]:
+    """The floor, the container and all tables."""
+    return [
+        Geom(Plane(), SE3.Identity(), "floor", _FLOOR),
+        *_container(scene.container),
+        *_table(scene.table, "table"),
+        *(part for table in scene.side_tables for part in _table(table, table.name)),
+    ]
 
 
 class _Surface(NamedTuple):

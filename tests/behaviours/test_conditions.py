@@ -25,7 +25,7 @@ def asked(harness: Harness, condition: Condition) -> tuple[bool, str]:
 
 
 def test_arm_healthy_sees_every_fault():
-    harness = Harness()
+    harness = Harness(table_world())
     condition = ArmHealthy("arm_healthy", harness.context)
     assert asked(harness, condition) == (True, "no fault")
     harness.robot.faults = (REFLEX, BUTTON)
@@ -33,7 +33,7 @@ def test_arm_healthy_sees_every_fault():
 
 
 def test_the_battery_runs_down_with_the_time():
-    harness = Harness(dynamics=Dynamics(battery_life=10.0))
+    harness = Harness(table_world(), dynamics=Dynamics(battery_life=10.0))
     condition = BatteryAbove("battery_above", harness.context, percent=80.0)
     assert asked(harness, condition) == (True, "battery at 100.0 %")
     harness.run_for(None, 1.5)
@@ -47,7 +47,7 @@ def test_the_battery_runs_down_with_the_time():
 
 
 def test_a_robot_that_does_not_tell_its_charge_has_none():
-    harness = Harness()
+    harness = Harness(table_world())
     harness.robot.read = lambda: replace(type(harness.robot).read(harness.robot), battery=None)
     answer, text = asked(harness, BatteryAbove("battery_above", harness.context, percent=0.0))
     assert not answer
@@ -55,7 +55,7 @@ def test_a_robot_that_does_not_tell_its_charge_has_none():
 
 
 def test_near_is_about_the_hand_for_a_tool_pose():
-    harness = Harness()
+    harness = Harness(table_world())
     x, y, z = harness.context.wTe.translation
     harness.tick(None)
     rotation = harness.context.wTe.rotation
@@ -69,7 +69,7 @@ def test_near_is_about_the_hand_for_a_tool_pose():
 
 @pytest.mark.parametrize(("within_deg", "answer"), [(None, True), (91.0, True), (89.0, False)])
 def test_near_is_about_the_base_for_a_base_pose_and_its_heading_if_asked(within_deg, answer):
-    harness = Harness()
+    harness = Harness(table_world())
     wTb = SE3(pin.utils.rotate("z", np.pi / 2), np.array([0.3, 0.4, 0.0]))
     condition = Near(
         "near",
@@ -82,7 +82,7 @@ def test_near_is_about_the_base_for_a_base_pose_and_its_heading_if_asked(within_
 
 
 def test_arm_at_compares_every_joint():
-    harness = Harness()
+    harness = Harness(table_world())
     bent = Posture(name="bent", q=READY + np.deg2rad([0, 0, 0, 0, 0, 0, 5.0]))
     assert asked(harness, ArmAt("arm_at", harness.context, posture=bent)) == (
         False,

@@ -83,7 +83,7 @@ def test_a_gripper_that_only_says_that_it_moves_does_not_keep_the_hand_up_for_ev
 
 
 def test_a_retreat_without_a_grip_before_it_holds_nothing():
-    harness = Harness()
+    harness = Harness(table_world())
     leaf = RetreatCheck("retreat_check", harness.context)
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "the fingers were not told to close"
@@ -99,7 +99,7 @@ def test_fingers_that_opened_again_hold_nothing():
 
 
 def test_fingers_that_went_where_they_were_told_hold_nothing():
-    harness = Harness()
+    harness = Harness(table_world())
     harness.grip(0.06)  # as before going down on a grasp
     leaf = HoldingObject("holding_object", harness.context)
     harness.tick(leaf)
@@ -134,7 +134,7 @@ def test_nothing_moves_when_nothing_was_grasped():
 
 
 def test_open_fingers_have_nothing_to_place():
-    harness = Harness()
+    harness = Harness(table_world())
     leaf = place(harness)
     harness.tick(leaf)
     assert leaf.feedback_message == "nothing to place: the fingers are open"

@@ -29,7 +29,7 @@ def navigate(harness: Harness, to: ToolPose | BasePose, tolerance_check: bool = 
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_navigate_brings_the_hand_to_a_pose(robot):
-    harness = Harness(robot=robot)
+    harness = Harness(table_world(), robot=robot)
     leaf = navigate(harness, POSE)
     assert harness.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == "at over_there"
@@ -53,7 +53,7 @@ def test_navigate_drives_the_base_alone_and_leaves_the_arm():
 
 
 def test_navigate_stops_on_a_fault_and_says_which():
-    harness = Harness()
+    harness = Harness(table_world())
     leaf = navigate(harness, POSE)
     harness.run_for(leaf, 1.0)
     harness.robot.faults = (REFLEX,)
@@ -65,7 +65,7 @@ def test_navigate_stops_on_a_fault_and_says_which():
 
 
 def test_navigate_notices_that_it_is_stuck():
-    harness = Harness()
+    harness = Harness(table_world())
     harness.robot.stuck = True
     leaf = navigate(harness, POSE)
     assert harness.run(leaf, seconds=8.0) is Status.FAILURE
@@ -73,7 +73,7 @@ def test_navigate_notices_that_it_is_stuck():
 
 
 def test_navigate_gives_up_after_its_time():
-    harness = Harness()
+    harness = Harness(table_world())
     leaf = Navigate("navigate", harness.context, to=POSE, timeout_s=0.5)
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message.startswith("not at over_there after 0.5 s")
@@ -82,7 +82,7 @@ def test_navigate_gives_up_after_its_time():
 
 @pytest.mark.parametrize("after", [0.005, 0.3, 1.0, 2.5])
 def test_a_leaf_may_be_halted_at_any_tick_and_the_robot_comes_to_rest(after):
-    harness = Harness()
+    harness = Harness(table_world())
     leaf = navigate(harness, POSE)
     harness.run_for(leaf, after)
     leaf.stop(Status.INVALID)
@@ -95,7 +95,7 @@ def test_a_leaf_may_be_halted_at_any_tick_and_the_robot_comes_to_rest(after):
 
 
 def test_recover_clears_a_reflex_rises_and_folds_the_arm():
-    harness = Harness()
+    harness = Harness(table_world())
     harness.robot.faults = (REFLEX,)
     before = harness.context.wTe.translation[2]
     leaf = Recover("recover", harness.context, arm=FOLDED)
@@ -107,7 +107,7 @@ def test_recover_clears_a_reflex_rises_and_folds_the_arm():
 
 
 def test_recover_without_a_posture_does_nothing_to_a_healthy_robot():
-    harness = Harness()
+    harness = Harness(table_world())
     leaf = Recover("recover", harness.context)
     harness.tick(leaf)
     assert leaf.status is Status.SUCCESS
@@ -115,7 +115,7 @@ def test_recover_without_a_posture_does_nothing_to_a_healthy_robot():
 
 
 def test_recover_leaves_an_emergency_stop_to_a_person():
-    harness = Harness()
+    harness = Harness(table_world())
     harness.robot.faults = (BUTTON,)
     leaf = Recover("recover", harness.context, arm=FOLDED)
     assert harness.run(leaf) is Status.FAILURE
@@ -124,7 +124,7 @@ def test_recover_leaves_an_emergency_stop_to_a_person():
 
 
 def test_recover_waits_for_a_recovery_that_takes_time():
-    harness = Harness()
+    harness = Harness(table_world())
     harness.robot.faults, harness.robot.incurable = (REFLEX,), True
     started, read = [], harness.robot.read
     harness.robot.recover = lambda: started.append(harness.clock.now())
@@ -142,7 +142,7 @@ def test_recover_waits_for_a_recovery_that_takes_time():
 
 
 def test_recover_gives_up_on_a_fault_that_comes_back():
-    harness = Harness()
+    harness = Harness(table_world())
     harness.robot.faults, harness.robot.incurable = (REFLEX,), True
     leaf = Recover("recover", harness.context, arm=FOLDED)
     assert harness.run(leaf) is Status.FAILURE
@@ -150,7 +150,7 @@ def test_recover_gives_up_on_a_fault_that_comes_back():
 
 
 def test_recover_says_how_far_the_arm_came():
-    harness = Harness()
+    harness = Harness(table_world())
     harness.robot.stuck = True
     leaf = Recover("recover", harness.context, arm=FOLDED)
     assert harness.run(leaf) is Status.FAILURE
@@ -161,7 +161,7 @@ def test_recover_says_how_far_the_arm_came():
 
 
 def test_wait_takes_its_time():
-    harness = Harness()
+    harness = Harness(table_world())
     leaf = Wait("wait", harness.context, duration_s=0.5)
     assert harness.run(leaf) is Status.SUCCESS
     assert harness.clock.now() == pytest.approx(0.51, abs=0.011)
@@ -176,7 +176,7 @@ def test_an_exception_in_a_leaf_carries_its_name():
         def update(self) -> Status:
             raise ZeroDivisionError("by zero")
 
-    leaf = Broken("my node", Harness().context)
+    leaf = Broken("my node", Harness(table_world()).context)
     with pytest.raises(LeafCrashedError, match="ZeroDivisionError: by zero") as caught:
         leaf.tick_once()
     assert caught.value.leaf == "my node"

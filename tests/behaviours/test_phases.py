@@ -38,7 +38,7 @@ def test_the_phases_of_grasping_and_placing():
 
 
 def test_the_phases_of_recovering():
-    harness = Harness()
+    harness = Harness(table_world())
     harness.robot.faults = (REFLEX,)
     folded = Posture(name="folded", q=load_robot("frankie").arm.ready + np.full(7, 0.2))
     recover = Recover("recover", harness.context, arm=folded)
@@ -46,5 +46,5 @@ def test_the_phases_of_recovering():
 
 
 def test_a_behaviour_with_one_part_has_no_phase():
-    wait = Wait("wait", Harness().context, duration_s=0.1)
+    wait = Wait("wait", Harness(table_world()).context, duration_s=0.1)
     assert wait.phase == ""

@@ -34,7 +34,7 @@ def over_the_table(*objects) -> Harness:
 
 @pytest.mark.parametrize(("at", "distance"), [(BEHIND, None), (BEHIND, 0.8), (LARGE, 0.6)])
 def test_look_at_turns_the_camera_to_a_place(at, distance):
-    harness = Harness()
+    harness = Harness(table_world())
     leaf = LookAt("look_at", harness.context, at=at, distance_m=distance)
     assert harness.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == f"looking at {at.name}"
@@ -48,7 +48,7 @@ def test_look_at_turns_the_camera_to_a_place(at, distance):
 
 
 def test_look_at_fails_without_a_camera_and_on_a_fault():
-    harness = Harness()
+    harness = Harness(table_world())
     harness.robot.blind = True
     leaf = LookAt("look_at", harness.context, at=BEHIND)
     assert harness.run(leaf) is Status.FAILURE
@@ -60,7 +60,7 @@ def test_look_at_fails_without_a_camera_and_on_a_fault():
 
 
 def test_look_at_starts_while_the_hand_still_moves():
-    harness = Harness()
+    harness = Harness(table_world())
     harness.run_for(LookAt("look_at", harness.context, at=LARGE), 0.5)
     assert harness.speed > 0.1
     leaf = LookAt("look_at", harness.context, at=BEHIND)
@@ -239,7 +239,7 @@ def test_following_may_be_broken_off_at_any_tick(after):
     ],
 )
 def test_say_tells_people_once(options, said):
-    harness = Harness()
+    harness = Harness(table_world())
     harness.run_for(None, 0.5)
     leaf = Say("say", harness.context, **options)
     assert harness.run(leaf) is Status.SUCCESS
@@ -252,4 +252,4 @@ def test_say_tells_people_once(options, said):
 @pytest.mark.parametrize("options", [{"text": "{value}"}, {"text": "none", "value": 1}])
 def test_say_wants_the_value_where_it_belongs(options):
     with pytest.raises(ValueError, match=r"write \{value\} where the value belongs"):
-        Say("say", Harness().context, **options)
+        Say("say", Harness(table_world()).context, **options)

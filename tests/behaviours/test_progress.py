@@ -34,7 +34,7 @@ def base_pose(x: float, y: float, degrees: float) -> BasePose:
     ],
 )
 def test_a_base_that_swings_round_is_not_stuck(start, to):
-    harness = Harness()
+    harness = Harness(table_world())
     assert harness.run(Drive("drive", harness.context, to=base_pose(*start))) is Status.SUCCESS
     leaf = Drive("drive", harness.context, to=base_pose(*to))
     assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message
@@ -63,7 +63,7 @@ def test_a_robot_that_only_moves_about_is_stuck_in_the_end():
 
 
 def test_a_goal_out_of_reach_is_given_up():
-    harness = Harness()
+    harness = Harness(table_world())
     leaf = Navigate(
         "navigate", harness.context, to=ToolPose(name="sky", wTe=looking_down(0.5, 0.0, 2.5))
     )
@@ -74,7 +74,7 @@ def test_a_goal_out_of_reach_is_given_up():
 
 
 def test_a_pause_counts_in_no_patience():
-    harness = Harness()
+    harness = Harness(table_world())
     leaf = Navigate("navigate", harness.context, to=FAR_AWAY)
     harness.run_for(leaf, 1.0)
     harness.robot.stuck = True
@@ -89,7 +89,7 @@ def test_a_pause_counts_in_no_patience():
 
 
 def test_late_ticks_count_in_no_patience():
-    harness = Harness()
+    harness = Harness(table_world())
     progress = Progress(harness.context)
     _, report = harness.controller.step(
         harness.context.state, BaseGoal(wTb=FAR_AWAY.wTe), harness.gate.applied
@@ -101,7 +101,7 @@ def test_late_ticks_count_in_no_patience():
 
 @pytest.mark.parametrize("kind", ["tool", "base"])
 def test_the_controller_reports_what_base_and_arm_have_left(kind):
-    harness = Harness()
+    harness = Harness(table_world())
     goal = PoseGoal(wTe=FAR_AWAY.wTe) if kind == "tool" else BaseGoal(wTb=base_pose(2, 0, 0).wTb)
     applied, reports = harness.gate.applied, []
     for _ in range(200):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from harness import TABLE_TOP, Harness, block, held_block, over_the_table
+from harness import TABLE_TOP, Harness, block, held_block, over_the_table, table_world
 from pinocchio import SE3
 from py_trees.common import Status
 
@@ -112,7 +112,7 @@ def test_a_localisation_that_jumps_again_and_again_ends_the_placing():
 
 
 def test_a_jump_during_a_pause_is_told_by_the_next_tick():
-    harness = Harness()
+    harness = Harness(table_world())
     harness.run_for(None, 0.5)
     displace(harness, 0.1)
     harness.context.read(harness.robot.read())
@@ -133,7 +133,7 @@ def readings(harness: Harness, seconds: float, twist: np.ndarray) -> list:
 
 
 def test_motion_gaps_and_the_first_reading_are_no_jumps():
-    seen = readings(Harness(), 3.0, np.array([1.0, 0.0, 1.0]))
+    seen = readings(Harness(table_world()), 3.0, np.array([1.0, 0.0, 1.0]))
     relocalisation = Relocalisation(BehaviourSettings().relocalisation)
     assert not any(relocalisation.note(state) for state in seen)
     relocalisation = Relocalisation(BehaviourSettings().relocalisation)
@@ -142,7 +142,7 @@ def test_motion_gaps_and_the_first_reading_are_no_jumps():
 
 def test_a_jump_that_is_spread_over_some_readings_is_one_jump():
     """As interpolation between the readings of a slow base does."""
-    seen = readings(Harness(), 1.0, np.array([0.5, 0.0, 0.0]))
+    seen = readings(Harness(table_world()), 1.0, np.array([0.5, 0.0, 0.0]))
     relocalisation = Relocalisation(BehaviourSettings().relocalisation)
     told = []
     for number, state in enumerate(seen):

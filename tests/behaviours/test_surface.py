@@ -37,11 +37,11 @@ def look(world: World, x=0.7, y=0.0, floor=TABLE_TOP, camera=(0.635, 0.0, 0.8), 
 
 def narrow_table() -> World:
     """A table that ends at x = 0.7 m."""
-    top = SE3(np.eye(3), np.array([0.5, 0.0, TABLE_TOP / 2]))
+    top = SE3(np.eye(3), np.array([0.55, 0.0, TABLE_TOP / 2]))
     return World(
         [
             Geom(Plane(), SE3.Identity(), "floor"),
-            Geom(Box((0.2, 0.4, TABLE_TOP / 2)), top, "table"),
+            Geom(Box((0.15, 0.4, TABLE_TOP / 2)), top, "table"),
         ],
         [],
     )
@@ -93,7 +93,7 @@ def test_an_edge_under_the_disc_is_told_although_most_of_it_is_on_the_table():
 @pytest.mark.parametrize("depth", [0.0, np.nan])
 def test_a_place_out_of_the_picture_or_without_depth_is_unseen(depth):
     assert look(table_world(), x=1.15).shows is Shows.UNSEEN
-    harness = Harness()
+    harness = Harness(table_world())
     harness.reach_over(looking_down(0.635, 0.0, 0.8))
     harness.tick(None)
     frame = harness.context.vision.new_frame()
@@ -172,7 +172,8 @@ def test_nothing_is_let_go_where_the_table_is_only_in_a_wrong_frame(phase):
     harness.run_into(leaf, phase)
     displace(harness, (0.0, 0.5))  # the table ends 0.4 m to the right of the robot
     assert harness.run(leaf) is Status.FAILURE
-    assert "no surface at place 1 of table" in leaf.feedback_message
+    # A base that sets out for where the table is not may meet the one that is there first.
+    assert leaf.feedback_message.startswith(("no surface at place 1 of table", "the base hit"))
     assert harness.world.held is not None
 
 

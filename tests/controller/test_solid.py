@@ -105,6 +105,13 @@ def test_a_base_goal_behind_a_wall_is_reached_around_it(model):
     assert reports[-1].arrived
 
 
+def test_a_base_goal_inside_furniture_is_refused_at_once_and_the_base_stands_still(model):
+    goal = BaseGoal(wTb=SE3(np.eye(3), np.array([2.0, 0.5, 0.3])))
+    state, reports = drive(model, goal, Surroundings(fixtures=(WALL,)), 0.5, lambda state: None)
+    assert reports[0].unreachable == "the base would stand in wall"
+    assert np.abs(state.wTb.translation).max() < 1e-6
+
+
 def test_the_hand_stops_above_a_table_and_goes_down_to_it_when_it_may(model):
     """The finger capsule ends 17 mm below the tool centre."""
     lowest = {}

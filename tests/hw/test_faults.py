@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from faulty_robot import DT, Faulty, driving, turning
+from harness import open_floor
 
 from hw import HardwareError
 
@@ -87,7 +88,7 @@ def test_a_localisation_jump_moves_the_base_and_what_the_camera_sees_alike():
 
 
 def test_localisation_drifts_with_the_distance():
-    run = Faulty()
+    run = Faulty(world=open_floor())
     run.robot.inject("localisation drift")
     run.read()
     told = run.read(3.0, driving(0.5)).wTb.translation[0]

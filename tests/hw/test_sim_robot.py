@@ -6,7 +6,7 @@ from math import inf
 import numpy as np
 import pinocchio as pin
 import pytest
-from harness import TABLE_TOP, block, looking_down, table_world
+from harness import TABLE_TOP, block, looking_down, open_floor, table_world
 from pinocchio import SE3
 
 from controller import Command, robot_model
@@ -22,7 +22,7 @@ class Sim:
 
     def __init__(self, *objects, robot: str = "frankie", lag: float | None = None, **options):
         self.clock = SimClock()
-        self.world = table_world(*objects)
+        self.world = table_world(*objects) if objects else open_floor()
         described = load_robot(robot)
         if lag is not None:
             described = replace(described, base=replace(described.base, lag=lag))
@@ -193,7 +193,7 @@ def test_fingers_that_press_on_what_they_cannot_hold_stop_and_slip_off_when_the_
 
 
 def test_running_into_something_trips_the_reflex_until_it_is_cleared():
-    sim = Sim(block(half=(0.02, 0.03, 0.08)))
+    sim = Sim(block(half=(0.02, 0.03, 0.05)))
     at_block(sim)
     sim.body.q = sim.body.q + np.array([0.1, 0, 0, 0, 0, 0, 0])
     sim.body._integrate(Command.stop(), 0.01)

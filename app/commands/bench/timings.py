@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -31,25 +32,55 @@ def step(
     versus: Annotated[
         Rival | None, typer.Option("--vs", help="Also time the published example.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the goals.", min=0)] = 0,
+    task: Annotated[
+        str | None,
+        typer.Option(help="Time every control step of a run of this task file or shipped task."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the goals, or of the run.", min=0)] = 0,
     json: Json = None,
 ) -> None:
     """Time of one step on the way to seeded goals: ours, the paper's, the published example's."""
     from app.lab import bench, machine
 
     check_writable(json)
+    if task is not None:
+        _time_task(robot, find_tree(task), seed, json)
+        return
     results = []
     for name in chosen_robots(robot):
         goals = bench.generate_goals(bench.Configuration(robot=name).model(), 100, seed)
-        results.append(
-            bench.time_steps(name, goals, steps=steps, against_rtb=versus is Rival.RTB, seed=seed)
+        result = bench.time_steps(
+            name, goals, steps=steps, against_rtb=versus is Rival.RTB, seed=seed
         )
+        results.append(result.with_near(bench.time_near(name, steps=steps // 10, seed=seed)))
     out = console()
     out.print(bench.step_table(results))
     for result in results:
         for line in bench.step_notes(result):
             out.print(line, highlight=False)
     write_json(json, bench.step_json(results, {"seed": seed} | machine()))
+
+
+def _time_task(robot: str, tree: Path, seed: int, json: Path | None) -> None:
+    """Time the control steps of whole runs, one for every robot."""
+    from tempfile import TemporaryDirectory
+
+    from app.core import RunOptions
+    from app.lab import bench, machine
+
+    runs = []
+    with TemporaryDirectory() as folder:
+        for name in chosen_robots(robot):
+            options = RunOptions(
+                tree=tree, robot=name, seed=seed, record=Path(folder), recording=False
+            )
+            runs.append(bench.time_run(options))
+    out = console()
+    out.print(bench.run_steps_table(runs))
+    for run in runs:
+        for line in bench.run_steps_notes(run):
+            out.print(line, highlight=False, soft_wrap=True)
+    write_json(json, bench.run_steps_json(runs, machine()))
 
 
 def tree(

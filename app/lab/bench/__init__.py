@@ -53,6 +53,14 @@ from app.lab.bench.signals import (
 )
 from app.lab.bench.soak import Soak, run_soak, soak_json, soak_table
 from app.lab.bench.step import step_json, step_notes, step_table, time_steps
+from app.lab.bench.step_near import time_near
+from app.lab.bench.step_run import (
+    RunSteps,
+    run_steps_json,
+    run_steps_notes,
+    run_steps_table,
+    time_run,
+)
 from app.lab.bench.tree import time_tree, tree_json, tree_table
 from app.lab.bench.viewing import Watcher, measure_watching, watch_json, watch_table
 
@@ -79,6 +87,7 @@ __all__ = [
     "ObstacleRow",
     "PoseRun",
     "Reach",
+    "RunSteps",
     "Setup",
     "SignalResult",
     "Soak",
@@ -116,6 +125,9 @@ __all__ = [
     "run_pose",
     "run_signals",
     "run_soak",
+    "run_steps_json",
+    "run_steps_notes",
+    "run_steps_table",
     "run_trials",
     "run_worlds",
     "signal_cases",
@@ -126,6 +138,8 @@ __all__ = [
     "step_json",
     "step_notes",
     "step_table",
+    "time_near",
+    "time_run",
     "time_steps",
     "time_tree",
     "trace_world",

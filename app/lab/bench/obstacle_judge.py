@@ -12,7 +12,7 @@ from pinocchio import SE3
 
 from app.lab.bench.obstacle_body import Body, moved
 from app.lab.bench.obstacle_shapes import Placed, distances
-from app.lab.bench.obstacle_walkers import STILL, Walker, could_have_left
+from app.lab.bench.obstacle_walkers import STILL, Walker, could_have_left, still_braking
 from controller import Array
 from robots import Geom, Plane, RobotDescription
 
@@ -189,7 +189,8 @@ class Judge:
             earlier = self._body.placed(base[[before]], q[[before]])
             there = around.at(np.array([first]))
             closing = min(float(d[0]) for _, d in _of(earlier, there)) - least[first]
-            runs_into_it = closing > STILL * period
+            left = still_braking(self._robot, base, period, walker, first)
+            runs_into_it = closing > max(STILL, left) * period
             leaves = could_have_left(self._robot, base, period, walker, first)
             excused[first:last] = not runs_into_it and not leaves
         return excused

@@ -14,7 +14,8 @@ from robots import Cylinder, Geom, RobotDescription
 SIGHT = 2.0
 """The robot is expected to act on a course that a walker has had for this long [s]."""
 STILL = 0.05
-"""A robot that comes nearer to a walker more slowly than this does not run into it [m/s]."""
+"""A robot that comes nearer to a walker more slowly than this does not run into it [m/s]; nor one
+that brakes as hard as it can since it knows the walker's course."""
 MARGIN = 0.05
 """Distance that counts as out of the walker's way [m]."""
 
@@ -68,9 +69,9 @@ def could_have_left(
     """Whether the robot could have been out of the way of a walker that touches it.
 
     The way of the walker is the strip that it sweeps, wider on both sides by the circle around the
-    base. Out of the way is who was beside the strip `SIGHT` before the contact, or when the walker
-    took its present course, and whoever could have driven straight out of it since then: along its
-    heading, an omnidirectional base sideways too.
+    base. Since `SIGHT` before the contact, or since the walker took its present course, a robot
+    beside the strip could have stopped there, if that is no farther than it brakes; and any could
+    have driven straight out of it: along its heading, an omnidirectional base sideways too.
 
     Args:
         robot: with its limits.
@@ -80,30 +81,53 @@ def could_have_left(
         sample: the first of the contact.
     """
     limits = robot.limits
-    known = ceil(min(SIGHT, walker.course_time(sample * period)) / period)
-    before = max(sample - known, 0)
-    time = (sample - before) * period
+    before, time = _since(walker, sample, period)
     velocity = walker.velocity(sample * period)[:2]
     across = np.array([-velocity[1], velocity[0]]) / np.linalg.norm(velocity)
     there = walker.positions(np.array([before * period]))[0, :2]
     offset = float(across @ (base[before, :2] - there))
     half = walker.shape.radius + float(np.hypot(*robot.base.size[:2])) / 2.0 + MARGIN
-    if abs(offset) >= half:
-        return True
+    moved = (base[before, :2] - base[max(before - 1, 0), :2]) / period
+    beside, side = abs(offset) >= half, float(np.sign(offset))
+    if beside:
+        speed = float(np.linalg.norm(moved))
+        braking = speed * robot.base.lag + speed * speed / (2.0 * limits.base_acceleration[0])
+        inwards = -side * float(across @ moved) / max(speed, 1e-9)
+        if abs(offset) - half >= braking * inwards:
+            return True
     heading = base[before, 2]
     axes = [(np.array([np.cos(heading), np.sin(heading)]), 0)]
     if limits.base_twist[1] > 0.0:
         axes.append((np.array([-np.sin(heading), np.cos(heading)]), 1))
-    moved = (base[before, :2] - base[max(before - 1, 0), :2]) / period
     for axis, number in axes:
         for way in (1.0, -1.0):
             pace = way * float(axis @ across)
+            if beside and side * pace > 0.0:
+                continue  # it cannot stop before the strip: there is only the other side
             to_go = (half - np.sign(pace) * offset) / max(abs(pace), 1e-9)
             top = limits.base_speed(way * np.eye(3)[number])[number]
             speed = min(way * float(axis @ moved), top)
             if _driven(speed, float(top), float(limits.base_acceleration[number]), time) >= to_go:
                 return True
     return False
+
+
+def still_braking(
+    robot: RobotDescription, base: Array, period: float, walker: Walker, sample: int
+) -> float:
+    """Speed that a robot has left that brakes since it knows the walker's course [m/s]."""
+    before, time = _since(walker, sample, period)
+    x, y, turn = np.abs(base[before] - base[max(before - 1, 0)]) / period
+    speed = np.hypot(x, y) + turn * np.hypot(*robot.base.size[:2]) / 2.0
+    braked = robot.limits.base_acceleration[0] * max(0.0, time - robot.base.lag)
+    return max(0.0, float(speed - braked))
+
+
+def _since(walker: Walker, sample: int, period: float) -> tuple[int, float]:
+    """From which sample on the robot knew the walker's course, and how long that was before [s]."""
+    known = ceil(min(SIGHT, walker.course_time(sample * period)) / period)
+    before = max(sample - known, 0)
+    return before, (sample - before) * period
 
 
 def _driven(speed: float, top: float, acceleration: float, time: float) -> float:

@@ -16,7 +16,7 @@ from app.lab.bench.motion import Motion, SurroundingsAt, run_motion
 from app.lab.bench.obstacle_judge import Judge, Verdict
 from app.lab.bench.obstacle_worlds import FAMILIES, World, WorldMaker
 from app.lab.bench.reach import Conditions
-from controller import OPEN_FLOOR, PoseGoal, StepReport, Surroundings
+from controller import OPEN_FLOOR, HolisticController, PoseGoal, StepReport, Surroundings
 
 OURS, BLIND = "frankie", "blind"
 """The controller, and the same one when it is told nothing of what is around."""
@@ -122,8 +122,11 @@ def run_world(
         orientation_tolerance=conditions.orientation_tolerance,
     )
     around: SurroundingsAt = _nothing if controller == BLIND else world.surroundings
+    robot = configuration.controller(model)
+    if isinstance(robot, HolisticController):
+        robot.prepare(around(0.0))
     return run_motion(
-        configuration.controller(model),
+        robot,
         model,
         lambda time: goal,
         period=setup.period,

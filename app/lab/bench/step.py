@@ -10,7 +10,7 @@ from __future__ import annotations
 import gc
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from time import perf_counter_ns, thread_time_ns
 from typing import Any
 
@@ -118,11 +118,21 @@ class StepResult:
     robot: str
     timings: list[Timing]
     ratios: dict[str, float]
-    """Median processor time of the published example over that of a preset, by their names."""
+    """Of median processor times, by the names of the two."""
     agreement: float | None
     """Largest difference of the paper preset's velocities from the example's [rad/s and m/s]."""
     parts: dict[str, float]
     """Median processor times of the parts of a step of the preset `frankie` [µs]."""
+    near: tuple[Timing, ...] = ()
+    """Steps of the preset `frankie` with much near, and the same with nothing."""
+
+    def with_near(self, near: Sequence[Timing]) -> StepResult:
+        """This and steps with much near."""
+        ratios = self.ratios
+        if near:
+            among, free = near
+            ratios = ratios | {f"{among.name} / {free.name}": among.cpu_median / free.cpu_median}
+        return replace(self, near=tuple(near), ratios=ratios)
 
 
 EXAMPLE, CACHED = "rtb example", "rtb example, limits cached"
@@ -177,7 +187,8 @@ def time_steps(
     return StepResult(
         robot=robot,
         timings=timings,
-        ratios={
+        ratios={"frankie / paper": medians["frankie"] / medians["paper"]}
+        | {
             f"{reference} / {own}": medians[reference] / medians[own]
             for reference in references
             for own in ("frankie", "paper")
@@ -241,7 +252,7 @@ def step_table(results: Sequence[StepResult]) -> Table:
     for name in ("median", "p95", "p99", "worst", "CPU median", "CPU p95", "CPU p99"):
         table.add_column(name, justify="right")
     for result in results:
-        for timing in result.timings:
+        for timing in (*result.timings, *result.near):
             numbers = (
                 timing.median,
                 timing.p95,
@@ -261,7 +272,10 @@ def step_notes(result: StepResult) -> list[str]:
     if result.parts:
         parts = ", ".join(f"{name} {time:.0f}" for name, time in result.parts.items())
         lines.append(f"{result.robot}: parts of a step of frankie (median µs): {parts}")
-    lines += [f"{result.robot}: {name} = {ratio:.1f}" for name, ratio in result.ratios.items()]
+    lines += [
+        f"{result.robot}, processor time: {name} = {ratio:.2f}"
+        for name, ratio in result.ratios.items()
+    ]
     if result.agreement is not None:
         lines.append(
             f"{result.robot}: paper and rtb example differ by at most {result.agreement:.1e}"

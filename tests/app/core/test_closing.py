@@ -1,7 +1,7 @@
 """A robot that cannot be connected or closed is told in a line, and is closed whatever happens."""
 
 import pytest
-from harness import detector, table_world
+from harness import detector, open_floor
 from typer.testing import CliRunner
 
 from app.commands import app
@@ -16,7 +16,7 @@ class Balky:
 
     def __init__(self, **raises: BaseException) -> None:
         self.clock = SimClock()
-        self._inner = kinematic_robot(load_robot("frankie"), table_world(), self.clock)
+        self._inner = kinematic_robot(load_robot("frankie"), open_floor(), self.clock)
         self._raises = raises
         self.closed = 0
 

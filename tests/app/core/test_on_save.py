@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.launch import Result, RunOptions
+from app.core.launch import Result
 from app.core.on_save import Saved, run_on_save
 from app.core.outcome import End
+from app.core.run_options import RunOptions
 
 FAR = "{xyz: [-40.0, 0.0, 0.7], rpy_deg: [180, 0, 0]}"
 DRIVE = f"task: drive\nposes: {{far: {FAR}}}\ntree: {{navigate: {{to: far}}}}\n"

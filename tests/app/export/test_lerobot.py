@@ -8,7 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from app.commands import app
-from app.core.launch import RunOptions, run_task
+from app.core.launch import run_task
+from app.core.run_options import RunOptions
 from app.export import export_lerobot
 from app.export.lerobot import ExportError
 

@@ -24,7 +24,8 @@ from run_damage import (
 from typer.testing import CliRunner
 
 from app.commands import app
-from app.core.launch import RunOptions, run_task
+from app.core.launch import run_task
+from app.core.run_options import RunOptions
 
 TASK = """\
 task: toy

@@ -11,7 +11,8 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 import behaviours
-from app.core.launch import RunOptions, run_task
+from app.core.launch import run_task
+from app.core.run_options import RunOptions
 from app.review import explain
 from behaviours import Leaf
 from controller import PoseGoal

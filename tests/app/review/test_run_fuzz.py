@@ -7,7 +7,8 @@ import shutil
 
 import pytest
 
-from app.core.launch import RunOptions, run_task
+from app.core.launch import run_task
+from app.core.run_options import RunOptions
 from app.review import explain, read_run, runs_table
 from app.terminal import Terminal
 from config import UserError

@@ -8,7 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from app.commands import app
-from app.core.launch import RunOptions, run_task
+from app.core.launch import run_task
+from app.core.run_options import RunOptions
 from app.review import find_run, run_folders
 from app.review.finished import UnknownRunError
 

@@ -1,0 +1,102 @@
+"""What keeps the robot off itself, the floor and everything around, as rows of the QP."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.base_drive import Pose2D
+from controller.collision_model import CollisionModels, PairKind
+from controller.command import Array, KinematicState, MotionGoal, PoseGoal
+from controller.dampers import Dampers
+from controller.floor_map import FloorMap
+from controller.model import RobotModel
+from controller.proximity import Proximity
+from controller.qp import Rows
+from controller.settings import CollisionSettings, ControllerSettings
+from controller.surroundings import Obstacle, Surroundings
+from controller.yielding import Yielding
+
+
+class Near(NamedTuple):
+    """What is near the robot."""
+
+    pairs: int = 0
+    clearance: float = inf
+    name: str = ""
+    """Of what is nearest, and what it is nearest to."""
+
+
+class Avoidance:
+    """Distances, how fast they may shrink, and giving way to what moves.
+
+    Args:
+        model: the robot.
+        settings: of the controller.
+        collision: when, and how strongly.
+        models: of the robot among what stands around.
+    """
+
+    def __init__(
+        self,
+        model: RobotModel,
+        settings: ControllerSettings,
+        collision: CollisionSettings,
+        models: CollisionModels,
+    ) -> None:
+        self._dampers = Dampers(model, settings, collision)
+        self._proximity = Proximity(model, self._dampers.ranges, models)
+        self._yielding = Yielding(model)
+
+    def prepare(self, surroundings: Surroundings) -> None:
+        """Compute now what the first period in surroundings needs."""
+        self._proximity.heed(surroundings)
+
+    def follow(self, applied: Array) -> None:
+        """Note what was applied in the last period, (n,)."""
+        self._dampers.follow(applied)
+
+    def rows(
+        self,
+        state: KinematicState,
+        goal: MotionGoal,
+        bounds: tuple[Array, Array],
+        surroundings: Surroundings,
+    ) -> tuple[Rows | None, Near]:
+        """The distance rows that can bind in this period, and what is near.
+
+        Args:
+            state: where base and arm are.
+            goal: says what the hand may touch, and how near the robot may come.
+            bounds: lower and upper bounds (n,) of the velocities.
+            surroundings: what must not be hit.
+        """
+        fastest = np.maximum(-bounds[0], bounds[1])
+        near = self._proximity.near(state.wTb, state.q, surroundings, fastest)
+        straight = isinstance(goal, PoseGoal) and goal.straight
+        if isinstance(goal, PoseGoal) and goal.hand_may_touch:
+            near = near.without(PairKind.HAND)
+        if not len(near.d):
+            return None, Near()
+        away = np.where(near.kind == PairKind.SELF, inf, near.d)
+        first = int(away.argmin())
+        clearance = float(away[first])
+        name = self._proximity.pair_name(int(near.pair[first])) if clearance < inf else ""
+        rows = self._dampers.rows(near, bounds, straight=straight)
+        return rows, Near(len(near.d), clearance, name)
+
+    def give_way(
+        self,
+        here: Pose2D,
+        hand: Array,
+        wanted: Array,
+        led: Array | None,
+        moving: tuple[Obstacle, ...],
+        floor: FloorMap | None,
+        bounds: tuple[Array, Array],
+    ) -> Rows | None:
+        """The rows that give way to what moves; see `Yielding.rows`."""
+        now = self._dampers.velocities
+        return self._yielding.rows(here, hand, now, wanted, led, moving, floor, bounds)

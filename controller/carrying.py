@@ -1,0 +1,112 @@
+"""How the arm is carried on a way on which the posture of the stance would hit something.
+
+The base finds its way by itself; the arm may reach out farther than a passage is wide. Where it
+would hit something in the posture of its stance, it is carried as it is when it is ready, the hand
+over the front of the base, until the last such place is passed. The way is looked at from its end,
+a pose in every period.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controller.base_drive import Pose2D, wrap
+from controller.command import Array
+from controller.free_space import ARM, HAND, FreeSpace, se3_of
+from controller.model import RobotModel
+
+_PARTS = (*ARM, *HAND, "palm")
+_SPACING = 0.15
+"""Between the poses that are looked at [m] ..."""
+_TURN = 0.3
+"""... or so much turned [rad]."""
+_CLEARANCE = 0.05
+"""What comes nearer than this to the arm is in its way [m]."""
+_YIELD = 0.005
+"""So much less than at the stance does not count as nearer [m]."""
+_RADIAN = 0.4
+"""What a turn counts like, to tell how far the base has come [m]."""
+
+
+class Carrying:
+    """Tells where on one way after the other the arm is to be carried.
+
+    Args:
+        model: the robot.
+    """
+
+    def __init__(self, model: RobotModel) -> None:
+        self._ready = model.description.arm.ready
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the way."""
+        self._way: Array | None = None
+        self._poses = np.zeros((0, 3))
+        self._room = 0.0
+        """What the arm needs: as much as it has at the stance, if that is less [m]."""
+        self._at = 0
+        self._last = -1
+        """The last pose at which the arm hits something, as far as is known."""
+        self._unseen = 0
+        """Poses before this one were not looked at yet."""
+
+    def posture(self, space: FreeSpace | None, way: Array, wTb: Pose2D, q: Array) -> Array | None:
+        """The posture (7,) to carry the arm in now; None if it may take that of the stance.
+
+        Args:
+            space: what stands around; None on an open floor.
+            way: (N, 3) poses of the base to its stance; the same object as long as it is the same.
+            wTb: base pose.
+            q: (7,) posture of the stance [rad].
+        """
+        if space is None or not len(way):
+            return None
+        if way is not self._way:
+            self.reset()
+            self._way, self._poses = way, thinned(way)
+            self._unseen = len(self._poses) - 1
+            self._room = self._distance(space, self._unseen, q) - _YIELD
+        self._advance(wTb)
+        if self._unseen > self._at:
+            self._unseen -= 1
+            if self._distance(space, self._unseen, q) < self._room:
+                self._last, self._unseen = self._unseen, 0
+        return self._ready if self._last > self._at else None
+
+    def _distance(self, space: FreeSpace, number: int, q: Array) -> float:
+        """From the arm to what is around, the base at a pose of the way; at most `_CLEARANCE`."""
+        pose = Pose2D(*self._poses[number].tolist())
+        return space.nearest(se3_of(pose), q, _PARTS, _CLEARANCE).distance
+
+    def _advance(self, wTb: Pose2D) -> None:
+        """Note how far the base has come."""
+        poses = self._poses
+        while self._at + 1 < len(poses):
+            here, there = (
+                np.hypot(pose[0] - wTb.x, pose[1] - wTb.y)
+                + _RADIAN * abs(wrap(float(pose[2]) - wTb.heading))
+                for pose in poses[self._at : self._at + 2]
+            )
+            if there > here:
+                return
+            self._at += 1
+
+
+def thinned(way: Array) -> Array:
+    """Poses (M, 3) of a way (N, 3), no nearer to each other than is looked at, and its last."""
+    kept = [way[0]]
+    for pose in way[1:]:
+        moved = np.hypot(*(pose[:2] - kept[-1][:2]))
+        turned = abs(wrap(float(pose[2] - kept[-1][2])))
+        steps = int(turned // _TURN)
+        if moved < _SPACING and steps == 0:
+            continue
+        turn = wrap(float(pose[2] - kept[-1][2]))
+        before = kept[-1]
+        for k in range(1, steps + 1):  # turns on the spot between two pieces of the way
+            share = k / (steps + 1)
+            middle = before + share * np.array([*(pose[:2] - before[:2]), turn])
+            kept.append(middle)
+        kept.append(pose)
+    return np.array([*kept, way[-1]])

@@ -1,0 +1,146 @@
+"""Courses of the base, seen from above, and how near they come to what moves."""
+
+from __future__ import annotations
+
+from math import hypot
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.base_drive import Pose2D
+from controller.command import Array
+from controller.model import RobotModel
+from controller.surroundings import Obstacle
+from robots import Box, Shape, half_extents
+
+HORIZON = 2.7
+"""How far the courses of base and obstacle are led on [s]."""
+MARGIN = 0.10
+"""What the base wants to keep from what moves [m]."""
+STOPPING = 3
+"""So many first courses of every velocity end with a stop."""
+_STEPS = 14
+"""Places on a course."""
+_KEPT = np.array([0.15, 0.5, HORIZON, 0.6, 1.3])
+"""How long a velocity is kept [s]; then the base stops, or after the last ones goes where it is
+led."""
+_MISSING = 80.0
+"""What it costs to miss all of the margin."""
+_PER_SPEED = 0.1
+"""More of the margin per speed of what moves [s]."""
+_BEHIND = 0.04
+"""To where it is now, if the base stops at once [m]."""
+_TOUCH = 80.0
+"""What a contact costs per speed [s/m], and per `MARGIN` of its depth."""
+_CORNER = 0.4
+"""What a base that turns counts like [m]."""
+_BRAKING = 0.8
+"""Share of the acceleration limits that is relied on."""
+_ARM = 0.08
+"""The arm is a line from its foot to the hand, wider by this on both sides [m]."""
+_ON_ARM = np.linspace(0.0, 1.0, 4)[:, None]
+
+
+class Sight(NamedTuple):
+    """What moves, and from where it is seen."""
+
+    wTb: Pose2D
+    """Base pose."""
+    hand: Array
+    """(2,) end effector in the base frame [m]."""
+    obstacles: list[Obstacle]
+
+
+class Courses:
+    """Leads velocities of one robot's base on.
+
+    Args:
+        model: the robot.
+    """
+
+    def __init__(self, model: RobotModel) -> None:
+        self._axes = model.description.base.axes
+        length, width, _ = model.description.base.size
+        self._half = np.array([length, width]) / 2.0
+        self._foot = model.description.bTa.translation[:2]
+        self._acceleration = _BRAKING * model.acceleration_limits[: model.n_base]
+        dt = HORIZON / _STEPS
+        self._times = dt * np.arange(1, _STEPS + 1)
+        self._middles = self._times - dt / 2.0 - model.description.base.lag
+
+    def of(self, now: Array, velocities: Array, led: Array) -> Array:
+        """Poses (V, T, K, 3) in the base frame of now.
+
+        Args:
+            now: (n_base,) velocity of the base.
+            velocities: (V, n_base) what it keeps for a while.
+            led: (n_base,) its velocity after that on the last courses; on the first `STOPPING` of
+                each it stops.
+        """
+        t, a = self._middles[:, None], self._acceleration
+        kept = _KEPT[:, None, None]
+        later = np.zeros((len(kept), 1, len(led)))
+        later[STOPPING:] = led
+
+        def changed(start: Array, end: Array, time: Array) -> Array:
+            limit = a * np.maximum(time, 0.0)
+            return np.asarray(start + np.clip(end - start, -limit, limit))
+
+        there = changed(now, velocities[:, None, None], np.minimum(t, kept))
+        twists = (changed(there, later, t - kept) @ self._axes.T) * (HORIZON / _STEPS)
+        headings = np.cumsum(twists[..., 2], axis=-1)
+        middle = headings - twists[..., 2] / 2.0
+        c, s = np.cos(middle), np.sin(middle)
+        x = np.cumsum(c * twists[..., 0] - s * twists[..., 1], axis=-1)
+        y = np.cumsum(s * twists[..., 0] + c * twists[..., 1], axis=-1)
+        return np.stack([x, y, headings], axis=-1)
+
+    def missing(self, courses: Array, sight: Sight, margin: float) -> Array:
+        """(V, T) what it costs that courses (V, T, K, 3) come too near to what moves."""
+        wTb = sight.wTb
+        arm = self._foot + _ON_ARM * (sight.hand - self._foot)
+        missing = np.zeros(courses.shape[:2])
+        c, s = np.cos(wTb.heading), np.sin(wTb.heading)
+        turn = np.array([[c, -s], [s, c]])
+        for one in sight.obstacles:
+            centre = (one.geom.pose.translation[:2] - [wTb.x, wTb.y]) @ turn
+            velocity, own = one.velocity[:2] @ turn, radius(one.geom.shape)
+            wide = margin + _PER_SPEED * hypot(*velocity.tolist())
+            d = self._distance(courses, centre + self._times[:, None] * velocity, arm) - own
+            # Whoever walks may stop: the base, too, must be able to, at once.
+            stops = self._distance(courses[:, :1], centre[None], arm) - own
+            here = float(self._distance(np.zeros(3), centre, arm)) - own
+            close = np.maximum(min(_BEHIND, here) - stops.min(axis=-1), 0.0) / MARGIN
+            short = np.clip(wide - d.min(axis=-1), 0.0, wide) / wide
+            missing += _MISSING * (short**2 + close**2) + _contact(courses, d)
+        return missing
+
+    def _distance(self, courses: Array, there: Array, arm: Array) -> Array:
+        """(...) distances of base poses (..., 3) and the arm to points (..., 2) [m]."""
+        c, s = np.cos(courses[..., 2]), np.sin(courses[..., 2])
+        dx, dy = there[..., 0] - courses[..., 0], there[..., 1] - courses[..., 1]
+        x, y = c * dx + s * dy, c * dy - s * dx
+        beyond_x, beyond_y = np.abs(x) - self._half[0], np.abs(y) - self._half[1]
+        d = np.hypot(np.maximum(beyond_x, 0.0), np.maximum(beyond_y, 0.0))
+        d += np.minimum(np.maximum(beyond_x, beyond_y), 0.0)
+        for ax, ay in arm.tolist():
+            d = np.minimum(d, np.hypot(x - ax, y - ay) - _ARM)
+        return np.asarray(d)
+
+
+def _contact(courses: Array, d: Array) -> Array:
+    """(V, T) what contacts cost: the deeper, and the faster the base at that time, the more."""
+    inside = d < 0.0
+    if not inside.any():
+        return np.zeros(d.shape[:2])
+    first = np.maximum(inside.argmax(axis=-1), 1)[..., None, None]
+    step = np.take_along_axis(courses, first, 2) - np.take_along_axis(courses, first - 1, 2)
+    gone = np.abs(step[..., 0, :]) @ [1.0, 1.0, _CORNER] * (_STEPS / HORIZON)
+    cost = _TOUCH * (gone - d.min(axis=-1) / MARGIN)
+    return np.where(inside.any(axis=-1), cost, 0.0)
+
+
+def radius(shape: Shape) -> float:
+    """Of an upright shape, seen from above [m]."""
+    x, y, _ = half_extents(shape)
+    return hypot(x, y) if isinstance(shape, Box) else max(x, y)

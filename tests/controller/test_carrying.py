@@ -1,0 +1,58 @@
+"""Through a passage that is narrower than the arm reaches, the arm is carried."""
+
+from math import pi
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from motion import State, move, tool_pose
+from pinocchio import SE3
+from test_floor_map import box
+
+from controller import Command, HolisticController, PoseGoal, Surroundings, robot_model
+from controller.carrying import thinned
+from controller.collision_model import CollisionModel
+
+CORRIDOR = (
+    box(1.25, 2.55, 1.0, 4.0, height=1.6),
+    box(1.25, -2.55, 1.0, 4.0, height=1.6),
+    box(1.7, 0.5, 0.1, 0.1, height=1.6),
+    box(1.7, -0.5, 0.1, 0.1, height=1.6),
+)
+"""1.1 m wide, with a door of 0.9 m, between two rooms."""
+TABLE = box(0.0, 1.6, 1.2, 0.6, height=0.5)
+
+
+@pytest.fixture(params=["frankie", "omni"])
+def model(request):
+    return robot_model(request.param)
+
+
+def test_the_arm_gets_through_a_corridor_without_touching_it(model):
+    """There and back again, from a goal on one side to one behind the wall on the other."""
+    controller, state, last = HolisticController(model), State(), Command.stop()
+    around = Surroundings(fixtures=(*CORRIDOR, TABLE))
+    judge = CollisionModel(model, around)
+    over_table = SE3(pin.rpy.rpyToMatrix(pi, 0.0, pi / 2.0), np.array([0.0, 1.4, 0.85]))
+    for wTe in (tool_pose(2.935, 0.0, 0.85), over_table, tool_pose(2.935, 0.0, 0.85)):
+        for step in range(1100):
+            last, report = controller.step(state, PoseGoal(wTe=wTe), last, around)
+            move(state, last)
+            if step % 5 == 0:
+                assert judge.clearance(state.q, state.wTb) > 0.0
+            if report.arrived:
+                break
+        else:
+            pytest.fail(f"not at {wTe.translation} after 11 s")
+
+
+def test_a_way_is_looked_at_everywhere_and_where_the_base_turns_on_the_spot():
+    xs = np.linspace(0.0, 2.0, 41)
+    way = np.array([*([x, 0.0, 0.0] for x in xs), [2.0, 0.0, 3.0], [2.0, 1.0, 3.0]])
+    poses = thinned(way)
+    steps = np.diff(poses, axis=0)
+    on_the_way = np.hypot(steps[:20, 0], steps[:20, 1])
+    assert on_the_way.max() < 0.25
+    assert np.abs(steps[:, 2]).max() < 0.35
+    np.testing.assert_array_equal(poses[-1], way[-1])
+    np.testing.assert_array_equal(poses[0], way[0])
