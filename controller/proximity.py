@@ -21,6 +21,10 @@ from controller.feelers import Feelers, Felt
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
+_BETWEEN = 0.01
+"""What is seen is known at points that are up to 3 cm apart; between them it may come this much
+nearer [m]."""
+
 
 class Distances(NamedTuple):
     """K pairs of shapes that are near each other."""
@@ -196,7 +200,7 @@ class Proximity:
         """The same of points that were seen; their numbers go on after those of the pairs."""
         collision = self._collision
         return Distances(
-            felt.d,
+            felt.d - _BETWEEN,
             -(felt.lines @ collision.jacobian()) * collision.masks[felt.shape],
             np.zeros(len(felt.d)),
             felt.kind,
