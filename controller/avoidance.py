@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.base_drive import Pose2D
 from controller.collision_model import CollisionModels, PairKind
 from controller.command import Array, KinematicState, MotionGoal, PoseGoal
 from controller.dampers import Dampers
@@ -60,6 +61,7 @@ class Avoidance:
     def rows(
         self,
         state: KinematicState,
+        here: Pose2D,
         goal: MotionGoal | None,
         applied: Array,
         bounds: tuple[Array, Array],
@@ -71,6 +73,7 @@ class Avoidance:
 
         Args:
             state: where base and arm are.
+            here: the base on the floor.
             goal: where to go; says how near it may come to what.
             applied: (n,) velocities of the previous period.
             bounds: lower and upper bounds (n,) of the velocities.
@@ -80,7 +83,7 @@ class Avoidance:
         if goal is None:
             return None, Near()
         fastest = np.maximum(-bounds[0], bounds[1])
-        near = self._proximity.near(state.wTb, state.q, surroundings, fastest)
+        near = self._proximity.near(state.wTb, state.q, surroundings, fastest, here)
         straight = isinstance(goal, PoseGoal) and goal.straight
         if isinstance(goal, PoseGoal) and goal.hand_may_touch:
             near = near.without(PairKind.HAND)

@@ -139,12 +139,12 @@ class HolisticController:
                 motion = _Motion(_qp_towards(np.zeros(model.n), bounds))
         rows, near = None, Near()
         if self._avoidance is not None:
-            rows, near = self._avoidance.rows(state, goal, applied, bounds, surroundings)
+            rows, near = self._avoidance.rows(state, here, goal, applied, bounds, surroundings)
         velocities = self._solver.solve(motion.qp, rows)
         self._waits_for = ""
         if goal is not None and surroundings.moving and velocities is not None:
             hand = linearisation.bTe.translation[:2]
-            velocities = self._give_way(state, hand, motion, rows, velocities, surroundings)
+            velocities = self._give_way(here, hand, motion, rows, velocities, surroundings)
         solved = velocities is not None
         if velocities is None:
             velocities = np.minimum(np.maximum(0.0, bounds[0]), bounds[1])
@@ -175,7 +175,7 @@ class HolisticController:
 
     def _give_way(
         self,
-        state: KinematicState,
+        here: Pose2D,
         hand: Array,
         motion: _Motion,
         rows: Rows | None,
@@ -185,7 +185,7 @@ class HolisticController:
         """The velocities (n,) that give way to what moves; `wanted` where there is no need."""
         if self._avoidance is None:
             return wanted
-        here, now = Pose2D.of(state.wTb), self._avoidance.velocities
+        now = self._avoidance.velocities
         floor = None if self._guide is None else self._guide.floor
         bounds = (motion.qp.lower, motion.qp.upper)
         led, moving = motion.base_velocity, surroundings.moving
