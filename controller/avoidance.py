@@ -1,4 +1,4 @@
-"""What keeps the robot off itself, the floor and what stands around."""
+"""What keeps the robot off itself, the floor and everything around, as rows of the QP."""
 
 from __future__ import annotations
 
@@ -11,32 +11,32 @@ from controller.base_drive import Pose2D
 from controller.collision_model import CollisionModels, PairKind
 from controller.command import Array, KinematicState, MotionGoal, PoseGoal
 from controller.dampers import Dampers
+from controller.floor_map import FloorMap
 from controller.model import RobotModel
 from controller.proximity import Proximity
 from controller.qp import Rows
 from controller.settings import CollisionSettings, ControllerSettings
-from controller.surroundings import Surroundings
+from controller.surroundings import Obstacle, Surroundings
+from controller.yielding import Yielding
 
 
 class Near(NamedTuple):
     """What is near the robot."""
 
     pairs: int = 0
-    """Of shapes, the robot with itself among them."""
     clearance: float = inf
-    """Distance to what is nearest around it [m]."""
     name: str = ""
-    """Of what comes nearest to what; empty if nothing is near."""
+    """Of what is nearest, and what it is nearest to."""
 
 
 class Avoidance:
-    """Measures what is near, and makes rows of it, from period to period.
+    """Distances, how fast they may shrink, and giving way to what moves.
 
     Args:
         model: the robot.
         settings: of the controller.
-        collision: those of distances.
-        models: where collision models are made.
+        collision: when, and how strongly.
+        models: of the robot among what stands around.
     """
 
     def __init__(
@@ -48,40 +48,33 @@ class Avoidance:
     ) -> None:
         self._dampers = Dampers(model, settings, collision)
         self._proximity = Proximity(model, self._dampers.ranges, models)
-
-    @property
-    def velocities(self) -> Array:
-        """(n,) that base and arm have now, as far as their lags tell."""
-        return self._dampers.velocities
+        self._yielding = Yielding(model)
 
     def prepare(self, surroundings: Surroundings) -> None:
-        """Compute now what the first step in surroundings needs."""
+        """Compute now what the first period in surroundings needs."""
         self._proximity.heed(surroundings)
+
+    def follow(self, applied: Array) -> None:
+        """Note what was applied in the last period, (n,)."""
+        self._dampers.follow(applied)
 
     def rows(
         self,
         state: KinematicState,
         here: Pose2D,
-        goal: MotionGoal | None,
-        applied: Array,
+        goal: MotionGoal,
         bounds: tuple[Array, Array],
         surroundings: Surroundings,
     ) -> tuple[Rows | None, Near]:
-        """The rows that can bind, if any, and what is near.
-
-        A robot without a goal comes to rest: it only brakes.
+        """The distance rows that can bind in this period, and what is near.
 
         Args:
             state: where base and arm are.
             here: the base on the floor.
-            goal: where to go; says how near it may come to what.
-            applied: (n,) velocities of the previous period.
+            goal: says what the hand may touch, and how near the robot may come.
             bounds: lower and upper bounds (n,) of the velocities.
             surroundings: what must not be hit.
         """
-        self._dampers.follow(applied)
-        if goal is None:
-            return None, Near()
         fastest = np.maximum(-bounds[0], bounds[1])
         near = self._proximity.near(state.wTb, state.q, surroundings, fastest, here)
         straight = isinstance(goal, PoseGoal) and goal.straight
@@ -95,3 +88,17 @@ class Avoidance:
         name = self._proximity.pair_name(int(near.pair[first])) if clearance < inf else ""
         rows = self._dampers.rows(near, bounds, straight=straight)
         return rows, Near(len(near.d), clearance, name)
+
+    def give_way(
+        self,
+        here: Pose2D,
+        hand: Array,
+        wanted: Array,
+        led: Array | None,
+        moving: tuple[Obstacle, ...],
+        floor: FloorMap | None,
+        bounds: tuple[Array, Array],
+    ) -> Rows | None:
+        """The rows that give way to what moves; see `Yielding.rows`."""
+        now = self._dampers.velocities
+        return self._yielding.rows(here, hand, now, wanted, led, moving, floor, bounds)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan, atan2, copysign, cos, hypot, inf, pi, sin
+from math import asin, atan, atan2, copysign, cos, hypot, inf, pi, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -99,11 +99,13 @@ def _path(drive: DriveSettings, target: Pose2D, distance: float) -> tuple[float,
     bearing = atan2(target.y, target.x)
     delta, theta = wrap(-bearing), wrap(target.heading - bearing)
     k1 = drive.heading_gain
-    misalignment = delta - atan(-k1 * theta)
-    curvature = (
-        -(drive.curvature_gain * misalignment + (1.0 + k1 / (1.0 + (k1 * theta) ** 2)) * sin(delta))
-        / distance
-    )
+    aim = -atan(k1 * theta)
+    follows = -k1 / (1.0 + (k1 * theta) ** 2) * sin(delta)
+    if abs(sin(aim)) * distance > drive.detour:
+        aim = copysign(asin(drive.detour / distance), aim)
+        follows = sin(aim)
+    misalignment = delta - aim
+    curvature = -(drive.curvature_gain * misalignment + sin(delta) - follows) / distance
     return misalignment, curvature
 
 

@@ -31,9 +31,9 @@ from controller.route import plain_lead
 from controller.self_collision import SelfCollision
 from controller.servo import Servo, approach_speed, error_norm, pose_error
 from controller.settings import ControllerSettings
-from controller.surroundings import OPEN_FLOOR, Surroundings
+from controller.surroundings import OPEN_FLOOR, Obstacle, Surroundings
 from controller.validation import check_inputs
-from controller.yielding import Yielding, waits_for
+from controller.yielding import waits_for
 
 _SLOWING = 0.9
 """Share of its velocities that a robot keeps in a period in which it does not know where to go."""
@@ -78,13 +78,12 @@ class HolisticController:
         self._solver = Solver(SLACK_COSTS)
         collision = self.settings.collision
         models = CollisionModels(model)
-        self._avoidance: Avoidance | None = None
-        if collision is not None:
-            self._avoidance = Avoidance(model, self.settings, collision, models)
+        self._avoidance = (
+            None if collision is None else Avoidance(model, self.settings, collision, models)
+        )
         guided = self.settings.guidance is not None
         self._guide = Guide(model, self.settings, SelfCollision(model), models) if guided else None
         self._servo = Servo(self.settings)
-        self._yielding = Yielding(model)
         self._waits_for = ""
 
     def prepare(self, surroundings: Surroundings) -> None:
@@ -137,14 +136,15 @@ class HolisticController:
                 motion = self._to_base_pose(state, here, goal, bounds, surroundings)
             case None:
                 motion = _Motion(_qp_towards(np.zeros(model.n), bounds))
-        rows, near = None, Near()
+        rows, near, self._waits_for = None, Near(), ""
         if self._avoidance is not None:
-            rows, near = self._avoidance.rows(state, here, goal, applied, bounds, surroundings)
+            self._avoidance.follow(applied)
+            if goal is not None:  # a robot that comes to rest only brakes
+                rows, near = self._avoidance.rows(state, here, goal, bounds, surroundings)
         velocities = self._solver.solve(motion.qp, rows)
-        self._waits_for = ""
         if goal is not None and surroundings.moving and velocities is not None:
-            hand = linearisation.bTe.translation[:2]
-            velocities = self._give_way(here, hand, motion, rows, velocities, surroundings)
+            hand, moving = linearisation.bTe.translation[:2], surroundings.moving
+            velocities = self._give_way(here, hand, motion, rows, velocities, moving)
         solved = velocities is not None
         if velocities is None:
             velocities = np.minimum(np.maximum(0.0, bounds[0]), bounds[1])
@@ -180,16 +180,14 @@ class HolisticController:
         motion: _Motion,
         rows: Rows | None,
         wanted: Array,
-        surroundings: Surroundings,
+        moving: tuple[Obstacle, ...],
     ) -> Array | None:
         """The velocities (n,) that give way to what moves; `wanted` where there is no need."""
         if self._avoidance is None:
             return wanted
-        now = self._avoidance.velocities
         floor = None if self._guide is None else self._guide.floor
-        bounds = (motion.qp.lower, motion.qp.upper)
-        led, moving = motion.base_velocity, surroundings.moving
-        ahead = self._yielding.rows(here, hand, now, wanted, led, moving, floor, bounds)
+        bounds, led = (motion.qp.lower, motion.qp.upper), motion.base_velocity
+        ahead = self._avoidance.give_way(here, hand, wanted, led, moving, floor, bounds)
         rows = joined(ahead, rows)
         velocities = wanted if ahead is None else self._solver.solve(motion.qp, rows)
         self._waits_for = waits_for(here, moving, rows, velocities)

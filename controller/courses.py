@@ -24,13 +24,13 @@ _STEPS = 14
 _KEPT = np.array([0.15, 0.5, HORIZON, 0.6, 1.3])
 """How long a velocity is kept [s]; then the base stops, or after the last ones goes where it is
 led."""
-_MISSING = 20.0
+_MISSING = 80.0
 """What it costs to miss all of the margin."""
 _PER_SPEED = 0.1
 """More of the margin per speed of what moves [s]."""
 _BEHIND = 0.04
 """To where it is now, if the base stops at once [m]."""
-_TOUCH = 20.0
+_TOUCH = 80.0
 """What a contact costs per speed [s/m], and per `MARGIN` of its depth."""
 _CORNER = 0.4
 """What a base that turns counts like [m]."""

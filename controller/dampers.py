@@ -30,7 +30,7 @@ from controller.proximity import Distances, Ranges
 from controller.qp import Rows
 from controller.settings import CollisionSettings, ControllerSettings
 
-SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 1e3, 3e3, 5e3])
+SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 1e3, 3e3, 1.5e3])
 """By `PairKind`: what does not move is not hit to give way to what does, and who has looked ahead
 knows better than the distance of now."""
 

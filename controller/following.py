@@ -1,30 +1,59 @@
 """How a differential drive follows a goal that moves.
 
-A stance is a place of the base relative to its goal. A base that cannot drive sideways does not
-keep such a place while the goal turns or moves across: it has to turn first. So it is led like a
-trailer by its hitch: the point of the base above which the stance holds the tool follows the goal,
-and the heading follows from that. With a tool that keeps its yaw the heading must not drift too
-far, or the arm winds up: the farther it is from that of the stance, the less the base is led.
+A base that cannot drive sideways cannot keep its place below a goal that turns or moves across. The
+arm makes up for that: the goal may be on any side of the base, within reach, as long as joint 1 and
+the wrist do not run into their limits. So the base does not go to a place; every tenth of a second
+it compares what a few hundred ways to drive on would do to the arm in the next seconds, the goal
+moving on as it does now, and takes the way that leaves the arm best off. Nothing else unwinds an
+arm that a circling goal winds up: the base stops, backs or turns about below the tool in time.
 """
 
 from __future__ import annotations
 
-from math import cos, hypot, sin
+from itertools import product
+from math import atan2, cos, hypot, sin
+from typing import NamedTuple
 
 import numpy as np
 
-from controller.base_drive import Pose2D
+from controller.base_drive import Pose2D, wrap
 from controller.command import Array, PoseGoal
+from controller.model import RobotModel
+from controller.servo import PoseError
+from controller.settings import ControllerSettings
 from controller.stance import Stance
 
-_GAIN = 0.5
-"""Speed of the point towards its place under the goal, per distance [1/s]."""
-_MIN_LEVER = 0.3
-"""The point counts as at least this far ahead of the axle, so that the base does not spin [m]."""
-_FREE_TURN = 1.0
-"""Heading off that of the stance by less than this costs nothing [rad]; at twice this the base is
-not led any longer."""
-_WEIGHT = 1.5
+_HORIZON, _STEPS = 1.5, 6
+"""How far it looks ahead [s], in so many steps: half with one velocity, half with another."""
+_AGAIN = 0.1
+"""It chooses anew after this long [s]."""
+_SPEEDS = (-1.0, -0.4, 0.0, 0.5, 1.0, 1.5)
+_LATER_SPEEDS = (-1.0, 0.0, 1.0)
+"""Speeds that are compared, as shares of the goal's, or of the largest while it is far away."""
+_TURNS = (-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0)
+_LATER_TURNS = (-0.8, 0.0, 0.8)
+"""Turn rates that are compared, as shares of the largest."""
+_NUDGES = np.concatenate([scale * np.kron(np.eye(4), [[1.0], [-1.0]]) for scale in (0.05, 0.2)])
+"""What the choice before is also tried with [m/s, rad/s, m/s, rad/s]."""
+_SLOW = 0.02
+"""A goal slower than this has no course [m/s]."""
+_TRUST, _TIGHTEST = 0.3, 1.0
+"""How fast the estimate of the turn rate of its course changes, and how large it may be [rad/s]."""
+_FAR = 0.5
+"""Beyond the reach that it likes, the goal is far away [m]."""
+_REACH, _WOUND, _LEAN = 0.09, 1.0, 0.4
+"""What costs the same: so much off the reach that the stance has [m], joint 1 or the wrist so far
+from their middle [rad], and a hand that is not upright turned so far from how the stance has it
+[rad]."""
+_NEAREST, _FARTHEST = 0.3, 0.72
+"""Nearer to the foot of the arm than this and farther away the arm moves badly [m]."""
+_LIMIT = 0.9
+"""Distance of joint 1 and the wrist to their limits from which on they are kept away [rad]."""
+_STEEP = 30.0
+"""Cost per radian and per 10 cm beyond that."""
+_CHANGE = (0.2, 0.05)
+"""Cost of the square of a change of speed [s²/m²] and turn rate [s²/rad²]."""
+_WEIGHT = 40.0
 """Of the base's velocity in the QP when the tool has caught up ..."""
 _CAUGHT_UP = 0.005
 """... to this [m]; it falls as 1/|e|, as the weight of the tool does."""
@@ -33,27 +62,186 @@ MIN_TRACKING = 4.0
 upright."""
 
 
-def follow(stance: Stance, goal: PoseGoal, wTb: Pose2D) -> Array:
-    """Velocities (2,) of a differential drive that follows a moving goal [rad/s, m/s]."""
-    assert goal.twist is not None
-    x, y, _ = stance.bTe.translation.tolist()
-    gx, gy, _ = goal.wTe.translation.tolist()
-    vx, vy = float(goal.twist[0]), float(goal.twist[1])
-    at = Pose2D(gx, gy, 0.0).relative_to(wTb)
-    c, s = cos(wTb.heading), sin(wTb.heading)
-    ahead = c * vx + s * vy + _GAIN * (at.x - x)
-    aside = c * vy - s * vx + _GAIN * (at.y - y)
-    slower = min(1.0, goal.speed / max(hypot(ahead, aside), 1e-9))
-    turning = slower * aside / max(x, _MIN_LEVER)
-    return np.array([turning, slower * ahead + turning * y])
-
-
-def follow_weight(turn: float, distance: float) -> float:
-    """Weight of that velocity in the QP.
+def follow_weight(distance: float) -> float:
+    """Weight in the QP of the velocity of a base that follows.
 
     Args:
-        turn: from the base's heading to that of the stance [rad].
         distance: of the end effector to the goal, rotation included [m].
     """
-    share = min(1.0, max(0.0, 2.0 - abs(turn) / _FREE_TURN))
-    return _WEIGHT * share * _CAUGHT_UP / max(distance, _CAUGHT_UP)
+    return _WEIGHT * _CAUGHT_UP / max(distance, _CAUGHT_UP)
+
+
+def elbow_upright(q: Array) -> Array:
+    """(7,) error to the posture in which joints 1 and 7 alone turn the hand about the vertical."""
+    error = np.zeros(7)
+    error[[2, 4]] = -q[[2, 4]]
+    return error
+
+
+class _Arm(NamedTuple):
+    """What a goal asks of the arm, seen from the base as it stands now."""
+
+    x: float
+    """Of the goal in the base [m]."""
+    y: float
+    bearing: float
+    """Of the goal, seen from the foot of the arm [rad]."""
+    first: float
+    """Joint 1 when the tool is there [rad]."""
+    last: float
+    """Joint 7 when the tool is there, if the hand is upright [rad]."""
+    lean: float
+    """Turn of the hand, relative to the bearing, from how the stance has it [rad]."""
+    upright: float
+    """1 if the hand points up, -1 if it points down, 0 if it is level."""
+
+
+class Follower:
+    """Chooses how a differential drive goes on below a goal that moves.
+
+    Args:
+        model: the robot.
+        settings: of the controller.
+    """
+
+    def __init__(self, model: RobotModel, settings: ControllerSettings) -> None:
+        self._model = model
+        self._periods = max(1, round(_AGAIN / settings.period))
+        limits = model.limits
+        self._reverse, self._turn = float(limits.base_reverse), float(limits.base_twist[2])
+        self._joints = np.minimum(limits.q_max, -limits.q_min)[[0, 6]] - _LIMIT
+        ways = product(_SPEEDS, _TURNS, _LATER_SPEEDS, _LATER_TURNS)
+        self._ways = np.array(list(ways))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what was chosen."""
+        self._choice = np.zeros(4)
+        self._left = 0
+        self._course: float | None = None
+        self._bend = 0.0
+
+    def __call__(
+        self, stance: Stance, goal: PoseGoal, error: PoseError, wTb: Pose2D, q: Array
+    ) -> Array:
+        """Velocities (2,) of a differential drive that follows a moving goal [rad/s, m/s].
+
+        Args:
+            stance: how the arm likes to have the goal.
+            goal: what moves.
+            error: of the end effector, in base axes.
+            wTb: base pose.
+            q: (7,) joint positions [rad].
+        """
+        if not self._left:
+            self._choice = self._choose(stance, goal, error, wTb, q)
+            self._left = self._periods
+        self._left -= 1
+        return self._choice[[1, 0]]
+
+    def _choose(
+        self, stance: Stance, goal: PoseGoal, error: PoseError, wTb: Pose2D, q: Array
+    ) -> Array:
+        """The best way to drive on (4,): speed and turn rate now, and those later."""
+        assert goal.twist is not None
+        self._watch_course(goal.twist)
+        foot = self._model.description.bTa.translation
+        arm = self._arm(stance, goal, error, wTb, q)
+        liked = hypot(*(stance.bTe.translation - foot)[:2].tolist())
+        far = hypot(arm.x - foot[0], arm.y - foot[1]) - liked > _FAR
+        top = min(float(self._model.limits.base_twist[0]), goal.speed)
+        speed = top if far else min(top, hypot(goal.twist[0], goal.twist[1]))
+        ways = self._ways * [speed, self._turn, speed, self._turn]
+        ways = np.vstack([self._choice, self._choice + _NUDGES, ways])
+        ways = np.clip(ways, [-self._reverse, -self._turn] * 2, [top, self._turn] * 2)
+        costs = self._costs(ways, arm, goal, wTb, liked)
+        best: Array = ways[int(costs.argmin())]
+        return best
+
+    def _watch_course(self, twist: Array) -> None:
+        """Estimate how fast the course of the goal turns."""
+        before, self._course = self._course, None
+        if hypot(twist[0], twist[1]) < _SLOW:
+            self._bend = 0.0
+            return
+        self._course = atan2(twist[1], twist[0])
+        if before is not None:
+            turning = wrap(self._course - before) / _AGAIN
+            self._bend += _TRUST * (min(_TIGHTEST, max(-_TIGHTEST, turning)) - self._bend)
+
+    def _arm(self, stance: Stance, goal: PoseGoal, error: PoseError, wTb: Pose2D, q: Array) -> _Arm:
+        gx, gy, _ = goal.wTe.translation.tolist()
+        at = Pose2D(gx, gy, 0.0).relative_to(wTb)
+        ex, ey, _ = error.translation_vector.tolist()
+        fx, fy, _ = self._model.description.bTa.translation.tolist()
+        bearing = atan2(at.y - fy, at.x - fx)
+        swing = wrap(bearing - atan2(at.y - ey - fy, at.x - ex - fx))
+        upright = float(goal.wTe.rotation[2, 2])
+        turn = float(error.rotation_vector[2])
+        base = stance.base_for(goal.wTe)
+        sx, sy, _ = stance.bTe.translation.tolist()
+        lean = wrap(base.heading - wTb.heading - (bearing - atan2(sy - fy, sx - fx)))
+        first, last = float(q[0]) + swing, float(q[6]) + upright * (turn - swing)
+        return _Arm(at.x, at.y, bearing, first, last, lean, upright)
+
+    def _costs(self, ways: Array, arm: _Arm, goal: PoseGoal, wTb: Pose2D, liked: float) -> Array:
+        """Costs (N,) of ways to drive on (N, 4)."""
+        assert goal.twist is not None
+        fx, fy, _ = self._model.description.bTa.translation.tolist()
+        step = _HORIZON / _STEPS
+        forward, turning = self._model.acceleration_limits[[1, 0]] * step
+        to = Pose2D(float(goal.twist[0]), float(goal.twist[1]), 0.0).relative_to(
+            Pose2D(0.0, 0.0, wTb.heading)
+        )
+        gx, gy, vx, vy = arm.x, arm.y, to.x, to.y
+        c0, s0 = cos(self._bend * step), sin(self._bend * step)
+        v, w = np.full(len(ways), self._choice[0]), np.full(len(ways), self._choice[1])
+        x, y, heading, costs = (np.zeros(len(ways)) for _ in range(4))
+        costs += _CHANGE[0] * (ways[:, 0] - v) ** 2 + _CHANGE[1] * (ways[:, 1] - w) ** 2
+        for number in range(1, _STEPS + 1):
+            now = 0 if 2 * number <= _STEPS else 2
+            v = v + np.clip(ways[:, now] - v, -forward, forward)
+            w = w + np.clip(ways[:, now + 1] - w, -turning, turning)
+            middle = heading + w * (step / 2.0)
+            x, y, heading = (
+                x + v * np.cos(middle) * step,
+                y + v * np.sin(middle) * step,
+                heading + w * step,
+            )
+            gx, gy = gx + 0.5 * vx * step, gy + 0.5 * vy * step
+            vx, vy = c0 * vx - s0 * vy, s0 * vx + c0 * vy
+            gx, gy = gx + 0.5 * vx * step, gy + 0.5 * vy * step
+            dx, dy = gx - x, gy - y
+            c, s = np.cos(heading), np.sin(heading)
+            dx, dy = c * dx + s * dy - fx, c * dy - s * dx - fy
+            swing = _wrap(np.arctan2(dy, dx) - arm.bearing)
+            twisted = float(goal.twist[5]) * step * number - heading - swing
+            cost = self._discomfort(arm, np.hypot(dx, dy), liked, swing, twisted)
+            costs += cost if number < _STEPS else 2.0 * cost
+        return costs
+
+    def _discomfort(
+        self, arm: _Arm, reach: Array, liked: float, swing: Array, twisted: Array
+    ) -> Array:
+        """What the arm minds (N,).
+
+        Args:
+            arm: what the goal asks of it now.
+            reach: (N,) distances of the goal from its foot [m].
+            liked: the distance that it likes [m].
+            swing: (N,) turns of joint 1 from now on [rad].
+            twisted: (N,) turns of the hand against that [rad].
+        """
+        first, last = arm.first + swing, arm.last + arm.upright * twisted
+        level = (1.0 - arm.upright**2) * (arm.lean + twisted) ** 2
+        cost = ((reach - liked) / _REACH) ** 2 + (first**2 + last**2) / _WOUND**2 + level / _LEAN**2
+        beyond = np.maximum(0.0, np.abs(first) - self._joints[0])
+        beyond += np.maximum(0.0, np.abs(last) - self._joints[1])
+        beyond += 10.0 * np.maximum(0.0, np.maximum(_NEAREST - reach, reach - _FARTHEST))
+        result: Array = cost + _STEEP * beyond
+        return result
+
+
+def _wrap(angles: Array) -> Array:
+    wrapped: Array = (angles + np.pi) % (2.0 * np.pi) - np.pi
+    return wrapped

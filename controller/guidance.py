@@ -12,6 +12,7 @@ from controller.carrying import Carrying
 from controller.collision_model import CollisionModels
 from controller.command import Array, BaseGoal, PoseGoal
 from controller.floor_map import FloorMap
+from controller.following import Follower
 from controller.model import RobotModel
 from controller.route import Route
 from controller.self_collision import SelfCollision
@@ -55,6 +56,7 @@ class Guide:
         self._route = Route(model, settings)
         self._base_goal, self._base_obstacle = Pose2D(inf, inf, inf), ""
         self._carrying = Carrying(model)
+        self._follower = Follower(model, settings)
         self._hand_may_touch = False
         self.waits = False
         """Whether the robot gives way to somebody: that is no stall."""
@@ -76,6 +78,7 @@ class Guide:
         self._base_of: tuple[Stance | None, SE3 | None] = (None, None)
         self._first_goal: SE3 | None = None
         self._searched = 0
+        self._follower.reset()
         self._start_goal(None)
         self._set_stance(None)
 
@@ -154,14 +157,18 @@ class Guide:
         self.left = (remaining.base_time, remaining.max_joint_error)
         if self.stance is None or remaining.lead is None:
             return None
+        following = None
+        if goal.is_moving and self._model.n_base == 2:
+            following = self._follower(self.stance, goal, error, wTb, q)
         return bias_towards(
             self._model,
             self._settings,
-            self.stance,
             remaining,
             goal,
             wTb,
+            q,
             detour=self.detour,
+            following=following,
         )
 
     @property

@@ -86,7 +86,7 @@ class CollisionSettings(Checked):
     """Besides the lag of base or arm, a pair goes on for this many periods before it brakes."""
     return_gain: float = 4.0
     """Speed at which shapes part per distance that is missing to d_s [1/s] ..."""
-    return_speed: float = 0.08
+    return_speed: float = 0.2
     """... and at most [m/s]."""
 
 
@@ -94,10 +94,13 @@ class CollisionSettings(Checked):
 class DriveSettings(Checked):
     """How a differential drive steers to a pose (Park and Kuipers, ICRA 2011)."""
 
-    POSITIVE = ("pivot_blend", "arrival_distance")
+    POSITIVE = ("pivot_blend", "arrival_distance", "detour")
 
     heading_gain: float = 1.0
     """k1: how strongly the path bends to arrive with the goal's heading."""
+    detour: float = 0.8
+    """To arrive with the goal's heading the path swings out no farther than this from the straight
+    way [m]: farther away it is the tangent of a circle of this radius around the goal."""
     curvature_gain: float = 3.0
     """k2: how fast the base turns onto that path."""
     curvature_slowdown: float = 0.4
@@ -126,7 +129,7 @@ class GuidanceSettings(Checked):
     stance: StanceSettings = field(default_factory=StanceSettings)
 
     # Weights in the QP.
-    base_weight: float = 1.0
+    base_weight: float = 2.0
     """Weight of the base's velocity towards its place, at s = 1."""
     posture_weight: float = 0.5
     """Weight of the joint velocities towards the posture, at s = 1."""

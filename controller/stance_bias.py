@@ -13,10 +13,9 @@ import numpy as np
 
 from controller.base_drive import Lead, Pose2D, drive_along
 from controller.command import Array, PoseGoal
-from controller.following import MIN_TRACKING, follow, follow_weight
+from controller.following import MIN_TRACKING, elbow_upright, follow_weight
 from controller.model import RobotModel
 from controller.settings import ControllerSettings, GuidanceSettings
-from controller.stance import Stance
 
 
 class StanceBias(NamedTuple):
@@ -61,23 +60,25 @@ class Remaining(NamedTuple):
 def bias_towards(
     model: RobotModel,
     settings: ControllerSettings,
-    stance: Stance,
     remaining: Remaining,
     goal: PoseGoal,
     wTb: Pose2D,
+    q: Array,
     *,
     detour: bool,
+    following: Array | None = None,
 ) -> StanceBias:
     """The bias of one period towards a stance.
 
     Args:
         model: the robot.
         settings: of the controller; `guidance` is not None.
-        stance: where base and arm are led.
         remaining: what is left to do.
         goal: where the end effector is to be.
         wTb: base pose.
+        q: (7,) joint positions [rad].
         detour: whether the end effector waits.
+        following: (n_base,) velocity of a base that follows the goal instead of going to a place.
     """
     g = settings.guidance
     assert g is not None
@@ -86,23 +87,32 @@ def bias_towards(
     base_weight, min_tracking = blend, 0.0 if waits else g.min_tracking * blend
     if goal.is_moving:
         min_tracking = MIN_TRACKING * blend
-        turn = remaining.base_target.heading
-        base_weight = max(blend, follow_weight(turn, remaining.distance))
+        base_weight = max(blend, follow_weight(remaining.distance))
     duration = max(
         1.0 / g.posture_rate,
         0.0 if remaining.carried else g.posture_time * min(remaining.base_time, _LONGEST_FOLD),
         remaining.joint_time / g.joint_speed,
     )
+    posture_weight = g.posture_weight * max(blend, g.min_posture)
+    joint_velocity = remaining.joint_error / duration
+    if following is not None:
+        posture_weight = g.posture_weight
+        joint_velocity = joint_velocity * blend + (1.0 - blend) * _POSTURE_RATE * elbow_upright(q)
     return StanceBias(
         blend=blend,
         min_tracking=min_tracking,
         base_weight=g.base_weight * base_weight,
-        base_velocity=_base_velocity(model, settings, stance, remaining, goal, wTb),
-        posture_weight=g.posture_weight * max(blend, g.min_posture),
-        joint_velocity=remaining.joint_error / duration,
+        base_velocity=(
+            _base_velocity(model, settings, remaining, goal, wTb)
+            if following is None
+            else following
+        ),
+        posture_weight=posture_weight,
+        joint_velocity=joint_velocity,
     )
 
 
+_POSTURE_RATE = 1.0
 _LONGEST_FOLD = 100.0
 """A base that does not know its time yet does not keep the arm from moving for ever [s]."""
 
@@ -124,7 +134,6 @@ def _blend(g: GuidanceSettings, remaining: Remaining, detour: bool) -> float:
 def _base_velocity(
     model: RobotModel,
     settings: ControllerSettings,
-    stance: Stance,
     remaining: Remaining,
     goal: PoseGoal,
     wTb: Pose2D,
@@ -132,8 +141,6 @@ def _base_velocity(
     """(n_base,) towards the stance."""
     lead = remaining.lead
     assert lead is not None
-    if goal.is_moving and model.n_base == 2:
-        return follow(stance, goal, wTb)
     velocity = drive_along(model, settings, lead, max_speed=goal.speed)
     if goal.twist is not None:
         c, s = cos(wTb.heading), sin(wTb.heading)

@@ -15,7 +15,7 @@ being paid for. That is to go slower, faster, back or aside. The QP is asked for
 
 from __future__ import annotations
 
-from math import hypot
+from math import hypot, inf
 
 import numpy as np
 
@@ -44,9 +44,11 @@ _REACH = 1.3
 """Nothing of the robot is farther from the centre of its base [m]."""
 _ROOM = 0.02
 """From what stands on the way of the base, unless it is nearer already [m]."""
+_NOISE = 0.005
+"""Of the map [m]."""
 _AT_ONCE = 8
 """Courses whose ways are looked at together."""
-_TRIED = 48
+_TRIED = 96
 """Courses whose ways are looked at, at most."""
 _TOLERANCE = 1e-3
 """The QP keeps the velocity to this [m/s, rad/s]."""
@@ -133,21 +135,24 @@ class Yielding:
         return speed > _STILL and hypot(x - wTb.x, y - wTb.y) < reach + (speed + fastest) * HORIZON
 
     def _cheapest(self, cost: Array, courses: Array, wTb: Pose2D, floor: FloorMap | None) -> int:
-        """Number of the cheapest course on which nothing stands; if there is none, of all."""
+        """Number of the cheapest course on which nothing stands; else of that with most room."""
         order = np.argsort(cost, kind="stable")
         if floor is None or floor.free:
             return int(order[0])
         (here,) = floor.stands_free(np.array([wTb])).tolist()
+        best, most = int(order[0]), -inf
         c, s = np.cos(wTb.heading), np.sin(wTb.heading)
         for first in range(0, min(_TRIED, len(order)), _AT_ONCE):
             some = order[first : first + _AT_ONCE]
             x, y, heading = np.moveaxis(courses[some][:, 1::2], -1, 0)
             poses = [wTb.x + c * x - s * y, wTb.y + s * x + c * y, wTb.heading + heading]
             room = floor.stands_free(np.stack(poses, axis=-1)).reshape(x.shape).min(axis=1)
-            (free,) = np.nonzero(room >= min(_ROOM, here))
+            (free,) = np.nonzero(room >= min(_ROOM, here - _NOISE))
             if len(free):
                 return int(some[free[0]])
-        return int(order[0])
+            if room.max() > most:
+                best, most = int(some[room.argmax()]), float(room.max())
+        return best
 
 
 def _grid(model: RobotModel) -> Array:

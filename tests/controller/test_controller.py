@@ -134,7 +134,7 @@ def check_random_case(robot: str, seed: int, scale: float) -> None:
     model = controller.model
     q = rng.uniform(model.limits.q_min - 0.3, model.limits.q_max + 0.3)
     wTb = SE3(pin.utils.rotate("z", rng.uniform(-9, 9)), np.array([*rng.normal(size=2), 0.0]))
-    last = model.command(rng.uniform(-1.0, 1.0, model.n) * model.velocity_limits[1])
+    last = model.command(rng.uniform(*model.velocity_limits))
     for _ in range(2):
         goal = PoseGoal(
             wTe=SE3(pin.exp3(rng.normal(size=3) * 2.0), rng.normal(size=3) * scale),

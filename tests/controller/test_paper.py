@@ -19,7 +19,7 @@ from controller import (
     RobotModel,
 )
 from controller.report import StepReport
-from robots import load_robot, robot_names, with_base_speed
+from robots import load_robot, robot_names, with_base_speed, with_reverse_speed
 
 DESCRIPTIONS = {name: load_robot(name) for name in robot_names()}
 
@@ -27,7 +27,8 @@ DESCRIPTIONS = {name: load_robot(name) for name in robot_names()}
 @pytest.fixture(params=sorted(DESCRIPTIONS))
 def model(request) -> RobotModel:
     """With the base limits of the published example: 4 m/s and 4 rad/s."""
-    return RobotModel(with_base_speed(DESCRIPTIONS[request.param], 4.0, 4.0))
+    robot = with_base_speed(DESCRIPTIONS[request.param], 4.0, 4.0)
+    return RobotModel(with_reverse_speed(robot, 4.0))
 
 
 def published_velocities(model: RobotModel, state: State, wTe: SE3) -> np.ndarray:

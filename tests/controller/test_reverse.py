@@ -11,9 +11,9 @@ from pinocchio import SE3
 from controller import PAPER, BaseGoal, HolisticController, PoseGoal, RobotModel
 from controller.base_drive import Pose2D, drive_to, time_to_drive
 from controller.settings import ControllerSettings, DriveSettings
-from robots import load_robot, with_base_speed
+from robots import load_robot, with_base_speed, with_reverse_speed
 
-FRANKIE, OMNI = load_robot("frankie"), load_robot("omni")
+FRANKIE, OMNI = with_reverse_speed(load_robot("frankie"), 1.0), load_robot("omni")
 SLOW = 0.25
 
 

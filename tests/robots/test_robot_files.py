@@ -61,7 +61,7 @@ def test_an_unknown_robot_is_refused_with_the_nearest_name() -> None:
             "mecanum ",
             "6:10: base.drive: expected `differential`",
         ),
-        ("frankie.yaml", "reverse: 1.0", "", "9:3: base.limits.reverse: is missing"),
+        ("frankie.yaml", "reverse: 0.25", "", "9:3: base.limits.reverse: is missing"),
         ("frankie.yaml", "[1.0, 0.0, 1.05]", "[1.0, 0.5, 1.05]", "a differential drive has no"),
         ("frankie.yaml", "arm: panda", "arm: pandda", "16:6: arm: no part is called `pandda`; did"),
         ("frankie.yaml", "[0, -1, 0]", "[0, -2, 0]", "rotation: the rows of a rotation matrix"),

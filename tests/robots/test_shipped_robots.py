@@ -49,9 +49,12 @@ def test_the_ready_posture_is_allowed_and_clear(robot: RobotDescription) -> None
 def test_reverse_limits_only_the_way_back(robot: RobotDescription) -> None:
     model = RobotModel(with_base_speed(robot, 0.8))
     lower, upper = model.velocity_limits
-    np.testing.assert_array_equal(lower, -upper)
     forward = int(np.argmax(robot.base.axes[0]))
+    others = np.arange(len(upper)) != forward
+    np.testing.assert_array_equal(lower[others], -upper[others])
     assert upper[forward] == 0.8
+    share = robot.limits.base_reverse / robot.limits.base_twist[0]
+    assert lower[forward] == pytest.approx(-0.8 * share)
 
 
 def test_pads_meet_at_the_grasp_centre(robot: RobotDescription) -> None:

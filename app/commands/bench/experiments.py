@@ -81,6 +81,16 @@ def reach(
     delay_ms: Annotated[
         float, typer.Option(help="From a state to its command.", min=0.0, max=200.0)
     ] = 0.0,
+    jitter_ms: Annotated[
+        str | None,
+        typer.Option(
+            metavar="<from-to>",
+            help="What a period really lasts, as 5-30; the controller takes it for --period.",
+        ),
+    ] = None,
+    chain: Annotated[
+        int, typer.Option(help="Approach so many goals one after another, without a stop.", min=1)
+    ] = 1,
     count: Annotated[int, typer.Option(help="Number of seeded goals.", min=1)] = 1000,
     seed: Annotated[int, typer.Option(help="Seed of the goals.", min=0)] = 0,
     limit: Annotated[float, typer.Option(help="Longest time per goal in seconds.", min=0.1)] = 20.0,
@@ -119,6 +129,8 @@ def reach(
         starts=starts,
         disturbance=replace(disturbance, delay=delay_ms / 1e3),
         seed=seed,
+        chain=chain,
+        jitter=_jitter(jitter_ms),
         limit=limit,
         position_tolerance=tolerance_mm / 1e3,
         orientation_tolerance=radians(tolerance_deg),
@@ -148,6 +160,20 @@ def reach(
         out.print(line, highlight=False)
     about = {"seed": seed if drawn else None, "goals": goals}
     write_json(json, bench.reach_json(rows, about | machine()))
+
+
+def _jitter(given: str | None) -> tuple[float, float] | None:
+    """Shortest and longest period [s]."""
+    if given is None:
+        return None
+    first, _, last = given.partition("-")
+    try:
+        shortest, longest = float(first) / 1e3, float(last) / 1e3
+    except ValueError:
+        shortest = longest = 0.0
+    if not 0.0 < shortest <= longest <= 1.0:
+        refuse(f"--jitter-ms {given}: give the shortest and the longest period, as 5-30")
+    return shortest, longest
 
 
 def _speeds(preset: Preset, speeds: list[float] | None) -> Sequence[float | None]:

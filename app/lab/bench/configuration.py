@@ -45,7 +45,8 @@ class Configuration:
     base_speed: float | None = None
     """Largest speed of the base [m/s]; None is the default of the preset."""
     reverse_speed: float | None = None
-    """Largest speed of the base backwards [m/s]; None keeps its share of the forward speed."""
+    """Largest speed of the base backwards [m/s]; None keeps its share of the forward speed, and
+    with a published controller all of it."""
     period: float = 0.01
     """Control period [s]."""
     changes: tuple[tuple[str, Any], ...] = ()
@@ -57,6 +58,7 @@ class Configuration:
         if self.preset != "frankie":
             speed = self.base_speed or _PUBLISHED_BASE_SPEED
             description = with_base_speed(description, speed, _PUBLISHED_BASE_SPEED)
+            description = with_reverse_speed(description, speed)  # as published
         elif self.base_speed is not None:
             description = with_base_speed(description, self.base_speed)
         if self.reverse_speed is not None:

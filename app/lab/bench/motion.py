@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import cos, exp, sin
 from typing import Protocol, TypeAlias
 
@@ -49,10 +49,14 @@ class Controller(Protocol):
 
 @dataclass(kw_only=True, eq=False)
 class State:
-    """Where base and arm are."""
+    """Where base and arm are, and what they do."""
 
     wTb: SE3
     q: Array
+    heading: float = 0.0
+    """Of the base, turns counted [rad]."""
+    command: Command = field(default_factory=Command.stop)
+    """What moves them."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,10 +83,14 @@ class Motion:
     """Whether the motion ended because the goal was reached."""
     unreachable: str = ""
     """Why the controller gave the goal up; empty if it did not."""
+    first: Array | None = None
+    """(n,) velocities before the motion; None is rest."""
+    end: State | None = None
+    """Where the robot is at the end, and what it does."""
 
     @property
     def duration(self) -> float:
-        """[s]."""
+        """By the clock of the controller [s]."""
         return len(self.velocities) * self.period
 
     def times(self) -> Array:
@@ -106,6 +114,8 @@ def run_motion(
     patience: float = np.inf,
     stop_on_arrival: bool = True,
     start: Array | None = None,
+    before: State | None = None,
+    elapsed: Callable[[], float] | None = None,
     surroundings_at: SurroundingsAt = lambda time: OPEN_FLOOR,
     lag: bool = False,
     watch: Callable[[float, StepReport], None] = lambda time, report: None,
@@ -121,6 +131,8 @@ def run_motion(
         patience: give up after this long without progress [s].
         stop_on_arrival: stop when the goal is reached, or go on to the limit.
         start: (7,) joint positions at first [rad]; None is ready.
+        before: how an earlier motion ended, to go on from there without a stop.
+        elapsed: how long a period really lasts, of which the controller knows nothing [s].
         surroundings_at: what is around; a motion ends when the controller says that it makes the
             goal unreachable.
         lag: whether base and arm follow their commands with the lags of the robot's description,
@@ -128,9 +140,11 @@ def run_motion(
         watch: called after every step.
     """
     q = model.description.arm.ready.copy() if start is None else start
-    state, heading = State(wTb=SE3.Identity(), q=q), 0.0
-    last = applied = Command.stop()
-    bases, postures, tools, errors = [np.zeros(3)], [state.q], [], []
+    state = before or State(wTb=SE3.Identity(), q=q)
+    heading, last = state.heading, state.command
+    first, applied = model.velocities(last), last
+    bases = [np.array([*state.wTb.translation[:2], heading])]
+    postures, tools, errors = [state.q], [], []
     velocities: list[Array] = []
     solved, arrived, unreachable = True, False, ""
     best, best_at = np.inf, 0.0
@@ -152,11 +166,14 @@ def run_motion(
         last, report = controller.step(state, goal, last, surroundings_at(time))
         watch(time, report)
         solved, unreachable = solved and report.solved, report.unreachable
-        applied = _followed(model, applied, last, period) if lag else last
-        heading = heading + applied.base_twist[2] * period
+        lasted = period if elapsed is None else elapsed()
+        applied = _followed(model, applied, last, lasted) if lag else last
+        heading = heading + applied.base_twist[2] * lasted
         state = State(
-            wTb=integrate_base(state.wTb, heading, applied, period),
-            q=state.q + applied.qd * period,
+            wTb=integrate_base(state.wTb, heading, applied, lasted),
+            q=state.q + applied.qd * lasted,
+            heading=heading,
+            command=last,
         )
         velocities.append(model.velocities(last))
         bases.append(np.array([*state.wTb.translation[:2], heading]))
@@ -172,6 +189,8 @@ def run_motion(
         solved=solved,
         arrived=arrived,
         unreachable=unreachable,
+        first=first,
+        end=state,
     )
 
 

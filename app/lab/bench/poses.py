@@ -141,6 +141,7 @@ class PoseResult:
     robot: str
     preset: str
     base_speed: float
+    reverse_speed: float
     pose: str
     period_s: float
     time_s: float | None
@@ -220,6 +221,7 @@ def pose_result(run: PoseRun) -> PoseResult:
         robot=run.configuration.robot,
         preset=run.configuration.preset,
         base_speed=float(model.limits.base_twist[0]),
+        reverse_speed=float(model.limits.base_reverse),
         pose=run.pose,
         period_s=motion.period,
         time_s=float(times[np.argmax(within)]) if within.any() else None,
@@ -245,10 +247,12 @@ def poses_tables(results: Sequence[PoseResult], example: Sequence[PoseResult]) -
         example: the published example on the same poses, for the ratio of the jerks.
     """
     jerks = {(row.robot, row.pose): row.jerk for row in example}
-    for (robot, preset, speed), group in groupby(
-        results, key=lambda row: (row.robot, row.preset, row.base_speed)
+    for (robot, preset, speed, back), group in groupby(
+        results, key=lambda row: (row.robot, row.preset, row.base_speed, row.reverse_speed)
     ):
-        title = f"Experiment 1: {robot}, {preset}, base up to {speed:.1f} m/s"
+        title = (
+            f"Experiment 1: {robot}, {preset}, base up to {speed:.1f} m/s, {back:.2f} m/s backwards"
+        )
         table = Table(title=title, title_justify="left", caption=_CAPTION, caption_justify="left")
         table.add_column("pose")
         for name in _COLUMNS:

@@ -6,7 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -37,15 +37,21 @@ class Conditions:
     """How the arm starts, one of `STARTS`."""
     disturbance: Disturbance = QUIET
     seed: int = 0
-    """Of starts and noise, together with the number of the goal."""
+    """Of starts, noise and jitter, together with the number of the goal."""
+    chain: int = 1
+    """So many goals are approached one after another, without a stop between them."""
+    jitter: tuple[float, float] | None = None
+    """Shortest and longest time that a control period really lasts [s]; None is as it should."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Task:
     configuration: Configuration
     conditions: Conditions
-    goal: Array
+    goals: Array
+    """(N, 4, 4), one after another."""
     number: int
+    """Of the first of them."""
 
 
 @lru_cache(maxsize=8)
@@ -53,14 +59,8 @@ def _evaluator(configuration: Configuration) -> Evaluator:
     return Evaluator(configuration.model())
 
 
-def _trial(task: _Task) -> Trial:
+def _trials(task: _Task) -> list[Trial]:
     evaluator, conditions = _evaluator(task.configuration), task.conditions
-    goal = PoseGoal(
-        wTe=SE3(task.goal),
-        speed=float(evaluator.model.limits.base_twist[0]),
-        position_tolerance=conditions.position_tolerance,
-        orientation_tolerance=conditions.orientation_tolerance,
-    )
     rng = np.random.default_rng((conditions.seed, task.number))
     start = draw_start(evaluator.model, conditions.starts, rng)
     controller = task.configuration.controller(evaluator.model)
@@ -71,16 +71,33 @@ def _trial(task: _Task) -> Trial:
             period=task.configuration.period,
             rng=rng,
         )
-    motion = run_motion(
-        controller,
-        evaluator.model,
-        lambda time: goal,
-        period=task.configuration.period,
-        limit=conditions.limit,
-        patience=conditions.patience,
-        start=start,
-    )
-    return evaluator(motion)
+    jitter, clock = conditions.jitter, np.random.default_rng((conditions.seed, task.number, 1))
+    done, before = [], None
+    for pose in task.goals:
+        goal = PoseGoal(
+            wTe=SE3(pose),
+            speed=float(evaluator.model.limits.base_twist[0]),
+            position_tolerance=conditions.position_tolerance,
+            orientation_tolerance=conditions.orientation_tolerance,
+        )
+        motion = run_motion(
+            controller,
+            evaluator.model,
+            partial(_still, goal),
+            period=task.configuration.period,
+            limit=conditions.limit,
+            patience=conditions.patience,
+            start=start,
+            before=before,
+            elapsed=None if jitter is None else partial(clock.uniform, *jitter),
+        )
+        before = motion.end
+        done.append(evaluator(motion))
+    return done
+
+
+def _still(goal: PoseGoal, time: float) -> PoseGoal:
+    return goal
 
 
 def run_trials(
@@ -92,13 +109,19 @@ def run_trials(
     cluster: str | None = None,
 ) -> Iterator[tuple[int, Trial]]:
     """One motion to every goal; yields the goal's number and the trial as they finish."""
+    chain, poses = conditions.chain, np.array([goal.homogeneous for goal in goals])
     tasks = [
         _Task(
-            configuration=configuration, conditions=conditions, goal=goal.homogeneous, number=number
+            configuration=configuration,
+            conditions=conditions,
+            goals=poses[first : first + chain],
+            number=first,
         )
-        for number, goal in enumerate(goals)
+        for first in range(0, len(poses), chain)
     ]
-    return run_all(_trial, tasks, workers=workers, cluster=cluster)
+    for link, trials in run_all(_trials, tasks, workers=workers, cluster=cluster):
+        for place, trial in enumerate(trials):
+            yield link * chain + place, trial
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,6 +135,8 @@ class Reach:
     reverse_speed: float
     """The same backwards [m/s]."""
     starts: str
+    chain: int
+    jitter_s: tuple[float, float] | None
     disturbance: dict[str, float]
     changes: dict[str, Any]
     """Settings that differ from the preset."""
@@ -160,6 +185,8 @@ def aggregate_trials(
         base_speed=float(configuration.model().limits.base_twist[0]),
         reverse_speed=configuration.model().limits.base_reverse,
         starts=conditions.starts,
+        chain=conditions.chain,
+        jitter_s=conditions.jitter,
         disturbance=asdict(conditions.disturbance),
         changes=dict(configuration.changes),
         period_s=configuration.period,

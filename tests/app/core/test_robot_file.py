@@ -49,7 +49,7 @@ def test_the_ready_posture_is_that_of_the_robot(tmp_path: Path, task: Path) -> N
 def test_a_robot_file_with_a_mistake_is_refused_with_its_place(tmp_path: Path, task: Path) -> None:
     shutil.copytree(SHIPPED, tmp_path / "mine")
     file = tmp_path / "mine" / "frankie.yaml"
-    file.write_text(file.read_text().replace("reverse: 1.0", "revers: 1.0"))
+    file.write_text(file.read_text().replace("reverse: 0.25", "revers: 0.25"))
     with pytest.raises(UserError, match=r"frankie\.yaml:\d+:\d+: .*did you mean `reverse`"):
         run_task(options(tmp_path, task, str(file)))
     assert not (tmp_path / "runs").exists()

@@ -1,0 +1,113 @@
+"""Somebody walks, and the base gives way: judged by geometry of its own."""
+
+import numpy as np
+import pytest
+from motion import READY, State, move, tool_pose
+from pinocchio import SE3
+
+from controller import Command, HolisticController, Obstacle, PoseGoal, Surroundings, robot_model
+from robots import Cylinder, Geom
+
+RADIUS = 0.25
+GOAL = (4.5, 0.0, 0.8)
+
+
+@pytest.fixture(params=["frankie", "omni"])
+def model(request):
+    return robot_model(request.param)
+
+
+class Walk:
+    """Somebody who walks straight on."""
+
+    def __init__(self, start, velocity):
+        self.start, self.velocity = np.array(start), np.array(velocity)
+
+    def at(self, time):
+        return self.start + self.velocity * time
+
+    def obstacle(self, time):
+        centre = np.array([*self.at(time), 0.85])
+        geom = Geom(Cylinder(RADIUS, 0.85), SE3(np.eye(3), centre), "somebody")
+        return Obstacle(geom, np.array([*self.velocity, 0.0]))
+
+
+def gap(model, state, where) -> float:
+    """From somebody to the base, a rectangle, and to the line from the arm's foot to the hand."""
+    at = state.wTb.actInv(np.array([*where, 0.0]))[:2]
+    beyond = np.abs(at) - np.array(model.description.base.size[:2]) / 2.0
+    base = np.hypot(*np.maximum(beyond, 0.0)) + min(beyond.max(), 0.0)
+    foot = model.description.bTa.translation[:2]
+    arm = state.wTb.actInv(model.wTe(state.wTb, state.q).translation)[:2] - foot
+    along = np.clip((at - foot) @ arm / (arm @ arm), 0.0, 1.0)
+    return min(base, float(np.linalg.norm(at - foot - along * arm))) - RADIUS
+
+
+def followed(model, before, command):
+    """What base and arm do of a command in a period: they follow it with their lags."""
+    base, arm = (
+        1.0 - np.exp(-0.01 / part.lag) for part in (model.description.base, model.description.arm)
+    )
+    return Command(
+        base_twist=before.base_twist + base * (command.base_twist - before.base_twist),
+        qd=before.qd + arm * (command.qd - before.qd),
+    )
+
+
+def drive(model, walk, seconds, goal=GOAL, known=True):
+    """Gaps, reports and the last state of a robot that starts at rest in the origin."""
+    controller = HolisticController(model)
+    state, last = State(wTb=SE3.Identity(), q=READY.copy()), Command.stop()
+    applied = last
+    gaps, reports = [], []
+    for index in range(round(seconds / 0.01)):
+        moving = (walk.obstacle(0.01 * index),) if known else ()
+        goal_pose = PoseGoal(wTe=tool_pose(*goal))
+        last, report = controller.step(state, goal_pose, last, Surroundings(moving=moving))
+        applied = followed(model, applied, last)
+        move(state, applied, 0.01)
+        gaps.append(gap(model, state, walk.at(0.01 * (index + 1))))
+        reports.append(report)
+        if report.arrived and not moving:
+            break
+    return np.array(gaps), reports, state
+
+
+WALKS = {
+    "from the left": Walk((2.0, 2.2), (0.0, -0.8)),
+    "from the right": Walk((2.0, -2.2), (0.0, 0.8)),
+    "slowly from the left": Walk((1.6, 1.0), (0.0, -0.35)),
+    "from ahead, beside the middle": Walk((5.5, 0.2), (-0.8, 0.0)),
+    "from behind": Walk((-2.5, 0.15), (0.9, 0.0)),
+    "aslant": Walk((4.0, 2.0), (-0.6, -0.55)),
+}
+
+
+@pytest.mark.parametrize("walk", WALKS.values(), ids=WALKS.keys())
+def test_who_crosses_its_way_is_not_touched_and_the_goal_is_reached(model, walk):
+    gaps, reports, _ = drive(model, walk, 14.0)
+    assert gaps.min() > 0.0
+    assert reports[-1].arrived
+
+
+def test_without_eyes_they_would_meet(model):
+    walks = ("from the left", "from the right", "from ahead, beside the middle")
+    assert all(drive(model, WALKS[name], 8.0, known=False)[0].min() < 0.0 for name in walks)
+
+
+def test_who_waits_says_for_whom_and_keeps_its_stance(model):
+    """Somebody walks along in front of the goal, so slowly that patience would be over."""
+    walk = Walk((3.0, 1.3), (0.0, -0.25))
+    gaps, reports, _ = drive(model, walk, 20.0)
+    waited = [report for report in reports if report.waits_for]
+    assert {report.waits_for for report in waited} == {"somebody"}
+    assert not any(report.detour for report in reports)
+    assert gaps.min() > 0.0
+    assert reports[-1].arrived
+
+
+def test_who_passes_far_away_changes_nothing(model):
+    walk = Walk((0.0, 3.0), (0.6, 0.0))
+    known, unknown = (drive(model, walk, 3.0, known=known)[2] for known in (True, False))
+    np.testing.assert_array_equal(known.q, unknown.q)
+    np.testing.assert_array_equal(known.wTb.homogeneous, unknown.wTb.homogeneous)
