@@ -23,7 +23,7 @@ from controller.servo import PoseError
 from controller.settings import ControllerSettings
 from controller.stance import Stance
 
-_HORIZON, _STEPS = 1.5, 6
+_HORIZON, _STEPS = 1.8, 6
 """How far it looks ahead [s], in so many steps: half with one velocity, half with another."""
 _AGAIN = 0.1
 """It chooses anew after this long [s]."""

@@ -34,7 +34,7 @@ def base_pose(x: float, y: float, degrees: float) -> BasePose:
     ],
 )
 def test_a_base_that_swings_round_is_not_stuck(start, to):
-    harness = Harness(table_world())
+    harness = Harness()
     assert harness.run(Drive("drive", harness.context, to=base_pose(*start))) is Status.SUCCESS
     leaf = Drive("drive", harness.context, to=base_pose(*to))
     assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message

@@ -82,6 +82,26 @@ def test_a_moving_goal_is_followed(robot, path, known, allowed):
     assert orientation < np.deg2rad(5.0)
 
 
+@pytest.mark.parametrize("turn", [1.0, -1.0], ids=["left", "right"])
+def test_a_differential_drive_is_not_wound_up_by_a_tool_that_keeps_its_yaw(turn):
+    """Two laps around a circle of 0.6 m: a base that follows the path would wind the arm twice."""
+    model = robot_model("frankie")
+    controller, state, last, errors = HolisticController(model), State(), Command.stop(), []
+    for k in range(3000):
+        angle = 0.5 * PERIOD * k
+        place = (1.0 + 0.6 * np.sin(angle), turn * 0.6 * (1.0 - np.cos(angle)), 0.7)
+        velocity = (0.3 * np.cos(angle), turn * 0.3 * np.sin(angle))
+        twist = np.array([*velocity, 0.0, 0.0, 0.0, 0.0])
+        last, report = controller.step(state, PoseGoal(wTe=tool_pose(*place), twist=twist), last)
+        move(state, last)
+        errors.append((report.position_error, report.orientation_error))
+        assert (model.limits.q_min < state.q).all()
+        assert (state.q < model.limits.q_max).all()
+    position, orientation = np.max(errors[800:], axis=0)
+    assert position < 0.01
+    assert orientation < np.deg2rad(2.0)
+
+
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_noise_of_the_state_does_not_shake_a_robot_at_its_goal(robot):
     """1 mrad, 5 mm and 0.3 degrees: a robot that follows them moves its base at 18 mm/s."""

@@ -21,7 +21,6 @@ from controller import (
     ControllerSettings,
     HolisticController,
     PoseGoal,
-    RobotModel,
     SelfCollision,
     robot_model,
 )
@@ -31,7 +30,7 @@ from controller.postures import BANK, SEED, bank, draw, forward_kinematics
 from controller.servo import pose_error
 from controller.stance_search import StanceSearch
 from controller.stance_settings import StanceSettings
-from robots import load_robot, robot_names, with_reverse_speed
+from robots import load_robot, robot_names
 
 READY = load_robot("frankie").arm.ready
 
@@ -61,17 +60,16 @@ def test_goals_where_the_qp_alone_gets_stuck_are_reached(position_and_angles):
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])
 def test_random_goals_are_reached_within_all_limits_and_without_contact(robot):
-    """In 4.3 s (median) by a base that backs as fast as it drives."""
-    description = with_reverse_speed(load_robot(robot), 1.0)
-    times, controller = [], HolisticController(RobotModel(description))
+    times, controller = [], HolisticController(robot_model(robot))
     for wTe in reachable_poses(robot, 30, seed=41):
         run = run_to(precisely(wTe), robot=robot, controller=controller)
         assert run.arrived
         assert all(report.solved for report in run.reports)
-        assert_within_limits(run, robot)
+        assert_within_limits(run, controller.model)
         assert closest(robot_model(robot), run) > 0.0
         times.append(0.01 * len(run.reports))
-    assert np.median(times) < 4.3
+    slow_back = {"frankie": 0.3, "omni": 0.0}  # what backing at 0.25 m/s costs
+    assert np.median(times) < 4.3 + slow_back[robot]
 
 
 @pytest.mark.parametrize("robot", ["frankie", "omni"])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from app.commands.bench.jitter import parse_jitter
 from app.commands.bench.options import (
     BOTH,
     Json,
@@ -130,7 +131,7 @@ def reach(
         disturbance=replace(disturbance, delay=delay_ms / 1e3),
         seed=seed,
         chain=chain,
-        jitter=_jitter(jitter_ms),
+        jitter=parse_jitter(jitter_ms),
         limit=limit,
         position_tolerance=tolerance_mm / 1e3,
         orientation_tolerance=radians(tolerance_deg),
@@ -160,20 +161,6 @@ def reach(
         out.print(line, highlight=False)
     about = {"seed": seed if drawn else None, "goals": goals}
     write_json(json, bench.reach_json(rows, about | machine()))
-
-
-def _jitter(given: str | None) -> tuple[float, float] | None:
-    """Shortest and longest period [s]."""
-    if given is None:
-        return None
-    first, _, last = given.partition("-")
-    try:
-        shortest, longest = float(first) / 1e3, float(last) / 1e3
-    except ValueError:
-        shortest = longest = 0.0
-    if not 0.0 < shortest <= longest <= 1.0:
-        refuse(f"--jitter-ms {given}: give the shortest and the longest period, as 5-30")
-    return shortest, longest
 
 
 def _speeds(preset: Preset, speeds: list[float] | None) -> Sequence[float | None]:

@@ -219,3 +219,18 @@ def test_a_robot_that_drives_into_the_way_of_a_walker_is_to_blame():
     base[:, 2] = np.pi / 2.0
     verdict = judged(base)
     assert verdict.avoidable_samples == verdict.samples > 50
+
+
+@pytest.mark.parametrize("brakes", [True, False])
+def test_who_turns_round_before_a_robot_that_brakes_is_not_run_into(brakes):
+    """He walks away ahead of it and turns back when it is near: it can only brake."""
+    turns, speed = 1.0, 0.8
+    acceleration = float(FRANKIE.limits.base_acceleration[0])
+    times = np.arange(300) * PERIOD
+    late = np.maximum(times - turns - FRANKIE.base.lag, 0.0)
+    left = np.maximum(speed - acceleration * late * brakes, 0.0)
+    base = np.column_stack([np.cumsum(left) * PERIOD, np.zeros((300, 2))])
+    start = np.array([speed * turns + 0.95 + FRONT, 0.0])
+    verdict = judged(base, start=start, direction=np.array([-1.0, 0.0]), length=5.0, phase=9.2)
+    assert verdict.samples > 0
+    assert bool(verdict.avoidable_samples) == (not brakes)
