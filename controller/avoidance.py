@@ -61,6 +61,7 @@ class Avoidance:
     def rows(
         self,
         state: KinematicState,
+        here: Pose2D,
         goal: MotionGoal,
         bounds: tuple[Array, Array],
         surroundings: Surroundings,
@@ -69,12 +70,13 @@ class Avoidance:
 
         Args:
             state: where base and arm are.
+            here: the base on the floor.
             goal: says what the hand may touch, and how near the robot may come.
             bounds: lower and upper bounds (n,) of the velocities.
             surroundings: what must not be hit.
         """
         fastest = np.maximum(-bounds[0], bounds[1])
-        near = self._proximity.near(state.wTb, state.q, surroundings, fastest)
+        near = self._proximity.near(state.wTb, state.q, surroundings, fastest, here)
         straight = isinstance(goal, PoseGoal) and goal.straight
         if isinstance(goal, PoseGoal) and goal.hand_may_touch:
             near = near.without(PairKind.HAND)

@@ -255,7 +255,7 @@ class Guide:
         joint_error = (stance.q if carried is None else carried) - q
         size = np.abs(joint_error)
         joint_time = float((size / self._model.limits.qd).max())
-        target = base.relative_to(wTb)
+        target = lead.target if lead.final else base.relative_to(wTb)
         return Remaining(
             distance, target, lead, joint_error, float(size.max()), joint_time, carried is not None
         )

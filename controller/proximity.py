@@ -140,7 +140,14 @@ class Proximity:
             self._at_least[~self._collision.holds] = at_least[others]
             self._centres = centres
 
-    def near(self, wTb: SE3, q: Array, surroundings: Surroundings, fastest: Array) -> Distances:
+    def near(
+        self,
+        wTb: SE3,
+        q: Array,
+        surroundings: Surroundings,
+        fastest: Array,
+        here: Pose2D | None = None,
+    ) -> Distances:
         """All pairs that are so near to each other that they matter.
 
         Args:
@@ -148,10 +155,11 @@ class Proximity:
             q: (7,) joint positions [rad].
             surroundings: what stands around.
             fastest: (n,) largest speed of every degree of freedom in this period.
+            here: base pose on the floor, where that is known already.
         """
         self.heed(surroundings)
         collision = self._collision
-        self._note_motion(Pose2D.of(wTb), q)
+        self._note_motion(here or Pose2D.of(wTb), q)
         cloud = surroundings.seen
         still = not surroundings.moving and cloud is None
         if still and self._most_reach @ self._motion[:, 0] < self._spare:

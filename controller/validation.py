@@ -57,7 +57,9 @@ def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) 
             poses["goal base pose"] = goal.wTb
             _check_tolerance("position tolerance", goal.position_tolerance)
             _check_tolerance("heading tolerance", goal.heading_tolerance)
-    everything = [x for array in numbers.values() for x in array.tolist()]
+    everything: list[float] = []
+    for array in numbers.values():
+        everything += array.tolist()
     for pose in poses.values():
         everything += pose.translation.tolist()
     if not hypot(*everything) <= _MAX_SIZE:
