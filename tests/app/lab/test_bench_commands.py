@@ -221,24 +221,6 @@ def test_step_times_the_presets_and_their_parts(tmp_path):
     assert row["agreement"] is None
 
 
-def test_every_step_of_a_run_is_timed(tmp_path):
-    task, file = tmp_path / "quick.yaml", tmp_path / "step.json"
-    task.write_text(
-        "task: quick\nscene: single\n"
-        "poses: {near: {xyz: [0.9, 0.1, 0.7], rpy_deg: [180, 0, 0]}}\n"
-        "tree: {navigate: {to: near}}\n"
-    )
-    code, out, _ = call("step", "--robot", "omni", "--task", task, "--json", file)
-    assert code == 0
-    assert out.count(" µs: ") == 5
-    (run,) = json.loads(file.read_text())["results"]
-    assert run["timing"]["name"] == "omni: quick, single, seed 0"
-    assert run["timing"]["steps"] > 50
-    for slow in run["slowest"]:
-        assert sum(slow["parts"].values()) == pytest.approx(slow["time"])
-    assert run["slowest"][0]["time"] == run["timing"]["cpu_worst"]
-
-
 def test_the_toolbox_must_be_installed(monkeypatch):
     without(monkeypatch, published, "roboticstoolbox")
     refused("pip install roboticstoolbox-python", "step", "--vs", "rtb", "--steps", 10)
