@@ -109,7 +109,7 @@ class DriveSettings(Checked):
     """Misalignment with the path from which it turns more than it drives [rad]."""
     pivot_blend: float = 0.8
     """Misalignment beyond that at which it does not drive at all [rad]."""
-    arrival_distance: float = 0.15
+    arrival_distance: float = 0.10
     """Nearer than this it only turns to its final heading and creeps along its axis [m]."""
 
 
