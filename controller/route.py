@@ -38,7 +38,7 @@ a way [s]."""
 _TRIAL_NEAR = 1.0
 """Nearer to the goal than this the poses are three times as close [m]."""
 _TRIAL_STEPS = 100
-"""A trial is given up after so many."""
+"""Steps after which a trial is given up."""
 
 
 class Route:

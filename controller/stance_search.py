@@ -57,9 +57,9 @@ BATCH = 12
 CHECKS = 6
 """Postures that are checked for contact in one step; the last may be followed by its fold ..."""
 FOLD = 3
-"""... which counts as so many on an open floor ..."""
+"""... which counts as this many checks on an open floor ..."""
 FOLD_AMONG_FIXTURES = 6
-"""... and as so many among fixtures."""
+"""... and as this many among fixtures."""
 _MAX_BATCHES = 3
 """Batches of a window that are refined before the best posture so far is taken, good enough or
 not."""
