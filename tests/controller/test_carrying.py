@@ -10,8 +10,8 @@ from pinocchio import SE3
 from test_floor_map import box
 
 from controller import Command, HolisticController, PoseGoal, Surroundings, robot_model
-from controller.carrying import thinned
-from controller.collision_model import CollisionModel
+from controller.collision.collision_model import CollisionModel
+from controller.stance.carrying import thinned
 
 CORRIDOR = (
     box(1.25, 2.55, 1.0, 4.0, height=1.6),

@@ -14,8 +14,8 @@ from controller import (
     SelfCollision,
     robot_model,
 )
-from controller.collision_model import CollisionModel, PairKind
-from controller.proximity import Proximity, Ranges
+from controller.collision.collision_model import CollisionModel, PairKind
+from controller.collision.proximity import Proximity, Ranges
 from robots import load_robot
 
 READY = load_robot("frankie").arm.ready

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.base_drive import Pose2D
 from controller.command import Array
+from controller.floor import Pose2D
 from controller.model import RobotModel
 from controller.surroundings import Obstacle
 from robots import Box, Shape, half_extents

@@ -16,10 +16,10 @@ from typing import NamedTuple
 import numpy as np
 from pinocchio import SE3
 
-from controller.base_drive import wrap
+from controller.collision import SelfCollision
 from controller.command import N_ARM, Array
+from controller.floor import wrap
 from controller.model import RobotModel
-from controller.self_collision import SelfCollision
 from robots import RobotDescription, load_robot, robot_names
 
 BANK = Path(__file__).with_name("postures.npy")

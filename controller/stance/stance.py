@@ -10,12 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from controller.base_drive import Pose2D, wrap
 from controller.command import Array
-from controller.cost_field import CostField
-from controller.floor_map import FloorMap
+from controller.floor import CostField, FloorMap, Pose2D, wrap
 from controller.model import RobotModel
-from controller.postures import ToolPoses, forward_kinematics
+from controller.stance.postures import ToolPoses, forward_kinematics
 from controller.stance_settings import StanceSettings
 
 REACHED = 1e-3

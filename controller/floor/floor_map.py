@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from controller.command import Array
-from controller.cost_field import CELL, CostField, Floor
-from controller.footprints import Footprint, footprint
+from controller.floor.cost_field import CELL, CostField, Floor
+from controller.floor.footprints import Footprint, footprint
 from robots import Geom, RobotDescription
 
 FAR = 1.0

@@ -16,12 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.base_drive import Pose2D, wrap
 from controller.command import Array, PoseGoal
+from controller.floor import Pose2D, wrap
 from controller.model import RobotModel
 from controller.servo import PoseError
 from controller.settings import ControllerSettings
-from controller.stance import Stance
+from controller.stance.stance import Stance
 
 _HORIZON, _STEPS = 1.8, 6
 """How far it looks ahead [s], and in how many steps: half with one velocity, half with another."""
