@@ -26,6 +26,10 @@ class FaultKind(Enum):
     """The base no longer knows where it is."""
     OPERATION = "operation failed"
     """A gripper motion or a recovery ended with an error."""
+    LINK = "no answer"
+    """A part does not answer any more."""
+    MODE = "mode"
+    """A person has put the robot into a mode in which it takes no commands."""
 
 
 @dataclass(frozen=True, kw_only=True)
