@@ -23,6 +23,8 @@ ROOMS = (
     "perception.networks",
     "hw",
     "hw.sim",
+    "hw.panda",
+    "hw.emulators.panda",
     "behaviours",
     "trees.language",
     "trees",
