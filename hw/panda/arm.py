@@ -102,8 +102,12 @@ class PandaArm:
         )
 
     def send(self, qd: Array) -> Array:
-        """Follow joint velocities (7,) [rad/s] for one period; zero while there is a fault."""
-        applied = np.zeros(7) if self._faults(self.reading()) else np.array(qd, dtype=float)
+        """Follow joint velocities (7,) [rad/s] for one period.
+
+        Zero while there is a fault, and instead of what is no number.
+        """
+        is_good = np.isfinite(qd).all() and not self._faults(self.reading())
+        applied = np.array(qd, dtype=float) if is_good else np.zeros(7)
         self._put(stopwatch(), applied)
         return applied
 

@@ -1,4 +1,4 @@
-"""The process that holds the connection to the arm: `python -m hw.panda.arm_process`.
+"""The process that holds the connection to the arm.
 
 It never recovers by itself. After the arm has stopped of its own accord, it moves again only once
 it has been recovered and the commands have been zero.
@@ -72,23 +72,26 @@ class ArmProcess:
                 self._trouble = explain(
                     f'["{name_errors(state.current_errors) or "reflex"}"] motion aborted by reflex'
                 )
-            if mode is not Mode.IDLE or self._trouble:
-                self._may_move = False
+            self._allow(mode)
             self._publish(state, _ZERO)
             if request := self._parent.request():
                 self._do(request, mode)
-            elif mode is Mode.IDLE and not self._trouble and self._is_wanted():
+            elif self._may_move and self._is_wanted():
                 self._move()
             else:
                 time.sleep(_NAP)
 
     def _is_wanted(self) -> bool:
-        """Whether there is a fresh command to move, and there was a moment of rest before it."""
+        """Whether there is a fresh command to move."""
         command = self._commands.get()
-        if command is None or stopwatch() - command[0] > FRESH or not any(command[1:]):
+        return command is not None and stopwatch() - command[0] <= FRESH and any(command[1:])
+
+    def _allow(self, mode: Mode) -> None:
+        """After a stop of its own, the arm may move when nobody wants it to for a moment."""
+        if mode is not Mode.IDLE or self._trouble:
+            self._may_move = False
+        elif not self._is_wanted():
             self._may_move = True
-            return False
-        return self._may_move
 
     def _move(self, goal: Sequence[float] | None = None, speed: float = 0.5) -> bool:
         """Be in a motion until it ends; whether the goal is reached, if there is one."""
@@ -121,7 +124,9 @@ class ArmProcess:
             error = self._trouble or f"the arm is in mode {mode.name.lower()}"
         elif not self._move(request["q"], request["speed"]):
             error = self._trouble or "the arm was stopped on its way"
-        self._publish(self._robot.read_once(), _ZERO)
+        state = self._robot.read_once()
+        self._allow(Mode(int(state.robot_mode)))
+        self._publish(state, _ZERO)
         self._parent.answer(request, error)
 
     def _recover(self, mode: Mode) -> str:
@@ -166,7 +171,3 @@ def main() -> None:
         parent.tell(error=explain(error))
         leave(1)
     leave()
-
-
-if __name__ == "__main__":
-    main()

@@ -9,10 +9,10 @@ _HINTS = (
         "Connection to FCI refused",
         "it refuses the connection: open its Desk page, unlock the joints and activate FCI",
     ),
+    ("not found", "there is no such host: look at the address"),
     ("Connection timeout", "nothing answers there: look at the address, the cable and the power"),
     ("Connection error", "nothing answers there: look at the address, the cable and the power"),
     ("unreachable", "nothing answers there: look at the address, the cable and the power"),
-    ("not found", "there is no such host: look at the address"),
     ("server closed connection", "it has closed the connection: it was switched off, or FCI was"),
     ("UDP receive", "it has stopped answering: look at the cable and the power"),
     (

@@ -12,6 +12,8 @@ import sys
 from dataclasses import dataclass
 from types import ModuleType
 
+from hw.panda.light import light_package
+
 Joints = tuple[float, ...]
 """One value for each of the seven joints."""
 
@@ -74,8 +76,6 @@ def missing(generation: Generation = PANDA) -> str:
 def load_library(generation: Generation = PANDA) -> ModuleType:
     """The vendor's library, without running the front of the package that carries it.
 
-    That front brings web clients with it, which a process with a loop at 1 kHz has no use for.
-
     Raises:
         ImportError: it is not installed.
     """
@@ -84,7 +84,5 @@ def load_library(generation: Generation = PANDA) -> ModuleType:
         spec = importlib.util.find_spec(package)
         if spec is None or spec.submodule_search_locations is None:
             raise ImportError(missing(generation))
-        front = ModuleType(package)
-        front.__path__ = spec.submodule_search_locations
-        sys.modules[package] = front
+        light_package(package, spec.submodule_search_locations)
     return importlib.import_module(f"{package}.{module}")

@@ -1,4 +1,4 @@
-"""The process that holds the connection to the hand: `python -m hw.panda.hand_process`.
+"""The process that holds the connection to the hand.
 
 Reading the hand keeps Python's interpreter lock until the hand answers. So the hand has a process
 of its own beside that of the arm.
@@ -139,7 +139,3 @@ def _work(hand: HandProcess, parent: Parent) -> None:
                 parent.answer(request, hand.grip(request["width"], request["force"]))
             except RuntimeError as error:
                 parent.answer(request, explain(error))
-
-
-if __name__ == "__main__":
-    main()

@@ -25,7 +25,7 @@ from hw.robot import HardwareError
 
 _LOADING = 30.0
 """[s]"""
-_ROOT = Path(__file__).parents[2]
+_LIGHT = str(Path(__file__).with_name("light.py"))
 
 
 class DriverProcess:
@@ -50,7 +50,7 @@ class DriverProcess:
         connecting: float,
     ) -> None:
         self.what = f"{what} at {address}"
-        self._command = [sys.executable, "-m", module, address, json.dumps(settings)]
+        self._command = [sys.executable, "-P", _LIGHT, module, address, json.dumps(settings)]
         self._memory = share_memory(mailboxes)
         self.memory = open_memory(self._memory)
         self._connecting = connecting
@@ -77,14 +77,13 @@ class DriverProcess:
         self.end()
         self._last_words, self._buffer = "", b""
         self._stderr = tempfile.TemporaryFile()  # noqa: SIM115
-        path = os.pathsep.join(filter(None, (str(_ROOT), *sys.path)))
         self._process = subprocess.Popen(
             [*self._command, str(self._memory)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._stderr,
             pass_fds=(self._memory,),
-            env={**os.environ, "PYTHONPATH": path},
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
             start_new_session=True,  # Ctrl-C is for the program that commands
         )
         try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from math import isfinite
 
 from hw.emulators.panda.parts import PERIOD, Joints
 from hw.emulators.panda.wire import ERRORS, MotionCommand, MoveStatus
@@ -180,6 +181,9 @@ class EmulatedArm:
 
     def _accept(self, qd: tuple[float, ...]) -> None:
         limits = self._limits
+        if not all(map(isfinite, qd)):
+            self._refuse("joint_motion_generator_velocity_limits_violation")
+            return
         qdd = [(w - v) / PERIOD for w, v in zip(qd, self.qd_d, strict=True)]
         qddd = [(b - a) / PERIOD for b, a in zip(qdd, self.qdd_d, strict=True)]
         seen = self.seen
@@ -191,11 +195,11 @@ class EmulatedArm:
         seen.speed = max(seen.speed, speed)
         seen.acceleration = max(seen.acceleration, acceleration)
         seen.jerk = max(seen.jerk, jerk)
-        if not speed <= most:  # also what is no number
+        if speed > most:
             self._refuse("joint_motion_generator_velocity_limits_violation")
-        elif not acceleration <= most:
+        elif acceleration > most:
             self._refuse("joint_motion_generator_velocity_discontinuity")
-        elif not jerk <= most:
+        elif jerk > most:
             self._refuse("joint_motion_generator_acceleration_discontinuity")
         else:
             self._apply(qd)

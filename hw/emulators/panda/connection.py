@@ -39,6 +39,7 @@ class Connection:
         self._client: socket.socket | None = None
         self._states_to: tuple[str, int] | None = None
         self._buffer = b""
+        self._peer = ""
 
     @property
     def has_client(self) -> bool:
@@ -49,7 +50,7 @@ class Connection:
         """What has arrived; accepts a client if there is none."""
         if self._client is None:
             with suppress(BlockingIOError):
-                self._client, _ = self._listener.accept()
+                self._client, (self._peer, *_) = self._listener.accept()
                 self._client.setblocking(False)
                 self._client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if self._client is None:
@@ -86,8 +87,7 @@ class Connection:
 
     def send_states_to(self, port: int) -> None:
         """From now on, states go to a port of the client."""
-        if self._client is not None:
-            self._states_to = (self._client.getpeername()[0], port)
+        self._states_to = (self._peer, port)
 
     @property
     def is_listened_to(self) -> bool:

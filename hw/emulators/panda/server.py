@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import random
+import struct
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -123,7 +124,10 @@ class PandaServer:
 
     def _serve(self) -> None:
         for request in self._arm_port.requests():
-            self._do(request)
+            try:
+                self._do(request)
+            except struct.error:  # it is not of the length that it must have
+                self._arm_port.drop()
         if not self._arm_port.has_client:
             self._move = self._recovery = None
             self.arm.commander_left()
@@ -217,7 +221,10 @@ class PandaServer:
         hand, port = self.hand, self._hand_port
         if line_works:
             for request in port.requests():
-                self._do_with_hand(request)
+                try:
+                    self._do_with_hand(request)
+                except (struct.error, ValueError, TypeError):
+                    port.drop()
         if not port.has_client:
             self._grip = None
         status = hand.tick()

@@ -36,6 +36,7 @@ def connected(emulator):
 @pytest.fixture
 def arm(emulator, connected):
     """At rest, healthy, near its ready pose."""
+    connected.stop()
     emulator.do("release")
     if connected.read().faults:
         connected.recover()
@@ -64,7 +65,8 @@ def joint(number, speed):
 def moving(arm, emulator, speed=SPEED):
     """In a motion at a steady speed."""
     stream(arm, 0.3, joint(0, speed))
-    assert emulator.tell()["qd"][0] > 0.9 * speed
+    told = emulator.tell()
+    assert told["qd"][0] > 0.9 * speed, (told, arm.reading())
 
 
 def test_a_velocity_is_followed_and_told(arm, emulator):
