@@ -62,6 +62,7 @@ class PandaArm:
         self._commands = Mailbox(self._process.memory, 0, ARM_COMMAND)
         self._readings = Mailbox(self._process.memory, 1, ARM_READING)
         self._writing = threading.Lock()
+        self._given = 0
 
     def connect(self) -> None:
         """Start the process, and see that the arm can be commanded.
@@ -148,7 +149,8 @@ class PandaArm:
 
     def _put(self, stamp: float, qd: Sequence[float] | Array) -> None:
         with self._writing:
-            self._commands.put(stamp, *qd)
+            self._given += 1
+            self._commands.put(self._given, stamp, *qd)
 
     def _silence(self, reading: ArmReading) -> str:
         """Why there is nothing new; empty if there is."""

@@ -84,7 +84,7 @@ class ArmProcess:
     def _is_wanted(self) -> bool:
         """Whether there is a fresh command to move."""
         command = self._commands.get()
-        return command is not None and stopwatch() - command[0] <= FRESH and any(command[1:])
+        return command is not None and stopwatch() - command[1] <= FRESH and any(command[2:])
 
     def _allow(self, mode: Mode) -> None:
         """After a stop of its own, the arm may move when nobody wants it to for a moment."""

@@ -26,7 +26,8 @@ class Mode(IntEnum):
 
 
 ARM_READING = struct.Struct("<dQB7d7d7dQd480s")
-ARM_COMMAND = struct.Struct("<d7d")
+ARM_COMMAND = struct.Struct("<Qd7d")
+"""Number, when it was given (0: it is a stop) [s], velocities [rad/s]."""
 HAND_READING = struct.Struct("<ddd?B")
 
 

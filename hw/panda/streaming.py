@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable, Sequence
+from math import inf
 from typing import Any
 
 from hw.clock import stopwatch
@@ -22,6 +23,10 @@ _HUNG = 2.0
 _ZERO = (0.0,) * 7
 _SOFT = 1.5
 """Acceleration on the way to a goal [rad/s^2]."""
+_ANSWER = 0.2
+"""Share of a period that an answer takes."""
+_MOST_LATE = 20
+"""Periods after which the arm has stopped itself."""
 _ARRIVED = 2e-3
 """[rad]"""
 
@@ -59,10 +64,11 @@ class Streaming:
         self._limiter, self._commands, self._publish = limiter, commands, publish
         self._over, self._velocities = over, velocities
         self._goal, self._speed = goal, speed
-        self._before = commands.get()
+        self._before = (commands.get() or (0,))[0]
         self._asked = stopwatch()
         self._ticks = 0
         self._ramp = 0.0
+        self._delay = inf
         self.lost = 0
         """Milliseconds of the arm's clock in which no state was seen."""
         self.arrived = False
@@ -75,7 +81,7 @@ class Streaming:
         if self._ticks % 100 == 1:
             still_alive()
         self.lost += max(0, period.to_msec() - 1)
-        q, qd = state.q_d, state.dq_d
+        q, qd, qdd = self._when_heard(now, state)
         wanted = self._wanted(now, q)
         if wanted is None:
             lingers = self._goal is None and not self._over()
@@ -86,9 +92,24 @@ class Streaming:
             wanted = _ZERO
         else:
             self._asked = now
-        following = self._limiter.step(q, qd, state.ddq_d, wanted)
+        following = self._limiter.step(q, qd, qdd, wanted)
         self._publish(state, following)
         return self._velocities(following)
+
+    def _when_heard(self, now: float, state: Any) -> tuple[Sequence[float], ...]:
+        """Positions, velocities, accelerations commanded when the arm hears of the next command.
+
+        A state that this process sees late is answered late. Until then the arm goes on with its
+        acceleration, and an answer to the state alone would come as a jerk.
+        """
+        delay = now - PERIOD * state.time.to_msec()
+        self._delay = min(self._delay, delay)
+        late = min(int((delay - self._delay) / PERIOD + _ANSWER), _MOST_LATE)
+        q, qd, qdd = state.q_d, state.dq_d, state.ddq_d
+        for _ in range(late):
+            qd = [v + PERIOD * a for v, a in zip(qd, qdd, strict=True)]
+            q = [p + PERIOD * v for p, v in zip(q, qd, strict=True)]
+        return q, qd, qdd
 
     def _wanted(self, now: float, q: Sequence[float]) -> Sequence[float] | None:
         """Velocities to come to; None if there is nobody who wants any."""
@@ -96,9 +117,9 @@ class Streaming:
         if self._over() or command is None:
             return None
         if self._goal is not None:
-            stopped = command != self._before
+            stopped = command[0] != self._before
             return None if stopped or self.arrived else self._towards(self._goal, q)
-        return command[1:] if now - command[0] <= FRESH else None
+        return command[2:] if now - command[1] <= FRESH else None
 
     def _towards(self, goal: Sequence[float], q: Sequence[float]) -> Sequence[float]:
         """All joints arrive at the same time, none faster than allowed."""

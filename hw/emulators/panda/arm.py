@@ -125,11 +125,16 @@ class EmulatedArm:
             self._end(MoveStatus.ABORTED, Mode.IDLE)
         self.ended = None
 
-    def tick(self, command: MotionCommand | None) -> None:
-        """One millisecond, with the command that arrived in it or none."""
+    def tick(self, command: MotionCommand | None, *, excused: bool = False) -> None:
+        """One millisecond, with the command that arrived in it or none.
+
+        Args:
+            command: that arrived.
+            excused: whether none could arrive because the emulator itself was late.
+        """
         self.number += 1
         if self.mode is Mode.MOVE:
-            self._move(command)
+            self._move(command, excused)
         if self.mode is not Mode.MOVE:
             self._brake()
         if self.mode is Mode.RECOVERING:
@@ -145,9 +150,9 @@ class EmulatedArm:
             if any(not low <= q <= high for q, low, high in rows):
                 self.reflex("joint_position_limits_violation")
 
-    def _move(self, command: MotionCommand | None) -> None:
+    def _move(self, command: MotionCommand | None, excused: bool) -> None:
         if command is None:
-            self._go_on()
+            self._go_on(excused)
             return
         self._lost = 0
         self._arrived.append(True)
@@ -161,23 +166,28 @@ class EmulatedArm:
         self._waited = _PATIENCE
         self._accept(command.qd)
 
-    def _go_on(self) -> None:
+    def _go_on(self, excused: bool) -> None:
         """No command: keep the acceleration, and count."""
         if self._waited < _PATIENCE:
             self._waited += 1
             return
-        self._arrived.append(False)
-        self._lost += 1
-        self.seen.lost += 1
-        self.seen.lost_in_a_row = max(self.seen.lost_in_a_row, self._lost)
-        if self._lost >= _MOST_LOST:
-            self.reflex("communication_constraints_violation")
+        if not excused:
+            self._count_lost()
+        if self.mode is not Mode.MOVE:
             return
         fastest = self._limits.qd
         kept = [v + PERIOD * a for v, a in zip(self.qd_d, self.qdd_d, strict=True)]
         if any(abs(v) > most for v, most in zip(kept, fastest, strict=True)):
             kept = list(self.qd_d)
         self._apply(kept)
+
+    def _count_lost(self) -> None:
+        self._arrived.append(False)
+        self._lost += 1
+        self.seen.lost += 1
+        self.seen.lost_in_a_row = max(self.seen.lost_in_a_row, self._lost)
+        if self._lost >= _MOST_LOST:
+            self.reflex("communication_constraints_violation")
 
     def _accept(self, qd: tuple[float, ...]) -> None:
         limits = self._limits

@@ -55,7 +55,7 @@ def _release(server: PandaServer) -> None:
 
 
 def _forget(server: PandaServer) -> None:
-    server.arm.seen, server.late = Seen(), 0.0
+    server.arm.seen, server.missed = Seen(), 0
 
 
 ACTIONS: dict[str, tuple[Callable[..., None], str]] = {
@@ -97,7 +97,7 @@ def act(server: PandaServer, line: str) -> dict[str, Any]:
         "q": arm.joints.q,
         "qd": arm.joints.qd,
         "width": server.hand.fingers.width,
-        "late": server.late,
+        "missed": server.missed,
         "milliseconds": arm.number,
         **asdict(arm.seen),
     }

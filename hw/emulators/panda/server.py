@@ -25,8 +25,8 @@ from hw.panda import PANDA, Mode
 _HAND_EVERY = 20
 """States of the arm for one of the hand."""
 _TEMPERATURE = 30
-_LONGEST_SLEEP = 0.0007
-"""A clock that is late goes on slowly instead of in bursts: this is left for the others [s]."""
+_MOST_MISSED = 200
+"""A clock that stood still for more milliseconds than this has lost them."""
 
 
 @dataclass
@@ -61,8 +61,9 @@ class PandaServer:
         self.line = Line()
         self.frozen_until = 0.0
         """The whole robot stands still until then [s of `stopwatch`]."""
-        self.late = 0.0
-        """How long its clock has stood still because this computer was busy [s]."""
+        self.missed = 0
+        """Milliseconds that this computer was too busy for; they are made up for, and lost packets
+        are not counted in them."""
         self._version = version
         self._arm_port = Connection(host, wire.PORT, wire.HEADER)
         self._hand_port = Connection(host, wire.HAND_PORT, wire.HAND_HEADER)
@@ -86,28 +87,29 @@ class PandaServer:
         while not is_over():
             each()
             now = stopwatch()
+            missed = int((now - due) / PERIOD)
+            if now < self.frozen_until or missed > _MOST_MISSED:
+                due, missed = now, 0
+            self.missed += missed
             if now >= self.frozen_until:
                 self.tick(now)
-            due += PERIOD
-            now = stopwatch()
-            if now > due:
-                self.late += now - due
-                due = now
-            due = max(due, now + PERIOD - _LONGEST_SLEEP)
-            time.sleep(due - now)
+                for _ in range(missed):
+                    self.tick(now, excused=True)
+            due += (1 + missed) * PERIOD
+            time.sleep(max(0.0, due - stopwatch()))
 
     def close(self) -> None:
         """Let go of the ports."""
         self._arm_port.close()
         self._hand_port.close()
 
-    def tick(self, now: float) -> None:
+    def tick(self, now: float, *, excused: bool = False) -> None:
         """One millisecond of the robot."""
         line_works = now >= self.line.unplugged_until
         if line_works:
             self._serve()
         command = self._command(line_works)
-        self.arm.tick(command)
+        self.arm.tick(command, excused=excused)
         if self._arm_port.is_listened_to and line_works:
             self._send(self._state())
         if self._move is not None and self.arm.ended is not None:

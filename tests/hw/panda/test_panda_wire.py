@@ -10,7 +10,6 @@ import sys
 import threading
 import time
 
-import pytest
 from emulated_panda import Emulator, free_address, needs_library
 
 from hw.emulators.panda import wire
@@ -76,13 +75,25 @@ def test_a_motion_command_is_read():
     assert wire.read_motion(MOTION[:-1]) is None
 
 
-@pytest.mark.parametrize("junk", [b"", b"\0" * 12, b"\xff" * 64, b"GET / HTTP/1.1\r\n\r\n"])
-def test_junk_does_not_harm_the_emulated_robot(junk):
+JUNK = (
+    b"",
+    b"\0" * 12,
+    b"\xff" * 64,
+    b"GET / HTTP/1.1\r\n\r\n",
+    wire.HEADER.pack(0, 0, 16) + bytes(4),
+    wire.HEADER.pack(1, 0, 13) + b"\0",
+    wire.HEADER.pack(99, 0, 12),
+)
+
+
+def test_junk_does_not_harm_the_emulated_robot():
     emulator = Emulator()
     try:
-        with socket.create_connection((emulator.address, wire.PORT), 2.0) as client:
-            client.sendall(junk)
-            time.sleep(0.05)
+        for junk in JUNK:
+            for port in (wire.PORT, wire.HAND_PORT):
+                with socket.create_connection((emulator.address, port), 2.0) as client:
+                    client.sendall(junk)
+                    time.sleep(0.01)
         assert emulator.wait(lambda told: not told["has_commander"])["mode"] == "IDLE"
     finally:
         emulator.close()
