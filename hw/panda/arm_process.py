@@ -17,7 +17,6 @@ from hw.clock import stopwatch
 from hw.panda.child import Parent, Request, claim, hurry, leave
 from hw.panda.explanations import explain, name_errors
 from hw.panda.generation import PANDA, load_library
-from hw.panda.limiter import VelocityLimiter
 from hw.panda.mailbox import Mailbox, open_memory
 from hw.panda.records import ARM_COMMAND, ARM_READING, Mode
 from hw.panda.streaming import FRESH, Streaming, reading_of, still_alive
@@ -51,7 +50,6 @@ class ArmProcess:
         shared = open_memory(memory)
         self._commands = Mailbox(shared, 0, ARM_COMMAND)
         self._readings = Mailbox(shared, 1, ARM_READING)
-        self._limiter = VelocityLimiter(PANDA.limits)
         self._lost = 0
         self._trouble = ""
         self._may_move = True
@@ -96,7 +94,7 @@ class ArmProcess:
     def _move(self, goal: Sequence[float] | None = None, speed: float = 0.5) -> bool:
         """Be in a motion until it ends; whether the goal is reached, if there is one."""
         streaming = Streaming(
-            self._limiter,
+            PANDA.limits,
             self._commands,
             self._publish,
             lambda: self._parent.is_gone,

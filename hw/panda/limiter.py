@@ -19,11 +19,8 @@ _EPSILON = 1e-3
 """Distance that commands keep from limits on velocity [rad/s], as the vendor's library does."""
 _MARGIN = 0.01
 """Distance at which joints come to rest before their limits [rad]."""
-_ACCELERATION, _JERK = 0.8, 0.4
+_ACCELERATION, _JERK = 0.8, 0.25
 """Shares of the limits that are used."""
-_ENOUGH = 6.5
-"""No joint accelerates more, whatever its limit: what it does then, a late packet may undo
-[rad/s^2]."""
 _GAIN = 20.0
 """Slope of the speed over the distance close to a limit or a goal [1/s]."""
 
@@ -40,7 +37,8 @@ class VelocityLimiter:
     def __init__(
         self, limits: JointLimits, acceleration: float = _ACCELERATION, jerk: float = _JERK
     ) -> None:
-        self._qdd = tuple(min(acceleration * most, _ENOUGH) for most in limits.qdd)
+        self.qdd = tuple(acceleration * most for most in limits.qdd)
+        """(7,) accelerations that it uses [rad/s^2]."""
         self._qddd = tuple(jerk * most for most in limits.qddd)
         self._low = tuple(q + _MARGIN for q in limits.q_min)
         self._high = tuple(q - _MARGIN for q in limits.q_max)
@@ -79,7 +77,7 @@ class VelocityLimiter:
                 self._low,
                 self._high,
                 self._fastest,
-                self._qdd,
+                self.qdd,
                 self._qddd,
                 strict=True,
             )

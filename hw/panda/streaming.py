@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable, Sequence
-from math import inf
 from typing import Any
 
 from hw.clock import stopwatch
+from hw.panda.generation import JointLimits
 from hw.panda.limiter import PERIOD, VelocityLimiter, speed_at
 from hw.panda.mailbox import Mailbox
 from hw.panda.records import ArmReading, Mode
@@ -23,10 +23,6 @@ _HUNG = 2.0
 _ZERO = (0.0,) * 7
 _SOFT = 1.5
 """Acceleration on the way to a goal [rad/s^2]."""
-_ANSWER = 0.2
-"""Share of a period that an answer takes."""
-_MOST_LATE = 20
-"""Periods after which the arm has stopped itself."""
 _ARRIVED = 2e-3
 """[rad]"""
 
@@ -42,7 +38,7 @@ class Streaming:
     """One motion: velocity commands become a stream that the arm accepts, until they end.
 
     Args:
-        limiter: makes the stream.
+        limits: of the arm.
         commands: the newest command.
         publish: tells (state, velocities commanded next).
         over: whether nobody is left to command.
@@ -53,7 +49,7 @@ class Streaming:
 
     def __init__(
         self,
-        limiter: VelocityLimiter,
+        limits: JointLimits,
         commands: Mailbox,
         publish: Publish,
         over: Callable[[], bool],
@@ -61,14 +57,14 @@ class Streaming:
         goal: Sequence[float] | None = None,
         speed: float = 0.5,
     ) -> None:
-        self._limiter, self._commands, self._publish = limiter, commands, publish
+        self._commands, self._publish = commands, publish
+        self._limiter = VelocityLimiter(limits)
         self._over, self._velocities = over, velocities
         self._goal, self._speed = goal, speed
         self._before = (commands.get() or (0,))[0]
         self._asked = stopwatch()
         self._ticks = 0
         self._ramp = 0.0
-        self._delay = inf
         self.lost = 0
         """Milliseconds of the arm's clock in which no state was seen."""
         self.arrived = False
@@ -81,7 +77,7 @@ class Streaming:
         if self._ticks % 100 == 1:
             still_alive()
         self.lost += max(0, period.to_msec() - 1)
-        q, qd, qdd = self._when_heard(now, state)
+        q, qd = state.q_d, state.dq_d
         wanted = self._wanted(now, q)
         if wanted is None:
             lingers = self._goal is None and not self._over()
@@ -92,24 +88,9 @@ class Streaming:
             wanted = _ZERO
         else:
             self._asked = now
-        following = self._limiter.step(q, qd, qdd, wanted)
+        following = self._limiter.step(q, qd, state.ddq_d, wanted)
         self._publish(state, following)
         return self._velocities(following)
-
-    def _when_heard(self, now: float, state: Any) -> tuple[Sequence[float], ...]:
-        """Positions, velocities, accelerations commanded when the arm hears of the next command.
-
-        A state that this process sees late is answered late. Until then the arm goes on with its
-        acceleration, and an answer to the state alone would come as a jerk.
-        """
-        delay = now - PERIOD * state.time.to_msec()
-        self._delay = min(self._delay, delay)
-        late = min(int((delay - self._delay) / PERIOD + _ANSWER), _MOST_LATE)
-        q, qd, qdd = state.q_d, state.dq_d, state.ddq_d
-        for _ in range(late):
-            qd = [v + PERIOD * a for v, a in zip(qd, qdd, strict=True)]
-            q = [p + PERIOD * v for p, v in zip(q, qd, strict=True)]
-        return q, qd, qdd
 
     def _wanted(self, now: float, q: Sequence[float]) -> Sequence[float] | None:
         """Velocities to come to; None if there is nobody who wants any."""

@@ -12,7 +12,7 @@ from hw.emulators.panda.wire import ERRORS, MotionCommand, MoveStatus
 from hw.panda import JointLimits, Mode
 
 _MOST_LOST = 20
-"""Packets lost in a row that end a motion."""
+"""As the real arm has it."""
 _PATIENCE = 500
 """States that a new motion may wait for its first command."""
 _RECOVERY = 100
@@ -68,6 +68,8 @@ class EmulatedArm:
         """For how many milliseconds the joints have rested."""
         self.still = 0
         """For how many milliseconds they were commanded to rest."""
+        self.most_lost = _MOST_LOST
+        """Packets lost in a row that end a motion."""
         self.seen = Seen()
         self._lost = self._waited = 0
         self._arrived: deque[bool] = deque(maxlen=100)
@@ -167,12 +169,14 @@ class EmulatedArm:
         self._accept(command.qd)
 
     def _go_on(self, excused: bool) -> None:
-        """No command: keep the acceleration, and count."""
+        """No command: keep the acceleration, and count; if excused, keep the velocity."""
         if self._waited < _PATIENCE:
             self._waited += 1
             return
-        if not excused:
-            self._count_lost()
+        if excused:
+            self._apply(self.qd_d)
+            return
+        self._count_lost()
         if self.mode is not Mode.MOVE:
             return
         fastest = self._limits.qd
@@ -186,7 +190,7 @@ class EmulatedArm:
         self._lost += 1
         self.seen.lost += 1
         self.seen.lost_in_a_row = max(self.seen.lost_in_a_row, self._lost)
-        if self._lost >= _MOST_LOST:
+        if self._lost >= self.most_lost:
             self.reflex("communication_constraints_violation")
 
     def _accept(self, qd: tuple[float, ...]) -> None:

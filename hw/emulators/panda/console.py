@@ -54,6 +54,10 @@ def _release(server: PandaServer) -> None:
         server.arm.switch(Mode.IDLE)
 
 
+def _patience(server: PandaServer, packets: str = "20") -> None:
+    server.arm.most_lost = int(packets)
+
+
 def _forget(server: PandaServer) -> None:
     server.arm.seen, server.missed = Seen(), 0
 
@@ -69,6 +73,7 @@ ACTIONS: dict[str, tuple[Callable[..., None], str]] = {
     "drop": (_line("dropped"), "SHARE  of the packets get lost"),
     "delay": (_line("delayed"), "SHARE [SECONDS]  of the packets arrive late"),
     "block": (_block, "[WIDTH]  something of that width lies between the fingers, or nothing"),
+    "patience": (_patience, "PACKETS  lost in a row end a motion"),
     "forget": (_forget, "what was seen so far"),
     "tell": (lambda server: None, "what was seen so far"),
 }

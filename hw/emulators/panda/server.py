@@ -25,6 +25,8 @@ from hw.panda import PANDA, Mode
 _HAND_EVERY = 20
 """States of the arm for one of the hand."""
 _TEMPERATURE = 30
+_LEAST = 0.9 * PERIOD
+"""A commander that had less time to answer, because this computer was busy, is excused [s]."""
 _MOST_MISSED = 200
 """A clock that stood still for more milliseconds than this has lost them."""
 
@@ -70,7 +72,7 @@ class PandaServer:
         self._move: Request | None = None
         self._recovery: Request | None = None
         self._grip: Request | None = None
-        self._newest = 0
+        self._sent = 0.0
         self._on_the_way: list[tuple[int, int, bytes]] = []
         self._late_states: list[tuple[int, int, bytes]] = []
         self._model, self._nowhere = robot_model("frankie"), SE3.Identity()
@@ -92,7 +94,7 @@ class PandaServer:
                 due, missed = now, 0
             self.missed += missed
             if now >= self.frozen_until:
-                self.tick(now)
+                self.tick(now, excused=now - self._sent < _LEAST)
                 for _ in range(missed):
                     self.tick(now, excused=True)
             due += (1 + missed) * PERIOD
@@ -112,6 +114,7 @@ class PandaServer:
         self.arm.tick(command, excused=excused)
         if self._arm_port.is_listened_to and line_works:
             self._send(self._state())
+            self._sent = stopwatch()
         if self._move is not None and self.arm.ended is not None:
             # The state that tells of it goes before the answer.
             self._arm_port.answer(self._move, bytes([self.arm.ended]))
@@ -148,7 +151,7 @@ class PandaServer:
             status = arm.begin_motion() if possible else MoveStatus.INVALID_ARGUMENT
             port.answer(request, bytes([status]))
             if status is MoveStatus.STARTED:
-                self._move, self._newest = request, arm.number
+                self._move = request
         elif request.command == Command.STOP_MOVE:
             arm.stop_motion()
             port.answer(request, bytes([wire.SUCCESS]))
@@ -167,7 +170,7 @@ class PandaServer:
             port.answer(request, bytes([wire.NOT_POSSIBLE if moves else wire.SUCCESS]))
 
     def _command(self, line_works: bool) -> MotionCommand | None:
-        """The newest command that has arrived and is newer than the last one."""
+        """The answer to the newest state, if it has arrived; what answers an older one is late."""
         line, number = self.line, self.arm.number
         arrived = []
         for packet in self._arm_port.packets():
@@ -181,11 +184,7 @@ class PandaServer:
         while self._on_the_way and self._on_the_way[0][0] <= number:
             arrived.append(heapq.heappop(self._on_the_way)[2])
         commands = filter(None, map(wire.read_motion, arrived))
-        newest = max(commands, key=lambda one: one.number, default=None)
-        if newest is None or newest.number <= self._newest:
-            return None
-        self._newest = newest.number
-        return newest
+        return next((one for one in commands if one.number == number), None)
 
     def _state(self) -> bytes:
         arm = self.arm
