@@ -141,6 +141,7 @@ class Grasp(Leaf):
                 return self.failure(short + self._progress.because)
             return self.running("going down")
         self._note(self._locked)
+        self.context.set_down.grasp(self._locked.wTg.translation)
         self.grip(0.0, self._force)
         self._step = self._close
         return self.running("closing")
