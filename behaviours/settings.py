@@ -88,6 +88,8 @@ class PlaceSettings(Checked):
     """Tilt that the hand may have then [rad]."""
     most_relocalisations: int = 3
     """How often the hand goes back over the place because the base was relocalised."""
+    most_unseen: int = 1
+    """How many places the hand goes on from because they were not seen."""
     above: float = 0.12
     """Height over the place that the hand comes from and goes back to [m]."""
     approach_speed: float = 0.6
