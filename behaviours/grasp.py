@@ -16,6 +16,9 @@ from behaviours.ranges import Positive
 from controller import PoseGoal, StepReport
 from perception import GraspEstimate
 
+_SOON = 0.01
+"""Over this time velocities are taken for constant [s]."""
+
 
 class Grasp(Leaf):
     """Grasp the best object seen in a region, following it until the camera is near.
@@ -134,7 +137,7 @@ class Grasp(Leaf):
             hand_may_touch=True,
         )
         report = self.pursue(goal, "descend")
-        if report is None or not report.arrived:
+        if report is None or not report.arrived or self._sinking > settings.closing_speed:
             if report is not None and self._stalled(report):
                 self.context.vision.reject()
                 short = f"stopped {report.position_error:.3f} m before the grasp"
@@ -152,6 +155,13 @@ class Grasp(Leaf):
             return waiting
         self.context.log.attempt(self._begun, self.context.clock.now())
         return self.success(f"closed at {1000 * self.context.state.gripper_width:.0f} mm")
+
+    @property
+    def _sinking(self) -> float:
+        """How fast the arm lowers the hand, as read this tick [m/s]."""
+        model, state = self.context.model, self.context.state
+        soon = model.bTe(state.q + _SOON * state.qd).translation
+        return float(model.bTe(state.q).translation[2] - soon[2]) / _SOON
 
     def _stalled(self, report: StepReport) -> bool:
         return self._progress.is_stuck(report)

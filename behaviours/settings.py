@@ -75,7 +75,9 @@ class GraspSettings(Checked):
     descend_speed: float = 0.25
     """[m/s]."""
     descend_tolerance: float = 0.004
-    """The fingers close this near to the grasp [m]."""
+    """The fingers close this near to the grasp [m] ..."""
+    closing_speed: float = 0.02
+    """... when the hand goes down slower than this: it presses what it holds on the floor [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -195,10 +195,10 @@ def test_a_place_at_which_lowering_failed_is_not_tried_again():
     harness.run_into(leaf, "lower")
     harness.robot.faults = (REFLEX,)
     harness.tick(leaf)
-    assert harness.context.log.places_blocked == {"table": {1}}
+    assert harness.context.log.places_blocked == {"table": {2}}
     harness.robot.faults = ()
     assert harness.run(leaf) is Status.SUCCESS
-    assert leaf.feedback_message == "placed on table, place 2"
+    assert leaf.feedback_message == "placed on table, place 4"
 
 
 def test_a_place_that_the_hand_cannot_be_lowered_on_is_not_tried_again():
@@ -208,7 +208,7 @@ def test_a_place_that_the_hand_cannot_be_lowered_on_is_not_tried_again():
     harness.robot.stuck = True
     assert harness.run(leaf, seconds=5.0) is Status.FAILURE
     assert leaf.feedback_message.startswith("lowering: stuck")
-    assert harness.context.log.places_blocked == {"table": {1}}
+    assert harness.context.log.places_blocked == {"table": {2}}
 
 
 def test_an_emergency_stop_says_nothing_about_the_place():
