@@ -128,16 +128,12 @@ class Grasp(Leaf):
         """Straight down on the locked grasp."""
         if self.context.relocalised:
             return self.failure(self.context.relocalised)
-        settings = self.settings.grasp
-        goal = PoseGoal(
-            wTe=self._locked.wTg,
-            speed=settings.descend_speed,
-            position_tolerance=settings.descend_tolerance,
-            straight=True,
-            hand_may_touch=True,
-        )
-        report = self.pursue(goal, "descend")
-        if report is None or not report.arrived or self._sinking > settings.closing_speed:
+        report = self._go_down()
+        if (
+            report is None
+            or not report.arrived
+            or self._sinking > self.settings.grasp.closing_speed
+        ):
             if report is not None and self._stalled(report):
                 self.context.vision.reject()
                 short = f"stopped {report.position_error:.3f} m before the grasp"
@@ -150,11 +146,23 @@ class Grasp(Leaf):
         return self.running("closing")
 
     def _close(self) -> Status:
-        """Wait for the fingers, the hand at rest."""
+        """Wait for the fingers; the hand, which would coast on without a goal, stays at the grasp."""
+        self._go_down()
         if (waiting := self.fingers("closing")) is not None:
             return waiting
         self.context.log.attempt(self._begun, self.context.clock.now())
         return self.success(f"closed at {1000 * self.context.state.gripper_width:.0f} mm")
+
+    def _go_down(self) -> StepReport | None:
+        settings = self.settings.grasp
+        goal = PoseGoal(
+            wTe=self._locked.wTg,
+            speed=settings.descend_speed,
+            position_tolerance=settings.descend_tolerance,
+            straight=True,
+            hand_may_touch=True,
+        )
+        return self.pursue(goal, "descend")
 
     @property
     def _sinking(self) -> float:
