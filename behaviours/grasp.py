@@ -146,7 +146,7 @@ class Grasp(Leaf):
         return self.running("closing")
 
     def _close(self) -> Status:
-        """Wait for the fingers; the hand, which would coast on without a goal, stays at the grasp."""
+        """Wait for the fingers; the hand keeps to the grasp, or it would coast on."""
         self._go_down()
         if (waiting := self.fingers("closing")) is not None:
             return waiting
