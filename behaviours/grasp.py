@@ -142,11 +142,13 @@ class Grasp(Leaf):
             return self.running("going down")
         self._note(self._locked)
         self.grip(0.0, self._force)
+        self._here = PoseGoal(wTe=self.context.wTe.copy(), straight=True, hand_may_touch=True)
         self._step = self._close
         return self.running("closing")
 
     def _close(self) -> Status:
-        """Wait for the fingers, the hand at rest."""
+        """Wait for the fingers; the hand stays where it is while the base comes to rest."""
+        self.pursue(self._here, "close")
         if (waiting := self.fingers("closing")) is not None:
             return waiting
         self.context.log.attempt(self._begun, self.context.clock.now())
