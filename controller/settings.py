@@ -96,7 +96,7 @@ class DriveSettings(Checked):
 
     POSITIVE = ("pivot_blend", "arrival_distance", "detour")
 
-    heading_gain: float = 0.3
+    heading_gain: float = 0.6
     """k1: how strongly the path bends to arrive with the goal's heading."""
     detour: float = 0.6
     """To arrive with the goal's heading the path swings out no farther than this from the straight
@@ -109,7 +109,7 @@ class DriveSettings(Checked):
     """Misalignment with the path from which it turns more than it drives [rad]."""
     pivot_blend: float = 0.8
     """Misalignment beyond that at which it does not drive at all [rad]."""
-    arrival_distance: float = 0.10
+    arrival_distance: float = 0.06
     """Nearer than this it only turns to its final heading and creeps along its axis [m]."""
 
 
