@@ -24,6 +24,7 @@ from behaviours.grasp import Grasp
 from behaviours.gripper import HoldingObject, OpenGripper
 from behaviours.place import Place
 from behaviours.retreat_check import RetreatCheck
+from controller import PoseGoal
 
 FAR = Region(
     name="table",
@@ -50,6 +51,8 @@ def test_a_grasp_with_fingers_that_never_move_fails_and_the_grasp_is_not_blamed(
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "the fingers did not move"
     assert harness.context.log.attempts == 0
+    above = SE3(np.eye(3), np.array([0.0, 0.0, 0.15])) * harness.context.wTe
+    harness.reach(PoseGoal(wTe=above, straight=True))  # off the block that the fingers are around
     harness.reach_over(looking_down(0.68, 0.0, TABLE_TOP + 0.35))
     assert harness.run(leaf) is Status.FAILURE  # it was found again, and gripped
     assert leaf.feedback_message == "the fingers did not move"
