@@ -72,7 +72,7 @@ class GraspSettings(Checked):
     """A grasp that jumps this far is another one, and gets the full time to be reached [m]."""
     follow_speed: float = 0.5
     """[m/s]."""
-    descend_speed: float = 0.25
+    descend_speed: float = 0.3
     """[m/s]."""
     descend_tolerance: float = 0.004
     """The fingers close this near to the grasp [m]."""
@@ -94,7 +94,7 @@ class PlaceSettings(Checked):
     """[m/s]."""
     approach_tolerance: float = 0.015
     """[m]."""
-    lower_speed: float = 0.2
+    lower_speed: float = 0.25
     """[m/s]."""
     lower_tolerance: float = 0.004
     """[m]."""
