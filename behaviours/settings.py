@@ -72,7 +72,7 @@ class GraspSettings(Checked):
     """A grasp that jumps this far is another one, and gets the full time to be reached [m]."""
     follow_speed: float = 0.5
     """[m/s]."""
-    descend_speed: float = 0.3
+    descend_speed: float = 0.25
     """[m/s]."""
     descend_tolerance: float = 0.004
     """The fingers close this near to the grasp [m]."""
