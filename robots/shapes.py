@@ -219,6 +219,16 @@ def volume(shape: Shape) -> float:
             return np.inf
 
 
+def centroid(shape: Shape) -> Array:
+    """Centre of mass (3,) of a shape in its own frame [m]."""
+    if not isinstance(shape, Hull):
+        return np.zeros(3)
+    corners = shape.vertices[shape.triangles]
+    wedges = np.linalg.det(corners)
+    middle: Array = wedges @ corners.sum(axis=1) / (4.0 * wedges.sum())
+    return middle
+
+
 @cache
 def coal_geometry(shape: Shape) -> Any:
     """The `coal` geometry of a shape; made once for equal shapes."""

@@ -7,9 +7,12 @@ evaluated on `HELDOUT`, which is never trained on.
 from hw.sim.objects.heldout import HELDOUT
 from hw.sim.objects.household import HOUSEHOLD
 from hw.sim.objects.making import (
+    DENSITY,
+    FRICTION,
     MAX_FOOTPRINT,
     MAX_HEIGHT,
     MAX_LENGTH,
+    PALETTE,
     ObjectClass,
     fitting,
     make_object,
@@ -20,12 +23,15 @@ OBJECT_CLASSES: dict[str, ObjectClass] = {**HOUSEHOLD, **TRAIN, **HELDOUT}
 """All classes that a scene may name."""
 
 __all__ = [
+    "DENSITY",
+    "FRICTION",
     "HELDOUT",
     "HOUSEHOLD",
     "MAX_FOOTPRINT",
     "MAX_HEIGHT",
     "MAX_LENGTH",
     "OBJECT_CLASSES",
+    "PALETTE",
     "TRAIN",
     "ObjectClass",
     "fitting",
