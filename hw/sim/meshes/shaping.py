@@ -9,6 +9,8 @@ from robots import Array, Triangles
 
 _WELD = 1e-6
 """Corners nearer than this share of the largest edge of the bounding box are one."""
+_MOST_LOST = 0.05
+"""Share of the surface that simplifying may take away."""
 
 
 def welded(vertices: Array, triangles: Triangles) -> tuple[Array, Triangles]:
@@ -26,15 +28,25 @@ def welded(vertices: Array, triangles: Triangles) -> tuple[Array, Triangles]:
 
 
 def simplified(vertices: Array, triangles: Triangles, most: int) -> tuple[Array, Triangles]:
-    """About so many triangles at most, by quadric error metrics: thin walls stay two walls."""
+    """About so many triangles at most, by quadric error metrics: thin walls stay two walls.
+
+    More are kept where a part would vanish otherwise.
+    """
     if len(triangles) <= most:
         return vertices, triangles
     import fast_simplification
 
     low, size = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
     unit = ((vertices - low) / size).astype(np.float32)
-    corners, fewer = fast_simplification.simplify(unit, triangles, target_count=most)
-    return welded(low + size * corners.astype(np.float64), fewer.astype(np.int32))
+    area = _area(vertices, triangles)
+    for target in (most, 2 * most, 4 * most):
+        if target >= len(triangles):
+            return vertices, triangles
+        corners, fewer = fast_simplification.simplify(unit, triangles, target_count=target)
+        found = welded(low + size * corners.astype(np.float64), fewer.astype(np.int32))
+        if len(found[1]) and abs(_area(*found) / area - 1.0) < _MOST_LOST:
+            return found
+    return found
 
 
 def is_closed(triangles: Triangles) -> bool:
@@ -76,6 +88,11 @@ def components(vertices: Array, triangles: Triangles) -> list[tuple[Array, Trian
         used, flat = np.unique(triangles[body == number], return_inverse=True)
         found.append((vertices[used], flat.reshape(-1, 3).astype(np.int32)))
     return found
+
+
+def _area(vertices: Array, triangles: Triangles) -> float:
+    a, b, c = vertices[triangles].transpose(1, 0, 2)
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2.0
 
 
 def _rim(triangles: Triangles) -> npt.NDArray[np.int64]:
