@@ -69,8 +69,9 @@ class SimObject:
             return [*self.placed()]
         return [Surface(self.mesh, self.pose, self.name, self.parts[0].colour)]
 
-    def reach(self, direction: Array) -> float:
-        """Its largest coordinate along a unit direction (3,) of the world [m]."""
-        along = self.pose.rotation.T @ direction
+    def reach(self, direction: Array, wTo: SE3 | None = None) -> float:
+        """Its largest coordinate along a unit direction (3,) of the world, at any pose [m]."""
+        pose = self.pose if wTo is None else wTo
+        along = pose.rotation.T @ direction
         from_origin = max(reach(part, along) for part in self.parts)
-        return float(direction @ self.pose.translation) + from_origin
+        return float(direction @ pose.translation) + from_origin

@@ -101,7 +101,7 @@ def test_only_an_open_mesh_is_seen_from_inside() -> None:
 
 
 def test_a_hull_measures_as_the_box_with_its_corners() -> None:
-    placed = hull_of(CORNERS + [0.2, -0.1, 0.4])
+    placed = hull_of(CORNERS + np.array([0.2, -0.1, 0.4]))
     box, hull = Box(HALF), placed.shape
     np.testing.assert_allclose(placed.pose.translation, [0.2, -0.1, 0.4])
     np.testing.assert_allclose(half_extents(hull), half_extents(box))
@@ -112,7 +112,8 @@ def test_a_hull_measures_as_the_box_with_its_corners() -> None:
     for way in np.random.default_rng(0).normal(size=(5, 3)):
         assert reach(Geom(hull, pose), way) == pytest.approx(reach(Geom(box, pose), way))
     one, other = footprint(Geom(hull, pose), 0.45, 0.52), footprint(Geom(box, pose), 0.45, 0.52)
-    assert one is not None and other is not None
+    assert one is not None
+    assert other is not None
     x, y = np.random.default_rng(0).uniform(-0.2, 0.4, (2, 50))
     np.testing.assert_allclose(one.distances(x, y), other.distances(x, y), atol=1e-9)
     assert footprint(Geom(hull, pose), 0.7, 0.8) is None

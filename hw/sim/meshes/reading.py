@@ -34,13 +34,8 @@ _TURNS = {
     "z": np.eye(3),
 }
 """What turns the axis of this name upwards."""
-_NAMES = {
-    "m": "metres",
-    "dm": "decimetres",
-    "cm": "centimetres",
-    "mm": "millimetres",
-    "in": "inches",
-}
+_NAMES: dict[Units, str] = {"mm": "millimetres", "m": "metres", "cm": "centimetres", "in": "inches"}
+"""The likeliest first."""
 
 
 class MeshError(UserError):
@@ -81,7 +76,7 @@ def _check_size(extents: Array, units: Units, scale: float, sizes: tuple[float, 
         likely = [
             f"are these {name}? write `units: {unit}`"
             for unit, name in _NAMES.items()
-            if smallest <= longest / METRES[units] * METRES[unit] <= largest  # type: ignore[index]
+            if smallest <= longest / METRES[units] * METRES[unit] <= largest
         ]
         hint = (likely or ["correct `units` or `scale`"])[0]
         between = f"{_length(smallest)} to {_length(largest)} are possible"
