@@ -6,7 +6,7 @@ import numpy as np
 from pinocchio import SE3
 
 from hw.sim.objects.making import ObjectClass, Parts
-from hw.sim.objects.modelling import cut_out, hollow, lying, swept, turned
+from hw.sim.objects.modelling import SIDES, cut_out, hollow, lying, swept, turned
 
 
 def _bottle(rng: np.random.Generator, width: float) -> Parts:
@@ -50,13 +50,13 @@ def _coffee_mug(rng: np.random.Generator, width: float) -> Parts:
     deep, tall = rng.uniform(0.02, 0.028), 0.3 * height
     out, up = r - wall / 2.0 + deep * np.cos(bend), height / 2.0 + tall * np.sin(bend)
     handle = swept(np.stack([out, 0.0 * bend, up], axis=1), rng.uniform(0.010, 0.014), 0.008)
-    return [*hollow([(0.0, r), (height, r)], wall), *handle]
+    return [*hollow([(0.0, r), (height, r)], wall, SIDES), *handle]
 
 
 def _bowl(rng: np.random.Generator, width: float) -> Parts:
-    """`width` is that of its wall."""
+    """Its wall is steep near the rim; `width` is that of its wall."""
     rim, height = rng.uniform(0.055, 0.07), rng.uniform(0.035, 0.05)
-    profile = [(0.0, 0.55 * rim), (0.4 * height, 0.85 * rim), (height, rim)]
+    profile = [(0.0, 0.55 * rim), (0.35 * height, 0.93 * rim), (height, rim)]
     return hollow(profile, width)
 
 
