@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pinocchio import SE3, exp3
 
-from controller.footprints import footprint
+from controller.floor.footprints import footprint
 from hw.sim import DepthRenderer
 from hw.sim.contact import patch, separation, travel
 from hw.sim.surface import Mesh, Surface
