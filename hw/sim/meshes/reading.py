@@ -15,7 +15,7 @@ from hw.sim.surface import Mesh
 from robots import Array, Triangles
 
 Units: TypeAlias = Literal["m", "cm", "mm", "in"]
-Up: TypeAlias = Literal["x", "y", "z"]
+Up: TypeAlias = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 SUFFIXES = (".glb", ".obj", ".off", ".ply", ".stl")
 """Of the files that can be read."""
@@ -33,6 +33,9 @@ _TURNS = {
     "x": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
     "y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
     "z": np.eye(3),
+    "-x": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]]),
+    "-y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]),
+    "-z": np.diag([1.0, -1.0, -1.0]),
 }
 """What turns the axis of this name upwards."""
 _NAMES: dict[Units, str] = {"mm": "millimetres", "m": "metres", "cm": "centimetres", "in": "inches"}

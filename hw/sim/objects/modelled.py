@@ -121,14 +121,16 @@ def _drill(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _light_bulb(rng: np.random.Generator, width: float) -> Parts:
-    """Lying; `width` is that of its glass."""
+    """Lying on its glass and the rim of its socket; `width` is that of its glass."""
     r = width / 2.0
     angles = np.linspace(0.0, 0.78 * np.pi, 8)
     glass = [(r - r * float(np.cos(a)), r * float(np.sin(a)) + 1e-3) for a in angles]
     end, neck = glass[-1]
     socket = max(0.012, 0.8 * neck)
-    profile = [*glass, (end + 0.3 * r, socket), (end + 0.3 * r + 0.02, socket)]
-    return lying(turned(profile))
+    length = end + 0.3 * r + 0.02
+    profile = [*glass, (end + 0.3 * r, socket), (length, socket)]
+    tilt = np.arcsin(r / np.hypot(length - r, socket)) - np.arctan2(socket, length - r)
+    return lying(turned(profile), float(tilt))
 
 
 MODELLED: dict[str, ObjectClass] = {
