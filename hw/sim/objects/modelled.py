@@ -54,9 +54,9 @@ def _coffee_mug(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _bowl(rng: np.random.Generator, width: float) -> Parts:
-    """Its wall is steep near the rim; `width` is that of its wall."""
+    """Its wall is steep; `width` is that of its wall."""
     rim, height = rng.uniform(0.055, 0.07), rng.uniform(0.035, 0.05)
-    profile = [(0.0, 0.55 * rim), (0.35 * height, 0.93 * rim), (height, rim)]
+    profile = [(0.0, 0.8 * rim), (0.15 * height, 0.96 * rim), (height, rim)]
     return hollow(profile, width)
 
 
