@@ -7,7 +7,7 @@ the base.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from enum import IntEnum
 from itertools import product
 from typing import Any, NamedTuple
@@ -38,11 +38,13 @@ class PairKind(IntEnum):
     """The arm meets what stands around."""
     HAND = 3
     """Hand, fingers and what they hold meet what stands around."""
-    BASE_MOVING = 4
+    PALM = 4
+    """The palm does, which has nothing to touch even where the fingers close."""
+    BASE_MOVING = 5
     """The base meets what moves by itself."""
-    ARM_MOVING = 5
+    ARM_MOVING = 6
     """Arm or hand meet what moves by itself."""
-    AHEAD = 6
+    AHEAD = 7
     """The base would meet later what moves by itself."""
 
 
@@ -100,7 +102,8 @@ class CollisionModel:
         parts = _parts(model, surroundings.held)
         numbers = {name: [self._add(name, p) for p in some] for name, some in parts.items()}
         self.bodies = [
-            Body(number, part.geom, _kinds(name)[0])
+            # What was seen may be what is grasped, which comes up to the palm.
+            Body(number, part.geom, PairKind.HAND if name == "palm" else _kinds(name)[0])
             for name, some in parts.items()
             if name != "floor"
             for number, part in zip(numbers[name], some, strict=True)
@@ -108,9 +111,11 @@ class CollisionModel:
         self.fixed = [self._add_still(one) for one in surroundings.fixtures]
         """Numbers of the fixtures, in their order."""
         self.moving = [self._add_still(one.geom) for one in surroundings.moving]
-        self.pairs = self._pair(numbers, self.fixed)
-        self.holds = np.isin(self.pairs.first, numbers["held"])
-        """(P,) whether it is what the hand holds that meets something."""
+        loose = [self._add_still(one) for one in surroundings.loose]
+        self.pairs = pairs = self._pair(numbers, loose)
+        self.lasts = ~(np.isin(pairs.first, numbers["held"]) | np.isin(pairs.second, loose))
+        """(P,) whether neither is held or loose: those pairs are the same, in the same order, as
+        long as the same fixtures stand around."""
         self._results = pin.GeometryData(self._shapes)
         self.reach = self._reach()
         """(G, n) the most by which a degree of freedom moves any point of a shape [m/rad]."""
@@ -186,7 +191,7 @@ class CollisionModel:
             self._shapes.addGeometryObject(pin.GeometryObject(unique, joint, 0, geom.pose, shape))
         )
 
-    def _pair(self, numbers: dict[str, list[int]], fixed: Iterable[int]) -> Pairs:
+    def _pair(self, numbers: dict[str, list[int]], loose: list[int]) -> Pairs:
         """All pairs that can meet: of the robot with itself, and of it with everything else."""
         found: list[tuple[int, int, PairKind]] = []
         aliases = {"hand": ("hand", "camera", "held")}
@@ -194,13 +199,14 @@ class CollisionModel:
             for second in aliases.get(other, (other,)):
                 for a, b in product(numbers[one], numbers.get(second, [])):
                     found.append((b, a, PairKind.SELF))
-        still, moving = list(fixed), self.moving
         for name, some in numbers.items():
             kind, kind_moving = _kinds(name)
             if name == "floor":
                 continue
-            found += [(a, b, kind) for a, b in product(some, still)]
-            found += [(a, b, kind_moving) for a, b in product(some, moving)]
+            found += [(a, b, kind) for a, b in product(some, self.fixed)]
+            found += [(a, b, kind_moving) for a, b in product(some, self.moving)]
+            if kind is PairKind.ARM:
+                found += [(a, b, kind) for a, b in product(some, loose)]
         for a, b, _ in found:
             self._shapes.addCollisionPair(pin.CollisionPair(a, b))
         table = np.array(found, dtype=np.int64).reshape(-1, 3)
@@ -254,7 +260,7 @@ _KINDS = {
     "base": (PairKind.BASE, PairKind.BASE_MOVING),
     "link0": (PairKind.BASE, PairKind.BASE_MOVING),
     "hand": (PairKind.HAND, PairKind.ARM_MOVING),
-    "palm": (PairKind.HAND, PairKind.ARM_MOVING),
+    "palm": (PairKind.PALM, PairKind.ARM_MOVING),
     "held": (PairKind.HAND, PairKind.ARM_MOVING),
 }
 """How parts of the robot meet what stands around, and what moves; the others are of the arm."""

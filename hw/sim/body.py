@@ -21,9 +21,10 @@ from hw.sim.hand import Hand
 from hw.sim.members import BASE, HAND_TOLERANCE, Configuration
 from hw.sim.reflex import Reflex
 from hw.sim.sim_object import SimObject
+from hw.sim.surface import Visible
 from hw.sim.world import World
 from hw.truth import Touch
-from robots import Geom, RobotDescription
+from robots import RobotDescription
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +92,7 @@ class SimBody:
         """The hand in the world."""
         return Hand(self.description.gripper, self.wTe)
 
-    def shapes(self) -> list[Geom]:
+    def shapes(self) -> list[Visible]:
         """All that its camera can see, the hand included, in the world."""
         return [*self.world.shapes(), *self.hand.shapes(self.width)]
 

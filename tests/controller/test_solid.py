@@ -1,6 +1,8 @@
 """Nothing is hit: the robot among things that stand and move, judged by geometry of its own."""
 
+import coal
 import numpy as np
+import pinocchio as pin
 import pytest
 from motion import READY, State, move, tool_pose
 from pinocchio import SE3
@@ -17,7 +19,7 @@ from controller import (
     Surroundings,
     robot_model,
 )
-from robots import Box, Cylinder, Geom, load_robot, with_reverse_speed
+from robots import Box, Cylinder, Geom, coal_geometry, load_robot, with_reverse_speed
 
 WALL = Geom(Box((0.05, 3.0, 0.15)), SE3(np.eye(3), np.array([2.0, 0.0, 0.15])), "wall")
 """Too low for the arm to meet it."""
@@ -36,6 +38,15 @@ def gap_to_post(model, wTb, x, y, radius) -> float:
     across = wTb.actInv(np.array([x, y, 0.0]))[:2]
     beyond = np.maximum(np.abs(across) - [length / 2, width / 2], 0.0)
     return float(np.hypot(*beyond)) - radius
+
+
+def distance(one: Geom, other: Geom) -> float:
+    shapes = [
+        part
+        for g in (one, other)
+        for part in (coal_geometry(g.shape), coal.Transform3s(g.pose.rotation, g.pose.translation))
+    ]
+    return float(coal.distance(*shapes, coal.DistanceRequest(), coal.DistanceResult()))
 
 
 class Lagging:
@@ -105,6 +116,14 @@ def test_a_base_goal_behind_a_wall_is_reached_around_it(model):
     assert reports[-1].arrived
 
 
+def test_what_is_loose_is_not_in_the_way_of_the_base(model):
+    """It stands on furniture, which is."""
+    goal = BaseGoal(wTb=SE3(np.eye(3), np.array([3.0, 0.0, 0.0])))
+    low = Geom(Box((0.05, 0.05, 0.05)), SE3(np.eye(3), np.array([2.0, 0.0, 0.05])), "box")
+    state, _ = drive(model, goal, Surroundings(loose=(low,)), 8.0, lambda state: None)
+    assert state.wTb.translation[0] == pytest.approx(3.0, abs=0.02)
+
+
 def test_a_base_goal_inside_furniture_is_refused_at_once_and_the_base_stands_still(model):
     goal = BaseGoal(wTb=SE3(np.eye(3), np.array([2.0, 0.5, 0.3])))
     state, reports = drive(model, goal, Surroundings(fixtures=(WALL,)), 0.5, lambda state: None)
@@ -138,19 +157,18 @@ def test_an_arm_that_folds_keeps_off_what_is_in_its_way(model):
     post = Geom(Cylinder(0.05, 1.0), SE3(np.eye(3), np.array([x + 0.1, y + 0.45, 1.0])), "post")
     q = READY.copy()
     q[0] = 2.5
-    around = Surroundings(fixtures=(post,))
-    gaps = {}
-    for known in (True, False):
-        distances = []
+    gaps = []
+    for around in (Surroundings(), Surroundings(fixtures=(post,)), Surroundings(loose=(post,))):
+        distances: list[float] = []
 
         def note(state, distances=distances):
             hand = model.wTe(state.wTb, state.q).translation
             distances.append(float(np.hypot(*(hand - post.pose.translation)[:2])))
 
-        drive(model, PostureGoal(q=q), around if known else Surroundings(), 6.0, note)
-        gaps[known] = min(distances)
-    assert gaps[False] < 0.13  # it would hit the post
-    assert gaps[True] > gaps[False] + 0.02
+        drive(model, PostureGoal(q=q), around, 6.0, note)
+        gaps.append(min(distances))
+    assert gaps[0] < 0.13  # it would hit the post
+    assert min(gaps[1:]) > gaps[0] + 0.02
 
 
 def test_what_comes_towards_the_robot_is_given_way(model):
@@ -201,3 +219,52 @@ def test_the_same_steps_give_the_same_commands(model):
     around = Surroundings(fixtures=(WALL, TABLE_TOP))
     ends = [drive(model, goal, around, 3.0, lambda state: None)[0] for _ in range(2)]
     np.testing.assert_array_equal(ends[0].q, ends[1].q)
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.0005, 0.05])
+def test_the_palm_comes_to_a_wall_and_does_not_touch_it_where_the_hand_may(model, aside):
+    """A grasp beside a wall as high as the palm, which it would clear by 1 mm less `aside`."""
+    palm = model.description.gripper.palm
+    half = palm.shape.half
+    wTe = tool_pose(0.65, 0.0, 0.55)
+    beside = wTe.translation[1] + wTe.rotation[1] @ palm.pose.translation
+    reach = half[0] if abs(wTe.rotation[1, 0]) > 0.5 else half[1]
+    face = beside + reach + 0.001 - aside
+    wall = Geom(
+        Box((0.3, 0.005, 0.05)), SE3(np.eye(3), np.array([0.65, face + 0.005, 0.62])), "wall"
+    )
+    gaps = []
+
+    def note(state):
+        wTp = model.wTe(state.wTb, state.q) * palm.pose
+        gaps.append(distance(Geom(palm.shape, wTp), wall))
+
+    state, _ = drive(
+        model,
+        PoseGoal(wTe=wTe, straight=True, hand_may_touch=True),
+        Surroundings(fixtures=(wall,)),
+        4.0,
+        note,
+    )
+    missed = np.linalg.norm(model.wTe(state.wTb, state.q).translation - wTe.translation)
+    assert gaps
+    assert min(gaps) > 0.0
+    if aside < 0.001:
+        assert missed < 0.004
+
+
+@pytest.mark.parametrize("heading", [-0.6, -0.4])
+def test_a_base_that_is_told_to_rest_keeps_its_distance_as_before(model, heading):
+    """It turns while it drives at a wall; braking alone would take it nearer than it may come."""
+    wall = Geom(Box((0.3, 3.0, 0.15)), SE3(np.eye(3), np.array([1.9, 0.0, 0.15])), "wall")
+    around, nearest = Surroundings(fixtures=(wall,)), 9.0
+    for ticks in range(150, 200, 10):
+        controller, robot, last = HolisticController(model), Lagging(model), Command.stop()
+        robot.state.wTb = SE3(pin.utils.rotate("z", heading), np.zeros(3))
+        for tick in range(ticks + 100):
+            goal = PoseGoal(wTe=tool_pose(2.2, 0.0, 0.6), straight=True) if tick < ticks else None
+            last, _ = controller.step(robot.state, goal, last, around)
+            robot.follow(last)
+            nearest = min(nearest, 1.6 - corners(model, robot.state.wTb)[:, 0].max())
+    stop = ControllerSettings().collision.near_stop_distance
+    assert 0.95 * stop < nearest < 0.1
