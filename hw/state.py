@@ -24,12 +24,12 @@ class FaultKind(Enum):
     """A person pressed the button."""
     STALE_POSE = "stale pose"
     """The base no longer knows where it is."""
+    CONNECTION = "connection lost"
+    """A part of the robot does not answer any more."""
+    NOT_READY = "not ready"
+    """Motors are off, or something else has the robot: a mode that is locked, another program."""
     OPERATION = "operation failed"
     """A gripper motion or a recovery ended with an error."""
-    LINK = "no answer"
-    """A part does not answer any more."""
-    MODE = "mode"
-    """A person has put the robot into a mode in which it takes no commands."""
 
 
 @dataclass(frozen=True, kw_only=True)

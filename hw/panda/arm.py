@@ -168,13 +168,13 @@ class PandaArm:
             return [Fault(kind=kind, text=f"the {what}: {cause}", clearable=clearable)]
 
         if silence := self._silence(reading):
-            return fault(FaultKind.LINK, silence, clearable=True)
+            return fault(FaultKind.CONNECTION, silence, clearable=True)
         if reading.mode is Mode.USER_STOPPED:
             cause = "its stop button is pressed"
             return fault(FaultKind.EMERGENCY_STOP, cause, clearable=False)
         if reading.mode in _MODES:
             recovering = reading.mode is Mode.RECOVERING
-            return fault(FaultKind.MODE, _MODES[reading.mode], clearable=recovering)
+            return fault(FaultKind.NOT_READY, _MODES[reading.mode], clearable=recovering)
         if reading.trouble:
             return fault(FaultKind.REFLEX, reading.trouble, clearable=True)
         return []

@@ -84,7 +84,7 @@ class PandaHand:
             stamp=reading.stamp + self._offset,
             width=reading.width,
             moving=self._gripping > 0,
-            faults=(Fault(kind=FaultKind.LINK, text=text, clearable=True),) if cause else (),
+            faults=(Fault(kind=FaultKind.CONNECTION, text=text, clearable=True),) if cause else (),
         )
 
     def grip(self, width: float, force: float) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from math import isfinite
 
 from hw.emulators.panda.parts import PERIOD, Joints
-from hw.emulators.panda.wire import ERRORS, MotionCommand, MoveStatus
+from hw.emulators.panda.wire import ERRORS, JOINT_VELOCITY, MotionCommand, MoveStatus
 from hw.panda import JointLimits, Mode
 
 _MOST_LOST = 20
@@ -74,6 +74,7 @@ class EmulatedArm:
         self._lost = self._waited = 0
         self._arrived: deque[bool] = deque(maxlen=100)
         self._recovery = 0
+        self._generator = JOINT_VELOCITY
 
     @property
     def success_rate(self) -> float:
@@ -86,11 +87,11 @@ class EmulatedArm:
 
     # what a program asks
 
-    def begin_motion(self) -> MoveStatus:
-        """Begin to follow joint velocities."""
+    def begin_motion(self, generator: int = JOINT_VELOCITY) -> MoveStatus:
+        """Begin to follow joint velocities or positions."""
         if self.mode is not Mode.IDLE:
             return MoveStatus.NOT_POSSIBLE
-        self.mode, self.last_errors = Mode.MOVE, frozenset()
+        self.mode, self.last_errors, self._generator = Mode.MOVE, frozenset(), generator
         self.q_d, self.qd_d, self.qdd_d = self.joints.q, _Z7, _Z7
         self._lost = self._waited = 0
         self._arrived.clear()
@@ -166,7 +167,11 @@ class EmulatedArm:
                 self._end(MoveStatus.SUCCESS, Mode.IDLE)
             return
         self._waited = _PATIENCE
-        self._accept(command.qd)
+        if self._generator == JOINT_VELOCITY:
+            self._accept(command.qd)
+        else:
+            rows = zip(command.q, self.q_d, strict=True)
+            self._accept(tuple([(w - p) / PERIOD for w, p in rows]))
 
     def _go_on(self, excused: bool) -> None:
         """No command: keep the acceleration, and count; if excused, keep the velocity."""

@@ -22,6 +22,8 @@ from hw.emulators.panda.parts import OPENING, PERIOD, Fingers, Joints
 from hw.emulators.panda.wire import Command, HandCommand, HandStatus, MotionCommand, MoveStatus
 from hw.panda import PANDA, Mode
 
+_GENERATORS = (wire.JOINT_POSITION, wire.JOINT_VELOCITY)
+_CONTROLLERS = (wire.JOINT_IMPEDANCE, wire.CARTESIAN_IMPEDANCE)
 _HAND_EVERY = 20
 """States of the arm for one of the hand."""
 _TEMPERATURE = 30
@@ -73,6 +75,7 @@ class PandaServer:
         self._recovery: Request | None = None
         self._grip: Request | None = None
         self._sent = 0.0
+        self._motion = (wire.JOINT_VELOCITY, wire.JOINT_IMPEDANCE)
         self._on_the_way: list[tuple[int, int, bytes]] = []
         self._late_states: list[tuple[int, int, bytes]] = []
         self._model, self._nowhere = robot_model("frankie"), SE3.Identity()
@@ -146,12 +149,12 @@ class PandaServer:
             if good:
                 port.send_states_to(states_to)
         elif request.command == Command.MOVE:
-            _, generator, *_ = wire.MOVE.unpack(request.payload)
-            possible = generator == wire.JOINT_VELOCITY
-            status = arm.begin_motion() if possible else MoveStatus.INVALID_ARGUMENT
+            controller, generator, *_ = wire.MOVE.unpack(request.payload)
+            possible = generator in _GENERATORS and controller in _CONTROLLERS
+            status = arm.begin_motion(generator) if possible else MoveStatus.INVALID_ARGUMENT
             port.answer(request, bytes([status]))
             if status is MoveStatus.STARTED:
-                self._move = request
+                self._move, self._motion = request, (generator, controller)
         elif request.command == Command.STOP_MOVE:
             arm.stop_motion()
             port.answer(request, bytes([wire.SUCCESS]))
@@ -202,6 +205,7 @@ class PandaServer:
             arm.flags(arm.last_errors),
             arm.mode,
             arm.success_rate if arm.mode is Mode.MOVE else 0.0,
+            *self._motion,
         )
 
     def _send(self, state: bytes) -> None:

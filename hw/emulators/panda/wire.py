@@ -95,10 +95,10 @@ class MoveStatus(IntEnum):
 
 SUCCESS, NOT_POSSIBLE, MANUAL_RECOVERY = 0, 1, 2
 """Answers to commands that are no motion."""
-JOINT_VELOCITY = 1
-"""The motion generator that is emulated, as a Move request names it."""
-JOINT_IMPEDANCE, NO_CONTROLLER = 0, 3
-"""Controllers in the state."""
+JOINT_POSITION, JOINT_VELOCITY = 0, 1
+"""The motion generators that are emulated, as a Move request names them."""
+JOINT_IMPEDANCE, CARTESIAN_IMPEDANCE, NO_CONTROLLER = 0, 1, 3
+"""The controllers that are emulated, and none, as requests and states name them."""
 
 HEADER = struct.Struct("<III")
 """Of a request or answer of the arm: command, its number, size of the whole message."""
@@ -145,8 +145,10 @@ class MotionCommand(NamedTuple):
 
     number: int
     """Of the state that it answers."""
+    q: tuple[float, ...]
+    """(7,) [rad]; counts in a motion by positions."""
     qd: tuple[float, ...]
-    """(7,) [rad/s]."""
+    """(7,) [rad/s]; counts in a motion by velocities."""
     finished: bool
 
 
@@ -155,7 +157,7 @@ def read_motion(packet: bytes) -> MotionCommand | None:
     if len(packet) != MOTION.size:
         return None
     values = MOTION.unpack(packet)
-    return MotionCommand(values[0], values[8:15], bool(values[40]))
+    return MotionCommand(values[0], values[1:8], values[8:15], bool(values[40]))
 
 
 _S = 0.5**0.5
@@ -180,6 +182,8 @@ def pack_state(
     last_errors: bytes,
     mode: int,
     success_rate: float,
+    generator: int = JOINT_VELOCITY,
+    controller: int = JOINT_IMPEDANCE,
 ) -> bytes:
     """A state of the arm.
 
@@ -195,6 +199,8 @@ def pack_state(
         last_errors: (41,) those that ended the last motion.
         mode: one of `Mode`.
         success_rate: share of the last 100 commands that arrived.
+        generator: of motions, if it is in one.
+        controller: of the joints, if it is in a motion.
     """
     moving = mode == Mode.MOVE
     elbow = (q[2], -1.0)
@@ -227,8 +233,8 @@ def pack_state(
         *_Z6,
         *q,
         *qd,
-        JOINT_VELOCITY + 1 if moving else 0,
-        JOINT_IMPEDANCE if moving else NO_CONTROLLER,
+        generator + 1 if moving else 0,
+        controller if moving else NO_CONTROLLER,
         *errors,
         *last_errors,
         mode,

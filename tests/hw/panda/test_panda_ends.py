@@ -130,7 +130,7 @@ def test_a_driver_that_is_killed_is_a_fault_and_a_recovery_starts_another(emulat
         process.kill()
         assert until(lambda: arm.read().faults) < 0.25
         (fault,) = arm.read().faults
-        assert fault.kind is FaultKind.LINK
+        assert fault.kind is FaultKind.CONNECTION
         arm.recover()
         assert arm.read().faults == ()
     finally:
@@ -146,10 +146,10 @@ def test_a_robot_that_is_switched_off_is_a_fault():
     try:
         emulator.process.kill()
         assert until(lambda: arm.read().faults) < 0.5
-        assert arm.read().faults[0].kind is FaultKind.LINK
+        assert arm.read().faults[0].kind is FaultKind.CONNECTION
         with pytest.raises(HardwareError, match="activate FCI"):
             arm.recover()
-        assert arm.read().faults[0].kind is FaultKind.LINK
+        assert arm.read().faults[0].kind is FaultKind.CONNECTION
     finally:
         arm.close()
         emulator.process.wait()

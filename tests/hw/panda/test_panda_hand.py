@@ -101,7 +101,7 @@ def test_a_hand_that_falls_silent_is_a_fault_and_a_grip_connects_again(hand, emu
     begun = time.monotonic()
     until(lambda: hand.read().faults)
     assert time.monotonic() - begun < 1.0
-    assert hand.read().faults[0].kind is FaultKind.LINK
+    assert hand.read().faults[0].kind is FaultKind.CONNECTION
     until(lambda: time.monotonic() - begun > 1.5)
     hand.grip(0.04, 20.0)
     assert width_of(hand) == pytest.approx(0.04, abs=1e-3)

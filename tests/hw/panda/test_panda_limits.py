@@ -9,9 +9,14 @@ import pytest
 
 from hw.emulators.panda import EmulatedArm, LaggedJoints, MotionCommand
 from hw.panda import PANDA, VelocityLimiter
+from robots import load_robot
 
 LIMITS = PANDA.limits
 TICKS = 300
+
+
+def by_velocity(number: int, qd: tuple[float, ...]) -> MotionCommand:
+    return MotionCommand(number, (0.0,) * 7, qd, False)
 
 
 def wild(rng: np.random.Generator) -> Iterator[tuple[float, ...]]:
@@ -41,7 +46,7 @@ def drive(seed: int) -> EmulatedArm:
     for tick, wanted in enumerate(wild(rng)):
         qd = tuple(limiter.step(arm.q_d, arm.qd_d, arm.qdd_d, wanted))
         is_lost = rng.random() < lost
-        arm.tick(None if is_lost and tick > 0 else MotionCommand(tick, qd, False))
+        arm.tick(None if is_lost and tick > 0 else by_velocity(tick, qd))
         rows = zip(arm.q_d, LIMITS.q_min, LIMITS.q_max, strict=True)
         assert all(low <= q <= high for q, low, high in rows)
     return arm
@@ -74,7 +79,7 @@ def test_a_joint_that_is_driven_to_its_end_stops_before_it(joint, way):
     wanted = way * 100.0 * np.eye(7)[joint]
     for tick in range(4000):
         qd = limiter.step(arm.q_d, arm.qd_d, arm.qdd_d, wanted)
-        arm.tick(MotionCommand(tick, tuple(qd), False))
+        arm.tick(by_velocity(tick, tuple(qd)))
     assert not arm.errors
     end = (LIMITS.q_max if way > 0.0 else LIMITS.q_min)[joint]
     assert abs(arm.joints.q[joint] - end) < 0.03
@@ -97,7 +102,7 @@ def test_a_stop_takes_as_long_as_the_slowest_joint_needs(speed, longest):
 def broken(arm: EmulatedArm, *commands: tuple[float, ...]) -> str:
     arm.begin_motion()
     for number, qd in enumerate(commands):
-        arm.tick(MotionCommand(number, qd, False))
+        arm.tick(by_velocity(number, qd))
     return next(iter(arm.errors), "")
 
 
@@ -120,7 +125,7 @@ def test_the_emulated_arm_does_refuse_what_the_real_one_refuses(speeds, error):
 def test_the_emulated_arm_counts_lost_packets_and_stops_at_twenty():
     arm = EmulatedArm(LaggedJoints(), LIMITS)
     arm.begin_motion()
-    arm.tick(MotionCommand(1, (0.003,) * 7, False))
+    arm.tick(by_velocity(1, (0.003,) * 7))
     for _ in range(19):
         arm.tick(None)
     assert not arm.errors
@@ -131,3 +136,11 @@ def test_the_emulated_arm_counts_lost_packets_and_stops_at_twenty():
     for _ in range(30):
         arm.tick(None)
     assert not any(arm.qd_d)
+
+
+def test_the_limits_are_those_of_the_description():
+    described = load_robot("frankie").limits
+    np.testing.assert_array_equal(LIMITS.q_min, described.q_min)
+    np.testing.assert_array_equal(LIMITS.q_max, described.q_max)
+    np.testing.assert_array_equal(LIMITS.qd, described.qd)
+    assert (VelocityLimiter(LIMITS).qdd >= described.qdd).all()

@@ -64,14 +64,18 @@ def test_a_state_has_every_value_in_its_place():
     assert doubles(tail, 85, 1) == (0.93,)
 
 
-MOTION = bytes.fromhex("0800000000000000") + bytes(56) + struct.pack("<7d", *VELOCITIES)
+MOTION = (
+    bytes.fromhex("0800000000000000")
+    + struct.pack("<7d", *joints(0.2))
+    + struct.pack("<7d", *VELOCITIES)
+)
 MOTION += bytes(128 + 48 + 16 + 1) + b"\x01" + bytes(56)
 
 
 def test_a_motion_command_is_read():
     assert len(MOTION) == 370
     command = wire.read_motion(MOTION)
-    assert command == (8, VELOCITIES, True)
+    assert command == (8, joints(0.2), VELOCITIES, True)
     assert wire.read_motion(MOTION[:-1]) is None
 
 
