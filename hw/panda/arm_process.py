@@ -15,7 +15,7 @@ from typing import Any
 
 from hw.clock import stopwatch
 from hw.panda.child import Parent, Request, claim, hurry, leave
-from hw.panda.explanations import explain, name_errors
+from hw.panda.explanations import explain
 from hw.panda.generation import PANDA, load_library
 from hw.panda.mailbox import Mailbox, open_memory
 from hw.panda.records import ARM_COMMAND, ARM_READING, Mode
@@ -58,26 +58,29 @@ class ArmProcess:
         torques, forces = settings["torques"], settings["forces"]
         if Mode(int(self._robot.read_once().robot_mode)) in (Mode.IDLE, Mode.REFLEX):
             self._robot.set_collision_behavior(torques, torques, forces, forces)
-        self._publish(self._robot.read_once(), _ZERO)
+        self._look()
 
     def run(self) -> None:
         """Until there is no parent any more."""
         while self._parent.commands():
             still_alive()
-            state = self._robot.read_once()
-            mode = Mode(int(state.robot_mode))
-            if mode is Mode.REFLEX and not self._trouble:
-                self._trouble = explain(
-                    f'["{name_errors(state.current_errors) or "reflex"}"] motion aborted by reflex'
-                )
-            self._allow(mode)
-            self._publish(state, _ZERO)
+            mode = self._look()
             if request := self._parent.request():
                 self._do(request, mode)
             elif self._may_move and self._is_wanted():
                 self._move()
             else:
                 time.sleep(_NAP)
+
+    def _look(self) -> Mode:
+        """Read the arm and tell; what it is doing."""
+        state = self._robot.read_once()
+        mode = Mode(int(state.robot_mode))
+        if mode is Mode.REFLEX and not self._trouble:
+            self._trouble = explain(f"{state.current_errors} motion aborted by reflex")
+        self._allow(mode)
+        self._publish(state, _ZERO)
+        return mode
 
     def _is_wanted(self) -> bool:
         """Whether there is a fresh command to move."""
@@ -122,9 +125,7 @@ class ArmProcess:
             error = self._trouble or f"the arm is in mode {mode.name.lower()}"
         elif not self._move(request["q"], request["speed"]):
             error = self._trouble or "the arm was stopped on its way"
-        state = self._robot.read_once()
-        self._allow(Mode(int(state.robot_mode)))
-        self._publish(state, _ZERO)
+        self._look()
         self._parent.answer(request, error)
 
     def _recover(self, mode: Mode) -> str:

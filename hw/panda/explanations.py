@@ -56,8 +56,3 @@ def explain(error: BaseException | str) -> str:
         if mark in text:
             return f"{cause}; {hint}" if named or "refuse" not in hint else hint
     return cause
-
-
-def name_errors(errors: object) -> str:
-    """The errors of a state by name, as the library prints them; empty if there is none."""
-    return ", ".join(re.findall(r'"([a-z_]+)"', repr(errors)))

@@ -88,6 +88,22 @@ def test_a_robot_that_a_person_keeps_from_moving(emulator, done, hint):
 
 
 @needs_library
+def test_a_reflex_of_before_is_told_and_not_cleared_by_connecting(emulator):
+    emulator.do("reflex joint_reflex")
+    arm = PandaArm(emulator.address, WallClock())
+    arm.connect()
+    try:
+        (fault,) = arm.read().faults
+        assert fault.kind is FaultKind.REFLEX
+        assert "joint_reflex" in fault.text
+        assert emulator.tell()["mode"] == "REFLEX"
+        arm.recover()
+        assert arm.read().faults == ()
+    finally:
+        arm.close()
+
+
+@needs_library
 def test_a_robot_that_says_nothing_is_perhaps_commanded_by_another(emulator):
     emulator.do("unplug 30")
     try:
