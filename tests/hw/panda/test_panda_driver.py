@@ -129,8 +129,10 @@ def test_what_is_no_number_is_a_stop(arm, emulator, value):
 
 def test_wild_commands_leave_no_limit(arm, emulator):
     rng = np.random.default_rng(3)
-    for _ in range(30):
-        stream(arm, rng.choice([0.01, 0.03, 0.1]), rng.uniform(-5.0, 5.0, 7))
+    for _ in range(15):
+        seconds, qd = rng.choice([0.01, 0.03, 0.1]), rng.uniform(-5.0, 5.0, 7)
+        stream(arm, seconds, qd)
+        stream(arm, seconds, -qd)
     stream(arm, 0.3, ZERO)
     told = emulator.tell()
     assert told["violations"] == []

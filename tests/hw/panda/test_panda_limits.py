@@ -77,7 +77,7 @@ def test_a_joint_that_is_driven_to_its_end_stops_before_it(joint, way):
     arm.begin_motion()
     limiter = VelocityLimiter(LIMITS)
     wanted = way * 100.0 * np.eye(7)[joint]
-    for tick in range(4000):
+    for tick in range(2500):
         qd = limiter.step(arm.q_d, arm.qd_d, arm.qdd_d, wanted)
         arm.tick(by_velocity(tick, tuple(qd)))
     assert not arm.errors
