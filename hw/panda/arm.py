@@ -170,7 +170,7 @@ class PandaArm:
         if silence := self._silence(reading):
             return fault(FaultKind.CONNECTION, silence, clearable=True)
         if reading.mode is Mode.USER_STOPPED:
-            cause = "its stop button is pressed"
+            cause = "its stop button is pressed: release it, then recover"
             return fault(FaultKind.EMERGENCY_STOP, cause, clearable=False)
         if reading.mode in _MODES:
             recovering = reading.mode is Mode.RECOVERING

@@ -58,7 +58,7 @@ class DriverProcess:
         self._stderr: IO[bytes] | None = None
         self._buffer = b""
         self._asked = 0
-        self._writing, self._asking = threading.Lock(), threading.Lock()
+        self._writing, self._asking, self._hearing = (threading.Lock() for _ in range(3))
         self._last_words = ""
 
     @property
@@ -128,9 +128,13 @@ class DriverProcess:
             return self._last_words or "its driver is not running"
         if process.poll() is None:
             return ""
-        if not self._last_words:
-            while (message := self._message(0.0)) is not None:
-                self._last_words = message.get("error") or self._last_words
+        # Whoever waits for an answer hears of the end, too; nobody waits for him here.
+        if not self._last_words and self._hearing.acquire(blocking=False):
+            try:
+                while (message := self._next_line(0.0)) is not None:
+                    self._last_words = message.get("error") or self._last_words
+            finally:
+                self._hearing.release()
         return self._last_words or f"its driver has ended: {self._cause(process.returncode)}"
 
     def end(self, patience: float = 2.0) -> None:
@@ -171,6 +175,10 @@ class DriverProcess:
 
     def _message(self, timeout: float) -> dict[str, Any] | None:
         """The next line of the process; None if none comes in time or it has ended."""
+        with self._hearing:
+            return self._next_line(timeout)
+
+    def _next_line(self, timeout: float) -> dict[str, Any] | None:
         process, until = self._process, stopwatch() + timeout
         if process is None or process.stdout is None:
             return None
