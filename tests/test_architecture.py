@@ -20,6 +20,7 @@ ROOMS = (
     "perception.networks",
     "hw",
     "hw.sim",
+    "hw.sim.physics",
     "behaviours",
     "trees.language",
     "trees",
