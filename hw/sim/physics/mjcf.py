@@ -37,10 +37,12 @@ AXES = ("x", "y", "yaw")
 """Joints of the base."""
 ARM = tuple(f"joint{number}" for number in range(1, 8))
 
-_SOLREF = (0.006, 1.0)
-"""Time constant [s] and damping ratio of contacts: as stiff as three steps allow ..."""
+_SOLREF = (-88000.0, -600.0)
+"""Stiffness [1/s²] and damping [1/s] of contacts, as MuJoCo wants them, negative. Friction knows no
+place, only a velocity that it takes away at this damping: what is carried round at ω creeps by
+about ω²r / 600 s. A step lets it grow to 1000; there it would shake."""
 _SOLIMP = (0.95, 0.99, 0.0005, 0.5, 2.0)
-"""... and nearly rigid from the first half millimetre on."""
+"""Contacts are nearly rigid from the first half millimetre on."""
 _IMPRATIO = 10.0
 """How much stiffer friction is than pressure: what is held creeps less."""
 
