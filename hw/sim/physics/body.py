@@ -17,7 +17,7 @@ from hw.clock import Clock
 from hw.sim.body import Dynamics, SimBody
 from hw.sim.members import BASE, FINGERS, HELD
 from hw.sim.physics.engine import Engine, Press
-from hw.sim.physics.mjcf import TIMESTEP
+from hw.sim.physics.mjcf import SIDES, TIMESTEP
 from hw.sim.physics.reflex import ForceReflex
 from hw.sim.sim_object import SimObject
 from hw.sim.world import World
@@ -31,6 +31,8 @@ _FILTER = 0.02
 """Time constant with which forces are estimated [s]."""
 _TOUCH = 1.0
 """Smallest force that counts as a contact [N]."""
+_SETTING_DOWN = 20.0
+"""With more than that the held object is not set down, but hits something [N]."""
 _HOLDING_FORCE = 20.0
 """Of the fingers until they are told another one [N]."""
 _AT_WIDTH, _STILL_SPEED, _STILL_TIME = 5e-4, 0.004, 0.1
@@ -99,12 +101,11 @@ class PhysicalBody(SimBody):
             pushed = sum(press.force for press in presses if press.part == BASE)
             self._pushed += filtered * (pushed - self._pushed)
             self._feel(presses)
-            pinched = engine.pinched() or pinched
+            pinched = _pinched(presses) or pinched
             for press in presses:
-                if press.force > _TOUCH:
+                if press.force > (_SETTING_DOWN if press.part == HELD else _TOUCH):
                     self._note(press, now + TIMESTEP)
-        if self.world.held is not pinched or self._opening:
-            self.world.held = None if self._opening else pinched
+        self.world.held = None if self._opening else pinched
         self._look()
         self._rest_fingers(dt)
 
@@ -178,6 +179,16 @@ class PhysicalBody(SimBody):
             pose = engine.object_pose(number)
             if pose is not None:
                 obj.pose = self._poses[number] = pose
+
+
+def _pinched(presses: list[Press]) -> SimObject | None:
+    """The object that both fingers press on, if any."""
+    for press in presses:
+        if press.side == SIDES[0] and isinstance(press.owner, SimObject):
+            for other in presses:
+                if other.side == SIDES[1] and other.owner is press.owner:
+                    return press.owner
+    return None
 
 
 def _hardest(presses: list[Press]) -> Press | None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 from pinocchio import SE3, Quaternion
 
+from hw.sim.members import HELD
 from hw.sim.physics.mjcf import ARM, AXES, SIDES, robot_model_in
 from hw.sim.sim_object import SimObject
 from hw.sim.walker import Walker
@@ -16,19 +17,30 @@ from robots import Array, RobotDescription
 
 _WINDUP = 0.05
 """A joint's servo may be ahead of the joint by this much; more is forgotten [rad]."""
-_NOBODY = -1
-_PAD = "pad"
 
 
 class Press(NamedTuple):
     """A part of the robot presses on something, or what it holds does."""
 
     part: str
+    side: str
+    """Of the hand, if it is a finger."""
     thing: str
     owner: SimObject | Walker | None
     """The thing, if it can move."""
     force: float
     """[N]."""
+
+
+class _Identity(NamedTuple):
+    """Who a geom belongs to."""
+
+    part: str = ""
+    """Of the robot."""
+    side: str = ""
+    thing: str = ""
+    """That is not of the robot."""
+    owner: SimObject | Walker | None = None
 
 
 class Engine:
@@ -42,7 +54,6 @@ class Engine:
     def __init__(self, description: RobotDescription, world: World) -> None:
         self._model = model = robot_model_in(description, world)
         self._data = data = mujoco.MjData(model)
-        self._world = world
         joints = [model.joint(name) for name in (*AXES, *ARM, *SIDES)]
         places = np.array([joint.qposadr[0] for joint in joints])
         rates = np.array([joint.dofadr[0] for joint in joints])
@@ -53,49 +64,19 @@ class Engine:
         self._set_points = model.actuator_actadr[self._servos]
         self._gripper = model.actuator("fingers").id
         self._tool = model.site("tool").id
-        self._read_names(description)
+        frees = [model.joint(f"object/{number}") for number in range(len(world.objects))]
+        self._object_q = [free.qposadr[0] for free in frees]
+        self._object_v = [free.dofadr[0] for free in frees]
+        self._trees = [model.body_treeid[model.jnt_bodyid[free.id]] for free in frees]
+        self._mocaps = [model.body(f"walker/{n}").mocapid[0] for n in range(len(world.walkers))]
+        self._geoms = [_identity(model.geom(geom), model, world) for geom in range(model.ngeom)]
+        self._is_robot = np.array([bool(geom.part) for geom in self._geoms])
+        self._is_of = {
+            obj.name: np.array([geom.owner is obj for geom in self._geoms]) for obj in world.objects
+        }
         data.qpos[self._arm_q] = data.act[self._set_points] = description.arm.ready
         data.ctrl[self._gripper] = description.gripper.opening
         mujoco.mj_forward(model, data)
-
-    def _read_names(self, description: RobotDescription) -> None:
-        """Who each geom belongs to."""
-        model, world = self._model, self._world
-        self._objects = [model.joint(f"object/{n}").qposadr[0] for n in range(len(world.objects))]
-        self._object_v = [model.joint(f"object/{n}").dofadr[0] for n in range(len(world.objects))]
-        self._trees = [
-            model.body_treeid[model.body(f"object/{n}").id] for n in range(len(world.objects))
-        ]
-        self._mocaps = [model.body(f"walker/{n}").mocapid[0] for n in range(len(world.walkers))]
-        movable = [*world.objects, *world.walkers]
-        self._owners: list[SimObject | Walker | None] = []
-        self._things: list[str] = []
-        self._parts: list[str] = []
-        for geom in range(model.ngeom):
-            kind, number, *_ = model.geom(geom).name.split("/")
-            owner, part, thing = None, "", ""
-            if kind == "fixture":
-                thing = world.fixtures[int(number)].name
-            elif kind in ("object", "walker"):
-                first = 0 if kind == "object" else len(world.objects)
-                owner = movable[first + int(number)]
-                thing = owner.name
-            else:
-                part = kind
-            self._owners.append(owner)
-            self._things.append(thing)
-            self._parts.append(part)
-        self._is_robot = np.array([bool(part) for part in self._parts])
-        fingers = [model.body(side).id for side in SIDES]
-        self._side_of = {
-            geom: SIDES[fingers.index(body)]
-            for geom, body in enumerate(model.geom_bodyid)
-            if body in fingers
-        }
-        self._geoms_of = {
-            id(owner): frozenset(g for g, o in enumerate(self._owners) if o is owner)
-            for owner in world.objects
-        }
 
     def step(self) -> None:
         """One `TIMESTEP`."""
@@ -128,22 +109,26 @@ class Engine:
     @property
     def base(self) -> Array:
         """(3,) x, y, heading [m, m, rad]."""
-        return self._data.qpos[self._base_q]
+        values: Array = self._data.qpos[self._base_q]
+        return values
 
     @property
     def base_velocity(self) -> Array:
         """(3,) in the world [m/s, m/s, rad/s]."""
-        return self._data.qvel[self._base_v]
+        values: Array = self._data.qvel[self._base_v]
+        return values
 
     @property
     def q(self) -> Array:
         """(7,) of the arm [rad]."""
-        return self._data.qpos[self._arm_q]
+        values: Array = self._data.qpos[self._arm_q]
+        return values
 
     @property
     def qd(self) -> Array:
         """(7,) of the arm [rad/s]."""
-        return self._data.qvel[self._arm_v]
+        values: Array = self._data.qvel[self._arm_v]
+        return values
 
     @property
     def width(self) -> float:
@@ -159,21 +144,21 @@ class Engine:
         """Of an object in the world; None while it is asleep and has not moved."""
         if not self._data.tree_awake[self._trees[number]]:
             return None
-        first = self._objects[number]
+        first = self._object_q[number]
         w, x, y, z = self._data.qpos[first + 3 : first + 7]
         turn = Quaternion(w, x, y, z).normalized().toRotationMatrix()
         return SE3(turn, self._data.qpos[first : first + 3].copy())
 
     def put_object(self, number: int, wTo: SE3) -> None:
         """Put an object somewhere, at rest but awake."""
-        first, rate = self._objects[number], self._object_v[number]
+        first, rate = self._object_q[number], self._object_v[number]
         x, y, z, w = Quaternion(wTo.rotation).coeffs()
         self._data.qpos[first : first + 7] = (*wTo.translation, w, x, y, z)
         self._data.qvel[rate : rate + 6] = (0.0, 0.0, -1e-6, 0.0, 0.0, 0.0)
 
     def push_object(self, number: int, xy: Array, velocity: Array) -> None:
         """Move an object over what carries it: to a place (2,) with a velocity (2,) [m, m/s]."""
-        first, rate = self._objects[number], self._object_v[number]
+        first, rate = self._object_q[number], self._object_v[number]
         self._data.qpos[first : first + 2] = xy
         self._data.qvel[rate : rate + 2] = velocity
 
@@ -186,7 +171,8 @@ class Engine:
     @property
     def load(self) -> Array:
         """(7,) torques with which contacts, and what is held, press on the arm [Nm]."""
-        return self._data.qfrc_constraint[self._arm_v]
+        values: Array = self._data.qfrc_constraint[self._arm_v]
+        return values
 
     def force_at_tool(self, load: Array) -> float:
         """The force at the end effector that fits torques (7,) of the arm best [N]."""
@@ -196,43 +182,34 @@ class Engine:
         return float(np.linalg.norm(wrench[:3]))
 
     def presses(self, held: SimObject | None) -> list[Press]:
-        """What robot and held object press on, in any order; other objects do not count for it."""
-        found = []
-        carried = self._geoms_of[id(held)] if held is not None else frozenset()
-        for mine, other, force in self._robot_contacts(carried):
-            if self._is_robot[mine]:
-                owner = self._owners[other]
-                found.append(Press(self._parts[mine], self._things[other], owner, force))
-            elif self._owners[other] is None:
-                found.append(Press("held object", self._things[other], None, force))
-        return found
-
-    def pinched(self) -> SimObject | None:
-        """The object that both fingers press on, if any."""
-        sides: dict[int, set[str]] = {}
-        for mine, other, _ in self._robot_contacts(frozenset()):
-            owner, side = self._owners[other], self._side_of.get(mine)
-            if side is not None and isinstance(owner, SimObject):
-                pressing = sides.setdefault(id(owner), set())
-                pressing.add(side)
-                if len(pressing) == len(SIDES):
-                    return owner
-        return None
-
-    def _robot_contacts(self, carried: frozenset[int]) -> list[tuple[int, int, float]]:
-        """Pairs of geoms that press on each other, one of the robot or what it carries first."""
+        """What robot and held object press on; objects do not count for the held one."""
         contacts = self._data.contact
-        pairs, rows = contacts.geom, contacts.efc_address
-        mine = self._is_robot[pairs]
-        if carried:
-            mine |= np.isin(pairs, list(carried))
+        pairs, rows, is_robot = contacts.geom, contacts.efc_address, self._is_robot
+        is_ours = is_robot if held is None else is_robot | self._is_of[held.name]
         found = []
-        for number in np.flatnonzero(mine.any(axis=1) & (rows >= 0)):
-            first, second = pairs[number].tolist()
+        for number in np.flatnonzero(is_ours[pairs].any(axis=1) & (rows >= 0)):
+            mine, other = pairs[number].tolist()
+            if is_robot[other] or not is_ours[mine]:
+                mine, other = other, mine
             force = float(self._data.efc_force[rows[number]])
-            if force <= 0.0:
-                continue
-            if self._is_robot[second] or not (self._is_robot[first] or first in carried):
-                first, second = second, first
-            found.append((first, second, force))
+            part, side, _, _ = self._geoms[mine]
+            _, _, thing, owner = self._geoms[other]
+            if force > 0.0 and (part or not isinstance(owner, SimObject)):
+                found.append(Press(part or HELD, side, thing, owner, force))
         return found
+
+
+def _identity(geom: Any, model: mujoco.MjModel, world: World) -> _Identity:
+    kind, number, *_ = geom.name.split("/")
+    match kind:
+        case "fixture":
+            return _Identity(thing=world.fixtures[int(number)].name)
+        case "object":
+            obj = world.objects[int(number)]
+            return _Identity(thing=obj.name, owner=obj)
+        case "walker":
+            walker = world.walkers[int(number)]
+            return _Identity(thing=walker.name, owner=walker)
+        case part:
+            body = model.body(geom.bodyid[0]).name
+            return _Identity(part, side=body if body in SIDES else "")
