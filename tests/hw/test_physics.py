@@ -149,10 +149,10 @@ def test_a_differential_base_does_not_slip_sideways():
 
 
 def test_the_bumper_stops_the_base_and_lets_it_leave():
-    sim = physical(box("wall", (1.0, 0.0, 0.5), (0.1, 1.0, 0.5)))
-    assert sim.drive((0.5, 0.0, 0.0), s=2.0) == [("bumper", "the base hit wall")]
+    sim = physical(box("step", (1.0, 0.0, 0.15), (0.1, 1.0, 0.15)))
+    assert sim.drive((0.5, 0.0, 0.0), s=2.0) == [("bumper", "the base hit step")]
     assert sim.x + FRONT == pytest.approx(0.9, abs=5e-3)
-    assert sim.touches == ["the base hit wall"]
+    assert sim.touches == ["the base hit step"]
     sim.robot.recover()
     assert sim.drive((-0.3, 0.0, 0.0), s=1.0) == []
     assert sim.x + FRONT < 0.75
@@ -172,10 +172,10 @@ def test_the_reflex_stops_the_arm_at_30_newtons_and_lets_it_leave():
     assert sim.robot.read().q[0] < before - 0.15
 
 
-def test_a_walker_who_walks_into_the_base_trips_the_bumper():
-    walker = Walker("Ada", 0.25, 1.75, [(1.5, 0.0), (0.0, 0.0)], 1.0)
+def test_a_dog_that_runs_into_the_base_trips_the_bumper():
+    walker = Walker("Rex", 0.25, 0.4, [(1.5, 0.0), (0.0, 0.0)], 1.0)
     sim = physical(walkers=[walker])
-    assert sim.drive(s=1.5) == [("bumper", "the base hit Ada")]
+    assert sim.drive(s=1.5) == [("bumper", "the base hit Rex")]
 
 
 def test_the_base_pushes_what_lies_on_the_floor():
