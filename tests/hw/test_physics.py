@@ -127,6 +127,8 @@ def test_a_joint_follows_its_velocity_with_its_lag():
     assert 0.5 < sim.robot.read().qd[5] / 0.4 < 0.75
     sim.drive(qd=turning(6, 0.4), s=0.5)
     assert sim.robot.read().qd[5] == pytest.approx(0.4, rel=0.01)
+    sim.drive(qd=turning(7, 2.61), s=0.6)
+    assert sim.robot.read().qd[6] == pytest.approx(2.61, rel=0.01)
 
 
 def test_the_arm_keeps_its_posture_while_the_base_starts_and_turns():

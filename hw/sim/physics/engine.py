@@ -16,7 +16,8 @@ from hw.sim.world import World
 from robots import Array, RobotDescription
 
 _WINDUP = 0.05
-"""A joint's servo may be ahead of the joint by this much; more is forgotten [rad]."""
+"""A joint's servo may be ahead of the joint by this much more than its lag; what it cannot do is
+forgotten then [rad]."""
 
 
 class Press(NamedTuple):
@@ -74,6 +75,7 @@ class Engine:
         self._is_of = {
             obj.name: np.array([geom.owner is obj for geom in self._geoms]) for obj in world.objects
         }
+        self._arm_lag = description.arm.lag
         data.qpos[self._arm_q] = data.act[self._set_points] = description.arm.ready
         data.ctrl[self._gripper] = description.gripper.opening
         mujoco.mj_forward(model, data)
@@ -90,9 +92,12 @@ class Engine:
 
     def turn(self, qd: Array) -> None:
         """Turn the joints at velocities (7,), from now on."""
-        data, q = self._data, self._data.qpos[self._arm_q]
+        data = self._data
+        ahead = data.qpos[self._arm_q] + self._arm_lag * data.qvel[self._arm_v]
         data.ctrl[self._servos] = qd
-        data.act[self._set_points] = np.clip(data.act[self._set_points], q - _WINDUP, q + _WINDUP)
+        data.act[self._set_points] = np.clip(
+            data.act[self._set_points], ahead - _WINDUP, ahead + _WINDUP
+        )
 
     def relax(self) -> None:
         """Press no further with the arm: its joints hold where they are."""
