@@ -6,6 +6,7 @@ randomness; the bank of postures that it looks up was drawn beforehand.
 """
 
 from controller.checked import Checked
+from controller.collision import SelfCollision
 from controller.command import (
     N_ARM,
     Array,
@@ -21,7 +22,6 @@ from controller.model import RobotModel, manipulability, robot_model
 from controller.parts import STEP_PARTS
 from controller.point_cloud import PointCloud
 from controller.report import StepReport
-from controller.self_collision import SelfCollision
 from controller.settings import PAPER, PRESETS, ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Obstacle, Surroundings
 from controller.validation import GoalError

@@ -8,10 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from pinocchio import SE3
 
-from controller.avoidance import Avoidance, Near
-from controller.base_drive import Pose2D, drive_along
 from controller.bounds import VelocityBounds
-from controller.collision_model import CollisionModels
+from controller.collision import (
+    SLACK_COSTS,
+    Avoidance,
+    CollisionModels,
+    Near,
+    SelfCollision,
+    waits_for,
+)
 from controller.command import (
     Array,
     BaseGoal,
@@ -21,19 +26,16 @@ from controller.command import (
     PoseGoal,
     PostureGoal,
 )
-from controller.dampers import SLACK_COSTS
+from controller.floor import Pose2D, drive_along, plain_lead
 from controller.guidance import Guide
 from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
 from controller.qp import QP, Rows, Solver, joined
 from controller.report import StepReport
-from controller.route import plain_lead
-from controller.self_collision import SelfCollision
 from controller.servo import Servo, approach_speed, error_norm, pose_error
 from controller.settings import ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Obstacle, Surroundings
 from controller.validation import check_inputs
-from controller.yielding import waits_for
 
 _SLOWING = 0.9
 """Share of its velocities that a robot keeps in a period in which it does not know where to go."""

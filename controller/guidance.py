@@ -7,21 +7,22 @@ from math import cos, inf
 import numpy as np
 from pinocchio import SE3
 
-from controller.base_drive import Lead, Pose2D
-from controller.carrying import Carrying
-from controller.collision_model import CollisionModels
+from controller.collision import CollisionModels, SelfCollision
 from controller.command import Array, BaseGoal, PoseGoal
-from controller.floor_map import FloorMap
-from controller.following import Follower
+from controller.floor import FloorMap, Lead, Pose2D, Route
 from controller.model import RobotModel
-from controller.route import Route
-from controller.self_collision import SelfCollision
 from controller.servo import PoseError
 from controller.settings import ControllerSettings
-from controller.stance import Stance
-from controller.stance_bias import Remaining, StanceBias, bias_towards
-from controller.stance_finder import StanceFinder
-from controller.stance_search import StanceSearch
+from controller.stance import (
+    Carrying,
+    Follower,
+    Remaining,
+    Stance,
+    StanceBias,
+    StanceFinder,
+    StanceSearch,
+    bias_towards,
+)
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
 _LONGEST_REST = 50

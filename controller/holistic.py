@@ -25,7 +25,7 @@ from controller.command import Array
 from controller.model import RobotModel, manipulability
 from controller.qp import QP
 from controller.settings import ControllerSettings
-from controller.stance_bias import StanceBias
+from controller.stance import StanceBias
 
 
 class Linearisation(NamedTuple):

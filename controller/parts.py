@@ -6,10 +6,9 @@ from typing import Any
 
 from controller import controller, holistic
 from controller.bounds import VelocityBounds
-from controller.dampers import Dampers
+from controller.collision import Dampers, Proximity
 from controller.guidance import Guide
 from controller.model import RobotModel
-from controller.proximity import Proximity
 from controller.qp import Solver
 
 STEP_PARTS: dict[str, tuple[tuple[Any, str], ...]] = {

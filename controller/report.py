@@ -7,7 +7,7 @@ from math import inf
 
 from pinocchio import SE3
 
-from controller.base_drive import Pose2D
+from controller.floor import Pose2D
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

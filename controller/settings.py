@@ -62,7 +62,8 @@ class JointLimitSettings(Checked):
 class CollisionSettings(Checked):
     """Velocity dampers between shapes, from whose speed the robot can always brake.
 
-    They keep it off itself, the floor and what stands around; see `controller/dampers.py`.
+    They keep it off itself, the floor and what stands around; see
+    `controller/collision/dampers.py`.
     """
 
     POSITIVE = ("influence_distance", "braking", "max_deceleration", "delay_periods")

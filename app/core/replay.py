@@ -141,9 +141,7 @@ def _options(folder: Path) -> dict[str, Any]:
         }
         held = control["breaks"] or control["groot"]
     except OSError as error:
-        raise ReplayError(
-            f"{path}: cannot be read ({error.strerror}); replay another run"
-        ) from error
+        raise _unreadable(path, error) from error
     except _DAMAGED as error:
         raise _damage(path, error) from error
     if held:
@@ -159,9 +157,7 @@ def _turns(path: Path) -> npt.NDArray[np.void]:
         _require_file(path)
         turns: npt.NDArray[np.void] = np.load(path, allow_pickle=False)
     except OSError as error:
-        raise ReplayError(
-            f"{path}: cannot be read ({error.strerror or error}); replay another run"
-        ) from error
+        raise _unreadable(path, error) from error
     except (EOFError, MemoryError, *_DAMAGED) as error:
         raise _damage(path, error) from error
     if not isinstance(turns, np.ndarray) or turns.dtype != TURN or turns.ndim != 1:
@@ -198,9 +194,7 @@ def _notes(path: Path) -> _Notes:
             if "number" in note:
                 notes.faults[int(note["number"])] = tuple(map(_fault, note["faults"]))
     except OSError as error:
-        raise ReplayError(
-            f"{path}: cannot be read ({error.strerror}); replay another run"
-        ) from error
+        raise _unreadable(path, error) from error
     except _DAMAGED as error:
         raise _damage(path, error) from error
     return notes

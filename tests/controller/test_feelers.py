@@ -6,8 +6,8 @@ import pytest
 from pinocchio import SE3
 
 from controller import ControllerSettings, PointCloud, Surroundings, robot_model
-from controller.dampers import Dampers
-from controller.proximity import Proximity
+from controller.collision.dampers import Dampers
+from controller.collision.proximity import Proximity
 from robots import Box, Capsule, Geom, Sphere, from_rounded_boxes, rounded_box
 
 

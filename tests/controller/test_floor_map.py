@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 from pinocchio import SE3
 
-from controller.floor_map import FAR, NEAR, FloorMap
+from controller.floor.floor_map import FAR, NEAR, FloorMap
 from robots import Box, Capsule, Cylinder, Geom, Plane, Sphere, coal_geometry, load_robot
 
 FRANKIE = load_robot("frankie")

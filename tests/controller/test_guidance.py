@@ -24,11 +24,11 @@ from controller import (
     SelfCollision,
     robot_model,
 )
-from controller.base_drive import Pose2D
+from controller.floor.base_drive import Pose2D
 from controller.guidance import Guide
-from controller.postures import BANK, SEED, bank, draw, forward_kinematics
 from controller.servo import pose_error
-from controller.stance_search import StanceSearch
+from controller.stance.postures import BANK, SEED, bank, draw, forward_kinematics
+from controller.stance.search import StanceSearch
 from controller.stance_settings import StanceSettings
 from robots import load_robot, robot_names
 

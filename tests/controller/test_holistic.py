@@ -8,7 +8,7 @@ from scipy.optimize import lsq_linear, minimize
 
 from controller import ControllerSettings, robot_model
 from controller.bounds import VelocityBounds
-from controller.dampers import SLACK_COSTS
+from controller.collision.dampers import SLACK_COSTS
 from controller.holistic import build_qp, linearise
 from controller.qp import Solver
 from robots import load_robot

@@ -14,8 +14,8 @@ from controller import (
     Surroundings,
     robot_model,
 )
-from controller.dampers import Dampers
-from controller.proximity import Distances, Proximity
+from controller.collision.dampers import Dampers
+from controller.collision.proximity import Distances, Proximity
 from robots import Box, Cylinder, Geom
 
 TABLE = (

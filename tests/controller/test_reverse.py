@@ -9,7 +9,7 @@ from motion import Run, assert_within_limits, run_to, tool_pose
 from pinocchio import SE3
 
 from controller import PAPER, BaseGoal, HolisticController, PoseGoal, RobotModel
-from controller.base_drive import Pose2D, drive_to, time_to_drive
+from controller.floor.base_drive import Pose2D, drive_to, time_to_drive
 from controller.settings import ControllerSettings, DriveSettings
 from robots import load_robot, with_base_speed, with_reverse_speed
 

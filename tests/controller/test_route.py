@@ -8,9 +8,9 @@ import pytest
 from test_floor_map import base_at, box, distance
 
 from controller import RobotModel
-from controller.base_drive import Pose2D, drive_along, drive_to, time_to_drive
-from controller.floor_map import FloorMap
-from controller.route import Route
+from controller.floor.base_drive import Pose2D, drive_along, drive_to, time_to_drive
+from controller.floor.floor_map import FloorMap
+from controller.floor.route import Route
 from controller.settings import ControllerSettings
 from robots import Geom, load_robot
 

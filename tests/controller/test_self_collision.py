@@ -6,6 +6,7 @@ from motion import State, move, tool_pose
 from pinocchio import SE3
 
 from controller import (
+    OPEN_FLOOR,
     Command,
     HolisticController,
     PoseGoal,
@@ -13,11 +14,19 @@ from controller import (
     SelfCollision,
     robot_model,
 )
+from controller.collision.collision_model import CollisionModel, PairKind
+from controller.collision.proximity import Proximity, Ranges
 from robots import load_robot
 
 READY = load_robot("frankie").arm.ready
 
 FOLDED_INTO_BASE = np.array([0.0, 1.7, 0.0, -2.9, 0.0, 2.6, 0.78])
+
+
+def proximity(model, within: float) -> Proximity:
+    """Of a robot for which pairs matter that are nearer than `within` [m]."""
+    kinds = np.ones(len(PairKind))
+    return Proximity(model, Ranges(within, 0.0 * kinds, kinds, within * kinds))
 
 
 @pytest.fixture(params=["frankie", "omni"])
@@ -44,28 +53,30 @@ def test_clearance_over_the_floor_is_the_height_of_the_lowest_finger_tip():
 
 
 def test_growth_of_a_distance_is_its_derivative(model):
-    rng, body, checked = np.random.default_rng(1), SelfCollision(model), 0
+    rng, body, checked = np.random.default_rng(1), CollisionModel(model), 0
     while checked < 30:
         q = rng.uniform(model.limits.q_min, model.limits.q_max)
         distance = body.clearance(q)
         if not 0.01 < distance < 0.1:
             continue
-        (nearest, *_) = sorted(body.near(q, 0.1), key=lambda pair: pair.distance)
-        assert nearest.distance == pytest.approx(distance)
+        near = proximity(model, 0.1).near(SE3.Identity(), q, OPEN_FLOOR, np.zeros(model.n))
+        nearest = int(near.d.argmin())
+        assert near.d[nearest] == pytest.approx(distance)
         move_by = rng.normal(size=7) * 1e-5
         grown = (body.clearance(q + move_by) - body.clearance(q - move_by)) / 2.0
-        assert grown == pytest.approx(float(nearest.row @ move_by), abs=2e-7)
+        row = near.rows[nearest, model.n_base :]
+        assert grown == pytest.approx(float(row @ move_by), abs=2e-7)
         checked += 1
 
 
 def test_parts_far_from_each_other_are_not_mentioned_however_the_arm_got_there(model):
     """Coal is not asked on every call: what it is asked must still suffice."""
-    rng, body = np.random.default_rng(2), SelfCollision(model)
+    rng, body, kept = np.random.default_rng(2), CollisionModel(model), proximity(model, 0.05)
     q = READY.copy()
     for _ in range(2000):
         q = np.clip(q + rng.normal(size=7) * 0.02, model.limits.q_min, model.limits.q_max)
-        near = body.near(q, 0.05)
-        assert bool(near) == (SelfCollision.clearance(body, q) <= 0.05)
+        near = kept.near(SE3.Identity(), q, OPEN_FLOOR, np.zeros(model.n))
+        assert bool(len(near.d)) == (body.clearance(q) <= 0.05)
 
 
 @pytest.mark.parametrize("straight", [True, False])

@@ -16,16 +16,16 @@ from controller import (
     SelfCollision,
     Surroundings,
     robot_model,
-    stance,
-    stance_search,
 )
-from controller.base_drive import Pose2D
-from controller.floor_map import FloorMap
-from controller.free_space import FreeSpace
-from controller.postures import bank
+from controller.floor.base_drive import Pose2D
+from controller.floor.floor_map import FloorMap
 from controller.servo import pose_error
-from controller.stance import Stance
-from controller.stance_search import StanceSearch
+from controller.stance import search as stance_search
+from controller.stance import stance
+from controller.stance.free_space import FreeSpace
+from controller.stance.postures import bank
+from controller.stance.search import StanceSearch
+from controller.stance.stance import Stance
 from controller.stance_settings import StanceSettings
 from robots import Box, Capsule, Geom
 

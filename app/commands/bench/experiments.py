@@ -11,13 +11,16 @@ import typer
 from app.commands.bench.jitter import parse_jitter
 from app.commands.bench.options import (
     BOTH,
+    Cluster,
     Json,
     Period,
     Robot,
+    Workers,
     check_writable,
     chosen_robots,
     console,
-    write_json,
+    workers_of,
+    write_results,
 )
 from app.commands.refuse import refuse
 
@@ -90,7 +93,7 @@ def reach(
         ),
     ] = None,
     chain: Annotated[
-        int, typer.Option(help="Approach so many goals one after another, without a stop.", min=1)
+        int, typer.Option(help="Goals to approach one after another, without a stop.", min=1)
     ] = 1,
     count: Annotated[int, typer.Option(help="Number of seeded goals.", min=1)] = 1000,
     seed: Annotated[int, typer.Option(help="Seed of the goals.", min=0)] = 0,
@@ -107,16 +110,11 @@ def reach(
     ] = 1.0,
     sweep: Annotated[Sweep | None, typer.Option(help="Vary a setting of the preset.")] = None,
     period: Period = 0.01,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes; default: one per core.", min=1)
-    ] = None,
-    cluster: Annotated[
-        str | None, typer.Option(help="Address of a dask.distributed scheduler to use.")
-    ] = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
     json: Json = None,
 ) -> None:
     """Experiment 2: reach many goals from rest; count failures, limit violations and contacts."""
-    import os
     from dataclasses import replace
     from math import radians
 
@@ -137,7 +135,7 @@ def reach(
         orientation_tolerance=radians(tolerance_deg),
         patience=patience,
     )
-    workers = workers or os.cpu_count() or 1
+    workers = workers_of(workers)
     check_writable(json)
     rows = []
     drawn = goals in bench.PLACES
@@ -160,7 +158,7 @@ def reach(
     for line in bench.reach_notes(rows):
         out.print(line, highlight=False)
     about = {"seed": seed if drawn else None, "goals": goals}
-    write_json(json, bench.reach_json(rows, about | machine()))
+    write_results(json, rows, about | machine())
 
 
 def _speeds(preset: Preset, speeds: list[float] | None) -> Sequence[float | None]:
@@ -254,7 +252,7 @@ def poses(
     results = [bench.pose_result(run) for run in runs]
     for table in bench.poses_tables(results, [bench.pose_result(run) for run in rivals]):
         console().print(table)
-    write_json(json, bench.poses_json(results, {"jumps": jumps} | machine()))
+    write_results(json, results, {"jumps": jumps} | machine())
     if plot is not None:
         for path in bench.make_plots(runs, plot):
             console().print(f"wrote {path}", highlight=False)
@@ -265,14 +263,10 @@ def moving(
     base_speed: Annotated[float, typer.Option(help="Limit of the base in m/s.", min=0.05)] = 1.0,
     speed: Annotated[float, typer.Option(help="Of the goals in m/s.", min=0.01)] = 0.3,
     seed: Annotated[int, typer.Option(help="Seed of the random walk.", min=0)] = 0,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes; default: one per core.", min=1)
-    ] = None,
+    workers: Workers = None,
     json: Json = None,
 ) -> None:
     """Follow goals that never stop: largest errors after catching up."""
-    import os
-
     from app.lab import bench, machine
 
     check_writable(json)
@@ -285,6 +279,6 @@ def moving(
             for known in (True, False)
         ]
         configuration = bench.Configuration(robot=name, base_speed=base_speed)
-        rows += bench.run_following(configuration, followings, workers or os.cpu_count() or 1)
+        rows += bench.run_following(configuration, followings, workers_of(workers))
     console().print(bench.moving_table(rows))
-    write_json(json, bench.moving_json(rows, {"seed": seed} | machine()))
+    write_results(json, rows, {"seed": seed} | machine())

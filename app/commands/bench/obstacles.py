@@ -9,13 +9,16 @@ import typer
 
 from app.commands.bench.options import (
     BOTH,
+    Cluster,
     Json,
     Period,
     Robot,
+    Workers,
     check_writable,
     chosen_robots,
     console,
-    write_json,
+    workers_of,
+    write_results,
 )
 from app.commands.refuse import refuse
 
@@ -54,12 +57,8 @@ def obstacles(
     ] = True,
     limit: Annotated[float, typer.Option(help="Longest time per goal in seconds.", min=0.1)] = 40.0,
     period: Period = 0.01,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes; default: one per core.", min=1)
-    ] = None,
-    cluster: Annotated[
-        str | None, typer.Option(help="Address of a dask.distributed scheduler to use.")
-    ] = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
     trace: Annotated[
         bool, typer.Option("--trace", help="With --only: print what happens every 0.2 s.")
     ] = False,
@@ -70,8 +69,6 @@ def obstacles(
     json: Json = None,
 ) -> None:
     """Reach goals among furniture and walkers; count failures and contacts, compare the times."""
-    import os
-
     from app.lab import bench, machine
 
     check_writable(json)
@@ -94,7 +91,7 @@ def obstacles(
             seed=seed,
             conditions=bench.Conditions(limit=limit),
         )
-        done = _run(setup, names, workers or os.cpu_count() or 1, cluster)
+        done = _run(setup, names, workers_of(workers), cluster)
         rows += bench.obstacle_rows(setup, done)
         if trace:
             for one in names:
@@ -114,7 +111,7 @@ def obstacles(
     out.print(bench.obstacle_table(rows))
     for line in bench.obstacle_notes(rows):
         out.print(line, highlight=False, markup=False, soft_wrap=True)
-    write_json(json, bench.obstacle_json(rows, {"seed": seed} | machine()))
+    write_results(json, rows, {"seed": seed} | machine())
 
 
 def _run(

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -17,6 +21,10 @@ _WIDTH = 120  # of a table outside of a terminal [characters]
 
 Robot = Annotated[str, typer.Option(help="`frankie`, `omni` or `both`.")]
 Json = Annotated[Path | None, typer.Option("--json", help="Also write the figures to this file.")]
+Workers = Annotated[int | None, typer.Option(help="Processes; default: one per core.", min=1)]
+Cluster = Annotated[
+    str | None, typer.Option(help="Address of a dask.distributed scheduler to use.")
+]
 Period = Annotated[float, typer.Option(help="Control period in seconds.", min=0.001, max=0.1)]
 
 
@@ -31,6 +39,11 @@ def chosen_robots(robot: str) -> list[str]:
     if robot not in names:
         refuse(f"--robot {robot}: no such robot; {suggest(robot, [*names, BOTH])}")
     return [robot]
+
+
+def workers_of(workers: int | None) -> int:
+    """The number of processes of `--workers`."""
+    return workers or os.cpu_count() or 1
 
 
 def console() -> Terminal:
@@ -53,6 +66,11 @@ def write_json(path: Path | None, text: str) -> None:
     """Write the figures to the file of `--json`, if it was given."""
     if path is not None:
         path.write_text(text + "\n", encoding="utf-8")
+
+
+def write_results(path: Path | None, results: Sequence[Any], about: Mapping[str, Any]) -> None:
+    """Write one JSON object, if a file was given: `about` the run, and `results`, dataclasses."""
+    write_json(path, json.dumps({**about, "results": [asdict(one) for one in results]}, indent=2))
 
 
 def seed_range(seeds: str) -> range:

@@ -16,6 +16,7 @@ from app.commands.bench.options import (
     chosen_robots,
     console,
     write_json,
+    write_results,
 )
 from app.commands.refuse import find_tree
 
@@ -58,7 +59,7 @@ def step(
     for result in results:
         for line in bench.step_notes(result):
             out.print(line, highlight=False)
-    write_json(json, bench.step_json(results, {"seed": seed} | machine()))
+    write_results(json, results, {"seed": seed} | machine())
 
 
 def _time_task(robot: str, tree: Path, seed: int, json: Path | None) -> None:
@@ -80,7 +81,7 @@ def _time_task(robot: str, tree: Path, seed: int, json: Path | None) -> None:
     for run in runs:
         for line in bench.run_steps_notes(run):
             out.print(line, highlight=False, soft_wrap=True)
-    write_json(json, bench.run_steps_json(runs, machine()))
+    write_results(json, runs, machine())
 
 
 def tree(
@@ -93,7 +94,7 @@ def tree(
     check_writable(json)
     timings = bench.time_tree(rounds)
     console().print(bench.tree_table(timings))
-    write_json(json, bench.tree_json(timings, machine()))
+    write_results(json, timings, machine())
 
 
 def perception(

@@ -11,11 +11,10 @@ from app.lab.bench.fault_matrix import QUICK, QUICK_PHASES
 from app.lab.bench.fault_report import faults_json, faults_notes, faults_table
 from app.lab.bench.faults import Cell, CellResult, cells, run_cells
 from app.lab.bench.goals import PLACES, generate_goals, load_goals
-from app.lab.bench.moving import PATHS, Following, moving_json, moving_table, run_following
+from app.lab.bench.moving import PATHS, Following, moving_table, run_following
 from app.lab.bench.obstacle_plots import plot_worlds, trace_world
 from app.lab.bench.obstacle_report import (
     ObstacleRow,
-    obstacle_json,
     obstacle_notes,
     obstacle_rows,
     obstacle_table,
@@ -31,13 +30,12 @@ from app.lab.bench.obstacles import (
 )
 from app.lab.bench.pick_place import pick_place_json, pick_place_table, run_pick_place
 from app.lab.bench.plots import make_plots, prepare_plots
-from app.lab.bench.poses import POSES, PoseRun, pose_result, poses_json, poses_tables, run_pose
+from app.lab.bench.poses import POSES, PoseRun, pose_result, poses_tables, run_pose
 from app.lab.bench.reach import (
     SWEEPS,
     Conditions,
     Reach,
     aggregate_trials,
-    reach_json,
     reach_notes,
     reach_table,
     run_trials,
@@ -52,16 +50,15 @@ from app.lab.bench.signals import (
     signals_table,
 )
 from app.lab.bench.soak import Soak, run_soak, soak_json, soak_table
-from app.lab.bench.step import step_json, step_notes, step_table, time_steps
+from app.lab.bench.step import step_notes, step_table, time_steps
 from app.lab.bench.step_near import time_near
 from app.lab.bench.step_run import (
     RunSteps,
-    run_steps_json,
     run_steps_notes,
     run_steps_table,
     time_run,
 )
-from app.lab.bench.tree import time_tree, tree_json, tree_table
+from app.lab.bench.tree import time_tree, tree_table
 from app.lab.bench.viewing import Watcher, measure_watching, watch_json, watch_table
 
 __all__ = [
@@ -103,9 +100,7 @@ __all__ = [
     "make_plots",
     "make_world",
     "measure_watching",
-    "moving_json",
     "moving_table",
-    "obstacle_json",
     "obstacle_notes",
     "obstacle_rows",
     "obstacle_table",
@@ -113,10 +108,8 @@ __all__ = [
     "pick_place_table",
     "plot_worlds",
     "pose_result",
-    "poses_json",
     "poses_tables",
     "prepare_plots",
-    "reach_json",
     "reach_notes",
     "reach_table",
     "run_cells",
@@ -125,7 +118,6 @@ __all__ = [
     "run_pose",
     "run_signals",
     "run_soak",
-    "run_steps_json",
     "run_steps_notes",
     "run_steps_table",
     "run_trials",
@@ -135,7 +127,6 @@ __all__ = [
     "signals_table",
     "soak_json",
     "soak_table",
-    "step_json",
     "step_notes",
     "step_table",
     "time_near",
@@ -143,7 +134,6 @@ __all__ = [
     "time_steps",
     "time_tree",
     "trace_world",
-    "tree_json",
     "tree_table",
     "watch_json",
     "watch_table",

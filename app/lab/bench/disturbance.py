@@ -33,7 +33,7 @@ _AT_A_LIMIT = 0.02
 _STRETCHED = -0.09
 """Elbow of a stretched arm [rad]; it straightens at the joint's limit of -0.07."""
 _SINGULAR_OF = 200
-"""A singular posture is the least manipulable of so many."""
+"""How many random postures the least manipulable one is chosen from."""
 
 
 def draw_start(model: RobotModel, kind: str, rng: np.random.Generator) -> Array:

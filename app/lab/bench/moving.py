@@ -6,10 +6,8 @@ points down, and its yaw stays as it is or follows the path.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
@@ -181,8 +179,3 @@ def moving_table(rows: Sequence[Followed]) -> Table:
             str(row.contact_samples),
         )
     return table
-
-
-def moving_json(rows: Sequence[Followed], about: dict[str, Any]) -> str:
-    """One JSON object: `about` the run, and `results`, one object per robot and goal."""
-    return json.dumps(about | {"results": [asdict(row) for row in rows]}, indent=2)

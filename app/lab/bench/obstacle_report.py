@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -217,8 +216,3 @@ def obstacle_notes(rows: Sequence[ObstacleRow]) -> Iterator[str]:
                 f"{title}: {world}: {touch['what']}, {touch['depth_mm']:.1f} mm deep,"
                 f" {touch['samples']} samples from {touch['time_s']:.2f} s{blame}"
             )
-
-
-def obstacle_json(rows: Sequence[ObstacleRow], about: dict[str, Any]) -> str:
-    """One JSON object: `about` the run, and `results`, one object per robot and controller."""
-    return json.dumps(about | {"results": [asdict(row) for row in rows]}, indent=2)

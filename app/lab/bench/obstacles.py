@@ -96,7 +96,7 @@ def _evaluator(configuration: Configuration) -> Evaluator:
 
 
 def world_names(count: int, families: Sequence[str] = FAMILIES) -> list[tuple[str, int]]:
-    """Families and numbers of so many worlds, the families in turn."""
+    """Families and numbers of `count` worlds, the families in turn."""
     return [(families[i % len(families)], i // len(families)) for i in range(count)]
 
 

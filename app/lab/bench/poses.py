@@ -10,11 +10,9 @@ possible error is 35 mm if the tool keeps its orientation (Frankie). `jumps` sho
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import groupby
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -274,8 +272,3 @@ def poses_tables(results: Sequence[PoseResult], example: Sequence[PoseResult]) -
                 str(row.contact_samples),
             )
         yield table
-
-
-def poses_json(results: Sequence[PoseResult], about: dict[str, Any]) -> str:
-    """One JSON object: `about` the run, and `results`, one object per robot and pose."""
-    return json.dumps(about | {"results": [asdict(row) for row in results]}, indent=2)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -39,7 +38,7 @@ class Conditions:
     seed: int = 0
     """Of starts, noise and jitter, together with the number of the goal."""
     chain: int = 1
-    """So many goals are approached one after another, without a stop between them."""
+    """Goals that are approached one after another, without a stop between them."""
     jitter: tuple[float, float] | None = None
     """Shortest and longest time that a control period really lasts [s]; None is as it should."""
 
@@ -285,8 +284,3 @@ _COUNTS = {
 
 def _setting(row: Reach) -> str:
     return " ".join([row.preset, *(f"{name}={value}" for name, value in row.changes.items())])
-
-
-def reach_json(rows: Sequence[Reach], about: dict[str, Any]) -> str:
-    """One JSON object: `about` the run, and `results`, one object per robot and base limit."""
-    return json.dumps(about | {"results": [asdict(row) for row in rows]}, indent=2)

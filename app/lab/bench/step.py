@@ -8,9 +8,8 @@ The command of the first one moves the robot.
 from __future__ import annotations
 
 import gc
-import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from time import perf_counter_ns, thread_time_ns
 from typing import Any
 
@@ -281,8 +280,3 @@ def step_notes(result: StepResult) -> list[str]:
             f"{result.robot}: paper and rtb example differ by at most {result.agreement:.1e}"
         )
     return lines
-
-
-def step_json(results: Sequence[StepResult], about: dict[str, Any]) -> str:
-    """One JSON object: `about` the run, and `results`, one object per robot."""
-    return json.dumps(about | {"results": [asdict(result) for result in results]}, indent=2)

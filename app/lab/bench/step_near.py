@@ -23,7 +23,7 @@ from controller import (
 )
 
 ROWS = (15, 25)
-"""So many pairs of shapes are near each other in the steps that are counted."""
+"""Fewest and most pairs of shapes that are near each other in the steps that are counted."""
 _FAMILIES = ("table", "shelf")
 _WORLDS = 8
 """Of each family, at most."""
@@ -70,7 +70,7 @@ def time_near(robot: str, *, steps: int, seed: int) -> list[Timing]:
 
     Args:
         robot: frankie or omni.
-        steps: how many at least, where the worlds have so many.
+        steps: how many at least, where the worlds have that many.
         seed: of the worlds, and of the order of the controllers.
     """
     setup, rng = Setup(robot=robot, seed=seed), np.random.default_rng(seed)

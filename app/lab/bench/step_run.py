@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from rich.table import Table
@@ -108,8 +106,3 @@ def run_steps_notes(run: RunSteps) -> list[str]:
         text = ", ".join(f"{name} {time:.0f}" for name, time in parts)
         lines.append(f"{run.timing.name}: step {slow.number} took {slow.time:.0f} µs: {text}")
     return lines
-
-
-def run_steps_json(runs: Sequence[RunSteps], about: dict[str, Any]) -> str:
-    """One JSON object: `about` the runs, and `results`, one object per run."""
-    return json.dumps(about | {"results": [asdict(run) for run in runs]}, indent=2)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import gc
-import json
 from collections.abc import Callable
-from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter_ns, thread_time_ns
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from py_trees.common import Status
@@ -123,8 +121,3 @@ def tree_table(timings: list[Timing]) -> Table:
         numbers = (one.median, one.p95, one.p99, one.cpu_median, one.cpu_p95, one.cpu_p99)
         table.add_row(one.name, *(f"{number / 1e3:.3f}" for number in numbers))
     return table
-
-
-def tree_json(timings: list[Timing], about: dict[str, Any]) -> str:
-    """One JSON object; times in µs."""
-    return json.dumps(about | {"results": [asdict(timing) for timing in timings]}, indent=2)

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.base_drive import Lead, Pose2D, drive_along
 from controller.command import Array, PoseGoal
-from controller.following import MIN_TRACKING, elbow_upright, follow_weight
+from controller.floor import Lead, Pose2D, drive_along
 from controller.model import RobotModel
 from controller.settings import ControllerSettings, GuidanceSettings
+from controller.stance.following import MIN_TRACKING, elbow_upright, follow_weight
 
 
 class StanceBias(NamedTuple):

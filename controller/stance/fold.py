@@ -6,10 +6,10 @@ from math import cos, sin
 
 import numpy as np
 
-from controller.base_drive import Pose2D
-from controller.free_space import ARM, HAND, FreeSpace, se3_of
-from controller.self_collision import SelfCollision
-from controller.stance import Stance, Start
+from controller.collision import SelfCollision
+from controller.floor import Pose2D
+from controller.stance.free_space import ARM, HAND, FreeSpace, se3_of
+from controller.stance.stance import Stance, Start
 
 _SAMPLES = np.linspace(0.0, 1.0, 17)[1:, None]
 """Where it is checked for contact of the robot with itself and the floor."""

@@ -15,16 +15,14 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from controller.base_drive import Pose2D
+from controller.collision import SelfCollision
 from controller.command import Array
-from controller.cost_field import CostField
-from controller.floor_map import FloorMap
-from controller.fold import room_missing
-from controller.free_space import ARM, FreeSpace, group_names, se3_of
+from controller.floor import CostField, FloorMap, Pose2D
 from controller.model import RobotModel
-from controller.postures import Bank, ToolPoses, forward_kinematics
-from controller.self_collision import SelfCollision
-from controller.stance import (
+from controller.stance.fold import room_missing
+from controller.stance.free_space import ARM, FreeSpace, group_names, se3_of
+from controller.stance.postures import Bank, ToolPoses, forward_kinematics
+from controller.stance.stance import (
     REACHED,
     Stance,
     Start,
@@ -57,9 +55,9 @@ BATCH = 12
 CHECKS = 6
 """Postures that are checked for contact in one step; the last may be followed by its fold ..."""
 FOLD = 3
-"""... which counts as so many on an open floor ..."""
+"""... which counts as this many checks on an open floor ..."""
 FOLD_AMONG_FIXTURES = 6
-"""... and as so many among fixtures."""
+"""... and as this many among fixtures."""
 _MAX_BATCHES = 3
 """Batches of a window that are refined before the best posture so far is taken, good enough or
 not."""

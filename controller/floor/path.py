@@ -8,8 +8,8 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from controller.base_drive import wrap
 from controller.command import Array
+from controller.floor.base_drive import wrap
 
 Clearance: TypeAlias = Callable[[Array], Array]
 """Distances (N,) of points (N, 2) to what is nearest [m]."""

@@ -7,7 +7,6 @@ them. The floor moves with the base, as it is flat: only the joints of the arm m
 from __future__ import annotations
 
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -16,15 +15,6 @@ from pinocchio import SE3
 from controller.command import Array
 from controller.model import RobotModel
 from robots import Box, Geom, Plane, coal_geometry
-
-
-class Proximity(NamedTuple):
-    """Two parts of the robot that are near each other."""
-
-    distance: float
-    """Between their surfaces [m]; negative if they overlap."""
-    row: Array
-    """(7,) how fast the distance grows per joint velocity [m/rad]."""
 
 
 class SelfCollision:
@@ -57,8 +47,6 @@ class SelfCollision:
             for a, b in product(parts[first], parts[second]):
                 self._shapes.addCollisionPair(pin.CollisionPair(min(a, b), max(a, b)))
         self._results = pin.GeometryData(self._shapes)
-        self._checked = np.full(model.n - model.n_base, np.inf)
-        self._clearance = 0.0
 
     def _add(self, joint: int, part: Geom) -> int:
         name, shape = f"{part.name}_{self._shapes.ngeoms}", coal_geometry(part.shape)
@@ -73,37 +61,3 @@ class SelfCollision:
             self._model.chain, self._data, self._shapes, self._results, joints
         )
         return float(self._results.distanceResults[nearest].min_distance)
-
-    def near(self, q: Array, within: float) -> list[Proximity]:
-        """The pairs of parts that are nearer to each other than `within` [m], for q (7,) [rad].
-
-        Coal is asked only when the arm has moved far enough since it was last asked.
-        """
-        moved = float(np.abs(q - self._checked) @ self._model.description.arm.reach)
-        if self._clearance - moved > within:
-            return []
-        self._clearance = self.clearance(q)
-        self._checked = q.copy()
-        if self._clearance > within:
-            return []
-        return [
-            self._proximity(pair, result)
-            for pair, result in zip(
-                self._shapes.collisionPairs, self._results.distanceResults, strict=True
-            )
-            if result.min_distance <= within
-        ]
-
-    def _proximity(self, pair: pin.CollisionPair, result: pin.DistanceResult) -> Proximity:
-        """The distance of one pair and its derivative: the screws seen along the normal."""
-        pin.computeJointJacobians(self._model.chain, self._data, self._model.joints(self._checked))
-        (nx, ny, nz), row = result.normal, np.zeros(self._model.n)
-        for sign, shape, point in (
-            (-1.0, pair.first, result.getNearestPoint1()),
-            (1.0, pair.second, result.getNearestPoint2()),
-        ):
-            x, y, z = point
-            line = np.array([nx, ny, nz, y * nz - z * ny, z * nx - x * nz, x * ny - y * nx])
-            joint = self._shapes.geometryObjects[shape].parentJoint
-            row[:joint] += sign * (line @ self._data.J[:, :joint])
-        return Proximity(float(result.min_distance), row[self._model.n_base :])

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.base_drive import Pose2D
 from controller.command import Array
+from controller.floor import Pose2D
 from controller.model import RobotModel
 from controller.surroundings import Obstacle
 from robots import Box, Shape, half_extents
@@ -18,7 +18,7 @@ HORIZON = 2.7
 MARGIN = 0.10
 """What the base wants to keep from what moves [m]."""
 STOPPING = 3
-"""So many first courses of every velocity end with a stop."""
+"""How many courses of every velocity, the first ones, end with a stop."""
 _STEPS = 14
 """Places on a course."""
 _KEPT = np.array([0.15, 0.5, HORIZON, 0.6, 1.3])

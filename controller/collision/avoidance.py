@@ -7,17 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.base_drive import Pose2D
-from controller.collision_model import CollisionModels, PairKind
+from controller.collision.collision_model import CollisionModels, PairKind
+from controller.collision.dampers import Dampers
+from controller.collision.proximity import Proximity
+from controller.collision.yielding import Yielding
 from controller.command import Array, KinematicState, MotionGoal, PoseGoal
-from controller.dampers import Dampers
-from controller.floor_map import FloorMap
+from controller.floor import FloorMap, Pose2D
 from controller.model import RobotModel
-from controller.proximity import Proximity
 from controller.qp import Rows
 from controller.settings import CollisionSettings, ControllerSettings
 from controller.surroundings import Obstacle, Surroundings
-from controller.yielding import Yielding
 
 
 class Near(NamedTuple):

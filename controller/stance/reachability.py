@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from controller.command import Array, PoseGoal
-from controller.free_space import FreeSpace
-from controller.postures import Bank
-from controller.stance_search import StanceSearch
+from controller.stance.free_space import FreeSpace
+from controller.stance.postures import Bank
+from controller.stance.search import StanceSearch
 
 _SAME_TILT = 0.96
 """Postures whose vertical is this near to the goal's are tilted like it (a cosine)."""

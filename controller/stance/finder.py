@@ -5,17 +5,15 @@ from __future__ import annotations
 import numpy as np
 from pinocchio import SE3
 
-from controller.base_drive import Pose2D
-from controller.collision_model import CollisionModels
+from controller.collision import CollisionModels, SelfCollision
 from controller.command import Array, PoseGoal
-from controller.floor_map import FloorMap
-from controller.free_space import FreeSpace, group_names
+from controller.floor import FloorMap, Pose2D
 from controller.model import RobotModel
-from controller.postures import bank
-from controller.reachability import obstacle_to, why_no_stance
-from controller.self_collision import SelfCollision
-from controller.stance import Stance
-from controller.stance_search import StanceSearch
+from controller.stance.free_space import FreeSpace, group_names
+from controller.stance.postures import bank
+from controller.stance.reachability import obstacle_to, why_no_stance
+from controller.stance.search import StanceSearch
+from controller.stance.stance import Stance
 from controller.stance_settings import StanceSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from robots import Geom

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from controller.collision_model import CollisionModel
+from controller.collision.collision_model import CollisionModel
 from controller.command import Array
 from controller.point_cloud import PointCloud
 from robots import Box, Shape, from_rounded_boxes, rounded_box

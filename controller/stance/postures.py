@@ -10,16 +10,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from math import pi
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from pinocchio import SE3
 
+from controller.collision import SelfCollision
 from controller.command import N_ARM, Array
+from controller.floor import wrap
 from controller.model import RobotModel
-from controller.self_collision import SelfCollision
 from robots import RobotDescription, load_robot, robot_names
 
 BANK = Path(__file__).with_name("postures.npy")
@@ -153,7 +153,7 @@ def draw(count: int, rng: np.random.Generator) -> Array:
         tools = forward_kinematics(on_the_floor, q)
         x, y = tools.positions[:, 0], tools.positions[:, 1]
         q[:, 0] = rng.uniform(-_MAX_BEARING, _MAX_BEARING, len(q)) - np.arctan2(y, x)
-        q[:, 0] = (q[:, 0] + pi) % (2.0 * pi) - pi
+        q[:, 0] = wrap(q[:, 0])
         good = (
             (tools.manipulability > _MIN_MANIPULABILITY)
             & (np.hypot(x, y) > _MIN_REACH)

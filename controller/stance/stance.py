@@ -10,12 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from controller.base_drive import Pose2D
 from controller.command import Array
-from controller.cost_field import CostField
-from controller.floor_map import FloorMap
+from controller.floor import CostField, FloorMap, Pose2D, wrap
 from controller.model import RobotModel
-from controller.postures import ToolPoses, forward_kinematics
+from controller.stance.postures import ToolPoses, forward_kinematics
 from controller.stance_settings import StanceSettings
 
 REACHED = 1e-3
@@ -115,28 +113,23 @@ def _driving_times(
     forward, turn_rate = model.limits.base_twist[0], model.limits.base_twist[2]
     backward, here = model.limits.base_reverse, start.wTb
     dx, dy = bases[:, 0] - here.x, bases[:, 1] - here.y
-    straight, turn = np.hypot(dx, dy), _wrap(bases[:, 2] - here.heading)
+    straight, turn = np.hypot(dx, dy), wrap(bases[:, 2] - here.heading)
     distance = straight if start.way is None else start.way.at(bases[:, :2])
-    bearing = _wrap(np.arctan2(dy, dx) - here.heading)
+    bearing = wrap(np.arctan2(dy, dx) - here.heading)
     if model.n_base == 3:
         # Only the component along -x has the reverse speed.
         share = np.maximum(-np.cos(bearing), backward / forward)
         speed = np.minimum(forward, backward / share)
         return np.maximum(distance / speed, np.abs(turn) / turn_rate), np.zeros(len(bases), bool)
-    back = _wrap(bearing + pi)
-    ahead_turns = (np.abs(bearing) + np.abs(_wrap(turn - bearing))) / turn_rate
-    back_turns = (np.abs(back) + np.abs(_wrap(turn - back))) / turn_rate + settings.reverse_cost
+    back = wrap(bearing + pi)
+    ahead_turns = (np.abs(bearing) + np.abs(wrap(turn - bearing))) / turn_rate
+    back_turns = (np.abs(back) + np.abs(wrap(turn - back))) / turn_rate + settings.reverse_cost
     ahead = distance / forward + settings.turn_weight * ahead_turns
     behind = distance / backward + settings.turn_weight * back_turns
     reverse = behind < ahead
     if start.floor is not None:  # the way there may be driven backwards, the last piece is not
         reverse &= start.floor.clearance(bases[:, :2]) >= settings.parking_distance
     return np.minimum(ahead, behind), reverse
-
-
-def _wrap(angles: Array) -> Array:
-    wrapped: Array = (angles + pi) % (2.0 * pi) - pi
-    return wrapped
 
 
 def refine(model: RobotModel, settings: StanceSettings, wTe: SE3, q: Array) -> tuple[Array, Array]:

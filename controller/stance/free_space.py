@@ -8,16 +8,12 @@ import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 
-from controller.base_drive import Pose2D
-from controller.collision_model import CollisionModel
+from controller.collision import CollisionModel
 from controller.command import Array
-from controller.floor_map import FloorMap
+from controller.floor import COLUMN, FloorMap, Pose2D
 from controller.model import RobotModel
 from controller.surroundings import Surroundings
 from robots import Plane, half_extents
-
-_COLUMN = 0.45
-"""Height of the part of the arm that stands above the base in every posture [m]."""
 
 ARM = tuple(f"link{link}" for link in range(7))
 """What is elsewhere in every posture that brings the hand to a goal."""
@@ -112,7 +108,7 @@ class FreeSpace:
     def blocking(self, base: Pose2D, distance: float) -> list[str]:
         """Names of what stands nearer than `distance` [m] to the base at a pose."""
         length, width, height = self._model.description.base.size
-        top = height + _COLUMN
+        top = height + COLUMN
         c, s = np.cos(base.heading), np.sin(base.heading)
         x, y = np.meshgrid(*(np.linspace(-side / 2.0, side / 2.0, 7) for side in (length, width)))
         points = np.stack([base.x + c * x - s * y, base.y + s * x + c * y], axis=-1).reshape(-1, 2)

@@ -12,12 +12,12 @@ from math import cos, exp, hypot, inf, sin
 
 import numpy as np
 
-from controller.base_drive import Lead, Pose2D, drive_to, time_to_drive, wrap
 from controller.command import Array
-from controller.floor_map import FloorMap
+from controller.floor.base_drive import Lead, Pose2D, drive_to, time_to_drive, wrap
+from controller.floor.floor_map import FloorMap
+from controller.floor.path import SPACING
+from controller.floor.route_plan import CLEARANCE, Leg, Planner, duration, turns
 from controller.model import RobotModel
-from controller.path import SPACING
-from controller.route_plan import CLEARANCE, Leg, Planner, duration, turns
 from controller.settings import ControllerSettings
 
 _NEW_GOAL = (0.1, 0.2)
@@ -38,7 +38,7 @@ a way [s]."""
 _TRIAL_NEAR = 1.0
 """Nearer to the goal than this the poses are three times as close [m]."""
 _TRIAL_STEPS = 100
-"""A trial is given up after so many."""
+"""Steps after which a trial is given up."""
 
 
 class Route:

@@ -23,10 +23,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from controller.collision_model import PairKind
+from controller.collision.collision_model import PairKind
+from controller.collision.proximity import Distances, Ranges
 from controller.command import Array
 from controller.model import RobotModel
-from controller.proximity import Distances, Ranges
 from controller.qp import Rows
 from controller.settings import CollisionSettings, ControllerSettings
 

@@ -19,11 +19,10 @@ from math import hypot, inf
 
 import numpy as np
 
-from controller.base_drive import Pose2D
-from controller.collision_model import PairKind
+from controller.collision.collision_model import PairKind
+from controller.collision.courses import HORIZON, MARGIN, STOPPING, Courses, Sight, radius
 from controller.command import Array
-from controller.courses import HORIZON, MARGIN, STOPPING, Courses, Sight, radius
-from controller.floor_map import FloorMap
+from controller.floor import FloorMap, Pose2D
 from controller.model import RobotModel
 from controller.qp import Rows
 from controller.surroundings import Obstacle

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from controller.base_drive import Pose2D, wrap
 from controller.command import Array
-from controller.floor_map import FloorMap
+from controller.floor.base_drive import Pose2D, wrap
+from controller.floor.floor_map import FloorMap
+from controller.floor.path import SPACING, Path, paths_along, pull_straight
 from controller.model import RobotModel
-from controller.path import SPACING, Path, paths_along, pull_straight
 
 CLEARANCE = 0.04
 """Distance that the base keeps where it has the choice [m]."""

@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from controller.base_drive import Pose2D, wrap
-from controller.collision_model import CollisionModels, PairKind
+from controller.collision.collision_model import CollisionModels, PairKind
+from controller.collision.feelers import Feelers, Felt
 from controller.command import Array
-from controller.feelers import Feelers, Felt
+from controller.floor import Pose2D, wrap
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
 

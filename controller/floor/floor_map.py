@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from controller.command import Array
-from controller.cost_field import CELL, CostField, Floor
-from controller.footprints import Footprint, footprint
+from controller.floor.cost_field import CELL, CostField, Floor
+from controller.floor.footprints import Footprint, footprint
 from robots import Geom, RobotDescription
 
 FAR = 1.0
@@ -26,7 +26,7 @@ _FLAT = 0.002
 """What rises less above the floor is a part of it [m]."""
 _OVER_BASE = 0.02
 """What hangs lower than this above the base is in its way [m]."""
-_COLUMN = 0.45
+COLUMN = 0.45
 """Height of the part of the arm that stands above its foot whatever the posture [m]."""
 _SPARE = 0.01
 """The base passes where the circle in its footprint has this much to spare [m]."""
@@ -52,7 +52,7 @@ class FloorMap:
         foot = description.bTa.translation
         bands = (
             (_FLAT, height + _OVER_BASE),
-            (float(foot[2]), float(foot[2]) + _COLUMN),
+            (float(foot[2]), float(foot[2]) + COLUMN),
         )
         standing = [[footprint(fixture, *band) for band in bands] for fixture in fixtures]
         known = [found for both in standing for found in both if found is not None]

@@ -16,15 +16,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.base_drive import Pose2D, wrap
 from controller.command import Array, PoseGoal
+from controller.floor import Pose2D, wrap
 from controller.model import RobotModel
 from controller.servo import PoseError
 from controller.settings import ControllerSettings
-from controller.stance import Stance
+from controller.stance.stance import Stance
 
 _HORIZON, _STEPS = 1.8, 6
-"""How far it looks ahead [s], in so many steps: half with one velocity, half with another."""
+"""How far it looks ahead [s], and in how many steps: half with one velocity, half with another."""
 _AGAIN = 0.1
 """It chooses anew after this long [s]."""
 _SPEEDS = (-1.0, -0.4, 0.0, 0.5, 1.0, 1.5)
@@ -214,7 +214,7 @@ class Follower:
             dx, dy = gx - x, gy - y
             c, s = np.cos(heading), np.sin(heading)
             dx, dy = c * dx + s * dy - fx, c * dy - s * dx - fy
-            swing = _wrap(np.arctan2(dy, dx) - arm.bearing)
+            swing = wrap(np.arctan2(dy, dx) - arm.bearing)
             twisted = float(goal.twist[5]) * step * number - heading - swing
             cost = self._discomfort(arm, np.hypot(dx, dy), liked, swing, twisted)
             costs += cost if number < _STEPS else 2.0 * cost
@@ -240,8 +240,3 @@ class Follower:
         beyond += 10.0 * np.maximum(0.0, np.maximum(_NEAREST - reach, reach - _FARTHEST))
         result: Array = cost + _STEEP * beyond
         return result
-
-
-def _wrap(angles: Array) -> Array:
-    wrapped: Array = (angles + np.pi) % (2.0 * np.pi) - np.pi
-    return wrapped

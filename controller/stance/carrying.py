@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from controller.base_drive import Pose2D, wrap
 from controller.command import Array
-from controller.free_space import ARM, HAND, FreeSpace, se3_of
+from controller.floor import Pose2D, wrap
 from controller.model import RobotModel
+from controller.stance.free_space import ARM, HAND, FreeSpace, se3_of
 
 _PARTS = (*ARM, *HAND, "palm")
 _SPACING = 0.15

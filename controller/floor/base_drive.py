@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import asin, atan, atan2, copysign, cos, hypot, inf, pi, sin
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from pinocchio import SE3
@@ -12,6 +12,8 @@ from controller.command import Array
 from controller.model import RobotModel
 from controller.servo import approach_speed
 from controller.settings import ControllerSettings, DriveSettings
+
+Angle = TypeVar("Angle", float, Array)
 
 
 class Pose2D(NamedTuple):
@@ -37,8 +39,8 @@ class Pose2D(NamedTuple):
         return Pose2D(c * dx + s * dy, c * dy - s * dx, wrap(self.heading - frame.heading))
 
 
-def wrap(angle: float) -> float:
-    """The same angle in [-pi, pi) [rad]."""
+def wrap(angle: Angle) -> Angle:
+    """The same angle, or angles, in [-pi, pi) [rad]."""
     return (angle + pi) % (2.0 * pi) - pi
 
 

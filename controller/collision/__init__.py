@@ -1,0 +1,20 @@
+"""What robot and surroundings may come near to: their shapes, distances, and rows of the QP."""
+
+from controller.collision.avoidance import Avoidance, Near
+from controller.collision.collision_model import CollisionModel, CollisionModels
+from controller.collision.dampers import SLACK_COSTS, Dampers
+from controller.collision.proximity import Proximity
+from controller.collision.self_collision import SelfCollision
+from controller.collision.yielding import waits_for
+
+__all__ = [
+    "SLACK_COSTS",
+    "Avoidance",
+    "CollisionModel",
+    "CollisionModels",
+    "Dampers",
+    "Near",
+    "Proximity",
+    "SelfCollision",
+    "waits_for",
+]

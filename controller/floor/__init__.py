@@ -1,0 +1,18 @@
+"""The base on the floor: what stands there, the way between it, and driving that way."""
+
+from controller.floor.base_drive import Lead, Pose2D, drive_along, wrap
+from controller.floor.cost_field import CostField
+from controller.floor.floor_map import COLUMN, FloorMap
+from controller.floor.route import Route, plain_lead
+
+__all__ = [
+    "COLUMN",
+    "CostField",
+    "FloorMap",
+    "Lead",
+    "Pose2D",
+    "Route",
+    "drive_along",
+    "plain_lead",
+    "wrap",
+]

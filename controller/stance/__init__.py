@@ -1,0 +1,19 @@
+"""Where base and arm stand for a goal: finding a stance, heading for it, following with it."""
+
+from controller.stance.bias import Remaining, StanceBias, bias_towards
+from controller.stance.carrying import Carrying
+from controller.stance.finder import StanceFinder
+from controller.stance.following import Follower
+from controller.stance.search import StanceSearch
+from controller.stance.stance import Stance
+
+__all__ = [
+    "Carrying",
+    "Follower",
+    "Remaining",
+    "Stance",
+    "StanceBias",
+    "StanceFinder",
+    "StanceSearch",
+    "bias_towards",
+]
