@@ -11,7 +11,7 @@ from pinocchio import SE3
 from solid_world import Solid, box, cube, turning
 
 from controller import robot_model
-from hw import ComposedRobot, WorldError, WorldOptions, open_backend
+from hw import ComposedRobot, HardwareError, WorldError, WorldOptions, open_backend
 from hw.sim import Motion, SimObject, Walker
 from robots import Box, Geom, load_robot
 
@@ -202,6 +202,17 @@ def test_an_object_moves_by_itself_until_it_is_touched():
 
 
 # runs
+
+
+def test_a_world_that_has_become_impossible_ends_the_run_as_a_hardware_fault(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    sim = physical(objects=[cube("cube", (1.5, 0.0, 0.02))])
+    sim.drive(s=0.1)
+    sim.body.engine.push_object(0, np.array([1.5, 0.0]), np.array([1e15, 0.0]))
+    with pytest.raises(HardwareError, match="cannot be computed"):
+        sim.drive(s=0.1)
+    assert list(tmp_path.iterdir()) == []  # MuJoCo leaves no log
+
 
 RUN = """
 import hashlib

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from pinocchio import SE3, Quaternion
 
+from hw.robot import HardwareError
 from hw.sim.members import HELD
 from hw.sim.physics.mjcf import ARM, AXES, SIDES, robot_model_in
 from hw.sim.sim_object import SimObject
@@ -18,6 +19,9 @@ from robots import Array, RobotDescription
 _WINDUP = 0.05
 """A joint's servo may be ahead of the joint by this much more than its lag; what it cannot do is
 forgotten then [rad]."""
+
+
+mujoco.set_mju_user_warning(lambda text: None)  # else it writes a file; `step` raises instead
 
 
 class Press(NamedTuple):
@@ -81,8 +85,15 @@ class Engine:
         mujoco.mj_forward(model, data)
 
     def step(self) -> None:
-        """One `TIMESTEP`."""
+        """One `TIMESTEP`.
+
+        Raises:
+            HardwareError: the motion has become impossible to compute.
+        """
         mujoco.mj_step(self._model, self._data)
+        if (numbers := self._data.warning.number).any():
+            what = mujoco.mjtWarning(int(numbers.argmax())).name.removeprefix("mjWARN_")
+            raise HardwareError(f"the physical world cannot be computed any further ({what})")
 
     # what is commanded
 

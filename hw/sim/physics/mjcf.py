@@ -66,6 +66,10 @@ _FINGER_ARMATURE = 0.1
 """[kg]."""
 
 
+_MEMORY = 64 * 2**20
+"""For contacts and what they need, most of it never touched [bytes]."""
+
+
 class _Kind(IntFlag):
     """What can be hit: MuJoCo's contact types."""
 
@@ -93,6 +97,8 @@ def robot_model_in(description: RobotDescription, world: World) -> mujoco.MjMode
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = _IMPRATIO
     option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    spec.memory = _MEMORY
     for number, fixture in enumerate(world.fixtures):
         kind = _Kind.FLOOR if isinstance(fixture.shape, Plane) else _Kind.FIXTURE
         _add(spec.worldbody, fixture, f"fixture/{number}", kind, 0, _FURNITURE_FRICTION)
