@@ -12,9 +12,10 @@ from pinocchio import SE3
 from controller import Command, RobotModel
 from hw.clock import Clock
 from hw.sim.hand import Hand
+from hw.sim.surface import Visible
 from hw.sim.world import World
 from hw.truth import Touch
-from robots import Array, Geom, RobotDescription
+from robots import Array, RobotDescription
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +90,7 @@ class SimBody(ABC):
         """The hand in the world."""
         return Hand(self.description.gripper, self.wTe)
 
-    def shapes(self) -> list[Geom]:
+    def shapes(self) -> list[Visible]:
         """All that its camera can see, the hand included, in the world."""
         return [*self.world.shapes(), *self.hand.shapes(self.width)]
 

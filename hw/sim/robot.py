@@ -16,9 +16,10 @@ from hw.sim.body import Dynamics, SimBody, Stopper
 from hw.sim.kinematic import KinematicBody
 from hw.sim.noise import D435Noise
 from hw.sim.render import DepthRenderer
+from hw.sim.surface import Visible
 from hw.sim.world import World
 from hw.state import ArmState, Array, BaseState, Fault, FaultKind, GripperState
-from robots import Geom, RobotDescription
+from robots import RobotDescription
 
 
 class _SimPart:
@@ -153,7 +154,7 @@ class SimCamera(_SimPart):
         super().close()
         self._executor.shutdown(wait=False, cancel_futures=True)
 
-    def _capture(self, shapes: list[Geom], wTc: SE3, number: int, stamp: float) -> DepthImage:
+    def _capture(self, shapes: list[Visible], wTc: SE3, number: int, stamp: float) -> DepthImage:
         # One generator a frame: it looks the same whether or not those before were asked for.
         rng = np.random.default_rng((self._seed, number))
         depth = self._renderer.render(shapes, wTc)

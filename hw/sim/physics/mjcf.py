@@ -22,6 +22,7 @@ from robots import (
     Capsule,
     Cylinder,
     Geom,
+    Hull,
     Plane,
     RobotDescription,
     Shape,
@@ -101,13 +102,13 @@ def robot_model_in(description: RobotDescription, world: World) -> mujoco.MjMode
     spec.memory = _MEMORY
     for number, fixture in enumerate(world.fixtures):
         kind = _Kind.FLOOR if isinstance(fixture.shape, Plane) else _Kind.FIXTURE
-        _add(spec.worldbody, fixture, f"fixture/{number}", kind, 0, _FURNITURE_FRICTION)
+        _add(spec, spec.worldbody, fixture, f"fixture/{number}", kind, 0, _FURNITURE_FRICTION)
     for number, walker in enumerate(world.walkers):
         body = _body(spec.worldbody, f"walker/{number}", walker.pose)
         body.mocap = True
         for part, geom in enumerate(walker.parts):
             name = f"walker/{number}/{part}"
-            _add(body, geom, name, _Kind.WALKER, 0, _METAL_FRICTION)
+            _add(spec, body, geom, name, _Kind.WALKER, 0, _METAL_FRICTION)
     _robot(spec, description)
     for number, obj in enumerate(world.objects):
         _object(spec, f"object/{number}", obj)
@@ -159,7 +160,7 @@ def _robot(spec: Any, description: RobotDescription) -> None:
             friction = _PAD_FRICTION
         elif member.frame == 0:
             against = _ALL & ~_Kind.FLOOR  # it stands there
-        _add(body, member.geom.moved(place), f"{member.part}/{number}", 0, against, friction)
+        _add(spec, body, member.geom.moved(place), f"{member.part}/{number}", 0, against, friction)
     _actuators(spec, description)
 
 
@@ -233,7 +234,7 @@ def _object(spec: Any, name: str, obj: SimObject) -> None:
     body.add_freejoint(name=name)
     total = sum(volume(part.shape) for part in obj.parts)
     for number, part in enumerate(obj.parts):
-        geom = _add(body, part, f"{name}/{number}", _Kind.OBJECT, _ALL, obj.friction)
+        geom = _add(spec, body, part, f"{name}/{number}", _Kind.OBJECT, _ALL, obj.friction)
         geom.mass = obj.mass * volume(part.shape) / total
         if not isinstance(part.shape, Box):
             geom.condim = 6  # it may roll
@@ -250,13 +251,13 @@ def _weigh(body: Any, inertia: Inertia) -> None:
     body.fullinertia = (i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2])
 
 
-def _add(body: Any, geom: Geom, name: str, kind: int, against: int, friction: float) -> Any:
+def _add(
+    spec: Any, body: Any, geom: Geom, name: str, kind: int, against: int, friction: float
+) -> Any:
     """A shape on a body: what it is to others, and what it meets."""
-    shape, size = _shape(geom.shape)
     return body.add_geom(
+        **_shape(spec, geom.shape, name),
         name=name,
-        type=shape,
-        size=size,
         pos=geom.pose.translation,
         quat=_quaternion(geom.pose),
         contype=kind,
@@ -269,19 +270,22 @@ def _add(body: Any, geom: Geom, name: str, kind: int, against: int, friction: fl
     )
 
 
-def _shape(shape: Shape) -> tuple[Any, tuple[float, float, float]]:
+def _shape(spec: Any, shape: Shape, name: str) -> dict[str, Any]:
     types = mujoco.mjtGeom
     match shape:
         case Box(half):
-            return types.mjGEOM_BOX, half
+            return {"type": types.mjGEOM_BOX, "size": half}
         case Sphere(r):
-            return types.mjGEOM_SPHERE, (r, 0.0, 0.0)
+            return {"type": types.mjGEOM_SPHERE, "size": (r, 0.0, 0.0)}
         case Cylinder(r, length):
-            return types.mjGEOM_CYLINDER, (r, length, 0.0)
+            return {"type": types.mjGEOM_CYLINDER, "size": (r, length, 0.0)}
         case Capsule(r, length):
-            return types.mjGEOM_CAPSULE, (r, length, 0.0)
+            return {"type": types.mjGEOM_CAPSULE, "size": (r, length, 0.0)}
+        case Hull(vertices, triangles):
+            spec.add_mesh(name=name, uservert=vertices.ravel(), userface=triangles.ravel())
+            return {"type": types.mjGEOM_MESH, "meshname": name}
         case Plane():
-            return types.mjGEOM_PLANE, (0.0, 0.0, 1.0)
+            return {"type": types.mjGEOM_PLANE, "size": (0.0, 0.0, 1.0)}
 
 
 def _half(geom: Geom) -> tuple[float, float, float]:
