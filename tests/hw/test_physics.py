@@ -12,7 +12,7 @@ from solid_world import Solid, box, cube, turning
 
 from controller import robot_model
 from hw import ComposedRobot, HardwareError, WorldError, WorldOptions, open_backend
-from hw.sim import Motion, SimObject, Walker
+from hw.sim import Motion, SimObject, Walker, load_scene
 from robots import Box, Geom, load_robot
 
 pytest.importorskip("mujoco", reason="needs the extra `physics`")
@@ -116,6 +116,16 @@ def test_who_puts_an_object_elsewhere_takes_it_out_of_the_hand():
     np.testing.assert_allclose(sim.world.objects[0].pose.translation, [2.0, 1.0, 0.03], atol=2e-3)
     assert sim.world.supports() == {"box": "floor"}
     assert sim.world.held is None
+
+
+def test_objects_of_any_shape_come_to_rest_where_the_seed_laid_them():
+    backend = open_backend("frankie", "physics", WorldOptions(scene="shapes"))
+    assert set(backend.truth.supports().values()) == {"container"}
+    laid = load_scene("shapes", 0).objects
+    for before, after in zip(laid, backend.truth.objects, strict=True):
+        moved = after.pose.translation - before.pose.translation
+        assert np.abs(moved).max() < 0.02
+        assert moved.any()  # it rests on contacts, which yield a little
 
 
 # motors

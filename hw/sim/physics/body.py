@@ -176,9 +176,7 @@ class PhysicalBody(SimBody):
         opening = self.description.gripper.opening
         self.width = float(np.clip(engine.width, 0.0, opening))
         for number, obj in enumerate(self.world.objects):
-            pose = engine.object_pose(number)
-            if pose is not None:
-                obj.pose = self._poses[number] = pose
+            obj.pose = self._poses[number] = engine.object_pose(number)
 
 
 def _pinched(presses: list[Press]) -> SimObject | None:

@@ -72,7 +72,8 @@ class Engine:
         frees = [model.joint(f"object/{number}") for number in range(len(world.objects))]
         self._object_q = [free.qposadr[0] for free in frees]
         self._object_v = [free.dofadr[0] for free in frees]
-        self._trees = [model.body_treeid[model.jnt_bodyid[free.id]] for free in frees]
+        self._places = np.full((len(frees), 7), np.nan)
+        self._poses = [obj.pose for obj in world.objects]
         self._mocaps = [model.body(f"walker/{n}").mocapid[0] for n in range(len(world.walkers))]
         self._geoms = [_identity(model.geom(geom), model, world) for geom in range(model.ngeom)]
         self._is_robot = np.array([bool(geom.part) for geom in self._geoms])
@@ -156,14 +157,16 @@ class Engine:
         """[m/s]."""
         return float(np.abs(self._data.qvel[self._finger_v]).max())
 
-    def object_pose(self, number: int) -> SE3 | None:
-        """Of an object in the world; None while it is asleep and has not moved."""
-        if not self._data.tree_awake[self._trees[number]]:
-            return None
+    def object_pose(self, number: int) -> SE3:
+        """Of an object in the world; the same one again while it lies still."""
         first = self._object_q[number]
-        w, x, y, z = self._data.qpos[first + 3 : first + 7]
-        turn = Quaternion(w, x, y, z).normalized().toRotationMatrix()
-        return SE3(turn, self._data.qpos[first : first + 3].copy())
+        place = self._data.qpos[first : first + 7]
+        if not np.array_equal(place, self._places[number]):
+            self._places[number] = place
+            w, x, y, z = place[3:]
+            turn = Quaternion(w, x, y, z).normalized().toRotationMatrix()
+            self._poses[number] = SE3(turn, place[:3].copy())
+        return self._poses[number]
 
     def put_object(self, number: int, wTo: SE3) -> None:
         """Put an object somewhere, at rest but awake."""
