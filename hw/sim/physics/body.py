@@ -21,7 +21,7 @@ from hw.sim.physics.mjcf import SIDES, TIMESTEP
 from hw.sim.physics.reflex import ForceReflex
 from hw.sim.sim_object import SimObject
 from hw.sim.world import World
-from robots import RobotDescription
+from robots import Array, RobotDescription
 
 _SETTLING = 1.0
 """Before a run begins everything comes to rest for this long [s]."""
@@ -77,37 +77,29 @@ class PhysicalBody(SimBody):
         self._still_for = 0.0
 
     def _integrate(self, command: Command, dt: float) -> None:
-        engine, description = self.engine, self.description
-        end = round((self.now + dt - self._begun) / TIMESTEP)
         self._put_what_was_moved()
         if self.reflex.reason is None:
-            engine.turn(command.qd)
-        presses: list[Press] = []
-        pinched: SimObject | None = None
-        share = 1.0 - exp(-TIMESTEP / description.base.lag)
-        filtered = 1.0 - exp(-TIMESTEP / _FILTER)
+            self.engine.turn(command.qd)
+        pinched = None
+        end = round((self.now + dt - self._begun) / TIMESTEP)
         while self._steps < end:
-            now = self._begun + self._steps * TIMESTEP
-            self._twist += share * (command.base_twist - self._twist)
-            if self.bumper.reason is not None:
-                self._twist = np.zeros(3)
-            engine.drive(self._twist)
+            self._drive(command.base_twist)
             self._drive_fingers()
-            self._move_by_themselves(now)
-            engine.step()
+            self._move_by_themselves()
+            self.engine.step()
             self._steps += 1
-            self._load += filtered * (engine.load - self._load)
-            presses = engine.presses(self.world.held)
-            pushed = sum(press.force for press in presses if press.part == BASE)
-            self._pushed += filtered * (pushed - self._pushed)
+            presses = self.engine.presses(self.world.held)
             self._feel(presses)
+            self._note(presses)
             pinched = _pinched(presses) or pinched
-            for press in presses:
-                if press.force > (_SETTING_DOWN if press.part == HELD else _TOUCH):
-                    self._note(press, now + TIMESTEP)
         self.world.held = None if self._opening else pinched
         self._look()
         self._rest_fingers(dt)
+
+    @property
+    def _time(self) -> float:
+        """That the engine has come to [s]."""
+        return self._begun + self._steps * TIMESTEP
 
     def _set_time(self, now: float) -> None:
         for number, walker in enumerate(self.world.walkers):
@@ -121,8 +113,9 @@ class PhysicalBody(SimBody):
                 self.engine.put_object(number, obj.pose)
                 self._poses[number] = obj.pose
 
-    def _move_by_themselves(self, now: float) -> None:
+    def _move_by_themselves(self) -> None:
         """Walkers, and objects on their way until they are touched."""
+        now = self._time
         if self.world.walkers:
             self._set_time(now)
         for number, obj in enumerate(self.world.objects):
@@ -130,6 +123,13 @@ class PhysicalBody(SimBody):
                 here = obj.motion.position(now)
                 velocity = (obj.motion.position(now + TIMESTEP) - here) / TIMESTEP
                 self.engine.push_object(number, here[:2], velocity[:2])
+
+    def _drive(self, twist: Array) -> None:
+        """The base follows a twist (3,) with its lag, and not with its bumper pressed."""
+        self._twist += _share(self.description.base.lag) * (twist - self._twist)
+        if self.bumper.reason is not None:
+            self._twist = np.zeros(3)
+        self.engine.drive(self._twist)
 
     def _drive_fingers(self) -> None:
         """The width that is asked for changes at the gripper's speed."""
@@ -144,7 +144,10 @@ class PhysicalBody(SimBody):
             self.fingers_move = False
 
     def _feel(self, presses: list[Press]) -> None:
-        """Trip the reflexes."""
+        """Estimate the forces, and trip on them."""
+        self._load += _share(_FILTER) * (self.engine.load - self._load)
+        pushed = sum(press.force for press in presses if press.part == BASE)
+        self._pushed += _share(_FILTER) * (pushed - self._pushed)
         if self.bumper.feels(self._pushed):
             on_base = [press for press in presses if press.part == BASE]
             self.bumper.trip(_text(_hardest(on_base), self.world.held))
@@ -155,13 +158,17 @@ class PhysicalBody(SimBody):
             self.reflex.trip(f"{told} with {force:.0f} N")
             self.engine.relax()
 
-    def _note(self, press: Press, now: float) -> None:
-        """Note down what the robot touches; what is pushed by it no longer moves by itself."""
-        if isinstance(press.owner, SimObject):
-            press.owner.motion = None
-            if press.part == FINGERS:
-                return
-        self._note_touch(press.part, press.thing, _text(press, self.world.held), now)
+    def _note(self, presses: list[Press]) -> None:
+        """Note down what the robot touches; what it touches no longer moves by itself."""
+        for press in presses:
+            if press.force < (_SETTING_DOWN if press.part == HELD else _TOUCH):
+                continue
+            if isinstance(press.owner, SimObject):
+                press.owner.motion = None
+                if press.part == FINGERS:  # that is what they are for
+                    continue
+            text = _text(press, self.world.held)
+            self._note_touch(press.part, press.thing, text, self._time)
 
     def _look(self) -> None:
         """Read off where everything is."""
@@ -177,6 +184,11 @@ class PhysicalBody(SimBody):
         self.width = float(np.clip(engine.width, 0.0, opening))
         for number, obj in enumerate(self.world.objects):
             obj.pose = self._poses[number] = engine.object_pose(number)
+
+
+def _share(lag: float) -> float:
+    """Of a step that a first-order lag [s] follows in one `TIMESTEP`."""
+    return 1.0 - exp(-TIMESTEP / lag)
 
 
 def _pinched(presses: list[Press]) -> SimObject | None:
