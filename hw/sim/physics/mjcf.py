@@ -38,16 +38,21 @@ AXES = ("x", "y", "yaw")
 """Joints of the base."""
 ARM = tuple(f"joint{number}" for number in range(1, 8))
 
-_SOLREF = (-88000.0, -600.0)
-"""Stiffness [1/s²] and damping [1/s] of contacts, as MuJoCo wants them, negative. Friction knows no
-place, only a velocity that it takes away at this damping: what is carried round at ω creeps by
-about ω²r / 600 s. A step lets it grow to 1000; there it would shake."""
+_PADS = (-88000.0, -600.0)
+"""Stiffness [1/s²] and damping [1/s] of the pads, negative, as MuJoCo wants them; with any partner.
+Friction knows no place, only a velocity that it takes away at this damping: what is carried round
+at ω creeps by about ω²r / 600 s. A step lets it grow to 1000; there it would shake."""
+_SHELL = (0.014, 1.0)
+"""Time constant [s] and damping ratio of all other shapes of the robot, whose covers yield: with a
+partner the mean of both counts."""
+_HARD = (0.006, 1.0)
+"""The same of furniture, objects and walkers."""
 _SOLIMP = (0.95, 0.99, 0.0005, 0.5, 2.0)
 """Contacts are nearly rigid from the first half millimetre on."""
 _IMPRATIO = 10.0
 """How much stiffer friction is than pressure: what is held creeps less."""
 
-_PAD_FRICTION, _FURNITURE_FRICTION, _METAL_FRICTION = 0.3, 0.5, 0.3
+_ROBOT_FRICTION, _FURNITURE_FRICTION = 0.3, 0.5
 """Of two surfaces the rougher counts; an object brings its own."""
 _TORSION, _ROLLING = 0.005, 0.0005
 """Radii over which contacts resist to twisting and rolling [m]."""
@@ -108,7 +113,7 @@ def robot_model_in(description: RobotDescription, world: World) -> mujoco.MjMode
         body.mocap = True
         for part, geom in enumerate(walker.parts):
             name = f"walker/{number}/{part}"
-            _add(spec, body, geom, name, _Kind.WALKER, 0, _METAL_FRICTION)
+            _add(spec, body, geom, name, _Kind.WALKER, 0, _FURNITURE_FRICTION)
     _robot(spec, description)
     for number, obj in enumerate(world.objects):
         _object(spec, f"object/{number}", obj)
@@ -154,13 +159,12 @@ def _robot(spec: Any, description: RobotDescription) -> None:
     fingers = {side: _finger(hand, side, description) for side in SIDES}
     for number, member in enumerate(members(description)):
         body, place = frames[member.frame]
-        against, friction = _ALL, _METAL_FRICTION
         if member.part == FINGERS:
             body, place = fingers[member.geom.name.split()[0]], SE3.Identity()
-            friction = _PAD_FRICTION
-        elif member.frame == 0:
-            against = _ALL & ~_Kind.FLOOR  # it stands there
-        _add(spec, body, member.geom.moved(place), f"{member.part}/{number}", 0, against, friction)
+        against = _ALL & ~_Kind.FLOOR if member.frame == 0 else _ALL  # the base stands there
+        name, shape = f"{member.part}/{number}", member.geom.moved(place)
+        geom = _add(spec, body, shape, name, 0, against, _ROBOT_FRICTION)
+        geom.solref = _PADS if shape.name.endswith(gripper.pad.name) else _SHELL
     _actuators(spec, description)
 
 
@@ -264,7 +268,7 @@ def _add(
         conaffinity=against,
         condim=4,
         friction=(friction, _TORSION, _ROLLING),
-        solref=_SOLREF,
+        solref=_HARD,
         solimp=_SOLIMP,
         mass=0.0,
     )
