@@ -8,8 +8,11 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from robots import Geom, half_extents
+from robots import Box, Geom, half_extents
 
+_MOST_HALF = 0.08
+"""What is set down counts this far along the pads at most: nobody has measured it, and more would
+keep the camera off the next place [m]."""
 _NEAR = 0.03
 """Fingers that close this near to it may move it [m]."""
 
@@ -28,8 +31,7 @@ class SetDown:
             held: its shapes in e.
             wTe: of the end effector.
         """
-        there = [one.moved(wTe) for one in held]
-        self.shapes += tuple(Geom(one.shape, one.pose, "what was set down") for one in there)
+        self.shapes += tuple(_shorter(one).moved(wTe) for one in held)
 
     def grasp(self, point: npt.NDArray[np.float64]) -> None:
         """The fingers close at a point (3,) in the world: what is there may be moved."""
@@ -40,6 +42,12 @@ class SetDown:
     def forget(self) -> None:
         """Nothing is where it was."""
         self.shapes = ()
+
+
+def _shorter(held: Geom) -> Geom:
+    """Its box, no longer along the pads than what counts."""
+    x, y, z = half_extents(held.shape)
+    return Geom(Box((min(x, _MOST_HALF), y, z)), held.pose, "what was set down")
 
 
 def _is_at(one: Geom, point: npt.NDArray[np.float64]) -> bool:

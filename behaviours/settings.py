@@ -98,7 +98,7 @@ class PlaceSettings(Checked):
     """[m/s]."""
     approach_tolerance: float = 0.015
     """[m]."""
-    lower_speed: float = 0.2
+    lower_speed: float = 0.25
     """[m/s]."""
     lower_tolerance: float = 0.004
     """[m]."""

@@ -29,9 +29,9 @@ class Surroundings:
     moving: tuple[Obstacle, ...] = ()
     """What moves by itself."""
     loose: tuple[Geom, ...] = ()
-    """What stands on fixtures and may be carried away, in the world: the arm and what is at the
-    hand keep off it; the base, its way and its stance do not look at it. The same object as long as
-    nothing has changed."""
+    """What stands on fixtures and may be carried away, in the world. The links of the arm and the
+    camera keep off it. The hand, which works among such things, does not, nor do the base, its way
+    and its stance look at it. The same object as long as nothing has changed."""
     seen: PointCloud | None = None
     """Points of surfaces that a camera has seen; another one for every frame."""
     held: tuple[Geom, ...] = ()

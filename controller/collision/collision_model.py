@@ -202,7 +202,7 @@ class CollisionModel:
                 continue
             found += [(a, b, kind) for a, b in product(some, self.fixed)]
             found += [(a, b, kind_moving) for a, b in product(some, self.moving)]
-            if kind is not PairKind.BASE:
+            if kind is PairKind.ARM:
                 found += [(a, b, kind) for a, b in product(some, loose)]
         for a, b, _ in found:
             self._shapes.addCollisionPair(pin.CollisionPair(a, b))
