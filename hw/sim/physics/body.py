@@ -17,8 +17,9 @@ from hw.clock import Clock
 from hw.sim.body import Dynamics, SimBody
 from hw.sim.members import BASE, FINGERS, HELD
 from hw.sim.physics.engine import Engine, Press
-from hw.sim.physics.mjcf import SIDES, TIMESTEP
+from hw.sim.physics.mjcf import TIMESTEP
 from hw.sim.physics.reflex import ForceReflex
+from hw.sim.physics.robot import SIDES
 from hw.sim.sim_object import SimObject
 from hw.sim.world import World
 from robots import Array, RobotDescription

@@ -10,7 +10,8 @@ from pinocchio import SE3, Quaternion
 
 from hw.robot import HardwareError
 from hw.sim.members import HELD
-from hw.sim.physics.mjcf import ARM, AXES, SIDES, robot_model_in
+from hw.sim.physics.mjcf import robot_model_in
+from hw.sim.physics.robot import ARM, AXES, SIDES
 from hw.sim.sim_object import SimObject
 from hw.sim.walker import Walker
 from hw.sim.world import World
