@@ -51,7 +51,7 @@ def add_robot(spec: Any, description: RobotDescription) -> None:
     """
     base, arm, gripper = description.base, description.arm, description.gripper
     on_base = add_body(spec.worldbody, "base", SE3.Identity())
-    for name, axis in zip(AXES, np.eye(3)[[0, 1, 2]], strict=True):
+    for name, axis in zip(AXES, np.eye(3), strict=True):
         kind = mujoco.mjtJoint.mjJNT_HINGE if name == "yaw" else mujoco.mjtJoint.mjJNT_SLIDE
         on_base.add_joint(name=name, type=kind, axis=axis)
     on_base.add_site(name="base")
