@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, TypeAlias
 
 import coal
@@ -66,6 +66,17 @@ class Hull:
     triangles: Triangles
     """(T, 3) numbers of the corners of its faces, counter-clockwise as seen from outside."""
 
+    @cached_property
+    def half(self) -> tuple[float, float, float]:
+        """Half edge lengths of its bounding box [m]."""
+        x, y, z = np.abs(self.vertices).max(axis=0).tolist()
+        return (x, y, z)
+
+    @cached_property
+    def radius(self) -> float:
+        """Of the ball around it, centred on its frame [m]."""
+        return float(np.linalg.norm(self.vertices, axis=1).max())
+
 
 @dataclass(frozen=True)
 class Plane:
@@ -125,9 +136,8 @@ def half_extents(shape: Shape) -> tuple[float, float, float]:
             return (r, r, length)
         case Capsule(r, length):
             return (r, r, length + r)
-        case Hull(vertices):
-            x, y, z = np.abs(vertices).max(axis=0).tolist()
-            return (x, y, z)
+        case Hull():
+            return shape.half
         case Plane():
             return (np.inf, np.inf, 0.0)
 
@@ -139,8 +149,8 @@ def bounding_radius(shape: Shape) -> float:
             return r
         case Capsule(r, length):
             return r + length
-        case Hull(vertices):
-            return float(np.linalg.norm(vertices, axis=1).max())
+        case Hull():
+            return shape.radius
         case _:
             return float(np.linalg.norm(half_extents(shape)))
 

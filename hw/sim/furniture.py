@@ -139,7 +139,7 @@ class Fixture(_Furniture, MeshFile):
         """Of its bounding box before it is turned [m]."""
         if self.size is not None:
             return self.size
-        x, y, z = self.read().half
+        x, y, z = self.read().half if self.mesh else (0.0, 0.0, 0.0)
         return 2.0 * x, 2.0 * y, 2.0 * z
 
     @property

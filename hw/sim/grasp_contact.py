@@ -36,6 +36,7 @@ _PRESS = 5e-4
 
 _TURN_STEP = np.deg2rad(3.0)
 _MAX_TURNS = 15
+_SINKS = 1e-6
 _DOWN = np.array([0.0, 0.0, -1.0])
 _MIN_GAIN = 2e-5
 _MIN_OVERLAP = 0.001
@@ -184,40 +185,38 @@ def _resultant(patches: Sequence[Contact]) -> list[Contact]:
 def _turned_flush(hand: Hand, opening: float, target: SimObject, fit: _Fit) -> tuple[_Fit, float]:
     """Let the pads turn an object, downhill in width, until it can be held or turns no further.
 
-    What it lies on does not give way: as it turns it rises between the pads.
+    What it lies on does not give way: if it has sunk in by that, it rises between the pads.
 
     Returns:
         The object as it was turned, and the angle of `_opposition` there [rad].
     """
+    enough = np.arctan(target.friction)
     for _ in range(_MAX_TURNS):
-        angle = _opposition(fit)
-        if angle <= np.arctan(target.friction):
-            return fit, angle
+        if _opposition(fit) <= enough:
+            break
         turned = [
             candidate
             for axis in (hand.wTe.rotation[:, 2], hand.wTe.rotation[:, 0])
             for sign in (1.0, -1.0)
-            if (
-                candidate := _fit(
-                    hand, opening, target, _turn(target, fit, sign * _TURN_STEP * axis)
-                )
-            )
+            if (candidate := _fit(hand, opening, target, _turn(fit, sign * _TURN_STEP * axis)))
             is not None
         ]
         best = min(turned, key=lambda candidate: candidate.width, default=fit)
         if best.width > fit.width - _MIN_GAIN:
-            return fit, angle
+            break
         fit = best
+    sunk = target.reach(_DOWN, fit.wTo) - target.reach(_DOWN)
+    if sunk > _SINKS:
+        raised = SE3(fit.wTo.rotation, fit.wTo.translation - sunk * _DOWN)
+        fit = _fit(hand, opening, target, raised) or fit
     return fit, _opposition(fit)
 
 
-def _turn(target: SimObject, fit: _Fit, rotation: Array) -> SE3:
-    """An object turned by a rotation vector [rad] about the middle of its contacts, no lower."""
+def _turn(fit: _Fit, rotation: Array) -> SE3:
+    """The object turned by a rotation vector [rad] about the middle of its contacts."""
     points = np.vstack([p for side in fit.contacts for p, _ in side] or [fit.wTo.translation])
     centre, turn = points.mean(axis=0), exp3(rotation)
-    turned = SE3(turn @ fit.wTo.rotation, centre + turn @ (fit.wTo.translation - centre))
-    sinks = target.reach(_DOWN, turned) - target.reach(_DOWN)
-    return SE3(turned.rotation, turned.translation - max(0.0, sinks) * _DOWN)
+    return SE3(turn @ fit.wTo.rotation, centre + turn @ (fit.wTo.translation - centre))
 
 
 def _opposition(fit: _Fit) -> float:

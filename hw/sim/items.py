@@ -10,7 +10,7 @@ from pinocchio import SE3
 
 from hw.sim.furniture import Item, Objects
 from hw.sim.meshes import convex_parts, fewer
-from hw.sim.objects import DENSITY, FRICTION, OBJECT_CLASSES, PALETTE, make_object
+from hw.sim.objects import DENSITY, FRICTION, OBJECT_CLASSES, PALETTE, fitting, make_object
 from hw.sim.sim_object import SimObject
 from hw.sim.surface import Mesh
 from robots import Geom, centroid, volume
@@ -30,8 +30,10 @@ def make_item(item: Item, number: int, others: Objects, rng: np.random.Generator
     """
     low, high = others.mass_g[0] / 1000.0, others.mass_g[1] / 1000.0
     if item.kind is not None:
-        widths = (others.width_mm[0] / 1000.0, others.width_mm[1] / 1000.0)
         of_kind = OBJECT_CLASSES[item.kind]
+        widths = (others.width_mm[0] / 1000.0, others.width_mm[1] / 1000.0)
+        if not fitting(OBJECT_CLASSES, [item.kind], widths):
+            widths = (of_kind.narrowest, of_kind.widest)
         made = make_object(f"{item.kind} {number}", of_kind, widths, (low, high), rng)
     else:
         made = _of_mesh(item, number, (low, high), rng)

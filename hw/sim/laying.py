@@ -16,7 +16,7 @@ from hw.sim.meshes import MeshError
 from hw.sim.objects import OBJECT_CLASSES, fitting, make_object
 from hw.sim.scene import SceneError
 from hw.sim.sim_object import SimObject
-from robots import Array
+from robots import Array, Geom, bounding_radius
 
 GAP = 0.006
 """Objects lie at least this far apart [m] ..."""
@@ -190,6 +190,14 @@ def _put(obj: SimObject, position: Array, area: Area) -> None:
 
 def _apart(a: SimObject, b: SimObject, gap: float) -> bool:
     (x, y, _), (u, v, _) = a.pose.translation, b.pose.translation
-    return hypot(x - u, y - v) > a.radius + b.radius + gap or all(
-        separation(p, q)[0] >= gap for p in a.placed() for q in b.placed()
-    )
+    if hypot(x - u, y - v) > a.radius + b.radius + gap:
+        return True
+    others = b.placed()
+    return all(_clear(p, q, gap) or separation(p, q)[0] >= gap for p in a.placed() for q in others)
+
+
+def _clear(p: Geom, q: Geom, gap: float) -> bool:
+    """Whether even the balls around two parts are apart."""
+    away = p.pose.translation - q.pose.translation
+    within = bounding_radius(p.shape) + bounding_radius(q.shape) + gap
+    return float(away @ away) > within * within

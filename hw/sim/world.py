@@ -46,7 +46,7 @@ class World:
         objects: objects that can be picked up, each at its pose.
         walkers: obstacles that move by themselves.
         unmapped: those of the fixtures that are on no map.
-        surfaces: what is seen of the fixtures that are hulls.
+        surfaces: what is seen instead of the fixtures that are hulls of the same name.
     """
 
     def __init__(
@@ -74,7 +74,10 @@ class World:
 
     def shapes(self) -> list[Visible]:
         """All that a camera sees but the robot, in the world."""
-        plain = (one for one in self.fixtures if not isinstance(one.shape, Hull))
+        hulls = {one.name for one in self.surfaces}
+        plain = (
+            one for one in self.fixtures if not (isinstance(one.shape, Hull) and one.name in hulls)
+        )
         walking = (part for walker in self.walkers for part in walker.placed())
         lying = (one for obj in self.objects for one in obj.seen())
         return [*plain, *self.surfaces, *walking, *lying]

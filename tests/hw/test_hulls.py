@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from controller.footprints import footprint
 from pinocchio import SE3, exp3
 
+from controller.floor.footprints import footprint
 from hw.sim import DepthRenderer
 from hw.sim.contact import patch, separation, travel
 from hw.sim.surface import Mesh, Surface

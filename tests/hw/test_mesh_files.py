@@ -88,6 +88,18 @@ def test_units_scale_and_the_axis_that_is_up(tmp_path: Path) -> None:
     assert read_mesh(stl, "mm", 0.5, "x", SIZES).half[2] == pytest.approx(0.025)
 
 
+@pytest.mark.parametrize("up", ["x", "y", "z", "-x", "-y", "-z"])
+def test_the_axis_that_is_up_points_upwards(up: str, tmp_path: Path) -> None:
+    axis = (-0.05 if up.startswith("-") else 0.05) * np.eye(3)["xyz".index(up[-1])]
+    base = 0.02 * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    spike = trimesh.convex.convex_hull(np.vstack([base, axis]))
+    spike.export(tmp_path / "spike.stl")
+    mesh = read_mesh(str(tmp_path / "spike.stl"), "m", 1.0, up, SIZES)
+    tip = mesh.vertices[np.linalg.norm(mesh.vertices[:, :2], axis=1).argmin()]
+    np.testing.assert_allclose(tip, [0.0, 0.0, 0.035], atol=1e-6)
+    assert volume_and_centre(mesh.vertices, mesh.triangles)[0] > 0.0
+
+
 def test_triangles_that_face_inwards_are_turned(tmp_path: Path) -> None:
     brick = trimesh.creation.box((0.1, 0.04, 0.06))
     brick.invert()
@@ -184,6 +196,7 @@ REFUSED = {
     "it is text": ("text.stl", "; "),
     "it is a cloud of points": ("cloud.ply", "has no triangles"),
     "it is empty": ("empty.obj", "; "),
+    "it promises more than there is": ("endless.ply", "cannot be read"),
     "it is flat": ("flat.stl", "it is flat, 0 mm thick"),
     "its numbers are no numbers": ("nan.off", "; "),
     "it is in millimetres": (
@@ -202,6 +215,11 @@ def test_a_bad_mesh_is_told_where_and_what(kind: str, tmp_path: Path) -> None:
     (tmp_path / "text.stl").write_text("hello\n" * 50)
     trimesh.PointCloud(np.random.default_rng(0).normal(size=(50, 3))).export(tmp_path / "cloud.ply")
     (tmp_path / "empty.obj").write_text("")
+    (tmp_path / "endless.ply").write_text(
+        "ply\nformat binary_little_endian 1.0\nelement vertex 1000000000000\nproperty float x\n"
+        "property float y\nproperty float z\nelement face 9\n"
+        "property list uchar int vertex_indices\nend_header\n"
+    )
     sheet = trimesh.Trimesh([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]], [[0, 1, 2]])
     sheet.export(tmp_path / "flat.stl")
     (tmp_path / "nan.off").write_text("OFF\n3 1 0\nnan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from pathlib import Path
+from os import listdir, stat
+from os.path import dirname, isfile, realpath, splitext
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -14,7 +15,7 @@ from hw.sim.surface import Mesh
 from robots import Array, Triangles
 
 Units: TypeAlias = Literal["m", "cm", "mm", "in"]
-Up: TypeAlias = Literal["x", "y", "z"]
+Up: TypeAlias = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 SUFFIXES = (".glb", ".obj", ".off", ".ply", ".stl")
 """Of the files that can be read."""
@@ -32,6 +33,9 @@ _TURNS = {
     "x": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
     "y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
     "z": np.eye(3),
+    "-x": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]]),
+    "-y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]),
+    "-z": np.diag([1.0, -1.0, -1.0]),
 }
 """What turns the axis of this name upwards."""
 _NAMES: dict[Units, str] = {"mm": "millimetres", "m": "metres", "cm": "centimetres", "in": "inches"}
@@ -57,16 +61,22 @@ def read_mesh(
     Raises:
         MeshError: there is no such file, or it holds nothing that can be used.
     """
-    file = Path(path)
-    if not file.is_file():
-        beside = sorted(f.name for f in file.parent.glob("*") if f.suffix.lower() in SUFFIXES)
+    if not isfile(path):
+        beside = _meshes_in(dirname(path))
         known = f"there are {quoted(beside[:8])}" if beside else "the path is relative to the scene"
-        raise MeshError(f"there is no file {file}; {known}")
-    status = file.stat()
-    mesh, finest = _read(str(file.resolve()), status.st_mtime_ns, status.st_size, up)
+        raise MeshError(f"there is no file {path}; {known}")
+    status = stat(path)
+    mesh, finest = _read(realpath(path), status.st_mtime_ns, status.st_size, up)
     factor = METRES[units] * scale
     _check_size(factor * finest, units, scale, sizes)
     return Mesh(mesh.vertices * factor, mesh.triangles, mesh.closed)
+
+
+def _meshes_in(folder: str) -> list[str]:
+    try:
+        return sorted(name for name in listdir(folder or ".") if name.lower().endswith(SUFFIXES))
+    except OSError:
+        return []
 
 
 def _check_size(extents: Array, units: Units, scale: float, sizes: tuple[float, float]) -> None:
@@ -94,7 +104,7 @@ def fewer(mesh: Mesh) -> Mesh:
 @lru_cache(maxsize=64)
 def _read(path: str, _changed: int, size: int, up: Up | None) -> tuple[Mesh, Array]:
     """The surface in units of the file, and the edges (3,) of its bounding box."""
-    suffix = Path(path).suffix.lower()
+    suffix = splitext(path)[1].lower()
     if suffix not in SUFFIXES:
         raise MeshError(f"`{suffix}` is no kind of mesh that is known; use {quoted(SUFFIXES)}")
     if size > _LARGEST_FILE:

@@ -6,7 +6,7 @@ import numpy as np
 from pinocchio import SE3
 
 from hw.sim.objects.making import ObjectClass, Parts
-from hw.sim.objects.modelling import cut_out, hollow, lying, swept, turned
+from hw.sim.objects.modelling import SIDES, cut_out, hollow, lying, swept, turned
 
 
 def _bottle(rng: np.random.Generator, width: float) -> Parts:
@@ -50,13 +50,13 @@ def _coffee_mug(rng: np.random.Generator, width: float) -> Parts:
     deep, tall = rng.uniform(0.02, 0.028), 0.3 * height
     out, up = r - wall / 2.0 + deep * np.cos(bend), height / 2.0 + tall * np.sin(bend)
     handle = swept(np.stack([out, 0.0 * bend, up], axis=1), rng.uniform(0.010, 0.014), 0.008)
-    return [*hollow([(0.0, r), (height, r)], wall), *handle]
+    return [*hollow([(0.0, r), (height, r)], wall, SIDES), *handle]
 
 
 def _bowl(rng: np.random.Generator, width: float) -> Parts:
-    """`width` is that of its wall."""
+    """Its wall is steep; `width` is that of its wall."""
     rim, height = rng.uniform(0.055, 0.07), rng.uniform(0.035, 0.05)
-    profile = [(0.0, 0.55 * rim), (0.4 * height, 0.85 * rim), (height, rim)]
+    profile = [(0.0, 0.8 * rim), (0.15 * height, 0.96 * rim), (height, rim)]
     return hollow(profile, width)
 
 
@@ -121,14 +121,16 @@ def _drill(rng: np.random.Generator, width: float) -> Parts:
 
 
 def _light_bulb(rng: np.random.Generator, width: float) -> Parts:
-    """Lying; `width` is that of its glass."""
+    """Lying on its glass and the rim of its socket; `width` is that of its glass."""
     r = width / 2.0
     angles = np.linspace(0.0, 0.78 * np.pi, 8)
     glass = [(r - r * float(np.cos(a)), r * float(np.sin(a)) + 1e-3) for a in angles]
     end, neck = glass[-1]
     socket = max(0.012, 0.8 * neck)
-    profile = [*glass, (end + 0.3 * r, socket), (end + 0.3 * r + 0.02, socket)]
-    return lying(turned(profile))
+    length = end + 0.3 * r + 0.02
+    profile = [*glass, (end + 0.3 * r, socket), (length, socket)]
+    tilt = np.arcsin(r / np.hypot(length - r, socket)) - np.arctan2(socket, length - r)
+    return lying(turned(profile), float(tilt))
 
 
 MODELLED: dict[str, ObjectClass] = {

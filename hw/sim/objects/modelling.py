@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
+from pinocchio import exp3
 
 from robots import Array, Geom, hull_of
 
@@ -81,9 +82,10 @@ def cut_out(outline: Sequence[tuple[float, float]], low: float, high: float) -> 
     return hull_of(np.concatenate([np.insert(corners, 2, z, axis=1) for z in (low, high)]))
 
 
-def lying(parts: Sequence[Geom]) -> list[Geom]:
-    """A body about z, its axis turned along x, on the ground."""
-    turned_over = [_points(part)[:, [2, 1, 0]] * [1.0, 1.0, -1.0] for part in parts]
+def lying(parts: Sequence[Geom], tilt: float = 0.0) -> list[Geom]:
+    """A body about z, on the ground with its axis along x; its top is lower by a tilt [rad]."""
+    over = np.array([0.0, np.pi / 2.0 + tilt, 0.0])
+    turned_over = [_points(part) @ exp3(over).T for part in parts]
     low = min(float(points[:, 2].min()) for points in turned_over)
     return [hull_of(points - [0.0, 0.0, low]) for points in turned_over]
 
