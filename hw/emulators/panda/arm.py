@@ -145,12 +145,14 @@ class EmulatedArm:
             if self._recovery <= 0:
                 self.mode, self.errors, self.recovered = Mode.IDLE, frozenset(), True
         joints, limits = self.joints, self._limits
-        joints.follow(self.qd_d)
+        met = joints.follow(self.qd_d)
         self.still = self.still + 1 if max(map(abs, self.qd_d)) < _ENDS else 0
         self.resting = self.resting + 1 if max(map(abs, joints.qd)) < _RESTS else 0
         if self.mode is Mode.MOVE:
             rows = zip(joints.q, limits.q_min, limits.q_max, strict=True)
-            if any(not low <= q <= high for q, low, high in rows):
+            if met:
+                self.reflex(met)
+            elif any(not low <= q <= high for q, low, high in rows):
                 self.reflex("joint_position_limits_violation")
 
     def _move(self, command: MotionCommand | None, excused: bool) -> None:

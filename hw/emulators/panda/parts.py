@@ -23,8 +23,12 @@ class Joints(Protocol):
     qd: tuple[float, ...]
     """(7,) velocities [rad/s]."""
 
-    def follow(self, qd: tuple[float, ...]) -> None:
-        """Go on for one period with commanded velocities (7,) [rad/s]."""
+    def follow(self, qd: tuple[float, ...]) -> str:
+        """Go on for one period with commanded velocities (7,) [rad/s].
+
+        Returns:
+            The error with which the arm stops because it has met something, of `ERRORS`; or empty.
+        """
 
 
 class Fingers(Protocol):
@@ -50,11 +54,12 @@ class LaggedJoints:
         self.qd: tuple[float, ...] = (0.0,) * 7
         self._share = 1.0 - exp(-PERIOD / lag)
 
-    def follow(self, qd: tuple[float, ...]) -> None:
-        """One period."""
+    def follow(self, qd: tuple[float, ...]) -> str:
+        """One period; there is nothing to meet."""
         share = self._share
         self.qd = tuple([v + share * (w - v) for v, w in zip(self.qd, qd, strict=True)])
         self.q = tuple([p + PERIOD * v for p, v in zip(self.q, self.qd, strict=True)])
+        return ""
 
 
 class FreeFingers:
