@@ -188,6 +188,9 @@ def test_a_dog_that_runs_into_the_base_trips_the_bumper():
     walker = Walker("Rex", 0.25, 0.4, [(1.5, 0.0), (0.0, 0.0)], 1.0)
     sim = physical(walkers=[walker])
     assert sim.drive(s=1.5) == [("bumper", "the base hit Rex")]
+    here = walker.pose.translation.copy()
+    walker.move_to(sim.clock.now())
+    np.testing.assert_array_equal(here, walker.pose.translation)
 
 
 def test_the_base_pushes_what_lies_on_the_floor():
