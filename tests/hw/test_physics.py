@@ -11,7 +11,7 @@ from pinocchio import SE3
 from solid_world import Solid, box, cube, turning
 
 from controller import robot_model
-from hw import ComposedRobot, HardwareError, WorldError, WorldOptions, open_backend
+from hw import ComposedRobot, FaultInjection, HardwareError, WorldError, WorldOptions, open_backend
 from hw.sim import Motion, SimObject, Walker, load_scene
 from robots import Box, Geom, load_robot
 
@@ -126,6 +126,20 @@ def test_objects_of_any_shape_come_to_rest_where_the_seed_laid_them():
         moved = after.pose.translation - before.pose.translation
         assert np.abs(moved).max() < 0.02
         assert moved.any()  # it rests on contacts, which yield a little
+
+
+def test_an_object_that_somebody_takes_away_out_of_the_hand_comes_back():
+    sim = lifted()
+    robot = FaultInjection(sim.robot, sim.world, seed=0)
+    robot.inject("object taken")
+    robot.read()
+    sim.drive(s=0.3)
+    assert sim.world.supports() == {"box": "floor"}
+    assert sim.world.held is None
+    robot.clear()
+    robot.read()
+    sim.drive(s=0.3)
+    assert sim.world.supports() != {"box": "floor"}
 
 
 # motors
