@@ -23,6 +23,8 @@ ROOMS = (
     "perception.networks",
     "hw",
     "hw.sim",
+    "hw.omron",
+    "hw.emulators.omron",
     "behaviours",
     "trees.language",
     "trees",
@@ -50,6 +52,7 @@ SIDE_BY_SIDE = {
     for pair in (
         ("controller", "perception"),
         ("trees.draw", "trees.btcpp"),
+        ("hw.omron", "hw.emulators.omron"),
         ("app.authoring", "app.lab"),
         ("app.lab.grasps", "app.lab.bench"),
     )
