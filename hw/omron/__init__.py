@@ -7,7 +7,8 @@ interface, `faults` what keeps the base from moving, and `base` the whole as a `
 docs/hardware.md says what of all this was verified, and what is inferred.
 """
 
-from hw.omron.arcl import Arcl, ArclState, Motors
+from hw.omron.arcl import Arcl
+from hw.omron.arcl_text import ArclState, Motors
 from hw.omron.base import OmronBase
 from hw.omron.handshake import PROTOCOLS, Catalogue
 from hw.omron.settings import ArclSettings, OmronSettings

@@ -10,7 +10,8 @@ import numpy as np
 from pinocchio import SE3
 
 from hw.clock import Clock, stopwatch
-from hw.omron.arcl import Arcl, Motors
+from hw.omron.arcl import Arcl
+from hw.omron.arcl_text import Motors
 from hw.omron.commander import is_at_rest
 from hw.omron.connection import Connection, open_connection, said_of
 from hw.omron.faults import connection_lost

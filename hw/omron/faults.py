@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from hw.omron.arcl import ArclState, Motors
+from hw.omron.arcl_text import ArclState, Motors
 from hw.omron.commander import is_at_rest
 from hw.omron.settings import OmronSettings
 from hw.omron.site import Velocity
