@@ -134,10 +134,13 @@ class Link:
         heard = due = stopwatch()
         while True:
             poll.poll(ceil(1000.0 * max(0.0, due - stopwatch())))
-            is_woken = bool(_available(self._wakes))
-            if data := _available(self._socket):
+            is_woken = bool(_available(self._wakes)[0])
+            data, is_over = _available(self._socket)
+            if data:
                 heard = stopwatch()
             self._take(data, heard)
+            if is_over:
+                raise HardwareError("the base closed it")
             now = stopwatch()
             if now - heard > self._settings.silence:
                 raise HardwareError(f"nothing heard for {self._settings.silence:g} s")
@@ -147,11 +150,11 @@ class Link:
             self._guardian.beat()
             with self.lock:
                 order = self._order(now)
-                is_over = self._close_by is not None and (
+                may_leave = self._close_by is not None and (
                     self.commander.is_idle or now > self._close_by
                 )
             self._write(order)
-            if is_over:
+            if may_leave:
                 self._socket.send(encode(FromClient.SHUTDOWN))
                 return
 
@@ -188,21 +191,17 @@ class Link:
         raise HardwareError("it takes no commands any more")
 
 
-def _available(source: socket.socket) -> bytes:
-    """All that has arrived.
-
-    Raises:
-        HardwareError: the other end has closed it.
-    """
+def _available(source: socket.socket) -> tuple[bytes, bool]:
+    """All that has arrived, and whether the other end has closed it."""
     data = b""
     with suppress(BlockingIOError):
         while len(data) < 1 << 20:
             more = source.recv(65536)
             if not more:
-                raise HardwareError("the base closed it")
+                return data, True
             data += more
             _acknowledge(source)
-    return data
+    return data, False
 
 
 def _acknowledge(source: socket.socket) -> None:

@@ -74,7 +74,7 @@ class Site:
         rotation = 100.0 * wanted.w / self._full_turn(wanted.v, measured)
         throttle = 100.0
         if self.throttle and self._loses(translation, rotation):
-            throttle = max(abs(translation), abs(rotation))
+            throttle = _percent(max(abs(translation), abs(rotation)))
             translation *= 100.0 / throttle
             rotation *= 100.0 / throttle
         if abs(translation) <= self.dead_translation:  # full scale of turning is that at rest

@@ -1,0 +1,263 @@
+"""What goes wrong while the base moves: when it is told to rest, when it stands, what is reported.
+
+Speeds are low, so that the base stands half a second after it was told to: it takes 0.6 m/s² away.
+"""
+
+import socket
+import threading
+
+import numpy as np
+import pytest
+from emulated import (
+    connected,
+    drive,
+    is_at_rest,
+    rest_after,
+    soon,
+    wait_for,
+    wait_for_fault,
+    zero_after,
+)
+
+from hw import FaultKind, HardwareError
+from hw.clock import stopwatch
+from hw.emulators.omron import OmronEmulator, Options
+from hw.emulators.omron.controller import Goal, Teleop
+
+TOLD = 0.25
+"""The base is told to rest within this time of the last good command [s] ..."""
+STANDS = TOLD + 0.1 + 0.3 / 0.6 + 0.15
+"""... and stands after its own cycle and its way from 0.3 m/s to rest, and a little [s]."""
+
+
+def moving(emulator: OmronEmulator) -> bool:
+    return emulator.controller.drive.twist()[0] > 0.05
+
+
+def test_without_commands_the_base_rests():
+    with OmronEmulator() as emulator, connected(emulator) as base:
+
+        def attempt() -> float:
+            last = drive(base)
+            assert moving(emulator)
+            assert rest_after(emulator, last) < STANDS
+            return zero_after(emulator, last)
+
+        assert soon(attempt, TOLD) > 0.0
+        assert base.read().faults == ()
+        assert emulator.heard[-1].name == "stop"
+        drive(base)  # and it goes on with the next command
+        assert moving(emulator)
+
+
+def test_a_stop_is_sent_at_once_from_any_thread():
+    with OmronEmulator() as emulator, connected(emulator) as base:
+
+        def attempt() -> float:
+            drive(base)
+            begun = stopwatch()
+            thread = threading.Thread(target=base.stop)
+            thread.start()
+            wait_for(lambda: emulator.heard[-1].name == "stop")
+            thread.join()
+            return emulator.heard[-1].at - begun
+
+        soon(attempt, 0.05)
+
+
+def test_closing_waits_until_the_base_stands():
+    with OmronEmulator() as emulator:
+        with connected(emulator) as base:
+            drive(base)
+        assert is_at_rest(emulator)
+        base.close()
+        wait_for(lambda: not emulator._clients)
+
+
+def test_a_server_that_freezes_and_comes_back():
+    """As a pulled cable: silence. The base itself is out of reach; its own timeout stops it."""
+    options = Options(teleop=Teleop(timeout=0.3))
+    with OmronEmulator(options) as emulator, connected(emulator) as base:
+        drive(base)
+        last, longest = stopwatch(), 0.0
+        emulator.freeze()
+        while stopwatch() - last < 0.5:
+            begun = stopwatch()
+            applied = base.send(np.array([0.3, 0.0, 0.0]))
+            state = base.read()
+            longest = max(longest, stopwatch() - begun)
+        assert longest < 0.4  # nobody has waited for the server
+        assert applied[0] == 0.0
+        assert {fault.kind for fault in state.faults} == {FaultKind.STALE_POSE}
+        assert rest_after(emulator, last) < 0.3 + 0.1 + 0.3 / 0.6 + 0.3
+        before = len(emulator.heard)
+        emulator.freeze(False)
+        wait_for(lambda: not base.read().faults)
+        late = list(emulator.heard)[before:]  # what was under way meanwhile
+        assert late[-1].is_zero
+        assert is_at_rest(emulator)
+
+
+def test_a_server_that_stays_frozen_is_a_lost_connection_and_recovers():
+    with (
+        OmronEmulator() as emulator,
+        connected(emulator, silence=0.5, connect_patience=1.0) as base,
+    ):
+        drive(base, seconds=0.2)
+        emulator.freeze()
+        state = wait_for_fault(base, FaultKind.CONNECTION, "nothing heard for 0.5 s")
+        assert all(fault.clearable for fault in state.faults)
+        with pytest.raises(HardwareError, match="does not greet"):
+            base.recover()
+        emulator.freeze(False)
+        base.recover()
+        assert base.read().faults == ()
+        drive(base, seconds=0.3)
+        assert moving(emulator)
+
+
+@pytest.mark.parametrize(
+    ("happens", "words"),
+    [("break_off", "connection to the base lost"), ("shut_down", "shuts its server down")],
+)
+def test_a_connection_that_ends(happens, words):
+    options = Options(teleop=Teleop(timeout=0.4))
+    with OmronEmulator(options) as emulator, connected(emulator) as base:
+        last = drive(base)
+        getattr(emulator, happens)()
+        state = wait_for_fault(base, FaultKind.CONNECTION, words)
+        assert "check cable" in state.faults[0].text
+        assert base.send(np.array([0.3, 0.0, 0.0])).max() == 0.0
+        assert rest_after(emulator, last) < 0.4 + 0.1 + 0.5 + 0.3  # the base's own timeout
+        base.recover()
+        assert base.read().faults == ()
+
+
+def test_the_emergency_stop_is_told_and_recovered_from():
+    with OmronEmulator() as emulator, connected(emulator, arcl="adept") as base:
+        drive(base)
+        with emulator.held() as controller:
+            controller.press()
+        pressed = stopwatch()
+        state = wait_for_fault(base, FaultKind.EMERGENCY_STOP, "release it")
+        assert stopwatch() - pressed < 1.0
+        assert not state.faults[0].clearable
+        assert is_at_rest(emulator)
+        with pytest.raises(HardwareError, match="release it first"):
+            base.recover()
+        with emulator.held() as controller:
+            controller.release()
+        state = wait_for_fault(base, FaultKind.NOT_READY, "motors of the base are off")
+        assert all(fault.clearable for fault in state.faults)
+        base.send(np.array([0.3, 0.0, 0.0]))
+        assert is_at_rest(emulator)
+        base.recover()
+        assert base.read().faults == ()
+        drive(base)
+        assert moving(emulator)
+
+
+def test_without_the_text_interface_a_base_that_does_not_follow_is_noticed():
+    with OmronEmulator() as emulator, connected(emulator) as base:
+        with emulator.held() as controller:
+            controller.press()
+        drive(base, seconds=1.0)
+        state = wait_for_fault(base, FaultKind.NOT_READY, "stands although it is commanded")
+        assert "emergency stop" in state.faults[0].text
+        with emulator.held() as controller:
+            controller.release()
+            controller.enable_motors()
+        base.recover()
+        drive(base)
+        assert moving(emulator)
+        assert base.read().faults == ()
+
+
+def test_lost_localisation_stops_the_base_and_nothing_but_localising_helps():
+    with OmronEmulator() as emulator, connected(emulator) as base:
+
+        def attempt() -> float:
+            emulator.options.lost = False
+            wait_for(lambda: not base.read().faults)
+            drive(base)
+            emulator.options.lost, begun = True, stopwatch()
+            drive(base, seconds=0.5)
+            state = wait_for_fault(base, FaultKind.STALE_POSE, "localise it in MobilePlanner")
+            assert not state.faults[0].clearable
+            rest_after(emulator, begun)
+            return zero_after(emulator, begun)
+
+        soon(attempt, 0.25 + TOLD)  # it is asked for every 0.25 s
+        emulator.options.lost = False
+        wait_for(lambda: not base.read().faults)
+
+
+def test_a_poor_score_is_a_fault_where_a_least_one_is_set():
+    with OmronEmulator() as emulator, connected(emulator, least_score=0.5) as base:
+        wait_for(lambda: base.localisation_score is not None)
+        assert base.localisation_score == pytest.approx(0.87, abs=0.001)
+        emulator.options.score = 0.3
+        wait_for_fault(base, FaultKind.STALE_POSE, "score 0.30")
+
+
+def test_a_mode_that_is_locked_under_way():
+    with OmronEmulator() as emulator, connected(emulator) as base:
+        drive(base)
+        with emulator.held() as controller:
+            controller.dock(stopwatch())
+        state = wait_for_fault(base, FaultKind.NOT_READY, "'Dock'")
+        assert state.faults[0].clearable
+        assert base.send(np.array([0.3, 0.0, 0.0])).max() == 0.0
+        with emulator.held() as controller:
+            controller.dock(stopwatch(), leave=True)
+        base.recover()  # waits until it is out
+        assert base.read().faults == ()
+
+
+def test_a_second_commander_is_noticed():
+    with OmronEmulator() as emulator, connected(emulator) as base:
+        over = threading.Event()
+
+        def somebody_else() -> None:
+            while not over.wait(0.01):
+                with emulator.held() as controller:
+                    controller.ratio_drive(20.0, 0.0, 100.0, stopwatch())
+
+        thread = threading.Thread(target=somebody_else)
+        thread.start()
+        wait_for(lambda: drive(base, v=0.0, seconds=0.1) and base.read().faults)
+        wait_for_fault(base, FaultKind.NOT_READY, "somebody else commands it")
+        over.set()
+        thread.join()
+        base.recover()
+        assert is_at_rest(emulator)
+        assert base.read().faults == ()
+
+
+def test_a_goto_of_somebody_else_ends_with_the_first_command():
+    with OmronEmulator() as emulator, connected(emulator) as base:
+        with emulator.held() as controller:
+            controller.go_to(Goal(5.0, 0.0))
+        wait_for(lambda: moving(emulator))
+        last = drive(base, v=0.0, seconds=0.2)
+        assert rest_after(emulator, last) < 1.5
+        assert emulator.controller.mode in ("Drive", "Stop")
+
+
+def test_a_text_interface_that_goes_is_a_fault_and_comes_back():
+    with OmronEmulator() as emulator, connected(emulator, arcl="adept") as base:
+        with emulator.held():
+            for client in emulator._arcl_clients:
+                client.socket.shutdown(socket.SHUT_RDWR)
+        wait_for_fault(base, FaultKind.CONNECTION, "emergency stop is not seen")
+        base.recover()
+        assert base.read().faults == ()
+
+
+def test_faults_of_the_base_itself_are_told():
+    with OmronEmulator() as emulator, connected(emulator, arcl="adept") as base:
+        emulator.text_faults.append("EncoderDegraded")
+        state = wait_for_fault(base, FaultKind.NOT_READY, "EncoderDegraded")
+        assert not state.faults[0].clearable
+        emulator.text_faults.clear()
+        wait_for(lambda: not base.read().faults)
