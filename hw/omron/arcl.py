@@ -98,6 +98,15 @@ class Arcl:
                 raise HardwareError(f"{self._where}: {why}")
             return heard
 
+    def stop(self) -> None:
+        """Stop the base, without waiting for the answer [M].
+
+        Raises:
+            HardwareError: there is no connection.
+        """
+        with self._changed:
+            self._say("stop")
+
     def enable_motors(self, patience: float = 3.0) -> None:
         """Switch the motors on [M].
 

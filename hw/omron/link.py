@@ -9,14 +9,15 @@ from __future__ import annotations
 import select
 import socket
 import threading
-from contextlib import suppress
+from contextlib import closing, suppress
+from dataclasses import replace
 from math import ceil
 from struct import pack
 
 from hw.clock import stopwatch
 from hw.omron.arcl import Arcl
 from hw.omron.commander import Commander, Order
-from hw.omron.connection import Connection
+from hw.omron.connection import Connection, open_connection
 from hw.omron.faults import Obedience, arcl_faults, obedience_faults, telemetry_faults
 from hw.omron.guardian import Guardian
 from hw.omron.handshake import FromClient, FromServer
@@ -26,6 +27,8 @@ from hw.omron.telemetry import Telemetry, drive_payload
 from hw.robot import HardwareError
 from hw.state import Fault
 
+_ANOTHER = 0.5
+"""For each step of a new connection that is to stop the base [s]."""
 _LEAVING = 2.0
 """Longest time that closing waits for the base to come to rest [s]."""
 
@@ -120,6 +123,25 @@ class Link:
             self._guardian.leave()
             for one in (self._socket, self._waker, self._wakes):
                 one.close()
+            if why:
+                self._stop_by_another_way()
+
+    def _stop_by_another_way(self) -> None:
+        """Try what is left when the connection is gone: the text interface, and a new connection.
+
+        The base drives on by itself until its own timeout.
+        """
+        with suppress(OSError, HardwareError):
+            if self._arcl is not None:
+                self._arcl.stop()
+        with suppress(OSError, HardwareError):
+            patience = min(_ANOTHER, self._settings.connect_patience)
+            connection = open_connection(
+                replace(self._settings, connect_patience=patience, lists_patience=patience)
+            )
+            with closing(connection.socket):
+                connection.send(connection.catalogue.command("stop"))
+                connection.send(encode(FromClient.SHUTDOWN))
 
     def _serve(self) -> None:
         """Until it is closed.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -46,6 +47,24 @@ def drive(base: OmronBase, v: float = 0.3, w: float = 0.0, seconds: float = 0.4)
         given = stopwatch()
         time.sleep(0.01)
     return given
+
+
+@contextmanager
+def driving(base: OmronBase, v: float = 0.3) -> Iterator[None]:
+    """The base is commanded all the time, by a thread of its own."""
+    over = threading.Event()
+
+    def command() -> None:
+        while not over.wait(0.01):
+            base.send(np.array([v, 0.0, 0.0]))
+
+    thread = threading.Thread(target=command)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
 
 
 def wait_for(done: Callable[[], Any], patience: float = PATIENCE) -> float:

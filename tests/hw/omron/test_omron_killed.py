@@ -1,0 +1,86 @@
+"""The driver's process is suspended or killed while the base moves."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from emulated import is_at_rest, rest_after, wait_for, zero_after
+
+from hw.clock import stopwatch
+from hw.emulators.omron import OmronEmulator, Options
+from hw.emulators.omron.controller import Teleop
+
+SCRIPT = Path(__file__).with_name("driving_process.py")
+TOLD = 0.25
+"""The base is told to rest within this time [s]."""
+BUSY = 0.2
+"""A busy machine may need this in addition, to run the process that tells it [s]."""
+
+
+@contextmanager
+def driving(emulator: OmronEmulator) -> Iterator[tuple[subprocess.Popen[str], int]]:
+    """A process that drives the emulated base, and the process that guards it."""
+    process = subprocess.Popen(
+        [sys.executable, str(SCRIPT), str(emulator.port)], stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stdout is not None
+        guardian = int(process.stdout.readline())
+        wait_for(lambda: is_moving(emulator))
+        yield process, guardian
+    finally:
+        process.kill()
+        process.wait()
+        if process.stdout is not None:
+            process.stdout.close()
+
+
+def is_moving(emulator: OmronEmulator) -> bool:
+    return emulator.controller.drive.twist()[0] > 0.25
+
+
+def exists(pid: int) -> bool:
+    """Whether a process is there and is no zombie."""
+    try:
+        return " Z " not in Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return False
+
+
+def test_suspended_the_base_is_stopped_and_killed_it_is_stopped_too():
+    with OmronEmulator() as emulator, driving(emulator) as (process, guardian):
+        suspended = stopwatch()
+        process.send_signal(signal.SIGSTOP)
+        rest_after(emulator, suspended)
+        assert zero_after(emulator, suspended) < TOLD + BUSY
+        assert emulator.heard[-1].name == "stop"
+        before = len(emulator.heard)
+
+        process.send_signal(signal.SIGCONT)
+        wait_for(lambda: is_moving(emulator))  # its commands are fresh again
+        ratios = [one.values for one in list(emulator.heard)[before:] if one.name == "ratioDrive"]
+        assert ratios[0][2] < 20.0  # it begins slowly
+
+        killed = stopwatch()
+        process.kill()
+        rest_after(emulator, killed)
+        assert zero_after(emulator, killed) < TOLD + BUSY
+        wait_for(lambda: not exists(guardian))
+        wait_for(lambda: not emulator._clients)
+
+
+def test_killed_with_its_guardian_the_base_stops_by_its_own_timeout():
+    """What holds without anything of ours; on the robot 2 s unless somebody has changed it."""
+    options = Options(teleop=Teleop(timeout=0.5))
+    with OmronEmulator(options) as emulator, driving(emulator) as (process, guardian):
+        killed = stopwatch()
+        os.kill(guardian, signal.SIGKILL)
+        process.kill()
+        assert rest_after(emulator, killed) < 0.5 + 0.1 + 0.3 / 0.6 + BUSY
+        assert emulator.heard[-1].name == "ratioDrive"
+        assert not emulator.heard[-1].is_zero
+        assert is_at_rest(emulator)
