@@ -12,6 +12,7 @@ from behaviours.key import Key
 from behaviours.log import TaskLog
 from behaviours.relocalisation import Relocalisation
 from behaviours.seen import SeenObstacles
+from behaviours.set_down import SetDown
 from behaviours.settings import BehaviourSettings
 from behaviours.vision import Vision
 from controller import MotionGoal, Obstacle, RobotModel, StepReport, Surroundings
@@ -51,6 +52,8 @@ class Context:
     """What moves by itself at a time on the session's clock [s]."""
     seen: SeenObstacles | None = None
     """What the camera has seen around the robot; None where that is not looked for."""
+    set_down: SetDown = field(default_factory=SetDown)
+    """What the robot itself has put somewhere."""
     settings: BehaviourSettings = field(default_factory=BehaviourSettings)
     log: TaskLog = field(default_factory=TaskLog)
     keys: dict[str, Key[object]] = field(default_factory=dict)
@@ -67,9 +70,15 @@ class Context:
         return Surroundings(
             fixtures=self.fixtures,
             moving=tuple(self.obstacles(self.state.stamp)),
+            loose=self.set_down.shapes,
             seen=None if self.seen is None else self.seen.cloud,
-            held=self._held.shape(self.state.gripper_width),
+            held=self.held,
         )
+
+    @property
+    def held(self) -> tuple[Geom, ...]:
+        """The shapes of what the hand holds, in e; the same object as long as they are the same."""
+        return self._held.shape(self.state.gripper_width)
 
     @property
     def wTe(self) -> SE3:
@@ -86,14 +95,15 @@ class Context:
         """Take a reading; without a new goal the robot will come to rest."""
         self.read(state)
         self.relocalised, self._jump = self._jump, ""
+        if self.relocalised:
+            self.set_down.forget()
         self.goal, self.goal_of = None, None
         self.vision.begin_tick()
         if self.seen is not None:
             if self.relocalised:
                 self.seen.relocalise(state.stamp)
-            held = self._held.shape(state.gripper_width)
             moving = [one.geom for one in self.obstacles(state.stamp)]
-            self.seen.look(self.vision, state, held, moving)
+            self.seen.look(self.vision, state, self.held, moving)
 
     def end_tick(self, report: StepReport) -> None:
         """Take the report of the controller about the goal that the tick left."""

@@ -16,6 +16,9 @@ from behaviours.ranges import Positive
 from controller import PoseGoal, StepReport
 from perception import GraspEstimate
 
+_SOON = 0.01
+"""Over this time velocities are taken for constant [s]."""
+
 
 class Grasp(Leaf):
     """Grasp the best object seen in a region, following it until the camera is near.
@@ -125,6 +128,32 @@ class Grasp(Leaf):
         """Straight down on the locked grasp."""
         if self.context.relocalised:
             return self.failure(self.context.relocalised)
+        report = self._go_down()
+        if (
+            report is None
+            or not report.arrived
+            or self._sinking > self.settings.grasp.closing_speed
+        ):
+            if report is not None and self._stalled(report):
+                self.context.vision.reject()
+                short = f"stopped {report.position_error:.3f} m before the grasp"
+                return self.failure(short + self._progress.because)
+            return self.running("going down")
+        self._note(self._locked)
+        self.context.set_down.grasp(self._locked.wTg.translation)
+        self.grip(0.0, self._force)
+        self._step = self._close
+        return self.running("closing")
+
+    def _close(self) -> Status:
+        """Wait for the fingers; the hand keeps to the grasp, or it would coast on."""
+        self._go_down()
+        if (waiting := self.fingers("closing")) is not None:
+            return waiting
+        self.context.log.attempt(self._begun, self.context.clock.now())
+        return self.success(f"closed at {1000 * self.context.state.gripper_width:.0f} mm")
+
+    def _go_down(self) -> StepReport | None:
         settings = self.settings.grasp
         goal = PoseGoal(
             wTe=self._locked.wTg,
@@ -133,24 +162,14 @@ class Grasp(Leaf):
             straight=True,
             hand_may_touch=True,
         )
-        report = self.pursue(goal, "descend")
-        if report is None or not report.arrived:
-            if report is not None and self._stalled(report):
-                self.context.vision.reject()
-                short = f"stopped {report.position_error:.3f} m before the grasp"
-                return self.failure(short + self._progress.because)
-            return self.running("going down")
-        self._note(self._locked)
-        self.grip(0.0, self._force)
-        self._step = self._close
-        return self.running("closing")
+        return self.pursue(goal, "descend")
 
-    def _close(self) -> Status:
-        """Wait for the fingers, the hand at rest."""
-        if (waiting := self.fingers("closing")) is not None:
-            return waiting
-        self.context.log.attempt(self._begun, self.context.clock.now())
-        return self.success(f"closed at {1000 * self.context.state.gripper_width:.0f} mm")
+    @property
+    def _sinking(self) -> float:
+        """How fast the arm lowers the hand, as read this tick [m/s]."""
+        model, state = self.context.model, self.context.state
+        soon = model.bTe(state.q + _SOON * state.qd).translation
+        return float(model.bTe(state.q).translation[2] - soon[2]) / _SOON
 
     def _stalled(self, report: StepReport) -> bool:
         return self._progress.is_stuck(report)

@@ -8,8 +8,9 @@ from pinocchio import SE3
 from behaviours.log import Carried, TaskLog
 from robots import Box, Geom
 
-_LEAST_HALF = 0.10
-"""What is held may reach this far along the pads, which nothing measures [m]."""
+_LEAST_HALF = 0.14
+"""What is held may reach this far along the pads, which nothing measures: 16 cm, gripped near its
+end [m]."""
 _ABOVE = 0.02
 """And this far above the grasp centre [m]."""
 _COARSE = 0.005

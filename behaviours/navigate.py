@@ -22,6 +22,8 @@ class Navigate(Leaf):
     Args:
         to: a pose of the task file; a tool pose moves base and arm as one, a base pose the base.
         speed_m_s: largest speed of the end effector [m/s].
+        within_m: a tool this near to its pose is there, and what follows begins on the move [m]; it
+            may then be turned by as much as swings a hand's length that far.
         timeout_s: give up after this [s].
     """
 
@@ -34,13 +36,22 @@ class Navigate(Leaf):
         *,
         to: ToolPose | BasePose,
         speed_m_s: Positive = 1.0,
+        within_m: Positive = 0.01,
         timeout_s: Positive = 60.0,
     ) -> None:
         super().__init__(name, context)
         self._to = to
         self._timeout = timeout_s
         self._goal: MotionGoal = (
-            PoseGoal(wTe=to.wTe, speed=speed_m_s)
+            PoseGoal(
+                wTe=to.wTe,
+                speed=speed_m_s,
+                position_tolerance=within_m,
+                orientation_tolerance=max(
+                    PoseGoal.orientation_tolerance,
+                    within_m / self.settings.progress.metres_per_radian,
+                ),
+            )
             if isinstance(to, ToolPose)
             else BaseGoal(wTb=to.wTb)
         )

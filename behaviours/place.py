@@ -44,7 +44,8 @@ class Place(Leaf):
     """Set the held object down on the next free place of a region and rise.
 
     The camera has to see the region's floor at the place before the hand is lowered; a place on
-    which something stands is passed over. The hand stops as high above the floor as it was above
+    which something stands is passed over, and so is one that is not seen. Rows far from the base
+    are filled first. The hand stops as high above the floor as it was above
     what the object stood on when it was grasped, and a little higher, so that neither the object
     nor the finger tips touch it. A place at which lowering failed is not tried again. Fails when
     nothing is held, no place is free, there is no surface at the place, it is not seen, the hand
@@ -75,7 +76,8 @@ class Place(Leaf):
         self._step = self._begin
         self._progress = Progress(self.context)
         self._relocalised = 0
-        self._occupied: set[int] = set()
+        self._passed_over: set[int] = set()
+        self._unseen = 0
         x_axis = self.context.wTe.rotation[:, 0]
         self._rotation = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
         self._choose()
@@ -101,11 +103,19 @@ class Place(Leaf):
         self._looking_since: TaskTime | None = None
 
     def _free_place(self) -> int | None:
-        """The number of the first place that is neither taken nor blocked nor seen occupied."""
+        """The number of the first place that is neither taken nor blocked nor passed over."""
         log, name = self.context.log, self._on.name
         gone = log.places_used.get(name, set()) | log.places_blocked.get(name, set())
-        gone |= self._occupied
-        return next((n for n in range(1, len(self._slots) + 1) if n not in gone), None)
+        gone |= self._passed_over
+        return next((n for n in self._far_rows_first() if n not in gone), None)
+
+    def _far_rows_first(self) -> list[int]:
+        """The numbers of all places: so the arm does not reach over what it has set down."""
+        wTr = self._on.wTr
+        base = wTr.actInv(self.context.state.wTb.translation)[:2]
+        axis = int((np.abs(base) - self._on.size[:2] / 2.0).argmax())
+        away = [-np.sign(base[axis]) * wTr.actInv(slot)[axis] for slot in self._slots]
+        return sorted(range(1, len(away) + 1), key=lambda n: round(-away[n - 1], 6))
 
     def _release_height(self) -> float:
         """Height of the hand over the surface at which it lets go [m].
@@ -132,7 +142,7 @@ class Place(Leaf):
 
     def _none_free(self) -> str:
         name = self._on.name
-        blocked = len(self.context.log.places_blocked.get(name, set()) | self._occupied)
+        blocked = len(self.context.log.places_blocked.get(name, set()) | self._passed_over)
         or_blocked = f" or blocked ({blocked})" if blocked else ""
         return f"all {len(self._slots)} places on {name} are taken{or_blocked}"
 
@@ -141,12 +151,17 @@ class Place(Leaf):
         look = self._watch.look()
         if look.shows is Shows.LOWER:
             return f"no surface at {self._place}: it is {-look.height:.2f} m lower"
-        if look.shows is Shows.HIGHER and self._number is not None:
-            self._occupied.add(self._number)
-            self._choose()
-            self._step, self._progress = self._approach, Progress(self.context)
-            return self._none_free() if self._number is None else None
+        if look.shows is Shows.HIGHER:
+            return self._pass_over()
         return None
+
+    def _pass_over(self) -> str | None:
+        """Go on to another place; why not, if so."""
+        if self._number is not None:
+            self._passed_over.add(self._number)
+        self._choose()
+        self._step, self._progress = self._approach, Progress(self.context)
+        return self._none_free() if self._number is None else None
 
     def _approach(self) -> Status:
         s = self.settings.place
@@ -172,7 +187,11 @@ class Place(Leaf):
             return self._approach()
         if since is not None and context.clock.now() - since > self.settings.view.patience:
             reason = context.vision.blindness(context.state.stamp)
-            return self.failure(reason or f"{self._place} is not seen")
+            here, self._unseen = self._place, self._unseen + 1
+            most = self.settings.place.most_unseen
+            if reason or self._unseen > most or self._pass_over():
+                return self.failure(reason or f"{here} is not seen")
+            return self.running(f"{here} is not seen, going to {self._place}")
         camera = context.robot.description.camera.eTc.translation[:2]
         back = -self.settings.surface.aside * camera / max(float(np.linalg.norm(camera)), 1e-6)
         aside = self._above * SE3(np.eye(3), np.array([*back, 0.0]))
@@ -195,6 +214,7 @@ class Place(Leaf):
         return self._approach()
 
     def _release(self) -> Status:
+        self._let_go = self.context.held
         self.open_gripper()
         self._step = self._open
         return self.running("letting go")
@@ -207,6 +227,7 @@ class Place(Leaf):
             return self.failure(f"not let go: the fingers stopped at {width:.0f} mm")
         self._note(self.context.log.places_used)
         self.context.log.place(self.context.clock.now())
+        self.context.set_down.add(self._let_go, self.context.wTe)
         self._step = self._rise
         return self.running("rising")
 

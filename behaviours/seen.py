@@ -22,7 +22,7 @@ _MARGIN = 0.03
 """Points this near to the robot are the robot's own [m]."""
 _MOST_STATES = 100
 """Readings that are kept, to know the posture in which a frame was taken."""
-_HELD = (0.13, 0.10)
+_HELD = (0.14, 0.10)
 """What is held reaches no farther than this along the pads and across them [m]: nobody has measured
 how long it is."""
 _HELD_ABOVE = 0.04

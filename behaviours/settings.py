@@ -75,7 +75,9 @@ class GraspSettings(Checked):
     descend_speed: float = 0.25
     """[m/s]."""
     descend_tolerance: float = 0.004
-    """The fingers close this near to the grasp [m]."""
+    """The fingers close this near to the grasp [m] ..."""
+    closing_speed: float = 0.02
+    """... when the hand goes down slower than this: it presses what it holds on the floor [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,13 +90,15 @@ class PlaceSettings(Checked):
     """Tilt that the hand may have then [rad]."""
     most_relocalisations: int = 3
     """How often the hand goes back over the place because the base was relocalised."""
+    most_unseen: int = 1
+    """How many places the hand goes on from because they were not seen."""
     above: float = 0.12
     """Height over the place that the hand comes from and goes back to [m]."""
     approach_speed: float = 0.6
     """[m/s]."""
     approach_tolerance: float = 0.015
     """[m]."""
-    lower_speed: float = 0.2
+    lower_speed: float = 0.25
     """[m/s]."""
     lower_tolerance: float = 0.004
     """[m]."""

@@ -97,20 +97,20 @@ class DriveSettings(Checked):
 
     POSITIVE = ("pivot_blend", "arrival_distance", "detour")
 
-    heading_gain: float = 1.0
+    heading_gain: float = 0.6
     """k1: how strongly the path bends to arrive with the goal's heading."""
-    detour: float = 0.8
+    detour: float = 0.6
     """To arrive with the goal's heading the path swings out no farther than this from the straight
     way [m]: farther away it is the tangent of a circle of this radius around the goal."""
-    curvature_gain: float = 3.0
+    curvature_gain: float = 2.0
     """k2: how fast the base turns onto that path."""
-    curvature_slowdown: float = 0.4
+    curvature_slowdown: float = 0.1
     """β: how much slower it drives where the path is curved [m^2]."""
     pivot_angle: float = 0.6
     """Misalignment with the path from which it turns more than it drives [rad]."""
     pivot_blend: float = 0.8
     """Misalignment beyond that at which it does not drive at all [rad]."""
-    arrival_distance: float = 0.10
+    arrival_distance: float = 0.06
     """Nearer than this it only turns to its final heading and creeps along its axis [m]."""
 
 

@@ -28,6 +28,10 @@ class Surroundings:
     computed from it once, such as a map, is kept."""
     moving: tuple[Obstacle, ...] = ()
     """What moves by itself."""
+    loose: tuple[Geom, ...] = ()
+    """What stands on fixtures and may be carried away, in the world. The links of the arm and the
+    camera keep off it. The hand, which works among such things, does not, nor do the base, its way
+    and its stance look at it. The same object as long as nothing has changed."""
     seen: PointCloud | None = None
     """Points of surfaces that a camera has seen; another one for every frame."""
     held: tuple[Geom, ...] = ()
@@ -36,10 +40,11 @@ class Surroundings:
 
     def has_shapes_of(self, other: Surroundings) -> bool:
         """Whether the same stands around and is held, wherever what moves by itself is."""
-        return self.held is other.held and self.stands_like(other)
+        same = self.held is other.held and self.loose is other.loose
+        return same and self.stands_like(other)
 
     def stands_like(self, other: Surroundings) -> bool:
-        """Whether the same stands around, wherever what moves by itself is."""
+        """Whether the same stands around that is not loose, wherever what moves by itself is."""
         if self.fixtures is not other.fixtures or len(self.moving) != len(other.moving):
             return False
         both = zip(self.moving, other.moving, strict=True)

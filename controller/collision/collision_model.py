@@ -7,7 +7,7 @@ the base.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from enum import IntEnum
 from itertools import product
 from typing import Any, NamedTuple
@@ -108,9 +108,11 @@ class CollisionModel:
         self.fixed = [self._add_still(one) for one in surroundings.fixtures]
         """Numbers of the fixtures, in their order."""
         self.moving = [self._add_still(one.geom) for one in surroundings.moving]
-        self.pairs = self._pair(numbers, self.fixed)
-        self.holds = np.isin(self.pairs.first, numbers["held"])
-        """(P,) whether it is what the hand holds that meets something."""
+        loose = [self._add_still(one) for one in surroundings.loose]
+        self.pairs = pairs = self._pair(numbers, loose)
+        self.lasts = ~(np.isin(pairs.first, numbers["held"]) | np.isin(pairs.second, loose))
+        """(P,) whether neither is held or loose: those pairs are the same, in the same order, as
+        long as the same fixtures stand around."""
         self._results = pin.GeometryData(self._shapes)
         self.reach = self._reach()
         """(G, n) the most by which a degree of freedom moves any point of a shape [m/rad]."""
@@ -186,7 +188,7 @@ class CollisionModel:
             self._shapes.addGeometryObject(pin.GeometryObject(unique, joint, 0, geom.pose, shape))
         )
 
-    def _pair(self, numbers: dict[str, list[int]], fixed: Iterable[int]) -> Pairs:
+    def _pair(self, numbers: dict[str, list[int]], loose: list[int]) -> Pairs:
         """All pairs that can meet: of the robot with itself, and of it with everything else."""
         found: list[tuple[int, int, PairKind]] = []
         aliases = {"hand": ("hand", "camera", "held")}
@@ -194,13 +196,14 @@ class CollisionModel:
             for second in aliases.get(other, (other,)):
                 for a, b in product(numbers[one], numbers.get(second, [])):
                     found.append((b, a, PairKind.SELF))
-        still, moving = list(fixed), self.moving
         for name, some in numbers.items():
             kind, kind_moving = _kinds(name)
             if name == "floor":
                 continue
-            found += [(a, b, kind) for a, b in product(some, still)]
-            found += [(a, b, kind_moving) for a, b in product(some, moving)]
+            found += [(a, b, kind) for a, b in product(some, self.fixed)]
+            found += [(a, b, kind_moving) for a, b in product(some, self.moving)]
+            if kind is PairKind.ARM:
+                found += [(a, b, kind) for a, b in product(some, loose)]
         for a, b, _ in found:
             self._shapes.addCollisionPair(pin.CollisionPair(a, b))
         table = np.array(found, dtype=np.int64).reshape(-1, 3)

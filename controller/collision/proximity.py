@@ -130,14 +130,14 @@ class Proximity:
         self._centres = _centres(self._known)
 
     def heed(self, surroundings: Surroundings) -> None:
-        """Start anew where other things stand around, or the hand holds something else."""
+        """Start anew where other things stand around; or only with what is loose or held."""
         known, self._known = self._known, surroundings
         if surroundings.has_shapes_of(known):
             return
-        at_least, others, centres = self._at_least, ~self._collision.holds, self._centres
+        at_least, lasting, centres = self._at_least, self._collision.lasts, self._centres
         self._start()
         if surroundings.stands_like(known):
-            self._at_least[~self._collision.holds] = at_least[others]
+            self._at_least[self._collision.lasts] = at_least[lasting]
             self._centres = centres
 
     def near(

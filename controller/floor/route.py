@@ -136,7 +136,8 @@ class Route:
         velocities = np.zeros(self._model.n_base)
         if self._legs and self._model.n_base == 2:
             leg, at = self._legs[self._leg], self._at
-            speed = float(leg.path.speeds[at])
+            gained = (2.0 * float(self._model.acceleration_limits[1]) * at * SPACING) ** 0.5
+            speed = min(gained, float(leg.path.speeds[at]))  # it sets out from rest
             turn = float(leg.headings[at] - leg.headings[max(0, at - 1)])
             backwards = self._reverse != leg.backwards
             velocities[:] = turn / SPACING * speed, -speed if backwards else speed
@@ -186,7 +187,9 @@ class Route:
             self._start(room, wTb, goal)
             return self.lead(room, wTb, goal, self._reverse)
         left = self._time_left(wTb)
-        if any(bend in passed for bend in leg.path.bends) and self._is_plain(room, wTb, goal, left):
+        opens = bool(leg.narrow[passed[0]] and not leg.narrow[self._at])
+        bends = any(bend in passed for bend in leg.path.bends)
+        if (opens or bends) and self._is_plain(room, wTb, goal, left):
             return self._plainly(wTb, goal, self._reverse)
         if self._passed(leg, wTb):
             if self._leg + 1 == len(self._legs):

@@ -22,7 +22,8 @@ from behaviours.gripper import HoldingObject, OpenGripper
 from behaviours.place import Place, slots
 from behaviours.retreat_check import RetreatCheck
 from controller import PoseGoal
-from robots import load_robot
+from hw.sim.contact import separation
+from robots import load_robot, reach
 
 READY = load_robot("frankie").arm.ready
 
@@ -143,12 +144,29 @@ def test_place_sets_the_object_down_where_it_is_free():
     harness.run(RetreatCheck("retreat_check", harness.context))
     leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
     assert harness.run(leaf) is Status.SUCCESS
-    assert leaf.feedback_message == "placed on table, place 1"
+    assert leaf.feedback_message == "placed on table, place 2"  # 1 is in the row before it
     thing = harness.world.find("block")
     assert harness.world.resting_on(thing) == "table"
-    np.testing.assert_allclose(thing.pose.translation[:2], slots(FAR, 0.13)[0][:2], atol=0.02)
+    np.testing.assert_allclose(thing.pose.translation[:2], slots(FAR, 0.13)[1][:2], atol=0.02)
     assert harness.context.log.placed == 1
     assert harness.world.held is None
+
+
+def test_the_arm_keeps_off_what_it_has_set_down_until_it_grasps_it_again():
+    harness = held_block()
+    harness.run(RetreatCheck("retreat_check", harness.context))
+    leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
+    assert harness.run(leaf) is Status.SUCCESS
+    (known,) = harness.context.surroundings.loose
+    (thing,) = harness.world.find("block").placed()
+    away, _ = separation(known, thing)
+    assert away < -0.02  # it is where the robot takes it to be
+    height = reach(known, np.array([0.0, 0.0, 1.0])) - TABLE_TOP
+    assert 0.03 < height < 0.08
+    harness.context.set_down.grasp(known.pose.translation + np.array([0.0, 0.3, 0.0]))
+    assert harness.context.surroundings.loose == (known,)
+    harness.context.set_down.grasp(known.pose.translation)
+    assert harness.context.surroundings.loose == ()
 
 
 def test_places_are_a_grid_inside_the_region():

@@ -45,6 +45,16 @@ def test_navigate_reaches_what_is_behind_or_beside(place):
     assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message
 
 
+def test_navigate_ends_on_the_move_where_near_is_near_enough():
+    exact, near = Harness(), Harness()
+    assert exact.run(navigate(exact, POSE)) is Status.SUCCESS
+    leaf = Navigate("navigate", near.context, to=POSE, within_m=0.1)
+    assert near.run(leaf) is Status.SUCCESS
+    left = np.linalg.norm(near.context.wTe.translation - POSE.wTe.translation)
+    assert 0.03 < left < 0.1
+    assert near.clock.now() < exact.clock.now() - 0.1
+
+
 def test_navigate_drives_the_base_alone_and_leaves_the_arm():
     harness = Harness()
     leaf = navigate(harness, BasePose(name="corner", wTb=SE3(np.eye(3), np.array([1.0, 0.5, 0.0]))))

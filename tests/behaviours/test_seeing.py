@@ -36,7 +36,11 @@ def grasp(harness: Harness, **options) -> Grasp:
 def test_grasp_finds_follows_and_holds_a_block(x, y):
     harness = looking_stage(block(x=x, y=y))
     leaf = grasp(harness)
+    harness.run_into(leaf, "close")
+    closing_from = harness.context.wTe.translation[2]
     assert harness.run(leaf) is Status.SUCCESS
+    # What is held would be pressed on the table.
+    assert harness.context.wTe.translation[2] > closing_from - 0.001
     assert harness.world.held is harness.world.find("block")
     assert harness.context.log.attempts == 1
     assert 0.005 < harness.context.log.grip_height < 0.05

@@ -23,6 +23,7 @@ TABLE = (
     Geom(Cylinder(0.05, 0.25), SE3(np.eye(3), np.array([0.9, 0.4, 0.25])), "table/leg"),
 )
 ROD = (Geom(Box((0.02, 0.02, 0.15)), SE3(np.eye(3), np.array([0.0, 0.0, 0.12])), "held"),)
+CAN = (Geom(Cylinder(0.03, 0.05), SE3(np.eye(3), np.array([1.0, 0.0, 0.57])), "can"),)
 
 
 @pytest.fixture(params=["frankie", "omni"])
@@ -59,6 +60,7 @@ def test_what_is_picked_up_and_put_down_leaves_the_other_distances(model, walked
         known = Surroundings(
             fixtures=TABLE,
             held=ROD if 30 <= step < 60 else (),
+            loose=CAN if step >= 60 else (),
             moving=(walker(step),) if walked else (),
         )
         ours, fresh = (p.near(wTb, q, known, slow) for p in (kept, proximity(model)))
