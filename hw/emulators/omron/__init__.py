@@ -6,6 +6,7 @@ offered, `controller` the on-board controller, `drive` the seam behind which a w
 `options` what can be set and go wrong, and `emulator` the whole.
 """
 
+from hw.emulators.omron.controller import Motion, Teleop
 from hw.emulators.omron.drive import Drive, Unicycle
 from hw.emulators.omron.emulator import OmronEmulator, PortTakenError
 from hw.emulators.omron.options import EVERYTHING, FAULTS, NoFaultError, Options
@@ -14,9 +15,11 @@ __all__ = [
     "EVERYTHING",
     "FAULTS",
     "Drive",
+    "Motion",
     "NoFaultError",
     "OmronEmulator",
     "Options",
     "PortTakenError",
+    "Teleop",
     "Unicycle",
 ]
