@@ -74,8 +74,10 @@ class Commander:
             measured: velocity of the base.
             may_move: whether nothing keeps it from moving.
         """
-        dt = min(now - self._stepped, _LONGEST_STEP)
-        self._stepped = now
+        gap, self._stepped = now - self._stepped, now
+        if gap > self._settings.stop_after:  # suspended: the base has been stopped meanwhile
+            self._ramp.halt()
+        dt = min(gap, _LONGEST_STEP)
         if self._given is not None:
             age = now - self._given
             if may_move and age <= self._settings.stop_after:

@@ -104,6 +104,17 @@ def rest_after(emulator: OmronEmulator, moment: float) -> float:
     return moving[-1] - moment
 
 
+def measured(what: str, emulator: OmronEmulator, moment: float) -> float:
+    """Wait until the base stands and print when it was told to and when it did; the first [s].
+
+    `pytest -rP tests/hw/omron` shows what was printed.
+    """
+    stands = rest_after(emulator, moment)
+    told = zero_after(emulator, moment)
+    print(f"{what}: told to rest after {told:.2f} s, stands after {stands:.2f} s")
+    return told
+
+
 def soon(attempt: Callable[[], float], limit: float, times: int = 3) -> float:
     """A measured time below a limit [s], in one of a few attempts: the machine may be busy."""
     measured = []

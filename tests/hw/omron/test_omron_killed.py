@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from emulated import is_at_rest, rest_after, wait_for, zero_after
+from emulated import is_at_rest, measured, rest_after, wait_for
 
 from hw.clock import stopwatch
 from hw.emulators.omron import OmronEmulator, Options
@@ -55,20 +55,18 @@ def test_suspended_the_base_is_stopped_and_killed_it_is_stopped_too():
     with OmronEmulator() as emulator, driving(emulator) as (process, guardian):
         suspended = stopwatch()
         process.send_signal(signal.SIGSTOP)
-        rest_after(emulator, suspended)
-        assert zero_after(emulator, suspended) < TOLD + BUSY
+        assert measured("suspended", emulator, suspended) < TOLD + BUSY
         assert emulator.heard[-1].name == "stop"
         before = len(emulator.heard)
 
         process.send_signal(signal.SIGCONT)
         wait_for(lambda: is_moving(emulator))  # its commands are fresh again
-        ratios = [one.values for one in list(emulator.heard)[before:] if one.name == "ratioDrive"]
-        assert ratios[0][2] < 20.0  # it begins slowly
+        ratios = [one.values for one in list(emulator.heard)[before:] if not one.is_zero]
+        assert ratios[0][0] * ratios[0][2] < 100.0 * 5.0  # it begins slowly
 
         killed = stopwatch()
         process.kill()
-        rest_after(emulator, killed)
-        assert zero_after(emulator, killed) < TOLD + BUSY
+        assert measured("killed", emulator, killed) < TOLD + BUSY
         wait_for(lambda: not exists(guardian))
         wait_for(lambda: not emulator._clients)
 
@@ -80,7 +78,9 @@ def test_killed_with_its_guardian_the_base_stops_by_its_own_timeout():
         killed = stopwatch()
         os.kill(guardian, signal.SIGKILL)
         process.kill()
-        assert rest_after(emulator, killed) < 0.5 + 0.1 + 0.3 / 0.6 + BUSY
+        stands = rest_after(emulator, killed)
+        print(f"killed with its guardian, timeout of the base 0.5 s: stands after {stands:.2f} s")
+        assert stands < 0.5 + 0.1 + 0.3 / 0.6 + BUSY
         assert emulator.heard[-1].name == "ratioDrive"
         assert not emulator.heard[-1].is_zero
         assert is_at_rest(emulator)

@@ -126,6 +126,15 @@ def test_after_a_long_pause_the_velocity_begins_at_zero_again():
     assert it.order(62.1, Velocity(0.4, 0.0), may_move=True).throttle < 10.0
 
 
+def test_nor_does_it_lurch_where_a_new_command_comes_before_the_first_look_at_the_old_one():
+    it = commander()
+    for step in range(200):
+        it.command(Velocity(1.0, 0.0), step / 100)
+        it.order(step / 100, REST, may_move=True)
+    it.command(Velocity(1.0, 0.0), 62.0)
+    assert it.order(62.0, REST, may_move=True).throttle < 10.0
+
+
 def run_stream(rng: np.random.Generator) -> None:
     """Random commands at random times, judged by what the emulated base makes of them."""
     it, wheels = commander(), Bench()
