@@ -1,11 +1,13 @@
 """What the base tells, whatever the network does to it, and the driver as a part of a robot."""
 
+import re
 from dataclasses import replace
 from math import pi
+from pathlib import Path
 
 import numpy as np
 import pytest
-from emulated import base_of, connected, drive, wait_for
+from emulated import base_of, connected, drive, is_at_rest, wait_for
 
 from controller import Command
 from hw import ComposedRobot, Gate, HardwareError, WallClock
@@ -122,6 +124,22 @@ def test_what_the_base_offers_is_known():
         assert catalogue.groups[number] == "Movement"
         assert len(catalogue.arguments[catalogue.number("gotoGoal")][0]) > 10_000
         assert len(catalogue.offers) > 30
+
+
+def test_the_first_contact_of_the_page_works_with_the_emulator(capsys):
+    page = Path(__file__).parents[3] / "docs" / "hardware.md"
+    (code,) = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    with OmronEmulator() as emulator:
+        for said, here in (
+            ('host="10.10.10.10"', f'host="127.0.0.1", port={emulator.port}'),
+            ('password="adept"', f'password="adept", port={emulator.arcl_port}'),
+        ):
+            assert said in code
+            code = code.replace(said, here)
+        exec(compile(code, str(page), "exec"), {})
+        assert is_at_rest(emulator)
+        assert emulator.controller.drive.pose()[0] > 0.01
+    assert "double: trans" in capsys.readouterr().out
 
 
 def test_a_composed_robot_drives_it_through_the_gate():
