@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from math import cos, remainder, sin, tau
+from math import atan2, cos, degrees, sin, tau
+from struct import pack
 
 import numpy as np
 from pinocchio import SE3
@@ -13,13 +14,15 @@ from hw.clock import Clock, stopwatch
 from hw.omron.arcl import Arcl
 from hw.omron.arcl_text import Motors
 from hw.omron.commander import is_at_rest
-from hw.omron.connection import Connection, open_connection, said_of
+from hw.omron.config import SECTIONS, TELEOP, site_of
+from hw.omron.connection import open_connection, said_of
 from hw.omron.faults import connection_lost
+from hw.omron.first_readings import first_readings
 from hw.omron.handshake import Catalogue
 from hw.omron.link import Link
 from hw.omron.settings import OmronSettings
-from hw.omron.site import REST, Velocity, is_finite
-from hw.omron.telemetry import Pose, Telemetry
+from hw.omron.site import REST, Site, Velocity, is_finite
+from hw.omron.telemetry import Pose
 from hw.robot import HardwareError
 from hw.state import Array, BaseState
 
@@ -27,8 +30,6 @@ _LOOK = 0.01
 """How often something that is waited for is looked at [s]."""
 _RECOVERY = 3.0
 """For each step of a recovery [s]."""
-_POSES_AGREE = 0.1, 0.1
-"""Fine and coarse pose of a base that stands differ by less than this [m, rad]."""
 
 
 class OmronBase:
@@ -133,6 +134,28 @@ class OmronBase:
             link.commander.command(applied, now)
         return np.array([applied.v, 0.0, applied.w])
 
+    def localise(self, wTb: SE3) -> None:
+        """Tell the base where it is on its map; a reading tells when it believes it.
+
+        Raises:
+            HardwareError: it was never connected, or does not offer this.
+        """
+        x, y, _ = (round(1000.0 * one) for one in wTb.translation)
+        heading = round(degrees(atan2(wTb.rotation[1, 0], wTb.rotation[0, 0])))
+        self._say("localizeToPose", pack("<iii", x, y, heading))
+
+    def read_site(self, patience: float = 3.0) -> Site:
+        """The values of "Teleop settings" that the base itself keeps; what it lacks, as told.
+
+        Raises:
+            HardwareError: it does not offer its configuration to this account, or does not answer.
+        """
+        self._say(SECTIONS, b"\x09")
+        sections = self._connected.telemetry.sections
+        if not self._wait(lambda: TELEOP in sections, patience):
+            raise HardwareError(f"the base does not tell its section {TELEOP!r}")
+        return site_of(sections[TELEOP], self._settings.site)
+
     def recover(self) -> None:
         """Connect again, switch the motors on, take the base back from whoever had it.
 
@@ -177,6 +200,12 @@ class OmronBase:
             raise HardwareError(f"Omron base at {self._settings.host}: not connected")
         return self._link
 
+    def _say(self, name: str, payload: bytes) -> None:
+        link = self._connected
+        if not self._catalogue.has(name):
+            raise HardwareError(f"the base does not offer {name} to this account")
+        link.say(self._catalogue.command(name, payload))
+
     def _open(self, *, claim: bool) -> None:
         """A new connection at work.
 
@@ -191,17 +220,7 @@ class OmronBase:
         try:
             with said_of(settings):
                 self._catalogue = connection.catalogue
-                telemetry = Telemetry(connection.catalogue, settings.score_scale)
-                if claim:
-                    connection.send(connection.catalogue.command("stop"))
-                requests = telemetry.requests(connection.catalogue, settings.pose_interval)
-                connection.send(b"".join(requests))
-                patience = settings.connect_patience
-                _listen(connection, telemetry, patience, lambda: _is_known(connection, telemetry))
-                if claim:
-                    _listen(connection, telemetry, patience, lambda: is_at_rest(telemetry.velocity))
-                _check_is_free(telemetry)
-                _check_poses_agree(telemetry)
+                telemetry = first_readings(connection, settings, claim=claim)
                 self._link = Link(connection, telemetry, settings, self._arcl)
         except BaseException:
             connection.socket.close()
@@ -226,63 +245,6 @@ class OmronBase:
                 return False
             pause.wait(_LOOK)
         return True
-
-
-def _listen(
-    connection: Connection, telemetry: Telemetry, patience: float, enough: Callable[[], bool]
-) -> None:
-    """Take packets until there is enough, or for `patience` [s]."""
-    for packet in connection.packets(stopwatch() + patience):
-        telemetry.take(packet, stopwatch())
-        if enough():
-            return
-
-
-def _is_known(connection: Connection, telemetry: Telemetry) -> bool:
-    """Whether all has been told that `connect` wants to know."""
-    is_mode_known = bool(telemetry.mode) or not connection.catalogue.has("getModeInfo")
-    is_place_known = telemetry.localisation is not None or not connection.catalogue.has(
-        "getLocState"
-    )
-    return telemetry.is_complete and is_mode_known and is_place_known
-
-
-def _check_is_free(telemetry: Telemetry) -> None:
-    """That nobody else commands the base.
-
-    Raises:
-        HardwareError: somebody does, or it does not tell.
-    """
-    if not telemetry.is_complete:
-        raise HardwareError("it is connected but tells no pose; has it a map, is it localised?")
-    if telemetry.locked:
-        raise HardwareError(
-            f"it is in mode {telemetry.mode!r} ({telemetry.status}) and does not let go of it; "
-            "undock it, or end that in MobilePlanner"
-        )
-    if not is_at_rest(telemetry.velocity):
-        raise HardwareError(
-            f"it moves already, in mode {telemetry.mode!r}: somebody else commands it; "
-            "stop it first"
-        )
-
-
-def _check_poses_agree(telemetry: Telemetry) -> None:
-    """That the fine pose is read as it is meant: its layout was never verified on a robot.
-
-    Raises:
-        HardwareError: it is somewhere else than the coarse one.
-    """
-    fine, coarse = telemetry.pose, telemetry.coarse
-    assert fine is not None
-    assert coarse is not None
-    away = max(abs(fine.x - coarse.x), abs(fine.y - coarse.y))
-    turned = abs(remainder(fine.theta - coarse.theta, tau))
-    if away > _POSES_AGREE[0] or turned > _POSES_AGREE[1]:
-        raise HardwareError(
-            f"its two poses differ by {away:.2f} m and {turned:.2f} rad: the fine one "
-            "(DataStore_RobotPoseInterpolated) is not what this driver takes it for"
-        )
 
 
 def _carried_on(pose: Pose, velocity: Velocity, seconds: float) -> SE3:

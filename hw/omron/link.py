@@ -9,6 +9,7 @@ from __future__ import annotations
 import select
 import socket
 import threading
+from collections.abc import Iterator
 from contextlib import closing, suppress
 from dataclasses import replace
 from math import ceil
@@ -16,7 +17,7 @@ from struct import pack
 
 from hw.clock import stopwatch
 from hw.omron.arcl import Arcl
-from hw.omron.commander import Commander, Order
+from hw.omron.commander import Commander
 from hw.omron.connection import Connection, open_connection
 from hw.omron.faults import Obedience, arcl_faults, obedience_faults, telemetry_faults
 from hw.omron.guardian import Guardian
@@ -57,8 +58,6 @@ class Link:
         self.obedience = Obedience()
         self.lost = ""
         """Why the connection is gone; empty while it is there."""
-        self.orders = 0
-        """How many were written."""
         self._settings = settings
         self._arcl = arcl
         self._stream, self._pending = connection.stream, connection.pending
@@ -67,6 +66,7 @@ class Link:
         self._stop_frame = self._catalogue.command("stop")
         self._guardian = Guardian(self._socket, self._stop_frame, settings.stop_after)
         self._waker, self._wakes = socket.socketpair()
+        self._sayings: list[bytes] = []
         self._close_by: float | None = None
         self._thread = threading.Thread(target=self._run, name="omron link", daemon=True)
 
@@ -80,6 +80,12 @@ class Link:
         """Have the next order written at once."""
         with suppress(OSError):
             self._waker.send(b".")
+
+    def say(self, frame: bytes) -> None:
+        """Have something else written, too."""
+        with self.lock:
+            self._sayings.append(frame)
+        self.wake()
 
     def close(self) -> None:
         """Stop the base if it was commanded, wait until it is at rest, and let go of it."""
@@ -171,11 +177,12 @@ class Link:
             due = max(due + self._settings.resend, now)
             self._guardian.beat()
             with self.lock:
-                order = self._order(now)
+                frames = [*self._sayings, *self._order(now)]
+                self._sayings.clear()
                 may_leave = self._close_by is not None and (
                     self.commander.is_idle or now > self._close_by
                 )
-            self._write(order)
+            self._write(b"".join(frames))
             if may_leave:
                 self._socket.send(encode(FromClient.SHUTDOWN))
                 return
@@ -190,23 +197,20 @@ class Link:
                     raise HardwareError("the base shuts its server down")
                 self.telemetry.take(packet, at)
 
-    def _order(self, now: float) -> Order:
-        """What to write; the caller holds the lock."""
+    def _order(self, now: float) -> Iterator[bytes]:
+        """The frame of the newest order, if there is one; the caller holds the lock."""
         measured = self.telemetry.velocity
         self.obedience.watch(self.commander.told, measured, now)
-        return self.commander.order(now, measured, may_move=not self.faults(now))
-
-    def _write(self, order: Order) -> None:
-        """Hand an order to the system, whole or not at all."""
-        if order is None:
-            return
+        order = self.commander.order(now, measured, may_move=not self.faults(now))
         if order == "stop":
-            frame = self._stop_frame
-        else:
-            frame = self._catalogue.command("ratioDrive", drive_payload(order))
-        self.orders += 1
+            yield self._stop_frame
+        elif order is not None:
+            yield self._catalogue.command("ratioDrive", drive_payload(order))
+
+    def _write(self, frames: bytes) -> None:
+        """Hand frames to the system, whole or not at all."""
         try:
-            if self._socket.send(frame) == len(frame):
+            if not frames or self._socket.send(frames) == len(frames):
                 return
         except BlockingIOError:
             pass

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from math import radians
 
+from hw.omron.config import SECTIONS, Values, read_section
 from hw.omron.fields import Fields, LayoutError, number_field, parse_number
 from hw.omron.handshake import Catalogue
 from hw.omron.packet import Packet
@@ -118,6 +119,8 @@ class Telemetry:
         self.score: float | None = None
         """Of the localisation, 0 to 1; None where its scale is not known."""
         self.docking: Docking | None = None
+        self.sections: dict[str, Values] = {}
+        """Of the base's configuration, where it was asked for."""
         self.damaged = 0
         """Replies whose layout was not the expected one."""
         self._charge_is_told = False
@@ -132,6 +135,7 @@ class Telemetry:
             "getLocState": self._loc_state,
             "dockInfo": self._dock_info,
             "dockInfoChanged": self._dock_info,
+            SECTIONS: self._section,
         }
         self._names: dict[int, str] = {}
         self._takers: dict[int, Callable[[Fields, float], None]] = {}
@@ -210,6 +214,11 @@ class Telemetry:
         if self._score_scale is None and score > 100:
             self._score_scale = 1000.0
         self.score = None if self._score_scale is None else min(1.0, score / self._score_scale)
+
+    def _section(self, fields: Fields, at: float) -> None:
+        if fields.left:
+            name, values = read_section(fields)
+            self.sections[name] = values
 
     def _dock_info(self, fields: Fields, at: float) -> None:
         state = fields.integer("B")

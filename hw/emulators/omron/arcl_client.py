@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import socket
 from collections.abc import Callable, Iterator
 from math import radians
@@ -11,6 +12,7 @@ from hw.emulators.omron.controller import Controller, Goal
 from hw.emulators.omron.options import Options
 from hw.emulators.omron.requests import believe, reported_pose, signed_degrees
 
+NUMBER = re.compile(r"-?[0-9]{1,9}(\.[0-9]{1,9})?")
 GOALS = {"table": (1.0, 0.0, 0.0), "bin": (0.0, 1.0, 90.0)}
 """On the map of the emulated base: x, y, heading [m, m, deg]."""
 _DOCKING = ("Undocked", "Docking", "Docked", "Undocking")
@@ -99,7 +101,7 @@ class ArclClient:
             case "goto" | "dotask":
                 yield from self._goto(rest)
             case "localizetopoint":
-                x, y, theta = (float(one) for one in rest.split()[:3])
+                x, y, theta = _numbers(rest)
                 believe(controller, self._options, (x / 1000.0, y / 1000.0, radians(theta)))
                 yield "Localizing at point"
                 yield "Localized to point"
@@ -118,8 +120,8 @@ class ArclClient:
     def _goto(self, rest: str) -> Iterator[str]:
         words = rest.split()
         if words[:1] == ["gotoPoint"] and len(words) >= 3:
-            x, y, *theta = (float(one) for one in words[1:4])
-            goal = Goal(x / 1000.0, y / 1000.0, radians(theta[0]) if theta else None)
+            x, y, theta = _numbers(rest.partition(" ")[2])
+            goal = Goal(x / 1000.0, y / 1000.0, radians(theta) if len(words) > 3 else None)
         elif rest in GOALS:
             x, y, heading = GOALS[rest]
             goal = Goal(x, y, radians(heading), rest)
@@ -157,3 +159,10 @@ class ArclClient:
             self.socket.send(text.encode())
         except OSError as error:
             raise GoneError from error
+
+
+def _numbers(text: str) -> tuple[float, float, float]:
+    """Three numbers, 0 where there is none."""
+    values = [float(word) if NUMBER.fullmatch(word) else 0.0 for word in text.split()[:3]]
+    x, y, theta = (*values, 0.0, 0.0, 0.0)[:3]
+    return x, y, theta

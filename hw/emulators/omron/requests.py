@@ -116,6 +116,7 @@ class Requests:
             ("dockInfo", "RobotInfo", "", self._dock_info),
             ("dockInfoChanged", "RobotInfo", "", self._dock_info),
             ("getSafeDrive", "RobotInfo", "", self._safe_drive),
+            ("getConfigBySectionsV4", "Config", "byte: priority", self._teleop_section),
             ("heartbeatTcp", "RobotInfo", "", lambda _: b""),
             ("DataStore_RobotPoseInterpolated_X", "RobotInfo", "", lambda _: self._stored(0)),
             ("DataStore_RobotPoseInterpolated_Y", "RobotInfo", "", lambda _: self._stored(1)),
@@ -190,6 +191,30 @@ class Requests:
 
     def _safe_drive(self, _: Taker) -> bytes:
         return Writer().integer(self._controller.safe_drive, 1).body
+
+    def _teleop_section(self, _: Taker) -> bytes:
+        """One section, as if it were the only one."""
+        teleop = self._options.teleop
+        writer = Writer().raw(b"S").string("Teleop settings").string("").string("Robot")
+        writer.integer(0, 2)
+        for name, kind, value in (
+            ("Timeout", b"d", teleop.timeout),
+            ("FullThrottleForwards", b"i", teleop.forwards * 1000.0),
+            ("FullThrottleBackwards", b"i", teleop.backwards * 1000.0),
+            ("RotAtFullForwards", b"i", round(degrees(teleop.turn_forwards))),
+            ("RotAtFullBackwards", b"i", round(degrees(teleop.turn_backwards))),
+            ("RotAtStopped", b"i", round(degrees(teleop.turn_at_rest))),
+            ("Clearances", b".", 0.0),
+            ("TransDeadZone", b"d", teleop.dead_translation),
+            ("RotDeadZone", b"d", teleop.dead_rotation),
+        ):
+            writer.raw(b"P").string(name).string(f"about {name}").integer(1, 1).raw(kind)
+            if kind == b"i":
+                writer.integer(round(value), 4).integer(0, 4).integer(5000, 4)
+            elif kind == b"d":
+                writer.double(value).double(0.0).double(5000.0).integer(3, 4)
+            writer.string("").string("").integer(0, 1).integer(1, 1).string("")
+        return writer.body
 
     def _stored(self, axis: int) -> bytes:
         x, y, theta = reported_pose(self._controller, self._options)

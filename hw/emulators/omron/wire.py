@@ -7,6 +7,7 @@ check of the other. Like the robot, a server reads zeros and empty text where a 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import isfinite
 
 
 def check_value(frame: bytes) -> int:
@@ -110,9 +111,10 @@ class Taker:
     def double(self) -> float:
         """A number from its text; 0 where it is none."""
         try:
-            return float(self.string())
+            value = float(self.string())
         except ValueError:
             return 0.0
+        return value if isfinite(value) else 0.0
 
     def raw(self, size: int) -> bytes:
         """Bytes as they are; fewer past the end."""

@@ -49,14 +49,26 @@ def drive(base: OmronBase, v: float = 0.3, w: float = 0.0, seconds: float = 0.4)
     return given
 
 
+def set_off(emulator: OmronEmulator, base: OmronBase, v: float = 0.3) -> float:
+    """Command a velocity until the base has nearly reached it; when the last command was given [s].
+
+    A busy machine lets commands grow old in between.
+    """
+    wheels, begun = emulator.controller.drive, stopwatch()
+    while wheels.twist()[0] < 0.8 * v:
+        assert stopwatch() - begun < PATIENCE, base.read().faults
+        given = drive(base, v, seconds=0.01)
+    return given
+
+
 @contextmanager
-def driving(base: OmronBase, v: float = 0.3) -> Iterator[None]:
+def driving(base: OmronBase, v: float = 0.3, w: float = 0.0) -> Iterator[None]:
     """The base is commanded all the time, by a thread of its own."""
     over = threading.Event()
 
     def command() -> None:
         while not over.wait(0.01):
-            base.send(np.array([v, 0.0, 0.0]))
+            base.send(np.array([v, 0.0, w]))
 
     thread = threading.Thread(target=command)
     thread.start()

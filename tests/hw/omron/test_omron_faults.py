@@ -14,6 +14,7 @@ from emulated import (
     is_at_rest,
     measured,
     rest_after,
+    set_off,
     soon,
     wait_for,
     wait_for_fault,
@@ -30,16 +31,11 @@ STANDS = TOLD + 0.1 + 0.3 / 0.6 + 0.15
 """... and stands after its own cycle and its way from 0.3 m/s to rest, and a little [s]."""
 
 
-def moving(emulator: OmronEmulator) -> bool:
-    return emulator.controller.drive.twist()[0] > 0.05
-
-
 def test_without_commands_the_base_rests():
     with OmronEmulator() as emulator, connected(emulator) as base:
 
         def attempt() -> float:
-            last = drive(base)
-            assert moving(emulator)
+            last = set_off(emulator, base)
             told = measured("no commands", emulator, last)
             assert rest_after(emulator, last) < STANDS
             return told
@@ -47,15 +43,14 @@ def test_without_commands_the_base_rests():
         assert soon(attempt, TOLD) > 0.0
         assert base.read().faults == ()
         assert emulator.heard[-1].name == "stop"
-        drive(base)  # and it goes on with the next command
-        assert moving(emulator)
+        set_off(emulator, base)  # and it goes on with the next command
 
 
 def test_a_stop_is_sent_at_once_from_any_thread():
     with OmronEmulator() as emulator, connected(emulator) as base:
 
         def attempt() -> float:
-            drive(base)
+            set_off(emulator, base)
             begun = stopwatch()
             thread = threading.Thread(target=base.stop)
             thread.start()
@@ -69,7 +64,7 @@ def test_a_stop_is_sent_at_once_from_any_thread():
 def test_closing_waits_until_the_base_stands():
     with OmronEmulator() as emulator:
         with connected(emulator) as base:
-            drive(base)
+            set_off(emulator, base)
         assert is_at_rest(emulator)
         base.close()
         wait_for(lambda: not emulator._clients)
@@ -79,7 +74,7 @@ def test_a_server_that_freezes_and_comes_back():
     """As a pulled cable: silence. The base itself is out of reach; its own timeout stops it."""
     options = Options(teleop=Teleop(timeout=0.3))
     with OmronEmulator(options) as emulator, connected(emulator) as base:
-        drive(base)
+        set_off(emulator, base)
         last, longest = stopwatch(), 0.0
         emulator.freeze()
         while stopwatch() - last < 0.5:
@@ -106,7 +101,7 @@ def test_a_server_that_stays_frozen_is_a_lost_connection_and_recovers():
         OmronEmulator() as emulator,
         connected(emulator, silence=0.5, connect_patience=1.0) as base,
     ):
-        drive(base, seconds=0.2)
+        set_off(emulator, base)
         emulator.freeze()
         state = wait_for_fault(base, FaultKind.CONNECTION, "nothing heard for 0.5 s")
         assert all(fault.clearable for fault in state.faults)
@@ -115,8 +110,7 @@ def test_a_server_that_stays_frozen_is_a_lost_connection_and_recovers():
         emulator.freeze(False)
         base.recover()
         assert base.read().faults == ()
-        drive(base, seconds=0.3)
-        assert moving(emulator)
+        set_off(emulator, base)
 
 
 @pytest.mark.parametrize(
@@ -125,7 +119,7 @@ def test_a_server_that_stays_frozen_is_a_lost_connection_and_recovers():
 )
 def test_a_connection_that_ends(happens, words):
     with OmronEmulator() as emulator, connected(emulator) as base:
-        last = drive(base)
+        last = set_off(emulator, base)
         getattr(emulator, happens)()
         state = wait_for_fault(base, FaultKind.CONNECTION, words)
         assert "check cable" in state.faults[0].text
@@ -137,7 +131,7 @@ def test_a_connection_that_ends(happens, words):
 
 def test_the_emergency_stop_is_told_and_recovered_from():
     with OmronEmulator() as emulator, connected(emulator, arcl="adept") as base:
-        drive(base)
+        set_off(emulator, base)
         with emulator.held() as controller:
             controller.press()
         pressed = stopwatch()
@@ -157,23 +151,21 @@ def test_the_emergency_stop_is_told_and_recovered_from():
         assert is_at_rest(emulator)
         base.recover()
         assert base.read().faults == ()
-        drive(base)
-        assert moving(emulator)
+        set_off(emulator, base)
 
 
 def test_without_the_text_interface_a_base_that_does_not_follow_is_noticed():
     with OmronEmulator() as emulator, connected(emulator) as base:
         with emulator.held() as controller:
             controller.press()
-        drive(base, seconds=1.0)
+        wait_for(lambda: drive(base, seconds=0.05) and base.read().faults)
         state = wait_for_fault(base, FaultKind.NOT_READY, "stands although it is commanded")
         assert "emergency stop" in state.faults[0].text
         with emulator.held() as controller:
             controller.release()
             controller.enable_motors()
         base.recover()
-        drive(base)
-        assert moving(emulator)
+        set_off(emulator, base)
         assert base.read().faults == ()
 
 
@@ -183,7 +175,7 @@ def test_lost_localisation_stops_the_base_and_nothing_but_localising_helps():
         def attempt() -> float:
             emulator.options.lost = False
             wait_for(lambda: not base.read().faults)
-            drive(base)
+            set_off(emulator, base)
             emulator.options.lost, begun = True, stopwatch()
             drive(base, seconds=0.5)
             state = wait_for_fault(base, FaultKind.STALE_POSE, "localise it in MobilePlanner")
@@ -205,7 +197,7 @@ def test_a_poor_score_is_a_fault_where_a_least_one_is_set():
 
 def test_a_mode_that_is_locked_under_way():
     with OmronEmulator() as emulator, connected(emulator) as base:
-        drive(base)
+        set_off(emulator, base)
         with emulator.held() as controller:
             controller.dock(stopwatch())
         state = wait_for_fault(base, FaultKind.NOT_READY, "'Dock'")
@@ -241,7 +233,7 @@ def test_a_goto_of_somebody_else_ends_with_the_first_command():
     with OmronEmulator() as emulator, connected(emulator) as base:
         with emulator.held() as controller:
             controller.go_to(Goal(5.0, 0.0))
-        wait_for(lambda: moving(emulator))
+        wait_for(lambda: emulator.controller.drive.twist()[0] > 0.05)
         begun = stopwatch()
         drive(base, v=0.0, seconds=0.2)
         assert measured("somebody's goto", emulator, begun) < 1.0

@@ -7,13 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from emulated import base_of, connected, drive, is_at_rest, wait_for
+from emulated import base_of, connected, drive, driving, is_at_rest, set_off, wait_for
+from pinocchio import SE3
+from pinocchio.utils import rotate
 
 from controller import Command
 from hw import ComposedRobot, Gate, HardwareError, WallClock
 from hw.background import one_thread
 from hw.clock import stopwatch
-from hw.emulators.omron import OmronEmulator, Options, Unicycle
+from hw.emulators.omron import OmronEmulator, Options, Teleop, Unicycle
+from hw.omron import OmronBase
 from hw.sim import World
 from hw.sim.body import Dynamics, SimBody
 from hw.sim.noise import D435Noise
@@ -30,6 +33,12 @@ CONDITIONS = {
 }
 
 
+def away(base: OmronBase, wheels: Unicycle) -> float:
+    """Distance of the pose that is read from the true one [m]."""
+    seen = base.read().wTb.translation[:2]
+    return float(np.hypot(*(seen - wheels.pose()[:2])))
+
+
 @pytest.mark.parametrize("options", CONDITIONS.values(), ids=CONDITIONS)
 def test_the_base_drives_and_tells_where_it_is_under(options):
     wheels = Unicycle((1.0, -2.0, 3.0))
@@ -39,12 +48,10 @@ def test_the_base_drives_and_tells_where_it_is_under(options):
         heading = np.arctan2(start.wTb.rotation[1, 0], start.wTb.rotation[0, 0])
         assert heading == pytest.approx(3.0, abs=1e-4)
         assert start.battery == pytest.approx(0.87)
-        drive(base, v=0.3, w=-0.4, seconds=0.5)
-        state, (x, y, _) = base.read(), wheels.pose()
-        speed = wheels.twist()[0]
-        assert speed > 0.1
         late = 0.05 + options.delay + options.jitter
-        assert np.hypot(*(state.wTb.translation[:2] - (x, y))) < 0.02 + speed * late
+        with driving(base, v=0.3, w=-0.4):
+            wait_for(lambda: wheels.twist()[0] > 0.2)
+            wait_for(lambda: away(base, wheels) < 0.01 + 0.3 * late)
         base.stop()
         wait_for(lambda: not base.read().twist.any())
         still = np.array([*wheels.pose()[:2], 0.0])
@@ -56,7 +63,7 @@ def test_without_the_fine_pose_the_coarse_one_is_taken():
     wheels = Unicycle((0.0, 0.0, pi / 2))
     coarse = OmronEmulator(None, wheels, faults=("no fine pose",))
     with coarse, connected(coarse, lists_patience=0.3) as base:
-        drive(base, seconds=0.5)
+        set_off(coarse, base)
         base.stop()
         wait_for(lambda: not base.read().twist.any())
         assert base.read().wTb.translation[1] == pytest.approx(wheels.pose()[1], abs=2e-3)
@@ -114,6 +121,30 @@ def test_the_text_interface_drives_to_goals_and_docks():
         text.undock()
         wait_for(lambda: not base.read().faults)
         assert base.localisation_score == pytest.approx(0.87)
+
+
+def test_the_base_is_told_where_it_is():
+    wheels = Unicycle((1.0, 1.0, 0.5))
+    with OmronEmulator(None, wheels, faults=("lost",)) as emulator, connected(emulator) as base:
+        wait_for(lambda: base.read().faults)
+        place = SE3(rotate("z", -pi / 2), np.array([2.0, -3.0, 0.0]))
+        base.localise(place)
+        wait_for(lambda: not base.read().faults)
+        wait_for(lambda: (base.read().wTb.inverse() * place).homogeneous[:2, 3].max() < 2e-3)
+        assert base.read().wTb.isApprox(place, 2e-3)
+
+
+def test_the_values_of_the_site_are_read_from_the_base():
+    teleop = Teleop(forwards=0.67, backwards=0.2, dead_translation=0.0)
+    with OmronEmulator(Options(teleop=teleop)) as emulator, connected(emulator) as base:
+        site = base.read_site()
+        assert (site.forward, site.reverse, site.dead_translation) == (0.67, 0.2, 0.0)
+        assert site.turn == pytest.approx(np.radians(50.0))
+        assert site.turn_at_forward == pytest.approx(np.radians(25.0))
+    options = Options(omit=frozenset({"getConfigBySectionsV4"}))
+    missing = pytest.raises(HardwareError, match="getConfigBySectionsV4")
+    with OmronEmulator(options) as emulator, connected(emulator) as base, missing:
+        base.read_site()
 
 
 def test_what_the_base_offers_is_known():
