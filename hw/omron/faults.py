@@ -15,7 +15,7 @@ from hw.state import Fault, FaultKind
 _STANDS = 0.6
 """A base that is commanded and stands still for this long does not follow [s]."""
 _COASTS = 2.5
-"""A base that is told to rest and still moves after this is moved by somebody else [s]."""
+"""A base that moves this long after it was told to rest is moved by somebody else [s]."""
 _NOTICEABLE = Velocity(0.05, 0.1)
 """Slower commands do not tell whether it follows [m/s, rad/s]."""
 _MOVES = 0.05
@@ -28,7 +28,7 @@ class Obedience:
 
     finding: str = ""
     _stood_since: float | None = None
-    _moved_since: float | None = None
+    _rests_since: float | None = None
 
     def watch(self, told: Velocity | None, measured: Velocity, now: float) -> None:
         """Look at what is told (None: nothing) and measured at a moment [s]."""
@@ -36,13 +36,13 @@ class Obedience:
         stands, moves = is_at_rest(measured), max(map(abs, measured)) > _MOVES
         self._stood_since = _since(self._stood_since, is_told and stands, now)
         rests = told is not None and is_at_rest(told)
-        self._moved_since = _since(self._moved_since, rests and moves, now)
+        self._rests_since = _since(self._rests_since, rests, now)
         if self._stood_since is not None and now - self._stood_since > _STANDS:
             self.finding = (
                 "the base stands although it is commanded; look for an obstacle before its laser, "
                 "a pressed emergency stop, motors that are off, or another program that commands it"
             )
-        elif self._moved_since is not None and now - self._moved_since > _COASTS:
+        elif moves and self._rests_since is not None and now - self._rests_since > _COASTS:
             self.finding = (
                 "the base moves although it is told to rest: somebody else commands it; close "
                 "MobilePlanner's drive mode or the other program"
@@ -50,7 +50,7 @@ class Obedience:
 
     def clear(self) -> None:
         """Forget the finding."""
-        self.finding, self._stood_since, self._moved_since = "", None, None
+        self.finding, self._stood_since, self._rests_since = "", None, None
 
 
 def _since(before: float | None, holds: bool, now: float) -> float | None:

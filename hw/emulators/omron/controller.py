@@ -37,6 +37,8 @@ class Motion:
     turn_acceleration: float = radians(150.0)
     turn_deceleration: float = radians(200.0)
     latch: float = 0.1
+    docking: float = 1.0
+    """How long it takes to dock and to undock [s]."""
 
 
 @dataclass
@@ -113,10 +115,10 @@ class Controller:
         return True
 
     def dock(self, now: float, *, leave: bool = False) -> None:
-        """Dock or undock, which takes a second and lets nobody else in."""
+        """Dock or undock, which takes a while and lets nobody else in."""
         self._interrupt()
         self.docking = 3 if leave else 1
-        self.mode, self.locked, self._docks_at = "Dock", True, now + 1.0
+        self.mode, self.locked, self._docks_at = "Dock", True, now + self.motion.docking
         self.status = "Undocking" if leave else "Docking"
 
     def press(self) -> None:

@@ -15,5 +15,5 @@ base.connect()
 print(base.guardian_pid, flush=True)
 while True:
     base.read()
-    base.send(np.array([0.3, 0.0, 0.0]))
+    base.send(np.array([0.15, 0.0, 0.0]))
     time.sleep(0.01)

@@ -11,20 +11,24 @@ from typing import Any
 import numpy as np
 
 from hw import WallClock
-from hw.clock import stopwatch
+from hw.clock import Clock, stopwatch
 from hw.emulators.omron import OmronEmulator
 from hw.omron import ArclSettings, OmronBase, OmronSettings
 from hw.state import BaseState, FaultKind
 
+SPEED = 0.15
+"""Of the moving base: reached after 0.3 s, gone after 0.25 s [m/s]."""
 PATIENCE = 5.0
 """Whatever is waited for has happened after this, also on a busy machine [s]."""
 
 
-def base_of(emulator: OmronEmulator, *, arcl: str = "", **settings: Any) -> OmronBase:
+def base_of(
+    emulator: OmronEmulator, *, arcl: str = "", clock: Clock | None = None, **settings: Any
+) -> OmronBase:
     """A driver for an emulated base; with the text interface where there is a password for it."""
     text = ArclSettings(password=arcl, port=emulator.arcl_port, poll=0.05) if arcl else None
     given = {"host": "127.0.0.1", "port": emulator.port, "user": "frankie", "arcl": text}
-    return OmronBase(OmronSettings(**(given | settings)), WallClock())
+    return OmronBase(OmronSettings(**(given | settings)), clock or WallClock())
 
 
 @contextmanager
@@ -38,7 +42,7 @@ def connected(emulator: OmronEmulator, **settings: Any) -> Iterator[OmronBase]:
         base.close()
 
 
-def drive(base: OmronBase, v: float = 0.3, w: float = 0.0, seconds: float = 0.4) -> float:
+def drive(base: OmronBase, v: float = SPEED, w: float = 0.0, seconds: float = 0.4) -> float:
     """Command a twist for a while, every 10 ms; when the last command was given [s]."""
     until = stopwatch() + seconds
     while stopwatch() < until:
@@ -49,7 +53,7 @@ def drive(base: OmronBase, v: float = 0.3, w: float = 0.0, seconds: float = 0.4)
     return given
 
 
-def set_off(emulator: OmronEmulator, base: OmronBase, v: float = 0.3) -> float:
+def set_off(emulator: OmronEmulator, base: OmronBase, v: float = SPEED) -> float:
     """Command a velocity until the base has nearly reached it; when the last command was given [s].
 
     A busy machine lets commands grow old in between.
@@ -62,7 +66,7 @@ def set_off(emulator: OmronEmulator, base: OmronBase, v: float = 0.3) -> float:
 
 
 @contextmanager
-def driving(base: OmronBase, v: float = 0.3, w: float = 0.0) -> Iterator[None]:
+def driving(base: OmronBase, v: float = SPEED, w: float = 0.0) -> Iterator[None]:
     """The base is commanded all the time, by a thread of its own."""
     over = threading.Event()
 
