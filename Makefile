@@ -3,11 +3,12 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 TASK ?= trees/pick_place.yaml
 SEED ?= 0
+WORLD ?= kinematic
 
 .PHONY: run test test-all lint language-server clean
 
 run: .venv/installed
-	$(BIN)/frankie-task run $(TASK) --seed $(SEED)
+	$(BIN)/frankie-task run $(TASK) --seed $(SEED) --world $(WORLD)
 
 test: lint
 	$(BIN)/pytest -n 2 -q

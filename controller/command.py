@@ -55,7 +55,8 @@ class PoseGoal:
     """Whether the end effector must go straight, as near obstacles: no detour even if it stalls."""
     hand_may_touch: bool = False
     """Whether the hand and what it holds may come as near to what is around as they like, as to
-    grasp from a container or to set something down. The rest of the robot keeps its distance."""
+    grasp from a container or to set something down. The palm comes near, but does not touch; the
+    rest of the robot keeps its distance."""
 
     @property
     def is_moving(self) -> bool:

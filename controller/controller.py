@@ -141,8 +141,7 @@ class HolisticController:
         rows, near, self._waits_for = None, Near(), ""
         if self._avoidance is not None:
             self._avoidance.follow(applied)
-            if goal is not None:  # a robot that comes to rest only brakes
-                rows, near = self._avoidance.rows(state, here, goal, bounds, surroundings)
+            rows, near = self._avoidance.rows(state, here, goal, bounds, surroundings)
         velocities = self._solver.solve(motion.qp, rows)
         if goal is not None and surroundings.moving and velocities is not None:
             hand, moving = linearisation.bTe.translation[:2], surroundings.moving

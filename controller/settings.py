@@ -71,7 +71,9 @@ class CollisionSettings(Checked):
     stop_distance: float = 0.02
     """d_s: distance at which the robot does not approach what stands around any longer [m] ..."""
     near_stop_distance: float = 0.01
-    """... for goals that are reached straight, and from the robot to itself and the floor [m]."""
+    """... for goals that are reached straight, and from the robot to itself and the floor ..."""
+    palm_stop_distance: float = 0.001
+    """... and for the palm where the hand may touch, as when fingers close beside a wall [m]."""
     influence_distance: float = 0.6
     """d_i: nothing that is farther from the robot matters [m]; at least d_s + v²/2a + v times the
     delay, for the fastest approach."""

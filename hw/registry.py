@@ -47,11 +47,33 @@ class WorldOptions:
 
 def _kinematic(description: RobotDescription, options: WorldOptions) -> Backend:
     """The kinematic simulator."""
-    from hw.sim import kinematic_robot, load_scene
+    from hw.sim import kinematic_robot
+
+    return _simulated(description, options, kinematic_robot)
+
+
+def _physics(description: RobotDescription, options: WorldOptions) -> Backend:
+    """The physical simulator."""
+    try:
+        from hw.sim.physics import physical_robot
+    except ModuleNotFoundError as error:
+        if error.name != "mujoco":
+            raise
+        raise WorldError(
+            'the world `physics` needs an extra: pip install "frankie-task[physics]"'
+        ) from None
+    return _simulated(description, options, physical_robot)
+
+
+def _simulated(
+    description: RobotDescription, options: WorldOptions, make: Callable[..., Robot]
+) -> Backend:
+    """A robot in the world of a scene file."""
+    from hw.sim import load_scene
 
     world = load_scene(options.scene, options.seed, description.base.size[:2])
     clock = SimClock(pace=1.0 if options.paced else None)
-    robot = kinematic_robot(
+    robot = make(
         description,
         world,
         clock,
@@ -63,6 +85,7 @@ def _kinematic(description: RobotDescription, options: WorldOptions) -> Backend:
 
 _WORLDS: dict[str, Callable[[RobotDescription, WorldOptions], Backend]] = {
     "kinematic": _kinematic,
+    "physics": _physics,
 }
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pinocchio import SE3
+from pinocchio import SE3, Inertia
 
 from robots.shapes import Array, Geom
 
@@ -65,6 +65,10 @@ class ArmDescription:
     joint limits; more joints move the second of a pair."""
     reach: Array
     """(7,) largest distance of a point of the arm or hand from each joint's axis [m]."""
+    inertias: tuple[Inertia, ...]
+    """Of the foot and the seven links, each in the frame of its link: 8."""
+    torque: Array
+    """(7,) largest torques of the joints [Nm]."""
     looks: str | None
     """What the viewer draws instead of the collision shapes, if it has it."""
 
@@ -79,6 +83,8 @@ class BaseDescription:
     """Footprint along x and y, and height [m]."""
     lag: float
     """Time constant with which it follows velocity commands [s]."""
+    mass: float
+    """[kg]."""
     looks: str | None
     """What the viewer draws instead of a box, if it has it."""
 
@@ -105,6 +111,10 @@ class GripperDescription:
     """A ball around palm and fingers at any opening, in e."""
     collision: tuple[Geom, ...]
     """Capsules around the hand and its fingers at any opening, in h."""
+    inertia: Inertia
+    """Without the fingers, in h."""
+    finger_mass: float
+    """Of one finger [kg]."""
     looks: str | None
     """What the viewer draws instead of the boxes, if it has it."""
 
@@ -138,6 +148,8 @@ class CameraDescription:
     """Distance between its two imagers [m]."""
     body: Geom
     """The housing, a box in c."""
+    mass: float
+    """[kg]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

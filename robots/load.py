@@ -73,6 +73,7 @@ def _load(path: Path) -> RobotDescription:
             axes=_AXES[file.base.drive],
             size=file.base.size,
             lag=file.base.lag,
+            mass=file.base.mass,
             looks=file.base.looks,
         ),
         bTa=file.arm_mount.pose(),
@@ -95,6 +96,8 @@ def _arm(file: ArmFile) -> ArmDescription:
         ),
         may_touch=tuple(pair for ours, theirs in file.may_touch for pair in product(ours, theirs)),
         reach=np.array(file.reach),
+        inertias=tuple(part.inertia() for part in file.inertia),
+        torque=np.array([joint.torque for joint in file.joints]),
         looks=file.looks,
     )
 
@@ -110,6 +113,8 @@ def _gripper(file: GripperFile) -> GripperDescription:
         tip=file.pad.xyz[2] + file.pad.size[2] / 2.0,
         ball=file.ball.geom("hand"),
         collision=tuple(part.geom("hand") for part in file.collision),
+        inertia=file.inertia.inertia(),
+        finger_mass=file.finger_mass,
         looks=file.looks,
     )
 
@@ -124,6 +129,7 @@ def _camera(file: CameraFile, mount: PoseFile) -> CameraDescription:
         max_range=far,
         baseline=file.baseline,
         body=file.body.geom("camera", _BLACK),
+        mass=file.mass,
     )
 
 

@@ -16,6 +16,7 @@ from robots.schema_geometry import (
     BoxFile,
     CapsuleFile,
     Finite,
+    InertiaFile,
     NotNegative,
     PoseFile,
     Positive,
@@ -46,6 +47,8 @@ class JointFile(PoseFile):
     """[rad/s]."""
     acceleration: Positive
     """[rad/s^2]."""
+    torque: Positive
+    """Of its motor [Nm]."""
 
 
 def _known_link(name: str) -> str:
@@ -72,6 +75,8 @@ class ArmFile(StrictModel):
     """Each of the first with each of the second."""
     reach: Seven
     """Largest distance of a point of the arm or hand from the axis of each joint [m]."""
+    inertia: Annotated[tuple[InertiaFile, ...], Field(min_length=N_LINKS, max_length=N_LINKS)]
+    """Of the foot and the seven links, each in the frame of its link."""
     looks: str | None = None
 
     @field_validator("ready")
@@ -101,6 +106,10 @@ class GripperFile(StrictModel):
     """Around palm and fingers at any opening."""
     collision: tuple[CapsuleFile, ...]
     """On the flange."""
+    inertia: InertiaFile
+    """Without the fingers, on the flange."""
+    finger_mass: Positive
+    """Of one finger [kg]."""
     looks: str | None = None
 
     @field_validator("pad")
@@ -146,6 +155,8 @@ class CameraFile(StrictModel):
     baseline: Positive
     """[m]."""
     body: BoxFile
+    mass: Positive
+    """[kg]."""
 
 
 class BaseLimitsFile(StrictModel):
@@ -176,6 +187,8 @@ class BaseFile(StrictModel):
     lag: Positive
     """Time constant of its velocity [s]."""
     limits: BaseLimitsFile
+    mass: Positive
+    """[kg]."""
     looks: str | None = None
 
     @model_validator(mode="after")

@@ -1,4 +1,4 @@
-"""Poses and primitive shapes in the files of robots.
+"""Poses, primitive shapes and inertias in the files of robots.
 
 Poses are `xyz` [m] with either `rpy_deg`, roll, pitch and yaw about the fixed axes [deg], or
 `rotation`, the rows of a rotation matrix. Without either they are not turned.
@@ -14,7 +14,7 @@ from pinocchio import SE3
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from config import StrictModel
-from robots.shapes import Box, Capsule, Colour, Geom, Sphere
+from robots.shapes import Array, Box, Capsule, Colour, Geom, Sphere
 
 # Nothing of a robot is smaller or larger than these bounds, in SI units, degrees or pixels.
 Finite: TypeAlias = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
@@ -114,3 +114,30 @@ class CapsuleFile(StrictModel):
         """The shape in its frame."""
         shape = Capsule(self.radius, self.length / 2.0)
         return Geom(shape, SE3(_AXES[self.axis], np.array(self.xyz)), name)
+
+
+class InertiaFile(StrictModel):
+    """How heavy a part is, and where."""
+
+    mass: Positive
+    """[kg]."""
+    xyz: Vector
+    """Centre of mass [m]."""
+    moments: tuple[Positive, Positive, Positive]
+    """xx, yy and zz about the centre of mass, along the axes of the frame [kg m^2]."""
+    products: Vector
+    """xy, xz and yz [kg m^2]."""
+
+    @model_validator(mode="after")
+    def _is_possible(self) -> InertiaFile:
+        if np.linalg.eigvalsh(self._matrix())[0] <= 0.0:
+            raise ValueError("no body has these `products` with these `moments`")
+        return self
+
+    def inertia(self) -> pin.Inertia:
+        """It in SI units."""
+        return pin.Inertia(self.mass, np.array(self.xyz), self._matrix())
+
+    def _matrix(self) -> Array:
+        (xx, yy, zz), (xy, xz, yz) = self.moments, self.products
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

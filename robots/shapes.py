@@ -1,9 +1,9 @@
-"""Five primitive shapes, of which robots and simulated objects are made, and their measures."""
+"""Primitive shapes and convex hulls, of which robots and objects are made, and their measures."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, TypeAlias
 
 import coal
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 Array: TypeAlias = npt.NDArray[np.float64]
+Triangles: TypeAlias = npt.NDArray[np.int32]
 Colour: TypeAlias = tuple[int, int, int]
 
 GREY: Colour = (160, 160, 165)
@@ -53,12 +54,36 @@ class Capsule:
     """From the centre to the centre of either half ball [m]."""
 
 
+@dataclass(frozen=True, eq=False)
+class Hull:
+    """A convex body with flat faces; `hull_of` makes one. Its bounding box is centred on its frame.
+
+    Two are equal only if they are the same one.
+    """
+
+    vertices: Array
+    """(V, 3) corners [m]."""
+    triangles: Triangles
+    """(T, 3) numbers of the corners of its faces, counter-clockwise as seen from outside."""
+
+    @cached_property
+    def half(self) -> tuple[float, float, float]:
+        """Half edge lengths of its bounding box [m]."""
+        x, y, z = np.abs(self.vertices).max(axis=0).tolist()
+        return (x, y, z)
+
+    @cached_property
+    def radius(self) -> float:
+        """Of the ball around it, centred on its frame [m]."""
+        return float(np.linalg.norm(self.vertices, axis=1).max())
+
+
 @dataclass(frozen=True)
 class Plane:
     """The half-space below z = 0: an infinite floor, seen from above."""
 
 
-Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Plane
+Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Hull | Plane
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +103,28 @@ class Geom:
         return Geom(self.shape, aTb * self.pose, self.name, self.colour)
 
 
+def hull_of(points: Array, name: str = "", colour: Colour = GREY) -> Geom:
+    """The convex hull of (N, 3) points, posed in their frame [m].
+
+    Raises:
+        ValueError: the points lie in a plane, or are too few.
+    """
+    from scipy.spatial import ConvexHull, QhullError  # slow to import
+
+    try:
+        hull = ConvexHull(points)
+    except QhullError as error:
+        raise ValueError("the points have no volume between them") from error
+    vertices, flat = np.unique(hull.simplices, return_inverse=True)
+    corners = points[vertices]
+    triangles = flat.reshape(-1, 3).astype(np.int32)
+    a, b, c = corners[triangles].transpose(1, 0, 2)
+    inwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
+    triangles[inwards] = triangles[inwards][:, ::-1]
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
+    return Geom(Hull(corners - middle, triangles), SE3(np.eye(3), middle), name, colour)
+
+
 def half_extents(shape: Shape) -> tuple[float, float, float]:
     """Half edge lengths of the box around a shape in its own frame [m]; infinite for a plane."""
     match shape:
@@ -89,6 +136,8 @@ def half_extents(shape: Shape) -> tuple[float, float, float]:
             return (r, r, length)
         case Capsule(r, length):
             return (r, r, length + r)
+        case Hull():
+            return shape.half
         case Plane():
             return (np.inf, np.inf, 0.0)
 
@@ -100,6 +149,8 @@ def bounding_radius(shape: Shape) -> float:
             return r
         case Capsule(r, length):
             return r + length
+        case Hull():
+            return shape.radius
         case _:
             return float(np.linalg.norm(half_extents(shape)))
 
@@ -107,7 +158,7 @@ def bounding_radius(shape: Shape) -> float:
 def rounded_box(shape: Shape) -> tuple[Array, float]:
     """A shape as all that is nearer to a box than a radius: half edge lengths (3,) and radius [m].
 
-    A cylinder becomes the box around it, a plane one without end.
+    A cylinder and a hull become the box around them, a plane one without end.
     """
     match shape:
         case Sphere(r):
@@ -154,6 +205,8 @@ def reach(placed: Geom, direction: Array) -> float:
             beyond_centre = r * float(np.hypot(x, y)) + length * abs(z)
         case Capsule(r, length):
             beyond_centre = r + length * abs(z)
+        case Hull(vertices):
+            beyond_centre = float((vertices @ np.array([x, y, z])).max())
         case Plane():
             raise ValueError("a plane has no bounds")
     return float(direction @ placed.pose.translation + beyond_centre)
@@ -170,8 +223,20 @@ def volume(shape: Shape) -> float:
             return 2.0 * np.pi * r**2 * length
         case Capsule(r, length):
             return np.pi * r**2 * (2.0 * length + 4.0 / 3.0 * r)
+        case Hull(vertices, triangles):
+            return float(np.linalg.det(vertices[triangles]).sum()) / 6.0
         case Plane():
             return np.inf
+
+
+def centroid(shape: Shape) -> Array:
+    """Centre of mass (3,) of a shape in its own frame [m]."""
+    if not isinstance(shape, Hull):
+        return np.zeros(3)
+    corners = shape.vertices[shape.triangles]
+    wedges = np.linalg.det(corners)
+    middle: Array = wedges @ corners.sum(axis=1) / (4.0 * wedges.sum())
+    return middle
 
 
 @cache
@@ -186,5 +251,10 @@ def coal_geometry(shape: Shape) -> Any:
             return coal.Cylinder(r, 2.0 * length)
         case Capsule(r, length):
             return coal.Capsule(r, 2.0 * length)
+        case Hull(vertices, triangles):
+            points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+            points.extend(vertices)
+            faces.extend(coal.Triangle(*corners) for corners in triangles.tolist())
+            return coal.Convex(points, faces)
         case Plane():
             return coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)

@@ -23,6 +23,7 @@ ROOMS = (
     "perception.networks",
     "hw",
     "hw.sim",
+    "hw.sim.physics",
     "hw.omron",
     "hw.emulators.omron",
     "behaviours",

@@ -54,7 +54,9 @@ def run(
     robot: Annotated[
         str, typer.Option(help="Who does it: `frankie`, `omni`, or a robot file.")
     ] = "frankie",
-    world: Annotated[str, typer.Option(help="What moves the robot: `kinematic`.")] = "kinematic",
+    world: Annotated[
+        str, typer.Option(help="What moves the robot: `kinematic` or `physics`.")
+    ] = "kinematic",
     scene: Annotated[
         str | None,
         typer.Option(help="A shipped scene or a scene file; default: what the task names."),

@@ -59,10 +59,9 @@ def make_folder(root: Path, task: str, texts: Mapping[str, str], options: dict[s
         root.mkdir(parents=True, exist_ok=True)
         number = 1
         folder = root / f"{stamp}-{task}"
-        while folder.exists():
+        while not _made(folder):
             number += 1
             folder = root / f"{stamp}-{task}-{number}"
-        folder.mkdir()
         _require_room(folder)
         for name, text in texts.items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -84,3 +83,12 @@ def _require_room(folder: Path) -> None:
     """
     with TemporaryFile(dir=folder) as file:
         file.write(bytes(_LEAST_ROOM))
+
+
+def _made(folder: Path) -> bool:
+    """Make a folder; False if there is one: another run may begin at the same moment."""
+    try:
+        folder.mkdir()
+    except FileExistsError:
+        return False
+    return True

@@ -206,6 +206,7 @@ def _run(
         summary = summarise(
             task=task.name,
             robot=setup.robot.description.name,
+            world=options.world,
             scene=scene,
             seed=options.seed,
             outcome=outcome,

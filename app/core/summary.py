@@ -26,6 +26,8 @@ class Summary:
 
     task: str
     robot: str
+    world: str
+    """What moved the robot."""
     scene: str
     seed: int
     outcome: str
@@ -137,6 +139,7 @@ def summarise(
     *,
     task: str,
     robot: str,
+    world: str,
     scene: str,
     seed: int,
     outcome: Outcome,
@@ -157,6 +160,7 @@ def summarise(
     Args:
         task: name of the task.
         robot: name of the robot.
+        world: what moved it.
         scene: name or file of the scene.
         seed: of the run.
         outcome: how it ended.
@@ -177,6 +181,7 @@ def summarise(
     return Summary(
         task=task,
         robot=robot,
+        world=world,
         scene=scene,
         seed=seed,
         outcome=outcome.end.value,

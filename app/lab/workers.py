@@ -27,6 +27,7 @@ def run_all(
     *,
     workers: int = 1,
     cluster: str | None = None,
+    batch: int = _BATCH,
 ) -> Iterator[tuple[int, R]]:
     """Do the same work on every item.
 
@@ -35,6 +36,7 @@ def run_all(
         items: arguments of the work.
         workers: number of processes; 1 is this one.
         cluster: address of a dask.distributed scheduler to use instead.
+        batch: items sent to a process at once; 1 where each takes long.
 
     Yields:
         The index of an item and its result, in the order of completion.
@@ -42,7 +44,7 @@ def run_all(
     Raises:
         ClusterError: `distributed` is not installed, or no scheduler answers at the address.
     """
-    batches = [range(i, min(i + _BATCH, len(items))) for i in range(0, len(items), _BATCH)]
+    batches = [range(i, min(i + batch, len(items))) for i in range(0, len(items), batch)]
     if cluster is not None:
         yield from _on_cluster(work, items, batches, cluster)
     elif workers == 1:
@@ -50,7 +52,7 @@ def run_all(
     else:
         with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
             futures = {
-                pool.submit(_batch, work, [items[i] for i in batch]): batch for batch in batches
+                pool.submit(_batch, work, [items[i] for i in some]): some for some in batches
             }
             for future in as_completed(futures):
                 yield from zip(futures[future], future.result(), strict=True)
@@ -75,8 +77,8 @@ def _on_cluster(
         raise ClusterError(f"--cluster {address}: no scheduler answers there ({error})") from None
     with client:
         futures = {
-            client.submit(_batch, work, [items[i] for i in batch], pure=False): batch
-            for batch in batches
+            client.submit(_batch, work, [items[i] for i in some], pure=False): some
+            for some in batches
         }
         for future in distributed.as_completed(futures):
             yield from zip(futures[future], future.result(), strict=True)

@@ -61,7 +61,7 @@ class Avoidance:
         self,
         state: KinematicState,
         here: Pose2D,
-        goal: MotionGoal,
+        goal: MotionGoal | None,
         bounds: tuple[Array, Array],
         surroundings: Surroundings,
     ) -> tuple[Rows | None, Near]:
@@ -76,7 +76,6 @@ class Avoidance:
         """
         fastest = np.maximum(-bounds[0], bounds[1])
         near = self._proximity.near(state.wTb, state.q, surroundings, fastest, here)
-        straight = isinstance(goal, PoseGoal) and goal.straight
         if isinstance(goal, PoseGoal) and goal.hand_may_touch:
             near = near.without(PairKind.HAND)
         if not len(near.d):
@@ -85,7 +84,7 @@ class Avoidance:
         first = int(away.argmin())
         clearance = float(away[first])
         name = self._proximity.pair_name(int(near.pair[first])) if clearance < inf else ""
-        rows = self._dampers.rows(near, bounds, straight=straight)
+        rows = self._dampers.rows(near, bounds, goal)
         return rows, Near(len(near.d), clearance, name)
 
     def give_way(

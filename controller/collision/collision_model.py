@@ -38,11 +38,13 @@ class PairKind(IntEnum):
     """The arm meets what stands around."""
     HAND = 3
     """Hand, fingers and what they hold meet what stands around."""
-    BASE_MOVING = 4
+    PALM = 4
+    """The palm does, which has nothing to touch even where the fingers close."""
+    BASE_MOVING = 5
     """The base meets what moves by itself."""
-    ARM_MOVING = 5
+    ARM_MOVING = 6
     """Arm or hand meet what moves by itself."""
-    AHEAD = 6
+    AHEAD = 7
     """The base would meet later what moves by itself."""
 
 
@@ -100,7 +102,8 @@ class CollisionModel:
         parts = _parts(model, surroundings.held)
         numbers = {name: [self._add(name, p) for p in some] for name, some in parts.items()}
         self.bodies = [
-            Body(number, part.geom, _kinds(name)[0])
+            # What was seen may be what is grasped, which comes up to the palm.
+            Body(number, part.geom, PairKind.HAND if name == "palm" else _kinds(name)[0])
             for name, some in parts.items()
             if name != "floor"
             for number, part in zip(numbers[name], some, strict=True)
@@ -257,7 +260,7 @@ _KINDS = {
     "base": (PairKind.BASE, PairKind.BASE_MOVING),
     "link0": (PairKind.BASE, PairKind.BASE_MOVING),
     "hand": (PairKind.HAND, PairKind.ARM_MOVING),
-    "palm": (PairKind.HAND, PairKind.ARM_MOVING),
+    "palm": (PairKind.PALM, PairKind.ARM_MOVING),
     "held": (PairKind.HAND, PairKind.ARM_MOVING),
 }
 """How parts of the robot meet what stands around, and what moves; the others are of the arm."""

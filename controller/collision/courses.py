@@ -11,7 +11,7 @@ from controller.command import Array
 from controller.floor import Pose2D
 from controller.model import RobotModel
 from controller.surroundings import Obstacle
-from robots import Box, Shape, half_extents
+from robots import Box, Hull, Shape, half_extents
 
 HORIZON = 2.7
 """How far the courses of base and obstacle are led on [s]."""
@@ -143,4 +143,4 @@ def _contact(courses: Array, d: Array) -> Array:
 def radius(shape: Shape) -> float:
     """Of an upright shape, seen from above [m]."""
     x, y, _ = half_extents(shape)
-    return hypot(x, y) if isinstance(shape, Box) else max(x, y)
+    return hypot(x, y) if isinstance(shape, Box | Hull) else max(x, y)

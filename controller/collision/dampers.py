@@ -25,12 +25,12 @@ import numpy as np
 
 from controller.collision.collision_model import PairKind
 from controller.collision.proximity import Distances, Ranges
-from controller.command import Array
+from controller.command import Array, MotionGoal, PoseGoal
 from controller.model import RobotModel
 from controller.qp import Rows
 from controller.settings import CollisionSettings, ControllerSettings
 
-SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 1e3, 3e3, 1.5e3])
+SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 1e4, 1e3, 3e3, 1.5e3])
 """By `PairKind`: what does not move is not hit to give way to what does, and who has looked ahead
 knows better than the distance of now."""
 
@@ -64,10 +64,12 @@ class Dampers:
         deceleration[PairKind.SELF] = collision.max_deceleration
         most = np.full(len(PairKind), collision.influence_distance)
         most[PairKind.SELF] = collision.self_influence_distance
-        still = np.full(len(PairKind), collision.stop_distance)
-        still[PairKind.SELF] = collision.near_stop_distance
-        self._stop = {False: still, True: np.full(len(PairKind), collision.near_stop_distance)}
-        """By whether the goal is reached straight: distances to stop at, by `PairKind` [m]."""
+        self._far = np.full(len(PairKind), collision.stop_distance)
+        self._far[PairKind.SELF] = collision.near_stop_distance
+        self._near = np.full(len(PairKind), collision.near_stop_distance)
+        self._touching = self._near.copy()
+        self._touching[PairKind.PALM] = collision.palm_stop_distance
+        """Distances to stop at, by `PairKind` [m]."""
         self.ranges = Ranges(collision.stop_distance, self._delay, deceleration, most)
         """When a pair matters."""
 
@@ -77,38 +79,52 @@ class Dampers:
         self.velocities += self._share * (last - self.velocities)
 
     def rows(
-        self, distances: Distances, bounds: tuple[Array, Array], *, straight: bool
+        self, distances: Distances, bounds: tuple[Array, Array], goal: MotionGoal | None
     ) -> Rows | None:
         """The rows that can bind within the bounds; None if there are none.
 
         Args:
             distances: pairs of shapes that are near each other.
             bounds: lower and upper bounds (n,) of the velocities.
-            straight: whether the goal is reached straight, nearer to what stands around.
+            goal: how near the robot may come. Without one it comes to rest: it does not come
+                nearer to anything, but does not make way either.
         """
         if not len(distances.d):
             return None
-        allowed, slope = self._allowed(distances, straight)
+        allowed, slope = self._allowed(distances, self._stop(goal))
+        drift = distances.drift
+        if goal is None:
+            allowed, drift = np.maximum(allowed, 0.0), np.maximum(drift, 0.0)
         # Linear in the command at the last one: the base, which follows late, gives way late, too.
         late = distances.rows * self._lag
         A = distances.rows - slope[:, None] * late
-        least = -allowed - slope * (late @ self._last) - distances.drift
+        least = -allowed - slope * (late @ self._last) - drift
         worst = np.minimum(A * bounds[0], A * bounds[1]).sum(axis=1)
         binds = worst < least
         if not binds.any():
             return None
         return Rows(A[binds], least[binds], distances.kind[binds])
 
-    def _allowed(self, distances: Distances, straight: bool) -> tuple[Array, Array]:
+    def _stop(self, goal: MotionGoal | None) -> Array:
+        if goal is None:
+            return self._near
+        if not isinstance(goal, PoseGoal):
+            return self._far
+        if goal.hand_may_touch:
+            return self._touching
+        return self._near if goal.straight else self._far
+
+    def _allowed(self, distances: Distances, stop: Array) -> tuple[Array, Array]:
         """How fast each distance may shrink (K,) [m/s], and by how much more with more room [1/s].
 
         Where that is negative it must grow.
         """
         s, rows, kind = self._settings, distances.rows, distances.kind
         # The lag alone never turns room into none.
-        room = distances.d - self._stop[straight][kind]
+        room = distances.d - stop[kind]
         ahead = self._lag * (self.velocities - self._last)  # until they have caught up [m or rad]
         room = np.minimum(room + rows @ ahead, np.maximum(room, 0.0) + _MOST_GAINED)
+
         braking = s.braking * (np.abs(rows) @ self._acceleration)
         deceleration = np.minimum(np.maximum(braking, s.min_deceleration), s.max_deceleration)
         late = deceleration * self._delay[kind]

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from controller.collision.collision_model import CollisionModel
 from controller.command import Array
 from controller.point_cloud import PointCloud
-from robots import Box, Shape, from_rounded_boxes, rounded_box
+from robots import Box, Hull, Shape, from_rounded_boxes, rounded_box
 
 _FAR = 1.0
 """Points that are farther than this from a feeler do not matter [m]."""
@@ -131,7 +131,7 @@ def _ranks(groups: Numbers) -> Numbers:
 def _places(shape: Shape) -> tuple[Array, float]:
     """Feelers (F, 3) in the frame of a shape, and how far its surface is from one at most [m]."""
     half, radius = rounded_box(shape)
-    apart = _FACE if isinstance(shape, Box) else 2.0 * radius
+    apart = _FACE if isinstance(shape, Box | Hull) else 2.0 * radius
     counts = [int(np.ceil(2.0 * h / apart)) + 1 if h > apart / 10.0 else 1 for h in half]
     edges = list(zip(half.tolist(), counts, strict=True))
     lines = [np.linspace(-h, h, n) if n > 1 else np.zeros(1) for h, n in edges]

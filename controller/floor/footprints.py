@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.command import Array
-from robots import Box, Capsule, Cylinder, Geom, Plane, Sphere
+from robots import Box, Capsule, Cylinder, Geom, Hull, Plane, Sphere
 
 _SIDES = 32
 """Of the polygon around the end of a lying cylinder: it is at most 0.5 % too large."""
@@ -73,6 +73,10 @@ def footprint(geom: Geom, low: float, high: float) -> Footprint | None:
             axis = np.array([p - length * R[:, 2], p + length * R[:, 2]])[None]
             line = _slice(axis, low - r, high + r)
             return None if line is None else Footprint(line.corners, r)
+        case Hull(vertices, triangles):
+            corners = vertices @ R.T + p
+            starts, ends = corners[triangles], corners[np.roll(triangles, -1, axis=1)]
+            return _cut(corners, starts.reshape(-1, 3), ends.reshape(-1, 3), low, high)
         case Plane():
             return None
 
@@ -86,15 +90,20 @@ def _prism(ring: Array, half_length: float) -> Array:
 
 def _slice(rings: Array, low: float, high: float) -> Footprint | None:
     """The part between two heights of a convex body with these rings of corners (N, M, 3)."""
-    z = rings[..., 2]
-    if z.max() < low or z.min() > high:
-        return None
     points = rings.reshape(-1, 3)
-    inside = (points[:, 2] >= low) & (points[:, 2] <= high)
-    if inside.all():
-        return Footprint(_hull(points[:, :2]), 0.0)
     starts = np.concatenate([points, rings[:-1].reshape(-1, 3)])
     ends = np.concatenate([np.roll(rings, -1, axis=1).reshape(-1, 3), rings[1:].reshape(-1, 3)])
+    return _cut(points, starts, ends, low, high)
+
+
+def _cut(points: Array, starts: Array, ends: Array, low: float, high: float) -> Footprint | None:
+    """The part between two heights of a convex body with corners (N, 3) and edges (E, 3)."""
+    z = points[:, 2]
+    if z.max() < low or z.min() > high:
+        return None
+    inside = (z >= low) & (z <= high)
+    if inside.all():
+        return Footprint(_hull(points[:, :2]), 0.0)
     corners = [points[inside, :2]]
     for height in (low, high):
         cut = (starts[:, 2] < height) != (ends[:, 2] < height)

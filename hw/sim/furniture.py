@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import cos, hypot, radians, sin
-from typing import Annotated, TypeVar
+from typing import Annotated, ClassVar, TypeVar
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from config import StrictModel, suggest
+from hw.sim.mesh_file import Footprint, MeshFile
 from hw.sim.objects import HOUSEHOLD, OBJECT_CLASSES
 
 Length = Annotated[float, Field(gt=0.0, le=10.0)]
 Coordinate = Annotated[float, Field(ge=-50.0, le=50.0)]
-Footprint = tuple[float, float]
-"""Of the robot along x and y, where it starts: at the origin, with heading 0 [m]."""
-
 _HEAD = 1.2
 """Below this height nothing stands over the footprint; the folded arm is there [m]."""
 _MOST = 100
@@ -48,11 +46,12 @@ Name = Annotated[str, AfterValidator(_line_of_text)]
 
 
 class _Furniture(StrictModel):
-    """Does not stand where the robot starts; its footprint is the context of the validation."""
+    """Does not stand where the robot starts; the context of the validation tells its footprint."""
 
     @model_validator(mode="after")
     def _is_beside_the_robot(self, info: ValidationInfo) -> _Furniture:
-        if info.context is not None and self.low < _HEAD and self._overlaps(info.context):
+        footprint = info.context.footprint if info.context else None
+        if footprint is not None and self.low < _HEAD and self._overlaps(footprint):
             raise ValueError("it stands where the robot starts; move it away from [0, 0]")
         return self
 
@@ -117,37 +116,82 @@ class Table(_Furniture):
         return self.centre, self.size, 0.0
 
 
-class Fixture(_Furniture):
-    """A box that never moves."""
+class Fixture(_Furniture, MeshFile):
+    """A box or a mesh that never moves."""
 
     name: Name
     centre: tuple[Coordinate, Coordinate, Coordinate]
-    """x, y, z in the world [m]."""
-    size: tuple[Length, Length, Length]
-    """Full edge lengths [m]."""
+    """x, y, z of the middle of its bounding box in the world [m]."""
+    size: tuple[Length, Length, Length] | None = None
+    """Full edge lengths of a box [m]."""
     yaw_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
     on_map: bool = True
     """Whether the robot is told that it stands there."""
 
+    @model_validator(mode="after")
+    def _is_one_thing(self) -> Fixture:
+        if (self.size is None) == (self.mesh is None):
+            raise ValueError("is neither a box nor a mesh, or both; write `size` or `mesh`")
+        return self
+
+    @property
+    def edges(self) -> tuple[float, float, float]:
+        """Of its bounding box before it is turned [m]."""
+        if self.size is not None:
+            return self.size
+        x, y, z = self.read().half if self.mesh else (0.0, 0.0, 0.0)
+        return 2.0 * x, 2.0 * y, 2.0 * z
+
     @property
     def low(self) -> float:
         """See `_Furniture`."""
-        return self.centre[2] - self.size[2] / 2.0
+        return self.centre[2] - self.edges[2] / 2.0
 
     @property
     def outline(self) -> tuple[tuple[float, float], tuple[float, float], float]:
         """See `_Furniture`."""
-        return self.centre[:2], self.size[:2], radians(self.yaw_deg)
+        return self.centre[:2], self.edges[:2], radians(self.yaw_deg)
 
 
 _Millimetres = Annotated[float, Field(gt=0.0, le=1000.0)]
 _Grams = Annotated[float, Field(gt=0.0, le=100_000.0)]
 
 
+def _is_known(kind: str) -> str:
+    if kind not in OBJECT_CLASSES:
+        raise ValueError(f"no kind of object is called `{kind}`; {suggest(kind, OBJECT_CLASSES)}")
+    return kind
+
+
+class Item(MeshFile):
+    """One object that is there for sure."""
+
+    SIZES: ClassVar[tuple[float, float]] = (0.01, 0.6)
+
+    kind: Annotated[str, AfterValidator(_is_known)] | None = None
+    mass_g: _Grams | None = None
+    """Drawn if it is not given, as for any other object [g]."""
+    friction: Annotated[float, Field(ge=0.05, le=3.0)] | None = None
+    """Coulomb friction with the finger pads; drawn if it is not given."""
+    at: tuple[Coordinate, Coordinate] | None = None
+    """x, y in the world of the middle of its bounding box [m]; drawn if it is not given."""
+    yaw_deg: Annotated[float, Field(ge=-360.0, le=360.0)] | None = None
+    """Drawn if it is not given, and 0 if `at` is."""
+
+    @model_validator(mode="after")
+    def _is_one_thing(self) -> Item:
+        if (self.kind is None) == (self.mesh is None):
+            raise ValueError("is of no kind and no mesh, or of both; write `kind` or `mesh`")
+        return self
+
+
 class Objects(StrictModel):
     """The objects in the container, or on a table."""
 
+    items: Annotated[tuple[Item, ...], AfterValidator(few)] = ()
+    """Those that are there for sure; all the others are drawn."""
     count: Annotated[int, Field(ge=0, le=40)] = 10
+    """How many are drawn; none if there are items and it is not given."""
     kinds: tuple[str, ...] = tuple(HOUSEHOLD)
     width_mm: tuple[_Millimetres, _Millimetres] = (15.0, 70.0)
     """Range of the smallest width by which they can be grasped [mm]."""
@@ -157,12 +201,7 @@ class Objects(StrictModel):
     @field_validator("kinds")
     @classmethod
     def _known(cls, kinds: tuple[str, ...]) -> tuple[str, ...]:
-        for name in kinds:
-            if name not in OBJECT_CLASSES:
-                raise ValueError(
-                    f"no kind of object is called `{name}`; {suggest(name, OBJECT_CLASSES)}"
-                )
-        return kinds
+        return tuple(_is_known(kind) for kind in kinds)
 
     @field_validator("width_mm", "mass_g")
     @classmethod
@@ -170,6 +209,11 @@ class Objects(StrictModel):
         if bounds[0] > bounds[1]:
             raise ValueError("must be the smallest, then the largest")
         return bounds
+
+    @property
+    def drawn(self) -> int:
+        """How many are drawn."""
+        return self.count if "count" in self.model_fields_set or not self.items else 0
 
 
 class Motion(StrictModel):

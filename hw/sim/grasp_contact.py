@@ -36,6 +36,8 @@ _PRESS = 5e-4
 
 _TURN_STEP = np.deg2rad(3.0)
 _MAX_TURNS = 15
+_SINKS = 1e-6
+_DOWN = np.array([0.0, 0.0, -1.0])
 _MIN_GAIN = 2e-5
 _MIN_OVERLAP = 0.001
 _BLOCK = 0.001
@@ -183,13 +185,15 @@ def _resultant(patches: Sequence[Contact]) -> list[Contact]:
 def _turned_flush(hand: Hand, opening: float, target: SimObject, fit: _Fit) -> tuple[_Fit, float]:
     """Let the pads turn an object, downhill in width, until it can be held or turns no further.
 
+    What it lies on does not give way: if it has sunk in by that, it rises between the pads.
+
     Returns:
         The object as it was turned, and the angle of `_opposition` there [rad].
     """
+    enough = np.arctan(target.friction)
     for _ in range(_MAX_TURNS):
-        angle = _opposition(fit)
-        if angle <= np.arctan(target.friction):
-            return fit, angle
+        if _opposition(fit) <= enough:
+            break
         turned = [
             candidate
             for axis in (hand.wTe.rotation[:, 2], hand.wTe.rotation[:, 0])
@@ -199,8 +203,12 @@ def _turned_flush(hand: Hand, opening: float, target: SimObject, fit: _Fit) -> t
         ]
         best = min(turned, key=lambda candidate: candidate.width, default=fit)
         if best.width > fit.width - _MIN_GAIN:
-            return fit, angle
+            break
         fit = best
+    sunk = target.reach(_DOWN, fit.wTo) - target.reach(_DOWN)
+    if sunk > _SINKS:
+        raised = SE3(fit.wTo.rotation, fit.wTo.translation - sunk * _DOWN)
+        fit = _fit(hand, opening, target, raised) or fit
     return fit, _opposition(fit)
 
 

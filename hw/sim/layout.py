@@ -2,57 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import hypot
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from pinocchio import SE3, exp3
 
-from hw.sim.contact import separation
-from hw.sim.furniture import Container, Fixture, Footprint, Objects, SideTable, Table
-from hw.sim.objects import OBJECT_CLASSES, fitting, make_object
+from hw.sim.furniture import Container, Fixture, SideTable, Table
+from hw.sim.laying import Area, LayoutError, lay_out
+from hw.sim.mesh_file import Footprint
+from hw.sim.meshes import MeshError, convex_parts, fewer
 from hw.sim.scene import Scene, SceneError, place, read_scene
 from hw.sim.sim_object import Motion, SimObject
+from hw.sim.surface import Surface
 from hw.sim.walker import Walker
 from hw.sim.world import World
 from robots import Box, Colour, Geom, Plane
-
-GAP = 0.006
-"""Objects lie at least this far apart [m] ..."""
-
-WALL_GAP = 0.022
-"""... and this far from walls and edges; a finger just fits between an object and a wall [m]."""
-
-_SPREADS = np.repeat([0.035, 0.025, 0.015, 0.008, 0.0, 0.0], 6)
-"""Added to both gaps at each try of an orientation: generous first, none in the end [m]."""
-
-_POSITIONS = 10
-"""How many positions are tried for each orientation of an object."""
-
-_LAYOUTS = 30
-"""How many layouts, each with new objects, are tried before giving up."""
-
-Keys: TypeAlias = tuple[str | int, ...]
 
 _FLOOR: Colour = (196, 190, 180)
 _WOOD: Colour = (176, 136, 96)
 _PLASTIC: Colour = (120, 150, 170)
 _STONE: Colour = (150, 150, 150)
-
-
-class LayoutError(SceneError):
-    """Objects cannot be made, or do not fit.
-
-    Args:
-        text: what is wrong, and a hint.
-        keys: on the way to the objects in the scene file.
-    """
-
-    def __init__(self, text: str, keys: Keys) -> None:
-        super().__init__(text)
-        self.keys = keys
 
 
 def load_scene(scene: str | Path, seed: int, footprint: Footprint | None = None) -> World:
@@ -79,15 +48,18 @@ def build_world(scene: Scene, rng: np.random.Generator) -> World:
     Raises:
         LayoutError: the objects cannot be made, or do not fit.
     """
-    boxes = [_fixture(one) for one in scene.fixtures]
-    unmapped = [box for box, one in zip(boxes, scene.fixtures, strict=True) if not one.on_map]
-    fixtures = [*_furniture(scene), *boxes]
-    objects = _objects(scene.objects, _floor(scene.container), 0, rng)
+    fixtures, unmapped, surfaces = _furniture(scene), [], []
+    for number, fixture in enumerate(scene.fixtures):
+        shapes, seen = _fixture(fixture, number)
+        fixtures += shapes
+        surfaces += seen
+        unmapped += [] if fixture.on_map else shapes
+    objects = lay_out(scene.objects, _floor(scene.container), 0, rng)
     for number, table in enumerate(scene.side_tables):
-        lying = _objects(table.objects, _top(table, number), len(objects), rng)
+        lying = lay_out(table.objects, _top(table, number), len(objects), rng)
         objects += [_moving(obj, table) for obj in lying]
     walkers = [Walker(w.name, w.radius, w.height, w.way, w.speed) for w in scene.walkers]
-    return World(fixtures, objects, walkers, unmapped)
+    return World(fixtures, objects, walkers, unmapped, surfaces)
 
 
 def load_fixtures(scene: str | Path) -> tuple[Geom, ...]:
@@ -100,8 +72,13 @@ def load_fixtures(scene: str | Path) -> tuple[Geom, ...]:
         SceneError: there is no such scene, or its file is not valid.
     """
     described = read_scene(scene)
-    mapped = [_fixture(one) for one in described.fixtures if one.on_map]
-    return (*_furniture(described), *mapped)
+    fixtures = _furniture(described)
+    try:
+        for number, fixture in enumerate(described.fixtures):
+            fixtures += _fixture(fixture, number)[0] if fixture.on_map else []
+    except LayoutError as error:
+        raise SceneError(f"{place(scene, error.keys)}: {error}") from error
+    return tuple(fixtures)
 
 
 def _furniture(scene: Scene) -> list[Geom]:
@@ -114,21 +91,8 @@ def _furniture(scene: Scene) -> list[Geom]:
     ]
 
 
-class _Surface(NamedTuple):
-    """A level rectangle that objects lie on."""
-
-    name: str
-    """For messages: "into the container", "on a table"."""
-    centre: tuple[float, float]
-    size: tuple[float, float]
-    """Along x and y [m]."""
-    height: float
-    keys: Keys
-    """On the way to its objects in the scene file."""
-
-
-def _floor(container: Container) -> _Surface:
-    return _Surface(
+def _floor(container: Container) -> Area:
+    return Area(
         "into the container",
         container.centre,
         container.inner_size,
@@ -137,11 +101,11 @@ def _floor(container: Container) -> _Surface:
     )
 
 
-def _top(table: SideTable, number: int) -> _Surface:
+def _top(table: SideTable, number: int) -> Area:
     """The part of a table top that its moving objects never leave."""
     (x, y), (wide, deep) = table.centre, table.size
     dx, dy = table.motion.along if table.motion else (0.0, 0.0)
-    return _Surface(
+    return Area(
         f"on {table.name}",
         (x - dx / 2.0, y - dy / 2.0),
         (wide - abs(dx), deep - abs(dy)),
@@ -160,75 +124,6 @@ def _moving(obj: SimObject, table: SideTable) -> SimObject:
             until=np.inf if motion.stop_s is None else motion.stop_s,
         )
     return obj
-
-
-def _objects(
-    wanted: Objects, surface: _Surface, before: int, rng: np.random.Generator
-) -> list[SimObject]:
-    """Objects side by side on a surface; their numbers go on from `before`."""
-    widths = (wanted.width_mm[0] / 1000.0, wanted.width_mm[1] / 1000.0)
-    masses = (wanted.mass_g[0] / 1000.0, wanted.mass_g[1] / 1000.0)
-    names = fitting(OBJECT_CLASSES, wanted.kinds, widths)
-    if wanted.count and not names:
-        low, high = wanted.width_mm
-        raise LayoutError(
-            f"objects: no {' or '.join(wanted.kinds)} is {low:g} to {high:g} mm wide; "
-            "widen width_mm or name other kinds",
-            surface.keys,
-        )
-    for _ in range(_LAYOUTS):
-        objects = [
-            make_object(f"{name} {before + i + 1}", OBJECT_CLASSES[name], widths, masses, rng)
-            for i, name in enumerate(rng.choice(names, wanted.count) if wanted.count else [])
-        ]
-        if _lay_out(objects, surface, rng):
-            return objects
-    raise LayoutError(
-        f"objects: {wanted.count} do not fit {surface.name}; lower count or width_mm, "
-        "or enlarge what they lie on",
-        surface.keys,
-    )
-
-
-def _lay_out(objects: Sequence[SimObject], surface: _Surface, rng: np.random.Generator) -> bool:
-    """Give every object a pose on a surface, the largest first; False if they do not fit."""
-    laid: list[SimObject] = []
-    for obj in sorted(objects, key=lambda o: -o.radius):
-        if not any(_try_turned(obj, laid, surface, spread, rng) for spread in _SPREADS):
-            return False
-        laid.append(obj)
-    return True
-
-
-def _try_turned(
-    obj: SimObject,
-    laid: Sequence[SimObject],
-    surface: _Surface,
-    spread: float,
-    rng: np.random.Generator,
-) -> bool:
-    """Turn an object at random, then try positions until it is clear of rim and others."""
-    turn = exp3(np.array([0.0, 0.0, rng.uniform(-np.pi, np.pi)]))
-    obj.pose = SE3(turn, np.zeros(3))
-    x, y, up = np.eye(3)
-    half = np.array(surface.size) / 2.0 - WALL_GAP - spread
-    low = np.array([obj.reach(-x), obj.reach(-y)]) - half
-    high = half - np.array([obj.reach(x), obj.reach(y)])
-    if (low > high).any():
-        return False
-    height = surface.height + obj.reach(-up)
-    for position in surface.centre + rng.uniform(low, high, (_POSITIONS, 2)):
-        obj.pose = SE3(turn, np.array([*position, height]))
-        if all(_apart(obj, other, GAP + spread) for other in laid):
-            return True
-    return False
-
-
-def _apart(a: SimObject, b: SimObject, gap: float) -> bool:
-    (x, y, _), (u, v, _) = a.pose.translation, b.pose.translation
-    return hypot(x - u, y - v) > a.radius + b.radius + gap or all(
-        separation(p, q)[0] >= gap for p in a.placed() for q in b.placed()
-    )
 
 
 def _container(container: Container) -> list[Geom]:
@@ -274,11 +169,22 @@ def _table(table: Table, name: str) -> list[Geom]:
     ]
 
 
-def _fixture(fixture: Fixture) -> Geom:
-    x, y, z = fixture.size
+def _fixture(fixture: Fixture, number: int) -> tuple[list[Geom], list[Surface]]:
+    """The shapes of a fixture, and what is seen of it if that is something else."""
     turn = exp3(np.array([0.0, 0.0, np.deg2rad(fixture.yaw_deg)]))
     pose = SE3(turn, np.array(fixture.centre))
-    return Geom(Box((x / 2.0, y / 2.0, z / 2.0)), pose, fixture.name, _STONE)
+    if fixture.size is not None:
+        x, y, z = fixture.size
+        return [Geom(Box((x / 2.0, y / 2.0, z / 2.0)), pose, fixture.name, _STONE)], []
+    try:
+        mesh = fixture.read()
+        parts = convex_parts(mesh)
+    except MeshError as error:
+        raise LayoutError(
+            f"fixtures.{number}.mesh: {error}", ("fixtures", number, "mesh")
+        ) from error
+    shapes = [Geom(part.shape, pose * part.pose, fixture.name, _STONE) for part in parts]
+    return shapes, [Surface(fewer(mesh), pose, fixture.name, _STONE)]
 
 
 def _upright(

@@ -26,6 +26,11 @@ class Reflex:
         self._forgiven: dict[tuple[str, str], float] = {}
         """By how much each is deeper than it yields [m]."""
 
+    @property
+    def reason(self) -> str | None:
+        """The contact that it tripped on, for people; None while the part may move."""
+        return None if self.tripped_by is None else self.tripped_by.text
+
     def feels(self, contacts: Sequence[Contact]) -> bool:
         """Whether any of the contacts is not forgiven."""
         return any(self._is_felt(one) for one in contacts)

@@ -1,5 +1,7 @@
 """Depth images by ray casting: every primitive is intersected exactly, in its image rectangle.
 
+Hulls and meshes are drawn by their triangles, exactly too.
+
 A ray through pixel (u, v) is t·(x, y, 1) in the camera frame, so that t is the depth itself. Seen
 from a primitive's frame the ray starts at o and runs along d, and the entry into the primitive is
 the smaller root of a linear or quadratic equation in t. The image is worked on in strips of rows,
@@ -15,7 +17,19 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from robots import Box, Capsule, Cylinder, Geom, Intrinsics, Plane, Shape, Sphere, half_extents
+from hw.sim.surface import Mesh, Surface, Visible
+from hw.sim.triangles import Body, draw
+from robots import (
+    Box,
+    Capsule,
+    Cylinder,
+    Hull,
+    Intrinsics,
+    Plane,
+    Shape,
+    Sphere,
+    half_extents,
+)
 
 Image: TypeAlias = npt.NDArray[np.float32]
 Ids: TypeAlias = npt.NDArray[np.int16]
@@ -34,7 +48,7 @@ _EDGES = np.array(
 
 
 class DepthRenderer:
-    """Renders depth images of placed primitives for one pinhole camera.
+    """Renders depth images of placed shapes and surfaces for one pinhole camera.
 
     Args:
         intrinsics: size of the image and pinhole model.
@@ -49,29 +63,29 @@ class DepthRenderer:
 
     @overload
     def render(
-        self, shapes: Sequence[Geom], wTc: SE3, with_ids: Literal[False] = False
+        self, shapes: Sequence[Visible], wTc: SE3, with_ids: Literal[False] = False
     ) -> Image: ...
 
     @overload
     def render(
-        self, shapes: Sequence[Geom], wTc: SE3, with_ids: Literal[True]
+        self, shapes: Sequence[Visible], wTc: SE3, with_ids: Literal[True]
     ) -> tuple[Image, Ids]: ...
 
     def render(
-        self, shapes: Sequence[Geom], wTc: SE3, with_ids: bool = False
+        self, shapes: Sequence[Visible], wTc: SE3, with_ids: bool = False
     ) -> Image | tuple[Image, Ids]:
         """Render what the camera sees.
 
-        Surfaces are seen from outside: a primitive around the camera is invisible.
+        Surfaces are seen from outside: a body around the camera is invisible.
 
         Args:
-            shapes: primitives with poses in the world.
+            shapes: with poses in the world.
             wTc: camera in the world; z along the optical axis, x right, y down.
-            with_ids: whether to return also which primitive each pixel shows.
+            with_ids: whether to return also which shape each pixel shows.
 
         Returns:
             (H, W) depth along the optical axis [m], NaN where nothing; with `with_ids` also the
-            (H, W) index into `shapes` of the nearest primitive, -1 where nothing.
+            (H, W) index into `shapes` of the nearest one, -1 where nothing.
         """
         size = (self._intrinsics.height, self._intrinsics.width)
         depth = np.full(size, np.inf, dtype=np.float32)
@@ -81,6 +95,8 @@ class DepthRenderer:
             for top in range(0, size[0], STRIP_ROWS):
                 bottom = min(top + STRIP_ROWS, size[0])
                 for index, shape, rotation, origin, (u0, u1, v0, v1) in visible:
+                    if isinstance(shape, Hull | Mesh):
+                        continue
                     rows = slice(max(v0, top), min(v1, bottom))
                     if rows.start >= rows.stop:
                         continue
@@ -92,12 +108,19 @@ class DepthRenderer:
                     np.copyto(window, entry, where=nearest)
                     if ids is not None:
                         np.copyto(ids[rows, u0:u1], np.int16(index), where=nearest)
+            bodies = [
+                _in_camera(index, shape, wTc.actInv(shapes[index].pose))
+                for index, shape, *_ in visible
+                if isinstance(shape, Hull | Mesh)
+            ]
+            if bodies:
+                draw(depth, ids, bodies, self._intrinsics, NEAR)
         depth[np.isinf(depth)] = np.nan
         return depth if ids is None else (depth, ids)
 
     def _visible(
-        self, shapes: Sequence[Geom], wTc: SE3
-    ) -> list[tuple[int, Shape, Image, Image, tuple[int, int, int, int]]]:
+        self, shapes: Sequence[Visible], wTc: SE3
+    ) -> list[tuple[int, Shape | Mesh, Image, Image, tuple[int, int, int, int]]]:
         """What may be visible: index, shape, sRc, camera in the shape's frame, rectangle."""
         if not shapes:
             return []
@@ -105,12 +128,13 @@ class DepthRenderer:
         sRc = wRs.transpose(0, 2, 1) @ wTc.rotation
         cPs = (np.array([s.pose.translation for s in shapes]) - wTc.translation) @ wTc.rotation
         origins = -np.einsum("nij,nj->ni", sRc, cPs)
-        half = np.array([half_extents(s.shape) for s in shapes])
+        bodies = [s.mesh if isinstance(s, Surface) else s.shape for s in shapes]
+        half = np.array([b.half if isinstance(b, Mesh) else half_extents(b) for b in bodies])
         rectangles = self._rectangles(half, sRc, cPs)
         rays, starts = sRc.astype(np.float32), origins.astype(np.float32)
         return [
-            (i, s.shape, rays[i], starts[i], (u0, u1, v0, v1))
-            for i, (s, (u0, u1, v0, v1)) in enumerate(zip(shapes, rectangles, strict=True))
+            (i, body, rays[i], starts[i], (u0, u1, v0, v1))
+            for i, (body, (u0, u1, v0, v1)) in enumerate(zip(bodies, rectangles, strict=True))
             if u0 < u1 and v0 < v1
         ]
 
@@ -141,6 +165,11 @@ class DepthRenderer:
         rectangles = np.stack(bounds, axis=1)
         rectangles[np.isinf(half[:, 0])] = (0, camera.width, 0, camera.height)
         return rectangles.tolist()  # type: ignore[no-any-return]
+
+
+def _in_camera(number: int, shape: Hull | Mesh, cTs: SE3) -> Body:
+    corners = shape.vertices @ cTs.rotation.T + cTs.translation
+    return Body(number, corners, shape.triangles, isinstance(shape, Hull) or shape.closed)
 
 
 def _box(box: Box, o: Image, dx: Image, dy: Image, dz: Image) -> Image:

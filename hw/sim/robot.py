@@ -12,13 +12,14 @@ from hw.background import InlineExecutor
 from hw.clock import Clock
 from hw.composition import ComposedRobot
 from hw.frame import DepthImage
-from hw.sim.body import Dynamics, SimBody
+from hw.sim.body import Dynamics, SimBody, Stopper
+from hw.sim.kinematic import KinematicBody
 from hw.sim.noise import D435Noise
-from hw.sim.reflex import Reflex
 from hw.sim.render import DepthRenderer
+from hw.sim.surface import Visible
 from hw.sim.world import World
 from hw.state import ArmState, Array, BaseState, Fault, FaultKind, GripperState
-from robots import Geom, RobotDescription
+from robots import RobotDescription
 
 
 class _SimPart:
@@ -39,10 +40,10 @@ class _SimPart:
         self.stop()
 
     @staticmethod
-    def _faults(kind: FaultKind, reflex: Reflex) -> tuple[Fault, ...]:
-        """That a reflex has tripped, and on what."""
-        hit = reflex.tripped_by
-        return () if hit is None else (Fault(kind=kind, text=hit.text, clearable=True),)
+    def _faults(kind: FaultKind, stopper: Stopper) -> tuple[Fault, ...]:
+        """That a part was stopped, and on what."""
+        reason = stopper.reason
+        return () if reason is None else (Fault(kind=kind, text=reason, clearable=True),)
 
 
 class SimArm(_SimPart):
@@ -58,7 +59,7 @@ class SimArm(_SimPart):
     def send(self, qd: Array) -> Array:
         """Follow joint velocities for one period."""
         self._body.advance()
-        applied = np.zeros(7) if self._body.reflex.tripped_by else qd
+        applied = qd if self._body.reflex.reason is None else np.zeros(7)
         self._body.follow(qd=applied)
         return applied
 
@@ -86,7 +87,7 @@ class SimBase(_SimPart):
     def send(self, twist: Array) -> Array:
         """Follow a twist for one period."""
         self._body.advance()
-        applied = np.zeros(3) if self._body.bumper.tripped_by else twist
+        applied = twist if self._body.bumper.reason is None else np.zeros(3)
         self._body.follow(base_twist=applied)
         return applied
 
@@ -153,7 +154,7 @@ class SimCamera(_SimPart):
         super().close()
         self._executor.shutdown(wait=False, cancel_futures=True)
 
-    def _capture(self, shapes: list[Geom], wTc: SE3, number: int, stamp: float) -> DepthImage:
+    def _capture(self, shapes: list[Visible], wTc: SE3, number: int, stamp: float) -> DepthImage:
         # One generator a frame: it looks the same whether or not those before were asked for.
         rng = np.random.default_rng((self._seed, number))
         depth = self._renderer.render(shapes, wTc)
@@ -183,9 +184,29 @@ def kinematic_robot(
         background: where images are rendered and what takes time is done; inline, a run is
             the same every time.
     """
-    body = SimBody(description, world, clock, dynamics or Dynamics())
+    body = KinematicBody(description, world, clock, dynamics or Dynamics())
+    return simulated_robot(body, clock, seed=seed, noise=noise, background=background)
+
+
+def simulated_robot(
+    body: SimBody,
+    clock: Clock,
+    *,
+    seed: int = 0,
+    noise: D435Noise | None = None,
+    background: Callable[[], Executor] = InlineExecutor,
+) -> ComposedRobot:
+    """A robot out of the parts of one simulated body.
+
+    Args:
+        body: what moves them.
+        clock: simulated time.
+        seed: of the camera's noise.
+        noise: of the camera; None for that of a D435.
+        background: where images are rendered and what takes time is done.
+    """
     return ComposedRobot(
-        description,
+        body.description,
         arm=SimArm(body),
         base=SimBase(body),
         gripper=SimGripper(body),

@@ -21,7 +21,8 @@ from config import (
     read_yaml,
     suggest,
 )
-from hw.sim.furniture import Container, Fixture, Footprint, Objects, SideTable, Table, Walker, few
+from hw.sim.furniture import Container, Fixture, Objects, SideTable, Table, Walker, few
+from hw.sim.mesh_file import Footprint, Reading
 
 SCENES = Path(__file__).parent / "scenes"
 """The folder of the shipped scenes."""
@@ -70,7 +71,8 @@ def read_scene(scene: str | Path, footprint: Footprint | None = None) -> Scene:
         SceneError: there is no such scene, or its file is not valid.
     """
     try:
-        return read_config(_find(scene), Scene, context=footprint)
+        path = _find(scene)
+        return read_config(path, Scene, context=Reading(path.parent, footprint))
     except ConfigError as error:
         raise SceneError(str(error)) from error
 

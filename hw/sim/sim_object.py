@@ -1,4 +1,4 @@
-"""Objects that can be picked up: rigid bodies made of a few primitives."""
+"""Objects that can be picked up: rigid bodies made of a few convex parts."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from pinocchio import SE3
 
+from hw.sim.surface import Mesh, Surface, Visible
 from robots import Array, Geom, bounding_radius, reach
 
 
@@ -37,15 +38,17 @@ class SimObject:
 
     name: str
     parts: tuple[Geom, ...]
-    """Its convex parts, posed in the object's own frame."""
+    """Its convex parts, posed in the object's own frame. What touches it touches them."""
     mass: float
-    """[kg]."""
+    """[kg]; spread over the parts by their volume."""
     friction: float = 0.5
     """Coulomb friction coefficient with the finger pads."""
     pose: SE3
     """Object in the world, wTo; the origin is the centre of mass."""
     motion: Motion | None = None
     """How it moves until it is touched."""
+    mesh: Mesh | None = None
+    """What a camera sees of it, in the object's own frame; None if that is its parts."""
 
     @cached_property
     def radius(self) -> float:
@@ -60,8 +63,15 @@ class SimObject:
         pose = self.pose if wTo is None else wTo
         return [Geom(p.shape, pose * p.pose, self.name, p.colour) for p in self.parts]
 
-    def reach(self, direction: Array) -> float:
-        """Its largest coordinate along a unit direction (3,) of the world [m]."""
-        along = self.pose.rotation.T @ direction
+    def seen(self) -> list[Visible]:
+        """What a camera sees of it, in the world."""
+        if self.mesh is None:
+            return [*self.placed()]
+        return [Surface(self.mesh, self.pose, self.name, self.parts[0].colour)]
+
+    def reach(self, direction: Array, wTo: SE3 | None = None) -> float:
+        """Its largest coordinate along a unit direction (3,) of the world, at any pose [m]."""
+        pose = self.pose if wTo is None else wTo
+        along = pose.rotation.T @ direction
         from_origin = max(reach(part, along) for part in self.parts)
-        return float(direction @ self.pose.translation) + from_origin
+        return float(direction @ pose.translation) + from_origin

@@ -15,9 +15,10 @@ from hw.sim.hand import Hand
 from hw.sim.members import HAND_TOLERANCE, HELD_TOLERANCE
 from hw.sim.resting import Resting
 from hw.sim.sim_object import SimObject
+from hw.sim.surface import Surface, Visible
 from hw.sim.walker import Walker
 from hw.truth import Touch
-from robots import Array, Geom
+from robots import Array, Geom, Hull
 
 _LEAST_LEVEL = 0.3
 """Who is pressed more steeply than this share of a push is level stays where it is."""
@@ -45,6 +46,7 @@ class World:
         objects: objects that can be picked up, each at its pose.
         walkers: obstacles that move by themselves.
         unmapped: those of the fixtures that are on no map.
+        surfaces: what is seen instead of the fixtures that are hulls of the same name.
     """
 
     def __init__(
@@ -53,9 +55,11 @@ class World:
         objects: Sequence[SimObject],
         walkers: Sequence[Walker] = (),
         unmapped: Sequence[Geom] = (),
+        surfaces: Sequence[Surface] = (),
     ) -> None:
         self.fixtures = tuple(fixtures)
         self.mapped = tuple(one for one in fixtures if one not in unmapped)
+        self.surfaces = tuple(surfaces)
         self.objects = list(objects)
         self.walkers = tuple(walkers)
         self.touches: list[Touch] = []
@@ -68,10 +72,15 @@ class World:
         self._resting = Resting(self.fixtures, self.objects, self._vicinity)
         self._left_at: Array | None = None
 
-    def shapes(self) -> list[Geom]:
-        """All visible shapes but those of the robot, in the world."""
+    def shapes(self) -> list[Visible]:
+        """All that a camera sees but the robot, in the world."""
+        hulls = {one.name for one in self.surfaces}
+        plain = (
+            one for one in self.fixtures if not (isinstance(one.shape, Hull) and one.name in hulls)
+        )
         walking = (part for walker in self.walkers for part in walker.placed())
-        return [*self.fixtures, *walking, *(part for o in self.objects for part in o.placed())]
+        lying = (one for obj in self.objects for one in obj.seen())
+        return [*plain, *self.surfaces, *walking, *lying]
 
     def moving(self) -> tuple[Obstacle, ...]:
         """The walkers, as a tracker would tell of them now."""

@@ -1,6 +1,8 @@
 """Nothing is hit: the robot among things that stand and move, judged by geometry of its own."""
 
+import coal
 import numpy as np
+import pinocchio as pin
 import pytest
 from motion import READY, State, move, tool_pose
 from pinocchio import SE3
@@ -17,7 +19,7 @@ from controller import (
     Surroundings,
     robot_model,
 )
-from robots import Box, Cylinder, Geom, load_robot, with_reverse_speed
+from robots import Box, Cylinder, Geom, coal_geometry, load_robot, with_reverse_speed
 
 WALL = Geom(Box((0.05, 3.0, 0.15)), SE3(np.eye(3), np.array([2.0, 0.0, 0.15])), "wall")
 """Too low for the arm to meet it."""
@@ -36,6 +38,15 @@ def gap_to_post(model, wTb, x, y, radius) -> float:
     across = wTb.actInv(np.array([x, y, 0.0]))[:2]
     beyond = np.maximum(np.abs(across) - [length / 2, width / 2], 0.0)
     return float(np.hypot(*beyond)) - radius
+
+
+def distance(one: Geom, other: Geom) -> float:
+    shapes = [
+        part
+        for g in (one, other)
+        for part in (coal_geometry(g.shape), coal.Transform3s(g.pose.rotation, g.pose.translation))
+    ]
+    return float(coal.distance(*shapes, coal.DistanceRequest(), coal.DistanceResult()))
 
 
 class Lagging:
@@ -208,3 +219,52 @@ def test_the_same_steps_give_the_same_commands(model):
     around = Surroundings(fixtures=(WALL, TABLE_TOP))
     ends = [drive(model, goal, around, 3.0, lambda state: None)[0] for _ in range(2)]
     np.testing.assert_array_equal(ends[0].q, ends[1].q)
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.0005, 0.05])
+def test_the_palm_comes_to_a_wall_and_does_not_touch_it_where_the_hand_may(model, aside):
+    """A grasp beside a wall as high as the palm, which it would clear by 1 mm less `aside`."""
+    palm = model.description.gripper.palm
+    half = palm.shape.half
+    wTe = tool_pose(0.65, 0.0, 0.55)
+    beside = wTe.translation[1] + wTe.rotation[1] @ palm.pose.translation
+    reach = half[0] if abs(wTe.rotation[1, 0]) > 0.5 else half[1]
+    face = beside + reach + 0.001 - aside
+    wall = Geom(
+        Box((0.3, 0.005, 0.05)), SE3(np.eye(3), np.array([0.65, face + 0.005, 0.62])), "wall"
+    )
+    gaps = []
+
+    def note(state):
+        wTp = model.wTe(state.wTb, state.q) * palm.pose
+        gaps.append(distance(Geom(palm.shape, wTp), wall))
+
+    state, _ = drive(
+        model,
+        PoseGoal(wTe=wTe, straight=True, hand_may_touch=True),
+        Surroundings(fixtures=(wall,)),
+        4.0,
+        note,
+    )
+    missed = np.linalg.norm(model.wTe(state.wTb, state.q).translation - wTe.translation)
+    assert gaps
+    assert min(gaps) > 0.0
+    if aside < 0.001:
+        assert missed < 0.004
+
+
+@pytest.mark.parametrize("heading", [-0.6, -0.4])
+def test_a_base_that_is_told_to_rest_keeps_its_distance_as_before(model, heading):
+    """It turns while it drives at a wall; braking alone would take it nearer than it may come."""
+    wall = Geom(Box((0.3, 3.0, 0.15)), SE3(np.eye(3), np.array([1.9, 0.0, 0.15])), "wall")
+    around, nearest = Surroundings(fixtures=(wall,)), 9.0
+    for ticks in range(150, 200, 10):
+        controller, robot, last = HolisticController(model), Lagging(model), Command.stop()
+        robot.state.wTb = SE3(pin.utils.rotate("z", heading), np.zeros(3))
+        for tick in range(ticks + 100):
+            goal = PoseGoal(wTe=tool_pose(2.2, 0.0, 0.6), straight=True) if tick < ticks else None
+            last, _ = controller.step(robot.state, goal, last, around)
+            robot.follow(last)
+            nearest = min(nearest, 1.6 - corners(model, robot.state.wTb)[:, 0].max())
+    stop = ControllerSettings().collision.near_stop_distance
+    assert 0.95 * stop < nearest < 0.1

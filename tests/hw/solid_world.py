@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from pinocchio import SE3
 
 from controller import Command, robot_model
-from hw import SimClock
+from hw import ComposedRobot, SimClock
 from hw.sim import SimObject, Walker, World, kinematic_robot
 from robots import Box, Geom, Plane, load_robot
 
@@ -44,10 +44,11 @@ class Solid:
         walkers: Sequence[Walker] = (),
         robot: str = "frankie",
         world: World | None = None,
+        make: Callable[..., ComposedRobot] = kinematic_robot,
     ) -> None:
         self.clock = SimClock()
         self.world = world or World([FLOOR, *fixtures], objects, walkers)
-        self.robot = kinematic_robot(load_robot(robot), self.world, self.clock)
+        self.robot = make(load_robot(robot), self.world, self.clock)
         self.body = self.robot._arm._body  # what no robot tells: where it really is, and set it
         self.model = robot_model(robot)
 

@@ -136,6 +136,43 @@ HOSTILE = {
     "an old truth": (GOOD + "objects: {count: yes}\n", "objects.count: expected a whole number"),
     "truth for a number": (GOOD + "objects: {count: true}\n", "objects.count: expected a whole"),
     "text for a mapping": (GOOD + "objects: many\n", "3:10: objects: expected a mapping"),
+    "an item that is nothing": (
+        GOOD + "objects: {items: [{mass_g: 10}]}\n",
+        "3:19: objects.items.0: is of no kind and no mesh, or of both; write `kind` or `mesh`",
+    ),
+    "an item of no kind": (
+        GOOD + "objects: {items: [{kind: coffe mug}]}\n",
+        "objects.items.0.kind: no kind of object is called `coffe mug`; did you mean `coffee mug`",
+    ),
+    "an item beside the container": (
+        GOOD + "objects: {items: [{kind: can, at: [3.3, 0]}]}\n",
+        "3:31: items.0: at [3.3, 0.0] it does not fit into the container, whose middle is at",
+    ),
+    "an item in another": (
+        GOOD + "objects:\n  items:\n" + 2 * "    - {kind: can, at: [3, 0]}\n",
+        "6:19: items.1: it overlaps can 1; move one of them",
+    ),
+    "an item that slides off by itself": (
+        GOOD + "objects: {items: [{kind: can, friction: 0}]}\n",
+        "3:41: objects.items.0.friction: expected a number of at least 0.05",
+    ),
+    "a mesh that is a folder": (GOOD + "objects: {items: [{mesh: ..}]}\n", "items.0.mesh: "),
+    "a mesh that is a device": (
+        GOOD + "objects: {items: [{mesh: /dev/zero}]}\n",
+        "there is no file",
+    ),
+    "a mesh without a name": (
+        GOOD + 'objects: {items: [{mesh: "a\\0b"}]}\n',
+        "is no name of a file",
+    ),
+    "a mesh in unknown units": (
+        GOOD + "objects: {items: [{mesh: a.stl, units: km}]}\n",
+        "3:40: objects.items.0.units: expected `m`, `cm`, `mm` or `in`",
+    ),
+    "a fixture that is nothing": (
+        GOOD + "fixtures: [{name: a, centre: [1, 1, 1]}]\n",
+        "3:12: fixtures.0: is neither a box nor a mesh, or both; write `size` or `mesh`",
+    ),
     "kinds that are a mapping": (
         GOOD + "objects: {kinds: {a: 1}}\n",
         "kinds: expected a list",

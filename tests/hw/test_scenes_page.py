@@ -7,15 +7,15 @@ import pytest
 
 from config import StrictModel
 from hw.sim import load_scene, read_scene, scene_names
-from hw.sim.furniture import Container, Fixture, Motion, Objects, SideTable, Table, Walker
+from hw.sim.furniture import Container, Fixture, Item, Motion, Objects, SideTable, Table, Walker
 from hw.sim.scene import Scene
 
 PAGE = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
-MODELS = (Scene, Container, Table, SideTable, Objects, Motion, Fixture, Walker)
+MODELS = (Scene, Container, Table, SideTable, Objects, Item, Motion, Fixture, Walker)
 
 
 def test_its_example_is_a_scene(tmp_path):
-    (example,) = re.findall(r"```yaml\n(.*?)```", PAGE, flags=re.DOTALL)
+    example = re.findall(r"```yaml\n(.*?)```", PAGE, flags=re.DOTALL)[0]
     path = tmp_path / "workshop.yaml"
     path.write_text(example)
     assert read_scene(path, (0.7, 0.5)).walkers[0].name == "Ada"

@@ -15,6 +15,7 @@ from hw.sim.objects import (
     HOUSEHOLD,
     MAX_HEIGHT,
     MAX_LENGTH,
+    MODELLED,
     OBJECT_CLASSES,
     TRAIN,
     make_object,
@@ -55,6 +56,7 @@ def test_the_shipped_scenes_have_the_objects_that_they_speak_of() -> None:
         "household": 10,
         "inspect": 6,
         "kitchen": 10,
+        "shapes": 8,
         "single": 1,
         "tidy_two_tables": 4,
     }
@@ -86,7 +88,7 @@ def test_every_household_class_can_be_grasped_by_every_part(name: str) -> None:
 
 
 def test_no_kind_is_in_two_collections() -> None:
-    assert len(OBJECT_CLASSES) == len(HOUSEHOLD) + len(TRAIN) + len(HELDOUT)
+    assert len(OBJECT_CLASSES) == len(HOUSEHOLD) + len(TRAIN) + len(HELDOUT) + len(MODELLED)
 
 
 @pytest.mark.parametrize("name", OBJECT_CLASSES)
@@ -214,7 +216,7 @@ def test_an_unknown_scene_is_told_which_there_are() -> None:
         SceneError, match=r"no scene is called `houshold`; did you mean `household`\?"
     ) as told:
         load_scene("houshold", 0)
-    assert "`household`, `inspect`, `kitchen`, `single`" in str(told.value)
+    assert "`household`, `inspect`, `kitchen`, `shapes`, `single`" in str(told.value)
 
 
 @pytest.mark.parametrize(

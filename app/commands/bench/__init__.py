@@ -7,13 +7,14 @@ from app.commands.bench.faults import faults, signals, soak
 from app.commands.bench.obstacles import obstacles
 from app.commands.bench.pick_place import pick_place
 from app.commands.bench.timings import perception, step, tree, watch
+from app.commands.bench.worlds import worlds
 
 bench = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
     help="Measure: time of a control step and of the tree, the paper's experiments, the main task.",
 )
-_EXPERIMENTS = (reach, poses, moving, obstacles, pick_place)
+_EXPERIMENTS = (reach, poses, moving, obstacles, pick_place, worlds)
 _TIMINGS = (step, tree, perception, watch)
 _TROUBLES = (faults, signals, soak)
 for command in (*_EXPERIMENTS, *_TIMINGS, *_TROUBLES):

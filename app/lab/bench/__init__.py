@@ -60,6 +60,7 @@ from app.lab.bench.step_run import (
 )
 from app.lab.bench.tree import time_tree, tree_table
 from app.lab.bench.viewing import Watcher, measure_watching, watch_json, watch_table
+from app.lab.bench.worlds import WorldRun, run_in_worlds, worlds_json, worlds_notes, worlds_table
 
 __all__ = [
     "CONTROLLERS",
@@ -89,6 +90,7 @@ __all__ = [
     "SignalResult",
     "Soak",
     "Watcher",
+    "WorldRun",
     "WorldTrial",
     "aggregate_trials",
     "cells",
@@ -114,6 +116,7 @@ __all__ = [
     "reach_table",
     "run_cells",
     "run_following",
+    "run_in_worlds",
     "run_pick_place",
     "run_pose",
     "run_signals",
@@ -138,4 +141,7 @@ __all__ = [
     "watch_json",
     "watch_table",
     "world_names",
+    "worlds_json",
+    "worlds_notes",
+    "worlds_table",
 ]

@@ -10,10 +10,16 @@ from rich.table import Table
 
 from app.core import RunOptions, Summary, run_task
 from app.lab import machine
+from app.lab.workers import run_all
 
 
 def run_pick_place(
-    options: RunOptions, seeds: Iterable[int], done: Callable[[Summary], None]
+    options: RunOptions,
+    seeds: Iterable[int],
+    done: Callable[[Summary], None],
+    *,
+    workers: int = 1,
+    cluster: str | None = None,
 ) -> list[Summary]:
     """Run the task once for every seed.
 
@@ -21,12 +27,22 @@ def run_pick_place(
         options: of each run, except for the seed.
         seeds: of objects and camera noise.
         done: called after each run.
+        workers: number of processes; 1 is this one.
+        cluster: address of a dask.distributed scheduler to use instead.
+
+    Returns:
+        The summaries in the order of the seeds.
     """
-    summaries = []
-    for seed in seeds:
-        summaries.append(run_task(replace(options, seed=seed)).summary)
-        done(summaries[-1])
-    return summaries
+    runs = [replace(options, seed=seed) for seed in seeds]
+    summaries = {}
+    for number, summary in run_all(_run, runs, workers=workers, cluster=cluster, batch=1):
+        summaries[number] = summary
+        done(summary)
+    return [summaries[number] for number in range(len(runs))]
+
+
+def _run(options: RunOptions) -> Summary:
+    return run_task(options).summary
 
 
 def pick_place_table(summaries: list[Summary]) -> Table:

@@ -1,4 +1,4 @@
-"""Primitive shapes as filled Rerun archetypes."""
+"""Shapes as filled Rerun archetypes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import rerun as rr
 
 from app.live.monitor.columns import quaternion
-from robots import Box, Capsule, Cylinder, Geom, Shape, Sphere
+from robots import Box, Capsule, Cylinder, Geom, Hull, Shape, Sphere
 
 AnyShape = TypeVar("AnyShape", bound=Shape)
 
@@ -32,7 +32,27 @@ def solids(parts: Sequence[Geom]) -> list[Any]:
             part.pose.act(np.array([0.0, 0.0, -capsule.half_length])) for part, capsule in capsules
         ]
         bodies.append(rr.Capsules3D(**sizes, translations=ends, **_looks(capsules)))
+    if hulls := _of_type(parts, Hull):
+        bodies.append(_one_mesh(hulls))
     return bodies
+
+
+def _one_mesh(hulls: Sequence[tuple[Geom, Hull]]) -> Any:
+    """All hulls as one mesh, with sharp edges."""
+    corners = [
+        (hull.vertices @ part.pose.rotation.T + part.pose.translation)[hull.triangles.ravel()]
+        for part, hull in hulls
+    ]
+    colours = [np.tile(part.colour, (hull.triangles.size, 1)) for part, hull in hulls]
+    faces = np.concatenate(corners).reshape(-1, 3, 3)
+    a, b, c = faces.transpose(1, 0, 2)
+    normals = np.cross(b - a, c - a)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    return rr.Mesh3D(
+        vertex_positions=faces.reshape(-1, 3),
+        vertex_normals=np.repeat(normals, 3, axis=0),
+        vertex_colors=np.concatenate(colours),
+    )
 
 
 def _of_type(parts: Sequence[Geom], shape: type[AnyShape]) -> list[tuple[Geom, AnyShape]]:

@@ -1,31 +1,39 @@
-"""The classes of objects that the simulator makes from a seed, in three sets.
+"""The classes of objects that the simulator makes from a seed, in four sets.
 
 The shipped scenes use `HOUSEHOLD`. The grasp network is trained on `HOUSEHOLD` and `TRAIN`, and
-evaluated on `HELDOUT`, which is never trained on.
+evaluated on `HELDOUT`, which is never trained on. `MODELLED` are those with bodies of any shape.
 """
 
 from hw.sim.objects.heldout import HELDOUT
 from hw.sim.objects.household import HOUSEHOLD
 from hw.sim.objects.making import (
+    DENSITY,
+    FRICTION,
     MAX_FOOTPRINT,
     MAX_HEIGHT,
     MAX_LENGTH,
+    PALETTE,
     ObjectClass,
     fitting,
     make_object,
 )
+from hw.sim.objects.modelled import MODELLED
 from hw.sim.objects.train import TRAIN
 
-OBJECT_CLASSES: dict[str, ObjectClass] = {**HOUSEHOLD, **TRAIN, **HELDOUT}
+OBJECT_CLASSES: dict[str, ObjectClass] = {**HOUSEHOLD, **TRAIN, **HELDOUT, **MODELLED}
 """All classes that a scene may name."""
 
 __all__ = [
+    "DENSITY",
+    "FRICTION",
     "HELDOUT",
     "HOUSEHOLD",
     "MAX_FOOTPRINT",
     "MAX_HEIGHT",
     "MAX_LENGTH",
+    "MODELLED",
     "OBJECT_CLASSES",
+    "PALETTE",
     "TRAIN",
     "ObjectClass",
     "fitting",

@@ -14,7 +14,7 @@ import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim.sim_object import SimObject
-from robots import Colour, Geom, Shape, volume
+from robots import Colour, Geom, Shape, centroid, volume
 
 Parts: TypeAlias = list[Geom]
 Maker: TypeAlias = Callable[[np.random.Generator, float], Parts]
@@ -29,8 +29,10 @@ MAX_HEIGHT = 0.11
 """Largest height of an object as it rests [m]."""
 
 _LYING = exp3(np.array([0.0, np.pi / 2.0, 0.0]))
-_DENSITY = (200.0, 1200.0)
-_FRICTION = (0.45, 0.7)
+DENSITY = (200.0, 1200.0)
+"""[kg/m³]."""
+FRICTION = (0.45, 0.7)
+"""With the finger pads."""
 
 PALETTE: tuple[Colour, ...] = (
     (214, 84, 70),
@@ -106,7 +108,8 @@ def make_object(
     low, high = max(widths[0], object_class.narrowest), min(widths[1], object_class.widest)
     parts = object_class.make(rng, rng.uniform(low, high))
     volumes = np.array([volume(p.shape) for p in parts])
-    centre = volumes @ np.array([p.pose.translation for p in parts]) / volumes.sum()
+    centres = np.array([p.pose.act(centroid(p.shape)) for p in parts])
+    centre = volumes @ centres / volumes.sum()
     colour = PALETTE[rng.integers(len(PALETTE))]
     return SimObject(
         name=name,
@@ -114,7 +117,7 @@ def make_object(
             Geom(p.shape, SE3(p.pose.rotation, p.pose.translation - centre), name, colour)
             for p in parts
         ),
-        mass=float(np.clip(volumes.sum() * rng.uniform(*_DENSITY), *masses)),
-        friction=rng.uniform(*_FRICTION),
+        mass=float(np.clip(volumes.sum() * rng.uniform(*DENSITY), *masses)),
+        friction=rng.uniform(*FRICTION),
         pose=SE3(np.eye(3), np.array([0.0, 0.0, centre[2]])),
     )

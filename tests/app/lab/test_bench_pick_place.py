@@ -2,6 +2,7 @@
 
 import json
 
+import pytest
 from typer.testing import CliRunner
 
 from app.commands import app
@@ -17,16 +18,18 @@ def call(*arguments: object):
     return CliRunner().invoke(app, ["bench", "pick-place", *map(str, arguments)])
 
 
-def test_one_row_a_seed_and_the_same_figures_as_json(tmp_path):
+@pytest.mark.parametrize("world", ["kinematic", "physics"])
+def test_one_row_a_seed_and_the_same_figures_as_json(tmp_path, world):
+    if world == "physics":
+        pytest.importorskip("mujoco", reason="needs the extra `physics`")
     task = tmp_path / "quick.yaml"
     task.write_text(QUICK)
     figures = tmp_path / "figures.json"
-    result = call(
-        task, "--scene", "single", "--seeds", "2-3", "--record", tmp_path / "r", "--json", figures
-    )
+    options = ("--scene", "single", "--record", tmp_path / "r", "--json", figures)
+    result = call(task, "--world", world, "--seeds", "2-3", *options)
     assert result.exit_code == 0, result.output
     report = json.loads(figures.read_text())
-    assert [run["seed"] for run in report["runs"]] == [2, 3]
+    assert [(run["seed"], run["world"]) for run in report["runs"]] == [(2, world), (3, world)]
     assert report["about"]["machine"]
     assert {run["placed"] for run in report["runs"]} == {0}
     assert result.stdout.count("0 of 1") == 2
@@ -36,3 +39,17 @@ def test_a_wrong_range_of_seeds_is_refused_with_an_example(tmp_path):
     result = call("--seeds", "few", "--record", tmp_path)
     assert result.exit_code == 2
     assert "for example 0-4" in result.stderr
+
+
+@pytest.mark.slow
+def test_runs_side_by_side_give_the_same_figures(tmp_path):
+    task = tmp_path / "quick.yaml"
+    task.write_text(QUICK)
+    durations = []
+    for workers in (1, 2):
+        figures = tmp_path / f"{workers}.json"
+        options = ("--scene", "single", "--record", tmp_path / "r", "--json", figures)
+        result = call(task, "--seeds", "2-4", "--workers", workers, *options)
+        assert result.exit_code == 0, result.output
+        durations.append([run["duration_s"] for run in json.loads(figures.read_text())["runs"]])
+    assert durations[0] == durations[1]

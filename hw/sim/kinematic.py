@@ -1,0 +1,154 @@
+"""The kinematic robot: it follows its commands with lag, and what it hits is decided by rule.
+
+A step that makes a contact is taken back and trips a reflex: the bumper for the base, that of the
+arm for the arm, its hand and what it holds. What it belongs to stands still at once; the other one
+goes on until somebody who sees the fault stops it, or until furniture holds the arm that it pushes.
+"""
+
+from __future__ import annotations
+
+from math import exp
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+
+from controller import Command
+from hw.clock import Clock
+from hw.sim.body import Dynamics, SimBody
+from hw.sim.collisions import Collisions, Contact
+from hw.sim.members import BASE, HAND_TOLERANCE, Configuration
+from hw.sim.reflex import Reflex
+from hw.sim.sim_object import SimObject
+from hw.sim.world import World
+from robots import RobotDescription
+
+
+class KinematicBody(SimBody):
+    """A robot that moves as it is commanded, with a first-order lag, until it hits something."""
+
+    reflex: Reflex
+    bumper: Reflex
+
+    def __init__(
+        self, description: RobotDescription, world: World, clock: Clock, dynamics: Dynamics
+    ) -> None:
+        super().__init__(description, world, clock, dynamics)
+        self.reflex = Reflex()
+        self.bumper = Reflex()
+        self._width_goal = self.width
+        self._pressing_from: SE3 | None = None
+        self._wanted_width = self.width
+        self._holds = False
+        self._slipping = False
+        self._collisions = Collisions(self._model, world)
+
+    def grip(self, width: float, force: float) -> None:
+        """Move the fingers to a width [m]; closing stops at what the contacts decide.
+
+        The contacts are decided on the pose of the hand when closing starts. Fingers that press on
+        an object without holding it close the rest of the way when the hand moves off.
+        """
+        self.advance()
+        if width > self.width:
+            self.world.open_fingers()
+            self._width_goal = min(width, self.description.gripper.opening)
+            self._pressing_from, self._holds = None, False
+        else:
+            hand = self.hand
+            outcome = self.world.close_fingers(hand, self.width, force, width)
+            self._width_goal, self._wanted_width = outcome.width, width
+            self._holds = outcome.holding is not None
+            if not self._holds:
+                self._pressing_from = hand.wTe
+        self._slipping = False
+        self.fingers_move = self.width != self._width_goal
+
+    def _integrate(self, command: Command, dt: float) -> None:
+        """First-order lag on every axis, then exact motion along the arc that it gives."""
+        self._set_time(self.now + dt)
+        before, q_before = self.wTb, self.q
+        base_lag, arm_lag = self.description.base.lag, self.description.arm.lag
+        self.base_twist = self.base_twist + (1.0 - exp(-dt / base_lag)) * (
+            command.base_twist - self.base_twist
+        )
+        if self.bumper.tripped_by:
+            self.base_twist = np.zeros(3)
+        vx, vy, w = self.base_twist * dt
+        self.wTb = self.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
+        if self.reflex.tripped_by:
+            self.qd = np.zeros(7)
+        else:
+            self.qd = self.qd + (1.0 - exp(-dt / arm_lag)) * (command.qd - self.qd)
+            self.q = self.q + self.qd * dt
+        self._move_fingers(self.description.gripper.speed * dt)
+        self._slip()
+        self._collide(before, q_before, self.now + dt)
+        self._carry()
+
+    def _set_time(self, now: float) -> None:
+        self.world.move_to(now)
+
+    def _collide(self, wTb: SE3, q: np.ndarray, now: float) -> None:
+        """Take back what has made a contact since the base was at wTb and the arm at q (7,)."""
+        base, arm = self._contacts(now)
+        if self.bumper.feels(base):
+            self.bumper.trip(base)
+            self.wTb, self.base_twist = wTb, np.zeros(3)
+            base, arm = self._contacts(now)
+        if self.reflex.feels(arm):
+            self.reflex.trip(arm)
+            self.q, self.qd = q, np.zeros(7)
+            base, arm = self._contacts(now)
+        if self.reflex.feels(arm):  # the base has pushed the arm there
+            self._push_away(arm)
+            base, arm = self._contacts(now)
+            if self.reflex.feels(arm):
+                self.wTb, self.base_twist = wTb, np.zeros(3)
+                base, arm = self._contacts(now)
+        self.bumper.stay(base)
+        self.reflex.stay(arm)
+
+    def _move_fingers(self, step: float) -> None:
+        """A step towards the width that is wanted; slipping fingers slide along the object."""
+        if self._holds and self.world.held is None:  # somebody took it out of the hand
+            self._holds, self._width_goal = False, self._wanted_width
+        width = self.width + float(np.clip(self._width_goal - self.width, -step, step))
+        # They lie against it, and press in no deeper: a hit is what is deeper than a tolerance.
+        pressed = max(0.0, width - 2.0 * HAND_TOLERANCE)
+        if self._slipping and self.world.collision(self.hand, pressed):
+            width = self.width
+        self.fingers_move = width != self.width
+        self.width = width
+
+    def _slip(self) -> None:
+        """Slip off what is pressed on without being held, when the hand moves off."""
+        if self._pressing_from is not None:
+            moved = np.linalg.norm(self.wTe.translation - self._pressing_from.translation)
+            if moved > self.dynamics.slip_distance:
+                self._slipping, self._pressing_from = True, None
+                self._width_goal = self._wanted_width
+
+    def _carry(self) -> None:
+        """Take along what is held."""
+        if self.world.held is not None:
+            self.world.carry(self.wTe)
+            self.world.settle()
+
+    def _contacts(self, now: float) -> tuple[list[Contact], list[Contact]]:
+        """What the base presses into and what the arm does, noted down where it is new."""
+        here = Configuration(wTb=self.wTb, q=self.q, width=self.width)
+        contacts = self._collisions.find(here)
+        for one in contacts:
+            if one.excess > 0.0:
+                self._note_touch(one.part, one.thing, one.text, now)
+        return (
+            [one for one in contacts if one.part == BASE],
+            [one for one in contacts if one.part != BASE],
+        )
+
+    def _push_away(self, contacts: list[Contact]) -> None:
+        """Loose objects give way to the arm."""
+        for one in contacts:
+            if one.excess > 0.0 and isinstance(one.owner, SimObject):
+                self.world.push(one.owner, one.towards, one.depth)

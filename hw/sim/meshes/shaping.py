@@ -1,0 +1,118 @@
+"""Triangles put in order: welded, turned outwards, closed, and fewer of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from robots import Array, Triangles
+
+_WELD = 1e-6
+"""Corners nearer than this share of the largest edge of the bounding box are one."""
+_MOST_LOST = 0.05
+"""Share of the surface that simplifying may take away."""
+
+
+def welded(vertices: Array, triangles: Triangles) -> tuple[Array, Triangles]:
+    """The same triangles with every corner once, and without those that have no area."""
+    cell = max(float(np.ptp(vertices, axis=0).max()) * _WELD, 1e-12)
+    _, first, of = np.unique(
+        np.round(vertices / cell), axis=0, return_index=True, return_inverse=True
+    )
+    joined = of.ravel()[triangles]
+    a, b, c = joined.T
+    joined = joined[(a != b) & (b != c) & (c != a)]
+    _, once = np.unique(np.sort(joined, axis=1), axis=0, return_index=True)
+    used, flat = np.unique(joined[np.sort(once)], return_inverse=True)
+    return vertices[first[used]], flat.reshape(-1, 3).astype(np.int32)
+
+
+def simplified(vertices: Array, triangles: Triangles, most: int) -> tuple[Array, Triangles]:
+    """About so many triangles at most, by quadric error metrics: thin walls stay two walls.
+
+    More are kept where a part would vanish otherwise.
+    """
+    if len(triangles) <= most:
+        return vertices, triangles
+    import fast_simplification
+
+    low, size = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
+    unit = ((vertices - low) / size).astype(np.float32)
+    area = _area(vertices, triangles)
+    for target in (most, 2 * most, 4 * most):
+        if target >= len(triangles):
+            return vertices, triangles
+        corners, fewer = fast_simplification.simplify(unit, triangles, target_count=target)
+        found = welded(low + size * corners.astype(np.float64), fewer.astype(np.int32))
+        if len(found[1]) and abs(_area(*found) / area - 1.0) < _MOST_LOST:
+            return found
+    return found
+
+
+def is_closed(triangles: Triangles) -> bool:
+    """Whether every edge is that of two triangles, which go along it in opposite ways."""
+    return len(triangles) > 0 and len(_rim(triangles)) == 0
+
+
+def volume_and_centre(vertices: Array, triangles: Triangles) -> tuple[float, Array]:
+    """Volume [m³] and centre of mass (3,) [m] of what closed triangles enclose."""
+    corners = vertices[triangles]
+    middle = vertices.mean(axis=0)
+    parts = np.linalg.det(corners - middle) / 6.0
+    volume = float(parts.sum())
+    if abs(volume) < 1e-15:
+        return 0.0, middle
+    return volume, middle + parts @ (corners - middle).sum(axis=1) / 4.0 / volume
+
+
+def with_holes_filled(vertices: Array, triangles: Triangles) -> tuple[Array, Triangles]:
+    """A fan from its middle over every hole, so that a flood from outside does not get in."""
+    rim = _rim(triangles)
+    if not len(rim):
+        return vertices, triangles
+    hole = _connected(rim, len(vertices))[rim[:, 0]]
+    holes, which = np.unique(hole, return_inverse=True)
+    middles = np.array(
+        [vertices[rim[which == number]].mean((0, 1)) for number in range(len(holes))]
+    )
+    fans = np.column_stack([rim[:, ::-1], len(vertices) + which])
+    return np.concatenate([vertices, middles]), np.concatenate([triangles, fans]).astype(np.int32)
+
+
+def components(vertices: Array, triangles: Triangles) -> list[tuple[Array, Triangles]]:
+    """The bodies that share no corner."""
+    edges = np.concatenate([triangles[:, :2], triangles[:, 1:]])
+    body = _connected(edges, len(vertices))[triangles[:, 0]]
+    found = []
+    for number in np.unique(body):
+        used, flat = np.unique(triangles[body == number], return_inverse=True)
+        found.append((vertices[used], flat.reshape(-1, 3).astype(np.int32)))
+    return found
+
+
+def _area(vertices: Array, triangles: Triangles) -> float:
+    a, b, c = vertices[triangles].transpose(1, 0, 2)
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2.0
+
+
+def _rim(triangles: Triangles) -> npt.NDArray[np.int64]:
+    """(E, 2) edges without a partner that goes the other way."""
+    edges = np.concatenate([triangles, np.roll(triangles, -1, axis=1)], axis=1)
+    edges = np.stack([edges[:, :3].ravel(), edges[:, 3:].ravel()], axis=1).astype(np.int64)
+    span = int(triangles.max(initial=0)) + 1
+    there, back = edges @ [span, 1], edges @ [1, span]
+    values, count = np.unique(there, return_counts=True)
+    alone = ~np.isin(there, back) | np.isin(there, values[count > 1])
+    rim: npt.NDArray[np.int64] = edges[alone]
+    return rim
+
+
+def _connected(edges: npt.NDArray[np.integer], count: int) -> npt.NDArray[np.int32]:
+    """(count,) the number of the component that each corner belongs to."""
+    from scipy.sparse import coo_matrix  # slow to import
+    from scipy.sparse.csgraph import connected_components
+
+    ones = np.ones(len(edges), dtype=bool)
+    graph = coo_matrix((ones, (edges[:, 0], edges[:, 1])), shape=(count, count))
+    labels: npt.NDArray[np.int32] = connected_components(graph, directed=False)[1]
+    return labels

@@ -1,0 +1,171 @@
+"""The robot in MuJoCo's specification of a model: its bodies, joints and motors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+from pinocchio import SE3, Inertia
+
+from hw.sim.members import FINGERS, members
+from hw.sim.physics.shapes import ALL, Kind, add_body, add_geom, quaternion, weigh
+from robots import Box, Geom, RobotDescription
+
+SIDES = ("left", "right")
+AXES = ("x", "y", "yaw")
+"""Joints of the base."""
+ARM = tuple(f"joint{number}" for number in range(1, 8))
+
+_PADS = (-88000.0, -600.0)
+"""Stiffness [1/s²] and damping [1/s] of the pads, negative, as MuJoCo wants them; with any partner.
+Friction knows no place, only a velocity that it takes away at this damping: what is carried round
+at ω creeps by about ω²r / 600 s. A step lets it grow to 1000; there it would shake."""
+_SHELL = (0.014, 1.0)
+"""Time constant [s] and damping ratio of all other shapes of the robot, whose covers yield: with a
+partner the mean of both counts."""
+_FRICTION = 0.3
+"""Of all of it; of two surfaces the rougher counts."""
+
+_STIFFNESS = np.array([4000.0] * 4 + [1500.0] * 3)
+"""Of the servos of the joints [Nm/rad]."""
+_ARMATURE, _DAMPING = 0.1, 0.5
+"""Of each joint's motor and gear: inertia [kg m²] and viscous friction [Nm s]."""
+
+_DRIVE = ((20000.0, 500.0), (20000.0, 800.0), (3000.0, 250.0))
+"""Of the base along x and y and about z: gain [N s/m, Nm s] and largest force [N, Nm]; along y a
+differential drive has only its tyres, which hold against that much."""
+
+_FINGER_STIFFNESS, _FINGER_DAMPING = 8000.0, 80.0
+"""Of the gripper's servo [N/m, N s/m]."""
+_FINGER_ARMATURE = 0.1
+"""[kg]."""
+
+
+def add_robot(spec: Any, description: RobotDescription) -> None:
+    """Add a robot to a specification, where it is when a run begins but for its posture.
+
+    Bodies are called `base`, `hand`, `left` and `right`, joints as in `AXES`, `ARM` and `SIDES`,
+    actuators like the joints, that of both fingers `fingers`. Geoms begin with their part
+    (`link3/...`).
+    """
+    base, arm, gripper = description.base, description.arm, description.gripper
+    on_base = add_body(spec.worldbody, "base", SE3.Identity())
+    for name, axis in zip(AXES, np.eye(3), strict=True):
+        kind = mujoco.mjtJoint.mjJNT_HINGE if name == "yaw" else mujoco.mjtJoint.mjJNT_SLIDE
+        on_base.add_joint(name=name, type=kind, axis=axis)
+    on_base.add_site(name="base")
+    box = Inertia.FromBox(base.mass, *base.size)
+    raised = SE3(np.eye(3), np.array([0.0, 0.0, base.size[2] / 2.0]))
+    weigh(on_base, raised.act(box) + description.bTa.act(arm.inertias[0]))
+    # The frames of the members: base, foot, seven links, flange of the hand, end effector.
+    frames = [(on_base, SE3.Identity()), (on_base, description.bTa)]
+    for name, place, inertia, (low, high) in zip(
+        ARM, arm.joints, arm.inertias[1:], _ranges(description), strict=True
+    ):
+        parent, below = frames[-1]
+        link = add_body(parent, name, below * place)
+        link.gravcomp = 1.0
+        link.add_joint(
+            name=name,
+            type=mujoco.mjtJoint.mjJNT_HINGE,
+            axis=(0.0, 0.0, 1.0),
+            range=(low, high),
+            armature=_ARMATURE,
+            damping=_DAMPING,
+        )
+        weigh(link, inertia)
+        frames.append((link, SE3.Identity()))
+    hand = add_body(frames[-1][0], "hand", arm.lTh)
+    hand.gravcomp = 1.0
+    hand.add_site(name="tool", pos=gripper.hTe.translation, quat=quaternion(gripper.hTe))
+    camera = description.camera
+    housing = Inertia.FromBox(camera.mass, *(2.0 * h for h in _half(camera.body)))
+    hTc = gripper.hTe * camera.eTc * camera.body.pose
+    weigh(hand, gripper.inertia + hTc.act(housing))
+    frames += [(hand, SE3.Identity()), (hand, gripper.hTe)]
+    fingers = {side: _finger(hand, side, description) for side in SIDES}
+    for number, member in enumerate(members(description)):
+        body, place = frames[member.frame]
+        if member.part == FINGERS:
+            body, place = fingers[member.geom.name.split()[0]], SE3.Identity()
+        against = ALL & ~Kind.FLOOR if member.frame == 0 else ALL  # the base stands there
+        name, shape = f"{member.part}/{number}", member.geom.moved(place)
+        geom = add_geom(spec, body, shape, name, 0, against, _FRICTION)
+        geom.solref = _PADS if shape.name.endswith(gripper.pad.name) else _SHELL
+    _actuators(spec, description)
+
+
+def _finger(hand: Any, side: str, description: RobotDescription) -> Any:
+    """A finger, in the end effector's axes; its joint is half of the width between the pads."""
+    gripper = description.gripper
+    body = add_body(hand, side, gripper.hTe)
+    body.gravcomp = 1.0
+    half = gripper.opening / 2.0
+    body.add_joint(
+        name=side,
+        type=mujoco.mjtJoint.mjJNT_SLIDE,
+        axis=(0.0, 1.0 if side == "left" else -1.0, 0.0),
+        range=(0.0, half),
+        ref=half,  # its shapes are described with the hand open
+        armature=_FINGER_ARMATURE,
+    )
+    lengths = (2.0 * h for h in _half(gripper.finger))
+    weigh(body, Inertia.FromBox(gripper.finger_mass, *lengths))
+    return body
+
+
+def _actuators(spec: Any, description: RobotDescription) -> None:
+    for number, (name, (gain, force)) in enumerate(zip(AXES, _DRIVE, strict=True)):
+        axis = (0, 1, 5)[number]
+        drive = spec.add_actuator(
+            name=name,
+            target="base",
+            trntype=mujoco.mjtTrn.mjTRN_SITE,
+            gear=np.eye(6)[axis],
+            forcerange=(-force, force),
+        )
+        drive.set_to_velocity(kv=gain)
+    arm = description.arm
+    rows = zip(ARM, _STIFFNESS, arm.torque, _ranges(description), strict=True)
+    for name, stiffness, torque, between in rows:
+        servo = spec.add_actuator(
+            name=name,
+            target=name,
+            trntype=mujoco.mjtTrn.mjTRN_JOINT,
+            actlimited=True,
+            actrange=between,
+            forcerange=(-torque, torque),
+        )
+        servo.set_to_intvelocity(kp=stiffness, kv=stiffness * arm.lag)
+    spec.add_equality(
+        type=mujoco.mjtEq.mjEQ_JOINT,
+        objtype=mujoco.mjtObj.mjOBJ_JOINT,
+        name1=SIDES[0],
+        name2=SIDES[1],
+        data=(0.0, 1.0, *[0.0] * 10),
+        solref=(0.005, 1.0),
+    )
+    width = spec.add_tendon(name="width")
+    for side in SIDES:
+        width.wrap_joint(side, 1.0)
+    spec.add_actuator(
+        name="fingers",
+        target="width",
+        trntype=mujoco.mjtTrn.mjTRN_TENDON,
+        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+        gainprm=(_FINGER_STIFFNESS, *[0.0] * 9),
+        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+        biasprm=(0.0, -_FINGER_STIFFNESS, -_FINGER_DAMPING, *[0.0] * 7),
+        forcerange=(-20.0, 20.0),
+    )
+
+
+def _half(geom: Geom) -> tuple[float, float, float]:
+    assert isinstance(geom.shape, Box)
+    return geom.shape.half
+
+
+def _ranges(description: RobotDescription) -> list[tuple[float, float]]:
+    limits = description.limits
+    return list(zip(limits.q_min.tolist(), limits.q_max.tolist(), strict=True))

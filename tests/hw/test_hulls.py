@@ -1,0 +1,147 @@
+"""Convex hulls and meshes: seen where a ray meets them, touched as the same body of primitives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pinocchio import SE3, exp3
+
+from controller.floor.footprints import footprint
+from hw.sim import DepthRenderer
+from hw.sim.contact import patch, separation, travel
+from hw.sim.surface import Mesh, Surface
+from robots import (
+    Box,
+    Geom,
+    Intrinsics,
+    Plane,
+    bounding_radius,
+    centroid,
+    half_extents,
+    hull_of,
+    reach,
+    volume,
+)
+
+CAMERA = Intrinsics(width=100, height=75, fx=60.0, fy=62.0, cx=47.3, cy=38.1)
+HALF = (0.05, 0.08, 0.03)
+CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * HALF
+
+
+def pebble(seed: int = 0, points: int = 60) -> Geom:
+    return hull_of(0.05 * np.random.default_rng(seed).normal(size=(points, 3)))
+
+
+def entered(hull: Geom, wTc: SE3) -> tuple[np.ndarray, np.ndarray]:
+    """Depth at which rays enter all half-spaces of a hull (inf if never), and which only graze."""
+    v, u = np.mgrid[: CAMERA.height, : CAMERA.width].reshape(2, -1)
+    rays = np.stack([(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy, np.ones(len(u))], 1)
+    sTc = hull.pose.actInv(wTc)
+    along, start = rays @ sTc.rotation.T, sTc.translation
+    a, b, c = hull.shape.vertices[hull.shape.triangles].transpose(1, 0, 2)
+    normals = np.cross(b - a, c - a)
+    rate = along @ normals.T
+    at = np.einsum("ij,ij->i", normals, a - start) / rate
+    entry = np.where(rate < 0.0, at, -np.inf).max(axis=1)
+    leave = np.where(rate > 0.0, at, np.inf).min(axis=1)
+    depth = np.where((entry <= leave) & (entry > 0.01), entry, np.inf)
+    return depth, np.abs(leave - entry) < 1e-6
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_hull_is_seen_where_rays_enter_it(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    wTc = SE3(exp3(rng.normal(size=3)), rng.normal(size=3))
+    near = 0.02 if seed > 5 else 0.25  # the last ones reach behind the camera
+    where = SE3(exp3(rng.normal(size=3)), rng.uniform([-0.15, -0.1, near], [0.15, 0.1, 0.5]))
+    hull = pebble(seed).moved(wTc * where)
+    depth, doubtful = entered(hull, wTc)
+    image = DepthRenderer(CAMERA).render([hull], wTc).ravel()
+    image = np.where(np.isnan(image), np.inf, image)
+    if seed > 5 and separation(hull, hull_of(wTc.translation + 1e-5 * CORNERS))[0] < 0.0:
+        pytest.skip("the camera is inside")
+    assert np.array_equal(np.isinf(image)[~doubtful], np.isinf(depth)[~doubtful])
+    seen = np.isfinite(depth) & ~doubtful
+    assert seen.sum() > 20
+    np.testing.assert_allclose(image[seen], depth[seen], rtol=1e-5)
+
+
+def test_hulls_hide_each_other_and_primitives_and_are_told_apart() -> None:
+    rng = np.random.default_rng(3)
+    there = [
+        SE3(exp3(rng.normal(size=3)), rng.uniform([-0.2, -0.15, 0.3], [0.2, 0.15, 0.5]))
+        for _ in range(12)
+    ]
+    boxes = [Geom(Box(HALF), pose) for pose in there]
+    hulls = [hull_of(CORNERS).moved(pose) if i % 2 else boxes[i] for i, pose in enumerate(there)]
+    expected, whose = DepthRenderer(CAMERA).render(boxes, SE3.Identity(), with_ids=True)
+    image, ids = DepthRenderer(CAMERA).render(hulls, SE3.Identity(), with_ids=True)
+    np.testing.assert_allclose(image, expected, atol=1e-5)
+    assert (ids == whose).mean() > 0.999
+
+
+def test_no_ray_slips_through_the_edges_of_a_fine_mesh() -> None:
+    ways = np.random.default_rng(1).normal(size=(4000, 3))
+    ball = hull_of(0.1 * ways / np.linalg.norm(ways, axis=1, keepdims=True))
+    mesh = Mesh(ball.shape.vertices, ball.shape.triangles)
+    pose = SE3(np.eye(3), np.array([0.0, 0.0, 0.3]))
+    image = DepthRenderer(CAMERA).render([Surface(mesh, pose)], SE3.Identity())
+    rows, columns = np.nonzero(np.isfinite(image))
+    for row in np.unique(rows):  # a ball has no gaps in any row
+        inside = columns[rows == row]
+        assert len(inside) == np.ptp(inside) + 1
+
+
+def test_only_an_open_mesh_is_seen_from_inside() -> None:
+    box = hull_of(CORNERS).shape
+    for closed, seen in ((True, False), (False, True)):
+        around = Surface(Mesh(box.vertices, box.triangles, closed), SE3.Identity())
+        image = DepthRenderer(CAMERA).render([around], SE3.Identity())
+        assert np.isfinite(image).all() == seen
+
+
+def test_a_hull_measures_as_the_box_with_its_corners() -> None:
+    placed = hull_of(CORNERS + np.array([0.2, -0.1, 0.4]))
+    box, hull = Box(HALF), placed.shape
+    np.testing.assert_allclose(placed.pose.translation, [0.2, -0.1, 0.4])
+    np.testing.assert_allclose(half_extents(hull), half_extents(box))
+    np.testing.assert_allclose(centroid(hull), 0.0, atol=1e-12)
+    assert volume(hull) == pytest.approx(volume(box))
+    assert bounding_radius(hull) == pytest.approx(bounding_radius(box))
+    pose = SE3(exp3(np.array([0.3, -0.8, 1.1])), np.array([0.1, 0.2, 0.5]))
+    for way in np.random.default_rng(0).normal(size=(5, 3)):
+        assert reach(Geom(hull, pose), way) == pytest.approx(reach(Geom(box, pose), way))
+    one, other = footprint(Geom(hull, pose), 0.45, 0.52), footprint(Geom(box, pose), 0.45, 0.52)
+    assert one is not None
+    assert other is not None
+    x, y = np.random.default_rng(0).uniform(-0.2, 0.4, (2, 50))
+    np.testing.assert_allclose(one.distances(x, y), other.distances(x, y), atol=1e-9)
+    assert footprint(Geom(hull, pose), 0.7, 0.8) is None
+
+
+def test_the_centre_of_mass_of_a_cone_is_a_quarter_up() -> None:
+    turns = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
+    ring = np.stack([np.cos(turns), np.sin(turns), 0.0 * turns], axis=1)
+    cone = hull_of(np.vstack([ring, [0.0, 0.0, 1.0]]))
+    np.testing.assert_allclose(cone.pose.act(centroid(cone.shape)), [0.0, 0.0, 0.25], atol=1e-6)
+
+
+def test_a_hull_touches_as_the_box_with_its_corners() -> None:
+    pose = SE3(exp3(np.array([0.3, -0.8, 1.1])), np.array([0.02, 0.01, 0.3]))
+    floor, box, hull = Geom(Plane(), SE3.Identity()), Geom(Box(HALF), pose), hull_of(CORNERS)
+    placed = hull.moved(pose)
+    down = np.array([0.0, 0.0, -1.0])
+    assert separation(placed, floor)[0] == pytest.approx(separation(box, floor)[0], abs=1e-6)
+    fall = travel(placed, down, [floor], 1.0)
+    assert fall == pytest.approx(travel(box, down, [floor], 1.0), abs=1e-4)
+    lying = hull.moved(SE3(np.eye(3), np.array([0.0, 0.0, HALF[2] - 5e-4])))
+    found = patch(lying, Geom(Box((0.5, 0.5, 0.1)), SE3(np.eye(3), np.array([0.0, 0.0, -0.1]))))
+    assert found is not None
+    points, normal = found
+    np.testing.assert_allclose(np.abs(points[:, :2]).max(axis=0), HALF[:2], atol=1e-3)
+    np.testing.assert_allclose(normal, down, atol=1e-6)
+
+
+def test_points_in_a_plane_make_no_hull() -> None:
+    with pytest.raises(ValueError, match="no volume"):
+        hull_of(CORNERS * [1.0, 1.0, 0.0])

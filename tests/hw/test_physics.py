@@ -1,0 +1,259 @@
+"""The physical world: motors follow, contacts carry, stop and topple; no rule decides."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from pinocchio import SE3
+from solid_world import Solid, box, cube, turning
+
+from controller import robot_model
+from hw import ComposedRobot, HardwareError, WorldError, WorldOptions, open_backend
+from hw.sim import Motion, SimObject, Walker, load_scene
+from robots import Box, Geom, load_robot
+
+pytest.importorskip("mujoco", reason="needs the extra `physics`")
+
+FRANKIE = load_robot("frankie")
+FRONT = FRANKIE.base.size[0] / 2.0
+TOOL = robot_model("frankie").wTe(SE3.Identity(), FRANKIE.arm.ready)
+"""Where the tool is to begin with."""
+
+
+def physical(*fixtures: Geom, **rest) -> Solid:
+    from hw.sim.physics import physical_robot
+
+    def make(*args) -> ComposedRobot:
+        return physical_robot(*args)
+
+    return Solid(*fixtures, make=make, **rest)
+
+
+def between_the_fingers(mass: float = 0.3) -> Solid:
+    """A box on a pillar, where the open hand is."""
+    half = (0.03, 0.02, 0.03)
+    x, y, z = TOOL.translation
+    top = z + 0.005 - half[2]
+    parts = (Geom(Box(half), SE3.Identity(), "box"),)
+    here = SE3(TOOL.rotation, np.array([x, y, top + half[2]]))
+    thing = SimObject(name="box", parts=parts, mass=mass, friction=0.5, pose=here)
+    pillar = box("pillar", (x, y, top / 2.0), (0.05, 0.05, top / 2.0))
+    return physical(pillar, objects=[thing])
+
+
+def lifted(mass: float = 0.3, force: float = 20.0) -> Solid:
+    """The box in the hand, 0.15 m above the pillar."""
+    sim = between_the_fingers(mass)
+    sim.robot.grip(0.0, force)
+    sim.drive(s=0.8)
+    for _ in range(100):
+        screws = sim.model.kinematics(sim.robot.read().q).J[:, 2:]
+        sim.drive(qd=np.linalg.pinv(screws) @ np.array([0.0, 0.0, 0.15, 0.0, 0.0, 0.0]), s=0.01)
+    sim.drive(s=0.5)
+    return sim
+
+
+def in_hand(sim: Solid) -> SE3:
+    return sim.body.wTe.actInv(sim.world.objects[0].pose)
+
+
+def crept(sim: Solid, since: SE3) -> float:
+    """[mm]."""
+    return 1000.0 * float(np.linalg.norm(in_hand(sim).translation - since.translation))
+
+
+# what is held
+
+
+def test_a_box_of_300_g_stays_where_it_is_held():
+    sim = lifted()
+    assert sim.world.supports() == {"box": "hand"}
+    before = in_hand(sim)
+    sim.drive(s=10.0)
+    assert crept(sim, before) <= 0.5
+    sim.drive((0.0, 0.0, 0.5), s=0.5)
+    sim.drive((0.0, 0.0, 1.0), s=0.5)
+    before = in_hand(sim)
+    sim.drive((0.0, 0.0, 1.0), s=2.0)
+    assert crept(sim, before) / 2.0 <= 0.5
+
+
+def test_what_is_too_heavy_for_the_grip_is_not_lifted():
+    sim = lifted(mass=1.0, force=5.0)
+    assert sim.world.supports() == {"box": "pillar"}
+    assert sim.world.held is None
+
+
+def test_the_fingers_press_with_the_force_that_was_asked_for():
+    sim = between_the_fingers()
+    sim.robot.grip(0.0, 12.0)
+    sim.drive(s=1.0)
+    state = sim.robot.read()
+    assert state.gripper_width == pytest.approx(0.04, abs=5e-4)
+    assert not state.gripper_moving
+    for side in ("left", "right"):
+        presses = [one for one in sim.body.engine.presses(None) if one.side == side]
+        assert sum(one.force for one in presses) == pytest.approx(12.0, abs=1.5)
+
+
+def test_what_is_let_go_falls_onto_what_is_below():
+    sim = lifted()
+    high = sim.world.objects[0].pose.translation[2]
+    sim.robot.grip(0.08, 20.0)
+    sim.drive(s=0.6)
+    assert sim.world.held is None
+    assert sim.world.supports() == {"box": "pillar"}
+    assert sim.world.objects[0].pose.translation[2] < high - 0.1
+
+
+def test_who_puts_an_object_elsewhere_takes_it_out_of_the_hand():
+    sim = lifted()
+    sim.world.put("box", SE3(np.eye(3), np.array([2.0, 1.0, 0.5])))
+    sim.drive(s=0.5)
+    np.testing.assert_allclose(sim.world.objects[0].pose.translation, [2.0, 1.0, 0.03], atol=2e-3)
+    assert sim.world.supports() == {"box": "floor"}
+    assert sim.world.held is None
+
+
+def test_objects_of_any_shape_come_to_rest_where_the_seed_laid_them():
+    backend = open_backend("frankie", "physics", WorldOptions(scene="shapes"))
+    assert set(backend.truth.supports().values()) == {"container"}
+    laid = load_scene("shapes", 0).objects
+    for before, after in zip(laid, backend.truth.objects, strict=True):
+        moved = after.pose.translation - before.pose.translation
+        assert np.abs(moved).max() < 0.02
+        assert moved.any()  # it rests on contacts, which yield a little
+
+
+# motors
+
+
+def test_a_joint_follows_its_velocity_with_its_lag():
+    sim = physical()
+    sim.drive(qd=turning(6, 0.4), s=FRANKIE.arm.lag)
+    assert 0.5 < sim.robot.read().qd[5] / 0.4 < 0.75
+    sim.drive(qd=turning(6, 0.4), s=0.5)
+    assert sim.robot.read().qd[5] == pytest.approx(0.4, rel=0.01)
+    sim.drive(qd=turning(7, 2.61), s=0.6)
+    assert sim.robot.read().qd[6] == pytest.approx(2.61, rel=0.01)
+
+
+def test_the_arm_keeps_its_posture_while_the_base_starts_and_turns():
+    sim = physical()
+    sim.drive((1.0, 0.0, 0.0), s=0.7)
+    sim.drive((0.5, 0.0, 1.0), s=0.7)
+    np.testing.assert_allclose(sim.robot.read().q, FRANKIE.arm.ready, atol=5e-3)
+
+
+def test_a_differential_base_does_not_slip_sideways():
+    sim = physical()
+    sim.drive((0.8, 0.0, 0.0), s=0.7)
+    for _ in range(20):
+        sim.drive((0.8, 0.0, 1.0), turning(1, -1.5), s=0.05)
+        pose, (vx, vy, _) = sim.body.wTb, sim.body.engine.base_velocity
+        assert abs(pose.rotation[:2, 1] @ (vx, vy)) < 5e-3
+
+
+# hits
+
+
+def test_the_bumper_stops_the_base_and_lets_it_leave():
+    sim = physical(box("step", (1.0, 0.0, 0.15), (0.1, 1.0, 0.15)))
+    assert sim.drive((0.5, 0.0, 0.0), s=2.0) == [("bumper", "the base hit step")]
+    assert sim.x + FRONT == pytest.approx(0.9, abs=5e-3)
+    assert sim.touches == ["the base hit step"]
+    sim.robot.recover()
+    assert sim.drive((-0.3, 0.0, 0.0), s=1.0) == []
+    assert sim.x + FRONT < 0.75
+
+
+def test_the_reflex_stops_the_arm_at_30_newtons_and_lets_it_leave():
+    x, y, z = Solid().link(7)
+    sim = physical(box("post", (x, y + 0.15, z), (0.2, 0.05, 0.05)))
+    ((kind, text),) = sim.drive(qd=turning(1, 0.2), s=2.0)
+    who, newtons = text.split(" with ")
+    assert kind == "reflex"
+    assert who.endswith("hit post")
+    assert 30.0 <= float(newtons.removesuffix(" N")) < 60.0
+    before = sim.robot.read().q[0]
+    sim.robot.recover()
+    assert sim.drive(qd=turning(1, -0.2), s=1.0) == []
+    assert sim.robot.read().q[0] < before - 0.15
+
+
+def test_a_dog_that_runs_into_the_base_trips_the_bumper():
+    walker = Walker("Rex", 0.25, 0.4, [(1.5, 0.0), (0.0, 0.0)], 1.0)
+    sim = physical(walkers=[walker])
+    assert sim.drive(s=1.5) == [("bumper", "the base hit Rex")]
+
+
+def test_the_base_pushes_what_lies_on_the_floor():
+    sim = physical(objects=[cube("cube", (0.6, 0.0, 0.02))])
+    sim.drive((0.5, 0.0, 0.0), s=1.5)
+    assert sim.world.objects[0].pose.translation[0] > sim.x + FRONT
+    assert sim.x > 0.5
+
+
+def test_an_object_moves_by_itself_until_it_is_touched():
+    thing = cube("cube", (1.5, 0.0, 0.02))
+    thing.motion = Motion(
+        start=thing.pose.translation.copy(), along=np.array([-1.5, 0.0, 0.0]), period=4.0
+    )
+    expected = thing.motion.position(0.8)
+    sim = physical(objects=[thing])
+    sim.drive(s=0.8)
+    np.testing.assert_allclose(thing.pose.translation[:2], expected[:2], atol=2e-3)
+    sim.drive(s=1.5)
+    assert thing.motion is None
+    assert thing.pose.translation[0] > FRONT
+
+
+# runs
+
+
+def test_a_world_that_has_become_impossible_ends_the_run_as_a_hardware_fault(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    sim = physical(objects=[cube("cube", (1.5, 0.0, 0.02))])
+    sim.drive(s=0.1)
+    sim.body.engine.push_object(0, np.array([1.5, 0.0]), np.array([1e15, 0.0]))
+    with pytest.raises(HardwareError, match="cannot be computed"):
+        sim.drive(s=0.1)
+    assert list(tmp_path.iterdir()) == []  # MuJoCo leaves no log
+
+
+RUN = """
+import hashlib
+import numpy as np
+from controller import Command
+from hw import WorldOptions, open_backend
+backend = open_backend("frankie", "physics", WorldOptions(scene="household", seed=3))
+robot, states = backend.robot, hashlib.sha256()
+for tick in range(150):
+    state = robot.read()
+    states.update(state.q.tobytes() + state.qd.tobytes() + state.wTb.homogeneous.tobytes())
+    robot.send(Command(base_twist=np.array([1.0, 0.0, 0.3]), qd=np.full(7, 0.1)))
+    if tick == 50:
+        robot.grip(0.0, 20.0)
+        backend.truth.put(backend.truth.objects[0].name, backend.truth.objects[1].pose)
+    backend.clock.sleep_until(0.01 * (tick + 1))
+for one in backend.truth.objects:
+    states.update(one.pose.homogeneous.tobytes())
+print(states.hexdigest())
+"""
+
+
+def test_the_same_seed_goes_through_the_same_states_in_two_processes():
+    run = (sys.executable, "-c", RUN)
+    first, second = (subprocess.check_output(run, text=True) for _ in range(2))
+    assert first == second
+
+
+def test_without_the_extra_the_world_says_what_to_install(monkeypatch):
+    for name in [name for name in sys.modules if name.startswith("hw.sim.physics")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(WorldError, match=r'pip install "frankie-task\[physics\]"'):
+        open_backend("frankie", "physics", WorldOptions(scene="single"))

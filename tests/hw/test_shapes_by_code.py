@@ -1,0 +1,126 @@
+"""Objects modelled by code: bottles, vessels and tools, and what fingers do with them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pinocchio import SE3, exp3
+
+from hw.sim import GraspOutcome, Hand, Reason, SimObject, World, load_scene
+from hw.sim.contact import separation
+from hw.sim.objects import MODELLED, make_object
+from hw.sim.objects.modelling import SIDES, hollow, lying, swept, turned
+from robots import Geom, Hull, Plane, hull_of, load_robot, reach, volume
+
+FLOOR = Geom(Plane(), SE3.Identity(), "floor")
+UP = np.array([0.0, 0.0, 1.0])
+DOWN = np.diag([1.0, -1.0, -1.0])
+GRIPPER = load_robot("frankie").gripper
+POLYGON = SIDES / 2.0 * np.sin(2.0 * np.pi / SIDES)
+"""Area of the polygon in a circle of radius 1."""
+
+
+def made(name: str, width: float, seed: int = 0) -> SimObject:
+    ranges = (width, width), (0.05, 0.2)
+    return make_object("it", MODELLED[name], *ranges, np.random.default_rng(seed))
+
+
+def closed_on(obj: SimObject, point: np.ndarray, yaw: float = 0.0) -> tuple[World, GraspOutcome]:
+    """A world after the fingers have closed at a point of it, and what that led to."""
+    world = World([FLOOR], [obj])
+    hand = Hand(GRIPPER, SE3(exp3(yaw * UP) @ DOWN, point))
+    return world, world.close_fingers(hand, GRIPPER.opening, 30.0)
+
+
+def closed_on_rims(name: str, width: float) -> list[tuple[SimObject, Reason]]:
+    """Objects and what became of them when fingers closed on their rims, all round."""
+    found = []
+    for number, angle in enumerate(np.linspace(0.1, 2.0 * np.pi + 0.1, 10, endpoint=False)):
+        obj = made(name, width, seed=number % 5)
+        axis = obj.placed()[0].pose.translation[:2]  # of the bottom
+        rim = obj.reach(np.array([0.0, 1.0, 0.0])) - 0.004
+        place = axis + rim * np.array([np.cos(angle), np.sin(angle)])
+        point = np.array([*place, obj.reach(UP) - 0.01])
+        found.append((obj, closed_on(obj, point, angle - np.pi / 2.0)[1].reason))
+    return found
+
+
+def test_a_turned_body_is_cut_where_it_is_waisted_only() -> None:
+    assert len(turned([(0.0, 0.02), (0.05, 0.03), (0.1, 0.02)])) == 1
+    waisted = turned([(0.0, 0.03), (0.05, 0.02), (0.1, 0.03)])
+    assert len(waisted) == 2
+    cone = 0.05 * POLYGON * (0.03**2 + 0.03 * 0.02 + 0.02**2) / 3.0
+    assert sum(volume(part.shape) for part in waisted) == pytest.approx(2.0 * cone)
+
+
+def test_a_hollow_body_has_a_wall_and_a_bottom() -> None:
+    parts = hollow([(0.0, 0.04), (0.1, 0.04)], 0.004)
+    wall = POLYGON * (0.04**2 - 0.036**2) * 0.096
+    total = sum(volume(part.shape) for part in parts)
+    assert wall < total - POLYGON * 0.04**2 * 0.004 < 1.2 * wall
+    water = hull_of(np.concatenate([0.035 * ring_at(z) for z in (0.005, 0.1)]))
+    assert all(separation(part, water)[0] > 0.0 for part in parts)
+
+
+def ring_at(height: float) -> np.ndarray:
+    """Corners (8, 3) of an octagon in the circle of radius 1; heights are scaled with it."""
+    angles = np.arange(8) * np.pi / 4.0
+    return np.stack([np.cos(angles), np.sin(angles), np.full(8, height / 0.035)], axis=1)
+
+
+def test_a_swept_bar_has_a_part_for_each_piece_and_joins_up() -> None:
+    path = np.array([[0.0, 0.0, 0.0], [0.05, 0.0, 0.0], [0.1, 0.0, 0.05]])
+    one, other = swept(path, 0.02, 0.01)
+    assert reach(one, np.array([1.0, 0.0, 0.0])) > 0.05 > -reach(other, -np.array([1.0, 0.0, 0.0]))
+
+
+def test_what_is_round_lies_on_a_side() -> None:
+    (rod,) = lying(turned([(0.0, 0.02), (0.1, 0.02)]))
+    assert isinstance(rod.shape, Hull)
+    lowest = rod.shape.vertices[:, 2].min()
+    assert (rod.shape.vertices[:, 2] < lowest + 1e-9).sum() == 4
+    assert reach(rod, -UP) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", MODELLED)
+def test_every_kind_is_the_same_for_the_same_seed(name: str) -> None:
+    one, other = (made(name, MODELLED[name].narrowest, seed=3) for _ in range(2))
+    for a, b in zip(one.parts, other.parts, strict=True):
+        np.testing.assert_array_equal(a.shape.vertices, b.shape.vertices)  # type: ignore[union-attr]
+
+
+def test_a_bottle_is_held_across_its_body() -> None:
+    bottle = made("bottle", 0.05)
+    _, outcome = closed_on(bottle, bottle.pose.translation)
+    assert outcome.reason is Reason.HELD
+    assert outcome.width == pytest.approx(0.05, abs=1e-3)
+
+
+def test_a_mug_is_held_by_its_handle() -> None:
+    mug = made("coffee mug", 0.06)
+    x = mug.reach(np.array([1.0, 0.0, 0.0])) - 0.006
+    world, outcome = closed_on(mug, np.array([x, 0.0, 0.5 * mug.reach(UP)]))
+    assert world.held is mug
+    assert 0.009 < outcome.width < 0.015
+
+
+def test_a_mug_is_held_by_its_rim_wherever_the_pads_oppose_each_other() -> None:
+    reasons = [reason for _, reason in closed_on_rims("coffee mug", 0.06)]
+    assert reasons.count(Reason.HELD) >= 4
+
+
+def test_a_bowl_that_the_pads_tilt_does_not_sink_into_the_floor() -> None:
+    closed = closed_on_rims("bowl", 0.007)
+    held = [obj for obj, reason in closed if reason is Reason.HELD]
+    assert len(held) >= 2
+    assert max(obj.reach(-UP) for obj in held) < 1e-6
+    assert any(obj.pose.rotation[2, 2] < 0.999 for obj in held)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_shipped_scene_has_one_of_each(seed: int) -> None:
+    world = load_scene("shapes", seed)
+    kinds = [obj.name.rpartition(" ")[0] for obj in world.objects]
+    assert len(kinds) == len(set(kinds)) == 8
+    assert set(kinds) < set(MODELLED)
+    assert {world.resting_on(obj) for obj in world.objects} == {"container"}
