@@ -68,10 +68,7 @@ class OmronBase:
     @property
     def localisation_score(self) -> float | None:
         """0 to 1; None where it is not told, or its scale is not known."""
-        score = self._connected.telemetry.score
-        if score is None and self._arcl is not None:
-            return self._arcl.state.score
-        return score
+        return self._connected.score
 
     def connect(self) -> None:
         """Log in, and wait for the first readings.
@@ -127,7 +124,7 @@ class OmronBase:
             if not is_finite(wanted):
                 link.commander.stop()
                 return np.zeros(3)
-            if link.lost or link.faults(now):
+            if link.is_closing or link.faults(now):
                 return np.zeros(3)
             reached = site.saturate(wanted, measured)
             applied = site.velocity(site.ratios(reached, measured), measured)

@@ -69,7 +69,7 @@ def connection_lost(cause: str) -> Fault:
 
 
 def telemetry_faults(
-    telemetry: Telemetry, settings: OmronSettings, pose_age: float
+    telemetry: Telemetry, settings: OmronSettings, pose_age: float, score: float | None
 ) -> Iterator[Fault]:
     """What ArNetworking tells.
 
@@ -77,6 +77,7 @@ def telemetry_faults(
         telemetry: the newest readings.
         settings: of the base.
         pose_age: of the newest pose [s].
+        score: of the localisation, 0 to 1; None where it is not known.
     """
     if pose_age > settings.oldest_pose:
         yield Fault(
@@ -86,12 +87,8 @@ def telemetry_faults(
         )
     if telemetry.localisation in (Localisation.LOST, Localisation.INITIALISING):
         yield _unlocalised("the base does not know where it is on its map")
-    elif (
-        settings.least_score is not None
-        and telemetry.score is not None
-        and telemetry.score < settings.least_score
-    ):
-        yield _unlocalised(f"localisation score {telemetry.score:.2f}")
+    elif score is not None and settings.least_score is not None and score < settings.least_score:
+        yield _unlocalised(f"localisation score {score:.2f}")
     if telemetry.locked or telemetry.docking in (Docking.DOCKING, Docking.UNDOCKING):
         yield Fault(
             kind=FaultKind.NOT_READY,

@@ -102,35 +102,46 @@ class Link:
         """Process that stops the base when this one cannot."""
         return self._guardian.pid
 
+    @property
+    def is_closing(self) -> bool:
+        """Whether it takes no commands any more."""
+        return self._close_by is not None or bool(self.lost)
+
+    @property
+    def score(self) -> float | None:
+        """Of the localisation, 0 to 1; None where nobody tells it on a scale that is known."""
+        if self.telemetry.score is not None or self._arcl is None:
+            return self.telemetry.score
+        return self._arcl.state.score
+
     def faults(self, now: float) -> tuple[Fault, ...]:
         """What keeps the base from moving at a moment [s]; the caller holds the lock."""
         pose = self.telemetry.pose
         age = now - pose.at if pose is not None else self._settings.silence
         return (
-            *telemetry_faults(self.telemetry, self._settings, age),
+            *telemetry_faults(self.telemetry, self._settings, age, self.score),
             *(arcl_faults(self._arcl.state) if self._arcl is not None else ()),
             *obedience_faults(self.obedience),
         )
 
     def _run(self) -> None:
-        why = "the driver failed"
+        why = ""
         try:
             self._serve()
-            why = ""
         except (OSError, HardwareError) as error:
             why = str(error)
-        finally:
-            with self.lock:
-                self.lost = why or "closed"
-                self.commander.stop()
-            if why:  # what the system has not sent yet must not reach the base later
-                with suppress(OSError):
-                    self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, pack("ii", 1, 0))
-            self._guardian.leave()
-            for one in (self._socket, self._waker, self._wakes):
-                one.close()
-            if why:
-                self._stop_by_another_way()
+        except Exception as error:  # a mistake in the driver must not leave the base driving
+            why = f"the driver failed: {error!r}"
+        with self.lock:
+            self.lost = why or "closed"
+        if why:  # what the system has not sent yet must not reach the base later
+            with suppress(OSError):
+                self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, pack("ii", 1, 0))
+        self._guardian.leave()
+        for one in (self._socket, self._waker, self._wakes):
+            one.close()
+        if why:
+            self._stop_by_another_way()
 
     def _stop_by_another_way(self) -> None:
         """Try what is left when the connection is gone: the text interface, and a new connection.
