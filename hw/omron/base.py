@@ -35,9 +35,10 @@ _RECOVERY = 3.0
 class OmronBase:
     """An Omron LD-60, or another base with the same server.
 
-    The pose between two messages is carried on with the measured velocity, so that a reading is of
-    the moment at which it is asked for. Without a message for `oldest_pose` the pose stands still
-    and the reading has a fault; its stamp goes on, so that a recovery gets its chance.
+    The world is the map of the base. The pose between two messages is carried on with the measured
+    velocity, so that a reading is of the moment at which it is asked for. Without a message for
+    `oldest_pose` the pose stands still and the reading has a fault; its stamp goes on, so that a
+    recovery gets its chance.
 
     Args:
         settings: where the base is, and how it is set up.
@@ -101,12 +102,11 @@ class OmronBase:
             battery = telemetry.battery
         assert pose is not None  # `connect` waited for it
         age = min(now - pose.at, self._settings.oldest_pose) + self._settings.pose_delay
-        if link.lost:
-            velocity = REST
+        told = REST if link.lost else velocity
         return BaseState(
             stamp=self._clock.now(),
             wTb=_carried_on(pose, velocity, age),
-            twist=np.array([velocity.v, 0.0, velocity.w]),
+            twist=np.array([told.v, 0.0, told.w]),
             battery=battery,
             faults=faults,
         )

@@ -54,7 +54,7 @@ class Guardian:
         return self._process.poll() is None
 
     def beat(self) -> None:
-        """All is well."""
+        """All is well; where the process has ended, `is_there` tells."""
         with suppress(BlockingIOError, BrokenPipeError):
             os.write(self._pipe, _BEAT)
 

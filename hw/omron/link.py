@@ -187,6 +187,8 @@ class Link:
                 continue
             due = max(due + self._settings.resend, now)
             self._guardian.beat()
+            if not self._guardian.is_there:
+                raise HardwareError("the process that guards it has ended")
             with self.lock:
                 frames = [*self._sayings, *self._order(now)]
                 self._sayings.clear()

@@ -8,8 +8,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from emulated import SPEED, is_at_rest, measured, rest_after, wait_for
+from emulated import (
+    SPEED,
+    connected,
+    is_at_rest,
+    measured,
+    rest_after,
+    set_off,
+    wait_for,
+    wait_for_fault,
+)
 
+from hw import FaultKind
 from hw.clock import stopwatch
 from hw.emulators.omron import OmronEmulator, Options
 from hw.emulators.omron.controller import Teleop
@@ -71,12 +81,24 @@ def test_suspended_the_base_is_stopped_and_killed_it_is_stopped_too():
         wait_for(lambda: not emulator._clients)
 
 
+def test_without_its_guardian_the_driver_does_not_go_on():
+    with OmronEmulator() as emulator, connected(emulator) as base:
+        last = set_off(emulator, base)
+        os.kill(base.guardian_pid, signal.SIGKILL)
+        wait_for_fault(base, FaultKind.CONNECTION, "guards it")
+        assert measured("guardian killed", emulator, last) < 2 * TOLD
+        base.recover()
+        assert base.read().faults == ()
+        assert exists(base.guardian_pid)
+
+
 def test_killed_with_its_guardian_the_base_stops_by_its_own_timeout():
     """What holds without anything of ours; on the robot 2 s unless somebody has changed it."""
     options = Options(teleop=Teleop(timeout=0.5))
     with OmronEmulator(options) as emulator, driving(emulator) as (process, guardian):
-        killed = stopwatch()
+        process.send_signal(signal.SIGSTOP)
         os.kill(guardian, signal.SIGKILL)
+        killed = stopwatch()
         process.kill()
         stands = rest_after(emulator, killed)
         print(f"killed with its guardian, timeout of the base 0.5 s: stands after {stands:.2f} s")
