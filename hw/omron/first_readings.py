@@ -15,6 +15,10 @@ from hw.robot import HardwareError
 _POSES_AGREE = 0.1, 0.1
 """Fine and coarse pose of a base that stands differ by less than this [m, rad]."""
 
+_LEAVES, _GOES_BACK = 1.0, 0.4
+"""A base that is told to stop leaves its mode within the first; where another program goes on, it
+is back in it within the second [s]."""
+
 
 def first_readings(connection: Connection, settings: OmronSettings, *, claim: bool) -> Telemetry:
     """What a base tells that stands and that nobody else has.
@@ -37,6 +41,8 @@ def first_readings(connection: Connection, settings: OmronSettings, *, claim: bo
     if claim:
         _listen(connection, telemetry, patience, lambda: is_at_rest(telemetry.velocity))
     _check_is_free(telemetry)
+    if not claim and telemetry.mode and not telemetry.mode.lower().startswith("stop"):
+        _check_is_left(connection, telemetry)
     _check_poses_agree(telemetry)
     return telemetry
 
@@ -77,6 +83,24 @@ def _check_is_free(telemetry: Telemetry) -> None:
         raise HardwareError(
             f"it moves already, in mode {telemetry.mode!r}: somebody else commands it; "
             "stop it first"
+        )
+
+
+def _check_is_left(connection: Connection, telemetry: Telemetry) -> None:
+    """That nobody holds the base at rest: told to stop, it leaves its mode and does not go back.
+
+    Raises:
+        HardwareError: somebody sends it velocities, of zero for the moment.
+    """
+    mode = telemetry.mode
+    connection.send(connection.catalogue.command("stop"))
+    _listen(connection, telemetry, _LEAVES, lambda: telemetry.mode != mode)
+    if telemetry.mode != mode:
+        _listen(connection, telemetry, _GOES_BACK, lambda: telemetry.mode == mode)
+    if telemetry.mode == mode:
+        raise HardwareError(
+            f"it stays in mode {mode!r} although it was told to stop: another program commands it; "
+            "close that first"
         )
 
 

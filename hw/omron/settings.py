@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import radians
 
 from hw.omron.site import Site
 
@@ -31,9 +30,10 @@ class OmronSettings:
     arcl: ArclSettings | None = None
     """None: no text interface; motors, emergency stop and faults are not told then."""
     site: Site = field(default_factory=Site)
-    acceleration: float = 0.5
-    """Commanded velocities grow no faster than this [m/s^2] (the base's own limit)."""
-    turn_acceleration: float = radians(150.0)
+    acceleration: float = 1.5
+    """Commanded velocities grow no faster than this, whoever commands them [m/s^2]. The limits of
+    the robot file hold before, those of the base itself after."""
+    turn_acceleration: float = 3.0
     """The same for turning [rad/s^2]."""
     pose_delay: float = 0.0
     """How old a pose is on arrival [s]."""

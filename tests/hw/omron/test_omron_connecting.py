@@ -122,6 +122,21 @@ def test_a_base_that_somebody_else_moves():
         refused(base_of(emulator), "'Drive'", "somebody else")
 
 
+def test_a_base_that_somebody_else_holds_at_rest():
+    with OmronEmulator() as emulator, connected(emulator) as first, driving(first, v=0.0):
+        wait_for(lambda: emulator.controller.mode == "Drive")
+        refused(base_of(emulator), "'Drive'", "another program")
+
+
+def test_a_base_that_somebody_has_left_in_a_mode_is_taken():
+    with OmronEmulator() as emulator:
+        with emulator.held() as controller:
+            controller.ratio_drive(0.0, 0.0, 100.0, 0.0)
+        with connected(emulator) as base:
+            assert base.read().faults == ()
+            assert emulator.controller.mode == "Stop"
+
+
 def test_a_pose_that_is_not_what_the_driver_takes_it_for():
     """Two bytes before a value, where there should be one, look like another number."""
     with OmronEmulator(Options(offset=(1.0, 2.0, 0.0), data_store_kind=b"d1")) as emulator:

@@ -101,11 +101,11 @@ def test_a_server_that_freezes_and_comes_back():
 def test_a_server_that_stays_frozen_is_a_lost_connection_and_recovers():
     with (
         OmronEmulator() as emulator,
-        connected(emulator, silence=0.4, connect_patience=0.5) as base,
+        connected(emulator, silence=0.8, connect_patience=1.0) as base,
     ):
         set_off(emulator, base)
         emulator.freeze()
-        state = wait_for_fault(base, FaultKind.CONNECTION, "nothing heard for 0.4 s")
+        state = wait_for_fault(base, FaultKind.CONNECTION, "nothing heard for 0.8 s")
         assert all(fault.clearable for fault in state.faults)
         with pytest.raises(HardwareError, match="does not greet"):
             base.recover()

@@ -83,8 +83,11 @@ def test_without_the_throttle_slow_velocities_are_lost_and_that_is_told():
     assert site.velocity(site.ratios(Velocity(0.05, 0.5), 0.0), 0.0) == (0.0, pytest.approx(0.5))
 
 
+SETTINGS = OmronSettings(host="nowhere", user="nobody")
+
+
 def commander() -> Commander:
-    return Commander(OmronSettings(host="nowhere", user="nobody"))
+    return Commander(SETTINGS)
 
 
 def test_an_old_command_becomes_zero_then_a_stop_then_nothing():
@@ -140,7 +143,7 @@ def run_stream(rng: np.random.Generator) -> None:
     it, wheels = commander(), Bench()
     controller = Controller(wheels, Teleop(**AT_REST_AS_AT_SPEED))
     site, now, given_at, before = Site(), 0.0, -1.0, (0.0, 0.0)
-    limits = (0.5, radians(150.0))
+    limits = (SETTINGS.acceleration, SETTINGS.turn_acceleration)
     for _ in range(int(rng.integers(20, 60))):
         now += float(rng.choice((0.0, 0.01, 0.025, 0.025, 0.05, 0.3)))
         if rng.random() < 0.7:
