@@ -24,6 +24,10 @@ class FaultKind(Enum):
     """A person pressed the button."""
     STALE_POSE = "stale pose"
     """The base no longer knows where it is."""
+    CONNECTION = "connection lost"
+    """A part of the robot does not answer any more."""
+    NOT_READY = "not ready"
+    """Motors are off, or something else has the robot: a mode that is locked, another program."""
     OPERATION = "operation failed"
     """A gripper motion or a recovery ended with an error."""
 

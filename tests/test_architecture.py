@@ -24,6 +24,8 @@ ROOMS = (
     "hw",
     "hw.sim",
     "hw.sim.physics",
+    "hw.omron",
+    "hw.emulators.omron",
     "behaviours",
     "trees.language",
     "trees",
@@ -51,6 +53,7 @@ SIDE_BY_SIDE = {
     for pair in (
         ("controller", "perception"),
         ("trees.draw", "trees.btcpp"),
+        ("hw.omron", "hw.emulators.omron"),
         ("app.authoring", "app.lab"),
         ("app.lab.grasps", "app.lab.bench"),
     )

@@ -1,0 +1,1 @@
+"""Emulators: servers that speak the wire protocols of the real machines, for drivers to prove."""
