@@ -24,7 +24,9 @@ ROOMS = (
     "hw",
     "hw.sim",
     "hw.sim.physics",
+    "hw.omron",
     "hw.panda",
+    "hw.emulators.omron",
     "hw.emulators.panda",
     "behaviours",
     "trees.language",
@@ -53,6 +55,7 @@ SIDE_BY_SIDE = {
     for pair in (
         ("controller", "perception"),
         ("trees.draw", "trees.btcpp"),
+        ("hw.omron", "hw.emulators.omron"),
         ("app.authoring", "app.lab"),
         ("app.lab.grasps", "app.lab.bench"),
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import suppress
+from threading import Event
 from typing import Annotated
 
 import typer
@@ -13,9 +14,47 @@ from app.terminal import Terminal
 app = typer.Typer(no_args_is_help=True, help="Servers that speak the protocols of real machines.")
 
 
-@app.callback()
-def emulate() -> None:
-    """Servers that speak the protocols of real machines."""
+@app.command()
+def omron(
+    port: Annotated[int, typer.Option(help="Of ArNetworking; 0: any.", min=0, max=65535)] = 7272,
+    arcl_port: Annotated[int, typer.Option(help="Of ARCL; 0: any.", min=0, max=65535)] = 7171,
+    host: Annotated[str, typer.Option(help="The address to listen on.")] = "127.0.0.1",
+    user: Annotated[str, typer.Option(help="Who may connect.")] = "frankie",
+    password: Annotated[str, typer.Option(help="Of the user.")] = "",
+    arcl_password: Annotated[str, typer.Option(help="Of ARCL; empty: no ARCL.")] = "adept",
+    protocol: Annotated[str, typer.Option(help="The version that it announces.")] = "5MTX",
+    timeout: Annotated[
+        float, typer.Option(help="Without commands it stops after this [s]; 0: never.", min=0.0)
+    ] = 2.0,
+    fault: Annotated[
+        list[str] | None, typer.Option(help="What is wrong with it; `list` names all.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the numbers of its requests.")] = 0,
+) -> None:
+    """An Omron LD-60 on an empty floor: ArNetworking and ARCL, until Ctrl-C."""
+    from hw.emulators.omron import EVERYTHING, FAULTS, OmronEmulator, Options, Teleop
+
+    console = Terminal()
+    faults = tuple(fault or ())
+    if "list" in faults:
+        for name, what in FAULTS.items():
+            console.say(f"{name}: {what}")
+        return
+    options = Options(
+        host=host,
+        port=port,
+        arcl_port=arcl_port,
+        users={user: (password, EVERYTHING)},
+        arcl_password=arcl_password,
+        protocol=protocol,
+        teleop=Teleop(timeout=timeout),
+        seed=seed,
+    )
+    with OmronEmulator(options, faults=faults) as emulator, suppress(KeyboardInterrupt):
+        console.say(f"ArNetworking at {host}:{emulator.port}, user {user}")
+        if arcl_password:
+            console.say(f"ARCL at {host}:{emulator.arcl_port}")
+        Event().wait()
 
 
 @app.command()

@@ -1,0 +1,232 @@
+"""The emulated on-board controller: modes, teleoperation by ratios, limits, emergency stop.
+
+`ratioDrive` as ARIA does it: full-scale values, dead zones, a time-out, a triple deceleration
+on a reversal. Accelerations are those of the LD's drive base. Calls come from one thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import atan2, copysign, cos, hypot, inf, radians, remainder, sin, sqrt, tau
+
+from hw.emulators.omron.drive import Drive
+
+
+@dataclass
+class Teleop:
+    """The section "Teleop settings" of the configuration."""
+
+    timeout: float = 2.0
+    """Without a new ratio for this long the base stops; 0: never [s]."""
+    forwards: float = 1.0
+    backwards: float = 0.25
+    turn_at_rest: float = radians(50.0)
+    turn_forwards: float = radians(25.0)
+    turn_backwards: float = radians(25.0)
+    dead_translation: float = 10.0
+    dead_rotation: float = 5.0
+
+
+@dataclass
+class Motion:
+    """Limits of the drive base, and how often it takes a new set-point."""
+
+    acceleration: float = 0.5
+    deceleration: float = 0.6
+    turn_acceleration: float = radians(150.0)
+    turn_deceleration: float = radians(200.0)
+    latch: float = 0.1
+    docking: float = 1.0
+    """How long it takes to dock and to undock [s]."""
+
+
+@dataclass
+class Goal:
+    """Where a goto leads: a place, perhaps a heading, and what it is called."""
+
+    x: float
+    y: float
+    theta: float | None = None
+    name: str = "point"
+
+
+@dataclass
+class Controller:
+    """The state of the on-board controller; `step` moves it on."""
+
+    drive: Drive
+    teleop: Teleop = field(default_factory=Teleop)
+    motion: Motion = field(default_factory=Motion)
+    say: Callable[[str], None] = lambda line: None
+    """Told the events that the text interface announces."""
+    mode: str = "Stop"
+    status: str = "Stopped"
+    locked: bool = False
+    pressed: bool = False
+    """The emergency stop."""
+    motors_on: bool = True
+    docking: int = 0
+    """0 undocked, 1 docking, 2 docked, 3 undocking."""
+    clearance: Callable[[], float] = lambda: inf
+    """Free way in front, for safe driving [m]."""
+    safe_drive: bool = True
+    wanted: tuple[float, float] = (0.0, 0.0)
+    """The set-point in force [m/s, rad/s]."""
+    v: float = 0.0
+    w: float = 0.0
+    ratios: tuple[float, float, float] = (0.0, 0.0, 100.0)
+    _ratios_at: float = -inf
+    _latched_at: float = -inf
+    _stepped_at: float | None = None
+    _goal: Goal | None = None
+    _docks_at: float = inf
+
+    def ratio_drive(self, translation: float, rotation: float, throttle: float, now: float) -> None:
+        """The command; without effect in a locked mode, or while it comes to a stop."""
+        if self.locked or not self.motors_on or self.status == "Stopping":
+            return
+        self.ratios = (
+            max(-100.0, min(100.0, translation)),
+            max(-100.0, min(100.0, rotation)),
+            max(0.0, min(100.0, throttle)),
+        )
+        self._ratios_at = now
+        if self.mode != "Drive":
+            self._interrupt()
+            self.mode, self.status = "Drive", "Driving"
+
+    def stop(self) -> None:
+        """The command."""
+        if self.locked:
+            return
+        self._interrupt()
+        self.mode, self.status = "Stop", "Stopping"
+        self.ratios = (0.0, 0.0, 100.0)
+
+    def go_to(self, goal: Goal) -> bool:
+        """Drive somewhere by itself; whether it may."""
+        if self.locked or not self.motors_on:
+            return False
+        self._interrupt()
+        self._goal = goal
+        self.mode, self.status = f"Goto {goal.name}", f"Going to {goal.name}"
+        self.say(self.status)
+        return True
+
+    def dock(self, now: float, *, leave: bool = False) -> None:
+        """Dock or undock, which takes a while and lets nobody else in."""
+        self._interrupt()
+        self.docking = 3 if leave else 1
+        self.mode, self.locked, self._docks_at = "Dock", True, now + self.motion.docking
+        self.status = "Undocking" if leave else "Docking"
+
+    def press(self) -> None:
+        """The emergency stop: wheels stand at once, motors are off."""
+        self.pressed, self.motors_on = True, False
+        self.v = self.w = 0.0
+        self._interrupt()
+        self.mode, self.status = "Stop", "Estop pressed"
+        self.drive.command(0.0, 0.0)
+        self.say("EStop pressed")
+        self.say("Motors disabled")
+
+    def release(self) -> None:
+        """Of the emergency stop; motors stay off."""
+        self.pressed = False
+        self.status = "Motors disabled"
+        self.say("EStop relieved but motors still disabled")
+
+    def enable_motors(self) -> bool:
+        """Switch them on; whether they are."""
+        if not self.pressed and not self.motors_on:
+            self.motors_on, self.mode, self.status = True, "Stop", "Stopped"
+            self.say("Motors enabled")
+        return self.motors_on
+
+    def step(self, now: float) -> None:
+        """Up to this moment."""
+        dt = 0.0 if self._stepped_at is None else min(now - self._stepped_at, 0.2)
+        self._stepped_at = now
+        self._dock(now)
+        if now - self._latched_at >= self.motion.latch:
+            self._latched_at = now
+            self.wanted = self._set_point(now)
+        if not self.motors_on:
+            return
+        self.v = self._ramp(self.v, self.wanted[0], dt, turning=False)
+        self.w = self._ramp(self.w, self.wanted[1], dt, turning=True)
+        self.drive.command(self.v, self.w)
+        if self.status == "Stopping" and self.v == self.w == 0.0:
+            self.status = "Stopped"
+            self.say("Stopped")
+
+    def _interrupt(self) -> None:
+        if self._goal is not None:
+            self.say(f"Interrupted: {self.status}")
+        self._goal = None
+        self.wanted = (0.0, 0.0)
+
+    def _set_point(self, now: float) -> tuple[float, float]:
+        if not self.motors_on or self.mode == "Stop":
+            return (0.0, 0.0)
+        if self._goal is not None:
+            return self._towards(self._goal)
+        if self.mode != "Drive":
+            return (0.0, 0.0)
+        if self.teleop.timeout and now - self._ratios_at > self.teleop.timeout:
+            self.ratios = (0.0, 0.0, 100.0)
+        return self._of_ratios()
+
+    def _of_ratios(self) -> tuple[float, float]:
+        translation, rotation, throttle = (one / 100.0 for one in self.ratios)
+        teleop = self.teleop
+        forwards = translation > 0.0
+        v = 0.0
+        turn = teleop.turn_at_rest
+        if abs(translation) * 100.0 > teleop.dead_translation:
+            v = translation * (teleop.forwards if forwards else teleop.backwards) * throttle
+            at_full = teleop.turn_forwards if forwards else teleop.turn_backwards
+            turn += (at_full - turn) * abs(self.drive.twist()[0]) / teleop.forwards
+        w = rotation * turn * throttle if abs(rotation) * 100.0 >= teleop.dead_rotation else 0.0
+        if self.safe_drive and v > 0.0:
+            free = max(0.0, self.clearance() - 0.1)
+            v = min(v, sqrt(2.0 * self.motion.deceleration * free))
+        return (v, w)
+
+    def _ramp(self, now: float, wanted: float, dt: float, *, turning: bool) -> float:
+        motion = self.motion
+        faster = motion.turn_acceleration if turning else motion.acceleration
+        slower = motion.turn_deceleration if turning else motion.deceleration
+        ratio = self.ratios[1] if turning else self.ratios[0]
+        if self.mode == "Drive" and ratio * now < 0.0 and abs(ratio) > 50.0:
+            slower *= 3.0
+        if now * wanted < 0.0 or abs(wanted) < abs(now):
+            goal = wanted if now * wanted > 0.0 else 0.0
+            return now + copysign(min(slower * dt, abs(goal - now)), goal - now)
+        return now + copysign(min(faster * dt, abs(wanted - now)), wanted - now)
+
+    def _towards(self, goal: Goal) -> tuple[float, float]:
+        x, y, theta = self.drive.pose()
+        dx, dy = goal.x - x, goal.y - y
+        if hypot(dx, dy) > 0.03:
+            bearing = remainder(atan2(dy, dx) - theta, tau)
+            ahead = max(0.0, cos(bearing)) ** 4
+            return (min(0.5, hypot(dx, dy)) * ahead, max(-0.8, min(0.8, 2.0 * bearing)))
+        turn = 0.0 if goal.theta is None else remainder(goal.theta - theta, tau)
+        if abs(sin(turn)) < 0.02 and cos(turn) > 0.0:
+            self._goal, self.status = None, f"Arrived at {goal.name}"
+            self.say(self.status)
+            return (0.0, 0.0)
+        return (0.0, max(-0.5, min(0.5, 2.0 * turn)))
+
+    def _dock(self, now: float) -> None:
+        if now < self._docks_at:
+            return
+        self._docks_at = inf
+        docked = self.docking == 1
+        self.docking = 2 if docked else 0
+        self.locked, self.mode = docked, "Dock" if docked else "Stop"
+        self.status = "Docked" if docked else "Stopped"
+        state, charge = ("Docked", "Bulk") if docked else ("Undocked", "Not")
+        self.say(f"DockingState: {state} ForcedState: Unforced ChargeState: {charge}")

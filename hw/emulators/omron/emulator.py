@@ -1,0 +1,255 @@
+"""The emulated base: one thread that steps its controller and serves both protocols."""
+
+from __future__ import annotations
+
+import selectors
+import socket
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Self
+
+from config import UserError
+from hw.clock import stopwatch
+from hw.emulators.omron.arcl_client import ArclClient
+from hw.emulators.omron.client import Client, GoneError
+from hw.emulators.omron.controller import Controller
+from hw.emulators.omron.drive import Drive, Unicycle
+from hw.emulators.omron.options import Options, with_fault
+from hw.emulators.omron.requests import Requests
+
+_CYCLE = 0.01
+"""Of the controller and of replies [s]."""
+
+
+class PortTakenError(UserError):
+    """Something else listens there."""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """A command to move, as it was received."""
+
+    at: float
+    """On the computer's clock [s]."""
+    name: str
+    values: tuple[float, ...]
+    """Of `ratioDrive`: translation, rotation, throttle [%]."""
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether it asks the base to rest."""
+        return self.name == "stop" or 0.0 == self.values[0] == self.values[1]
+
+
+@dataclass(frozen=True)
+class Moved:
+    """What the base did in one cycle."""
+
+    at: float
+    """On the computer's clock [s]."""
+    v: float
+    w: float
+
+
+class OmronEmulator:
+    """An LD-60 that is not there; use it in a `with` statement.
+
+    Args:
+        options: how it is set up; may be changed while it runs.
+        drive: the wheels and the world; None for an empty one.
+        faults: names of `FAULTS` that it begins with.
+
+    Raises:
+        NoFaultError: nothing is called so.
+    """
+
+    def __init__(
+        self,
+        options: Options | None = None,
+        drive: Drive | None = None,
+        faults: tuple[str, ...] = (),
+    ) -> None:
+        self.options = options or Options()
+        for fault in faults:
+            with_fault(self.options, fault)
+        self.controller = Controller(
+            drive or Unicycle(), self.options.teleop, self.options.motion, say=self._announce
+        )
+        if "locked" in faults:
+            self.controller.docking, self.controller.locked = 2, True
+            self.controller.mode = self.controller.status = "Dock"
+        if "emergency stop" in faults:
+            self.controller.press()
+        self.heard: deque[Heard] = deque(maxlen=100_000)
+        """Commands to move, oldest first."""
+        self.moved: deque[Moved] = deque(maxlen=100_000)
+        """What the base did, oldest first."""
+        self.text_faults: list[str] = []
+        """Names that `faultsGet` of the text interface lists."""
+        self._requests = Requests(self.controller, self.options, stopwatch, self._note)
+        self._clients: list[Client] = []
+        self._arcl_clients: list[ArclClient] = []
+        self._count = 0
+        self._lock = threading.Lock()
+        self._over = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._selector = selectors.DefaultSelector()
+        self._listeners: list[socket.socket] = []
+
+    def __enter__(self) -> Self:
+        """Listen.
+
+        Raises:
+            PortTakenError: somebody else does.
+        """
+        self._listen(self.options.port, self._accept)
+        if self.options.arcl_password:
+            self._listen(self.options.arcl_port, self._accept_arcl)
+        self._thread = threading.Thread(target=self._run, name="omron emulator", daemon=True)
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        if self._thread is not None:
+            self._thread.join()
+        for connection in [one.socket for one in self._clients] + [
+            one.socket for one in self._arcl_clients
+        ]:
+            connection.close()
+        for listener in self._listeners:
+            listener.close()
+        self._selector.close()
+
+    @property
+    def port(self) -> int:
+        """Of ArNetworking."""
+        return int(self._listeners[0].getsockname()[1])
+
+    @property
+    def arcl_port(self) -> int:
+        """Of the text interface."""
+        return int(self._listeners[1].getsockname()[1])
+
+    @contextmanager
+    def held(self) -> Iterator[Controller]:
+        """The controller, while its thread waits: to press the emergency stop, for example."""
+        with self._lock:
+            yield self.controller
+
+    def freeze(self, frozen: bool = True) -> None:
+        """Have the server do nothing, or go on; the base itself drives on."""
+        self.options.frozen = frozen
+
+    def break_off(self) -> None:
+        """Reset every connection in the middle of a frame."""
+        with self._lock:
+            for client in list(self._clients):
+                self._forget(client, self._clients)
+                client.break_off()
+
+    def shut_down(self) -> None:
+        """Say goodbye to every client."""
+        with self._lock:
+            for client in self._clients:
+                client.say_goodbye(stopwatch())
+
+    def _listen(self, port: int, accept: Callable[[socket.socket], None]) -> None:
+        try:
+            listener = socket.create_server((self.options.host, port))
+        except OSError as error:
+            raise PortTakenError(
+                f"port {port} of {self.options.host}: {error.strerror}; choose another one"
+            ) from error
+        listener.setblocking(False)
+        self._listeners.append(listener)
+        self._selector.register(listener, selectors.EVENT_READ, lambda: accept(listener))
+
+    def _run(self) -> None:
+        next_cycle = stopwatch()
+        while not self._over.is_set():
+            wait = max(0.0, next_cycle - stopwatch())
+            if self.options.frozen:
+                self._over.wait(wait)
+                ready = []
+            else:
+                ready = self._selector.select(wait)
+            with self._lock:
+                for key, _ in ready:
+                    key.data()
+                now = stopwatch()
+                if now >= next_cycle:
+                    next_cycle = max(next_cycle + _CYCLE, now)
+                    self._cycle(now)
+
+    def _cycle(self, now: float) -> None:
+        self.controller.step(now)
+        self.moved.append(Moved(now, *self.controller.drive.twist()))
+        if self.options.frozen:
+            return
+        for client in list(self._clients):
+            with self._leaving(client, self._clients):
+                client.serve(now)
+                client.write(now)
+
+    def _accept(self, listener: socket.socket) -> None:
+        connection = self._accepted(listener)
+        self._count += 1
+        is_full = len(self._clients) >= self.options.clients
+        client = Client(connection, self._requests, self.options, self._count, is_full=is_full)
+        self._clients.append(client)
+
+        def hear() -> None:
+            with self._leaving(client, self._clients):
+                client.hear(stopwatch())
+
+        self._selector.register(connection, selectors.EVENT_READ, hear)
+
+    def _accept_arcl(self, listener: socket.socket) -> None:
+        connection = self._accepted(listener)
+        client = ArclClient(connection, self.controller, self.options, stopwatch)
+        client.faults = self.text_faults
+        self._arcl_clients.append(client)
+
+        def hear() -> None:
+            with self._leaving(client, self._arcl_clients):
+                client.hear()
+
+        self._selector.register(connection, selectors.EVENT_READ, hear)
+
+    @staticmethod
+    def _accepted(listener: socket.socket) -> socket.socket:
+        connection, _ = listener.accept()
+        connection.setblocking(False)
+        if connection.family != socket.AF_UNIX:
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return connection
+
+    @contextmanager
+    def _leaving(
+        self, client: Client | ArclClient, all_of_them: list[Client] | list[ArclClient]
+    ) -> Iterator[None]:
+        """A client that leaves is forgotten; the base drives on, as the real one does."""
+        try:
+            yield
+        except GoneError:
+            self._forget(client, all_of_them)
+            client.socket.close()
+
+    def _forget(
+        self, client: Client | ArclClient, all_of_them: list[Client] | list[ArclClient]
+    ) -> None:
+        if client in all_of_them:
+            all_of_them.remove(client)  # type: ignore[arg-type]
+            self._selector.unregister(client.socket)
+
+    def _note(self, name: str, values: tuple[float, ...]) -> None:
+        self.heard.append(Heard(stopwatch(), name, values))
+
+    def _announce(self, line: str) -> None:
+        for client in list(self._arcl_clients):
+            with self._leaving(client, self._arcl_clients):
+                client.tell(line)

@@ -1,0 +1,254 @@
+"""The LD-60 as a `Base`: readings, commands and recoveries, none of which waits for the network."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from math import atan2, cos, degrees, sin, tau
+from struct import pack
+
+import numpy as np
+from pinocchio import SE3
+
+from hw.clock import Clock, stopwatch
+from hw.omron.arcl import Arcl
+from hw.omron.arcl_text import Motors
+from hw.omron.commander import is_at_rest
+from hw.omron.config import SECTIONS, TELEOP, site_of
+from hw.omron.connection import open_connection, said_of
+from hw.omron.faults import connection_lost
+from hw.omron.first_readings import first_readings
+from hw.omron.handshake import Catalogue
+from hw.omron.link import Link
+from hw.omron.settings import OmronSettings
+from hw.omron.site import REST, Site, Velocity, is_finite
+from hw.omron.telemetry import Pose
+from hw.robot import HardwareError
+from hw.state import Array, BaseState
+
+_LOOK = 0.01
+"""How often something that is waited for is looked at [s]."""
+_RECOVERY = 3.0
+"""For each step of a recovery [s]."""
+
+
+class OmronBase:
+    """An Omron LD-60, or another base with the same server.
+
+    The world is the map of the base. The pose between two messages is carried on with the measured
+    velocity, so that a reading is of the moment at which it is asked for. Without a message for
+    `oldest_pose` the pose stands still and the reading has a fault; its stamp goes on, so that a
+    recovery gets its chance.
+
+    Args:
+        settings: where the base is, and how it is set up.
+        clock: session time, for the stamps.
+    """
+
+    def __init__(self, settings: OmronSettings, clock: Clock) -> None:
+        self._settings, self._clock = settings, clock
+        self._arcl: Arcl | None = None
+        self._link: Link | None = None
+        self._catalogue = Catalogue()
+
+    @property
+    def catalogue(self) -> Catalogue:
+        """What the base offers to this account."""
+        return self._catalogue
+
+    @property
+    def arcl(self) -> Arcl | None:
+        """The text interface: dock and goals."""
+        return self._arcl
+
+    @property
+    def guardian_pid(self) -> int:
+        """Process that stops the base when this one is killed or suspended."""
+        return self._connected.guardian_pid
+
+    @property
+    def localisation_score(self) -> float | None:
+        """0 to 1; None where it is not told, or its scale is not known."""
+        return self._connected.score
+
+    def connect(self) -> None:
+        """Log in, and wait for the first readings.
+
+        Raises:
+            HardwareError: wrong address, account, protocol version or rights; or the base moves or
+                is in a mode that does not let go of it: somebody else commands it.
+        """
+        if self._settings.arcl is not None:
+            self._arcl = Arcl(self._settings.host, self._settings.arcl)
+            self._arcl.connect(self._settings.connect_patience)
+        try:
+            self._open(claim=False)
+        except BaseException:
+            if self._arcl is not None:
+                self._arcl.close()
+            raise
+
+    def read(self) -> BaseState:
+        """The reading of this moment.
+
+        Raises:
+            HardwareError: it was never connected.
+        """
+        link = self._connected
+        with link.lock:
+            now, telemetry = stopwatch(), link.telemetry
+            faults = (connection_lost(link.lost),) if link.lost else link.faults(now)
+            pose, velocity = telemetry.pose, telemetry.velocity
+            battery = telemetry.battery
+        assert pose is not None  # `connect` waited for it
+        age = min(now - pose.at, self._settings.oldest_pose) + self._settings.pose_delay
+        told = REST if link.lost else velocity
+        return BaseState(
+            stamp=self._clock.now(),
+            wTb=_carried_on(pose, velocity, age),
+            twist=np.array([told.v, 0.0, told.w]),
+            battery=battery,
+            faults=faults,
+        )
+
+    def send(self, twist: Array) -> Array:
+        """Drive; returns what the base can make of it, nothing while there is a fault.
+
+        Raises:
+            HardwareError: it was never connected.
+        """
+        link = self._connected
+        wanted = Velocity(float(twist[0]), float(twist[2]))
+        with link.lock:
+            now, measured, site = stopwatch(), link.telemetry.velocity.v, self._settings.site
+            if not is_finite(wanted):
+                link.commander.stop()
+                return np.zeros(3)
+            if link.is_closing or link.faults(now):
+                return np.zeros(3)
+            reached = site.saturate(wanted, measured)
+            applied = site.velocity(site.ratios(reached, measured), measured)
+            link.commander.command(applied, now)
+        return np.array([applied.v, 0.0, applied.w])
+
+    def localise(self, wTb: SE3) -> None:
+        """Tell the base where it is on its map; a reading tells when it believes it.
+
+        Raises:
+            HardwareError: it was never connected, or does not offer this.
+        """
+        x, y, _ = (round(1000.0 * one) for one in wTb.translation)
+        heading = round(degrees(atan2(wTb.rotation[1, 0], wTb.rotation[0, 0])))
+        self._say("localizeToPose", pack("<iii", x, y, heading))
+
+    def read_site(self, patience: float = 3.0) -> Site:
+        """The values of "Teleop settings" that the base itself keeps; what it lacks, as told.
+
+        Raises:
+            HardwareError: it does not offer its configuration to this account, or does not answer.
+        """
+        self._say(SECTIONS, b"\x09")
+        sections = self._connected.telemetry.sections
+        if not self._wait(lambda: TELEOP in sections, patience):
+            raise HardwareError(f"the base does not tell its section {TELEOP!r}")
+        return site_of(sections[TELEOP], self._settings.site)
+
+    def recover(self) -> None:
+        """Connect again, switch the motors on, take the base back from whoever had it.
+
+        Raises:
+            HardwareError: that does not help; the text says what does.
+        """
+        link = self._connected
+        if self._arcl is not None and self._arcl.state.lost:
+            self._arcl.connect(self._settings.connect_patience)
+        if link.lost or not self._wait(lambda: not self._is_stale(link), _RECOVERY):
+            link.close()
+            self._open(claim=True)
+            link = self._connected
+        if self._arcl is not None and self._arcl.state.motors is not Motors.ENABLED:
+            self._arcl.enable_motors()
+        if link.obedience.finding or link.telemetry.locked:
+            self.stop()
+            if not self._wait(lambda: is_at_rest(link.telemetry.velocity), _RECOVERY):
+                raise HardwareError("the base still moves under somebody else's command")
+            with link.lock:
+                link.obedience.clear()
+        if not self._wait(lambda: not self._clearable_faults(link), _RECOVERY):
+            raise HardwareError(self._clearable_faults(link)[0])
+
+    def stop(self) -> None:
+        """Send the base's own `stop`, at once and until it is at rest."""
+        if self._link is not None:
+            with self._link.lock:
+                self._link.commander.stop()
+            self._link.wake()
+
+    def close(self) -> None:
+        """Stop, wait until the base is at rest (2 s at most), and log out."""
+        if self._link is not None:
+            self._link.close()
+        if self._arcl is not None:
+            self._arcl.close()
+
+    @property
+    def _connected(self) -> Link:
+        if self._link is None:
+            raise HardwareError(f"Omron base at {self._settings.host}: not connected")
+        return self._link
+
+    def _say(self, name: str, payload: bytes) -> None:
+        link = self._connected
+        if not self._catalogue.has(name):
+            raise HardwareError(f"the base does not offer {name} to this account")
+        link.say(self._catalogue.command(name, payload))
+
+    def _open(self, *, claim: bool) -> None:
+        """A new connection at work.
+
+        Args:
+            claim: whether a base that moves is stopped; else it is left to whoever moves it.
+
+        Raises:
+            HardwareError: as for `connect`.
+        """
+        settings = self._settings
+        connection = open_connection(settings)
+        try:
+            with said_of(settings):
+                self._catalogue = connection.catalogue
+                telemetry = first_readings(connection, settings, claim=claim)
+                self._link = Link(connection, telemetry, settings, self._arcl)
+        except BaseException:
+            connection.socket.close()
+            raise
+        self._link.start()
+
+    def _is_stale(self, link: Link) -> bool:
+        pose = link.telemetry.pose
+        return pose is None or stopwatch() - pose.at > self._settings.oldest_pose
+
+    def _clearable_faults(self, link: Link) -> list[str]:
+        """The texts of faults that a recovery should have cleared."""
+        with link.lock:
+            return [fault.text for fault in link.faults(stopwatch()) if fault.clearable]
+
+    @staticmethod
+    def _wait(done: Callable[[], bool], patience: float) -> bool:
+        """Whether something has come true within a time [s]."""
+        until, pause = stopwatch() + patience, threading.Event()
+        while not done():
+            if stopwatch() > until:
+                return False
+            pause.wait(_LOOK)
+        return True
+
+
+def _carried_on(pose: Pose, velocity: Velocity, seconds: float) -> SE3:
+    """Where a base is so long after a pose, at a constant velocity."""
+    turn = velocity.w * seconds
+    heading = pose.theta + turn / 2.0
+    way = velocity.v * seconds * float(np.sinc(turn / tau))
+    translation = np.array([pose.x + way * cos(heading), pose.y + way * sin(heading), 0.0])
+    c, s = cos(pose.theta + turn), sin(pose.theta + turn)
+    return SE3(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), translation)

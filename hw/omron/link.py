@@ -1,0 +1,249 @@
+"""The thread that owns the socket: it reads, watches and writes at a fixed rate.
+
+Whoever commands or reads never waits for the network: they leave and take numbers under a lock that
+is held for moments only.
+"""
+
+from __future__ import annotations
+
+import select
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import closing, suppress
+from dataclasses import replace
+from math import ceil
+from struct import pack
+
+from hw.clock import stopwatch
+from hw.omron.arcl import Arcl
+from hw.omron.commander import Commander
+from hw.omron.connection import Connection, open_connection
+from hw.omron.faults import Obedience, arcl_faults, obedience_faults, telemetry_faults
+from hw.omron.guardian import Guardian
+from hw.omron.handshake import FromClient, FromServer
+from hw.omron.packet import encode
+from hw.omron.settings import OmronSettings
+from hw.omron.telemetry import Telemetry, drive_payload
+from hw.robot import HardwareError
+from hw.state import Fault
+
+_ANOTHER = 0.5
+"""For each step of a new connection that is to stop the base [s]."""
+_LEAVING = 2.0
+"""Longest time that closing waits for the base to come to rest [s]."""
+
+
+class Link:
+    """One connection at work, from `start` until it is lost or closed.
+
+    Args:
+        connection: past its handshake.
+        telemetry: made from its catalogue.
+        settings: of the base.
+        arcl: the text interface, where there is one.
+    """
+
+    def __init__(
+        self,
+        connection: Connection,
+        telemetry: Telemetry,
+        settings: OmronSettings,
+        arcl: Arcl | None,
+    ) -> None:
+        self.lock = threading.Lock()
+        """Of all that follows."""
+        self.telemetry = telemetry
+        self.commander = Commander(settings)
+        self.obedience = Obedience()
+        self.lost = ""
+        """Why the connection is gone; empty while it is there."""
+        self._settings = settings
+        self._arcl = arcl
+        self._stream, self._pending = connection.stream, connection.pending
+        self._catalogue = connection.catalogue
+        self._socket = connection.socket
+        self._stop_frame = self._catalogue.command("stop")
+        self._guardian = Guardian(self._socket, self._stop_frame, settings.stop_after)
+        self._waker, self._wakes = socket.socketpair()
+        self._sayings: list[bytes] = []
+        self._close_by: float | None = None
+        self._thread = threading.Thread(target=self._run, name="omron link", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        for one in (self._socket, self._waker, self._wakes):
+            one.setblocking(False)
+        self._thread.start()
+
+    def wake(self) -> None:
+        """Have the next order written at once."""
+        with suppress(OSError):
+            self._waker.send(b".")
+
+    def say(self, frame: bytes) -> None:
+        """Have something else written, too."""
+        with self.lock:
+            self._sayings.append(frame)
+        self.wake()
+
+    def close(self) -> None:
+        """Stop the base if it was commanded, wait until it is at rest, and let go of it."""
+        with self.lock:
+            if self._close_by is None:
+                self._close_by = stopwatch() + _LEAVING
+                if not self.commander.is_idle:
+                    self.commander.stop()
+        self.wake()
+        self._thread.join(_LEAVING + 2.0)
+
+    @property
+    def guardian_pid(self) -> int:
+        """Process that stops the base when this one cannot."""
+        return self._guardian.pid
+
+    @property
+    def is_closing(self) -> bool:
+        """Whether it takes no commands any more."""
+        return self._close_by is not None or bool(self.lost)
+
+    @property
+    def score(self) -> float | None:
+        """Of the localisation, 0 to 1; None where nobody tells it on a scale that is known."""
+        if self.telemetry.score is not None or self._arcl is None:
+            return self.telemetry.score
+        return self._arcl.state.score
+
+    def faults(self, now: float) -> tuple[Fault, ...]:
+        """What keeps the base from moving at a moment [s]; the caller holds the lock."""
+        pose = self.telemetry.pose
+        age = now - pose.at if pose is not None else self._settings.silence
+        return (
+            *telemetry_faults(self.telemetry, self._settings, age, self.score),
+            *(arcl_faults(self._arcl.state) if self._arcl is not None else ()),
+            *obedience_faults(self.obedience),
+        )
+
+    def _run(self) -> None:
+        why = ""
+        try:
+            self._serve()
+        except (OSError, HardwareError) as error:
+            why = str(error)
+        except Exception as error:  # a mistake in the driver must not leave the base driving
+            why = f"the driver failed: {error!r}"
+        with self.lock:
+            self.lost = why or "closed"
+        if why:  # what the system has not sent yet must not reach the base later
+            with suppress(OSError):
+                self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, pack("ii", 1, 0))
+        self._guardian.leave()
+        for one in (self._socket, self._waker, self._wakes):
+            one.close()
+        if why:
+            self._stop_by_another_way()
+
+    def _stop_by_another_way(self) -> None:
+        """Try what is left when the connection is gone: the text interface, and a new connection.
+
+        The base drives on by itself until its own timeout.
+        """
+        with suppress(OSError, HardwareError):
+            if self._arcl is not None:
+                self._arcl.stop()
+        with suppress(OSError, HardwareError):
+            patience = min(_ANOTHER, self._settings.connect_patience)
+            connection = open_connection(
+                replace(self._settings, connect_patience=patience, lists_patience=patience)
+            )
+            with closing(connection.socket):
+                connection.send(connection.catalogue.command("stop"))
+                connection.send(encode(FromClient.SHUTDOWN))
+
+    def _serve(self) -> None:
+        """Until it is closed.
+
+        Raises:
+            HardwareError: it is lost.
+            OSError: likewise.
+        """
+        poll = select.poll()
+        poll.register(self._socket, select.POLLIN)
+        poll.register(self._wakes, select.POLLIN)
+        heard = due = stopwatch()
+        while True:
+            poll.poll(ceil(1000.0 * max(0.0, due - stopwatch())))
+            is_woken = bool(_available(self._wakes)[0])
+            data, is_over = _available(self._socket)
+            if data:
+                heard = stopwatch()
+            self._take(data, heard)
+            if is_over:
+                raise HardwareError("the base closed it")
+            now = stopwatch()
+            if now - heard > self._settings.silence:
+                raise HardwareError(f"nothing heard for {self._settings.silence:g} s")
+            if now < due and not is_woken:
+                continue
+            due = max(due + self._settings.resend, now)
+            self._guardian.beat()
+            if not self._guardian.is_there:
+                raise HardwareError("the process that guards it has ended")
+            with self.lock:
+                frames = [*self._sayings, *self._order(now)]
+                self._sayings.clear()
+                may_leave = self._close_by is not None and (
+                    self.commander.is_idle or now > self._close_by
+                )
+            self._write(b"".join(frames))
+            if may_leave:
+                self._socket.send(encode(FromClient.SHUTDOWN))
+                return
+
+    def _take(self, data: bytes, at: float) -> None:
+        """Read what has arrived."""
+        packets = [*self._pending, *self._stream.feed(data)]
+        self._pending.clear()
+        with self.lock:
+            for packet in packets:
+                if packet.command == FromServer.SHUTDOWN:
+                    raise HardwareError("the base shuts its server down")
+                self.telemetry.take(packet, at)
+
+    def _order(self, now: float) -> Iterator[bytes]:
+        """The frame of the newest order, if there is one; the caller holds the lock."""
+        measured = self.telemetry.velocity
+        self.obedience.watch(self.commander.told, measured, now)
+        order = self.commander.order(now, measured, may_move=not self.faults(now))
+        if order == "stop":
+            yield self._stop_frame
+        elif order is not None:
+            yield self._catalogue.command("ratioDrive", drive_payload(order))
+
+    def _write(self, frames: bytes) -> None:
+        """Hand frames to the system, whole or not at all."""
+        try:
+            if not frames or self._socket.send(frames) == len(frames):
+                return
+        except BlockingIOError:
+            pass
+        raise HardwareError("it takes no commands any more")
+
+
+def _available(source: socket.socket) -> tuple[bytes, bool]:
+    """All that has arrived, and whether the other end has closed it."""
+    data = b""
+    with suppress(BlockingIOError):
+        while len(data) < 1 << 20:
+            more = source.recv(65536)
+            if not more:
+                return data, True
+            data += more
+            _acknowledge(source)
+    return data, False
+
+
+def _acknowledge(source: socket.socket) -> None:
+    """Have the system confirm at once: the base waits for that before it sends more."""
+    if hasattr(socket, "TCP_QUICKACK") and source.family != socket.AF_UNIX:
+        source.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)

@@ -1,0 +1,154 @@
+"""What the base makes of `ratioDrive` at one site, and the ratios that a velocity needs.
+
+The command takes per cents of full-scale speeds that MobilePlanner keeps under "Teleop settings".
+The formula and the dead zones were read in the open ARIA library and verified on its server; that
+the LD-60 keeps them is inferred. That 100 % are 1.0 m/s forwards, 0.25 m/s backwards and 50 deg/s
+is what drivers that ran on real LD bases use [reported].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import copysign, inf, radians
+from typing import NamedTuple
+
+
+class Velocity(NamedTuple):
+    """Of a base that cannot move sideways."""
+
+    v: float
+    """Forwards [m/s]."""
+    w: float
+    """Counter-clockwise [rad/s]."""
+
+
+REST = Velocity(0.0, 0.0)
+
+
+class Ratios(NamedTuple):
+    """The arguments of `ratioDrive` [%]; its fourth, for sideways, is always 0."""
+
+    translation: float
+    rotation: float
+    throttle: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Site:
+    """The values of "Teleop settings" at one site."""
+
+    forward: float = 1.0
+    """FullThrottleForwards [m/s]."""
+    reverse: float = 0.25
+    """FullThrottleBackwards [m/s]."""
+    turn: float = radians(50.0)
+    """RotAtStopped [rad/s]."""
+    turn_at_forward: float | None = None
+    """RotAtFullForwards [rad/s]; None: the same as at rest. ARIA's own default is 25 deg/s."""
+    turn_at_reverse: float | None = None
+    """RotAtFullBackwards [rad/s]; None: the same as at rest."""
+    dead_translation: float = 10.0
+    """TransDeadZone [%]: a ratio up to this one does not move the base."""
+    dead_rotation: float = 5.0
+    """RotDeadZone [%]: a ratio below this one does not turn the base."""
+    throttle: bool = True
+    """Whether to reach below the dead zones: larger ratios and a smaller throttle. Verified on the
+    reference server, inferred for the robot. The smaller of the two ratios is still lost where it
+    is within its dead zone of the larger one."""
+
+    def saturate(self, wanted: Velocity, measured: float) -> Velocity:
+        """The wanted velocity, slower along the same arc where it is above full scale.
+
+        Args:
+            wanted: finite.
+            measured: speed of the base now [m/s]; what 100 % of turning are depends on it.
+        """
+        straight = abs(wanted.v) / self._full_scale(wanted.v)
+        turning = abs(wanted.w) / self._full_turn(wanted.v, measured)
+        share = max(straight, turning, 1.0)
+        return Velocity(wanted.v / share, wanted.w / share)
+
+    def ratios(self, wanted: Velocity, measured: float) -> Ratios:
+        """The ratios that give a velocity within full scale; at rest those of a halt."""
+        translation = 100.0 * wanted.v / self._full_scale(wanted.v)
+        rotation = 100.0 * wanted.w / self._full_turn(wanted.v, measured)
+        throttle = 100.0
+        if self.throttle and self._loses(translation, rotation):
+            throttle = _percent(max(abs(translation), abs(rotation)))
+            translation *= 100.0 / throttle
+            rotation *= 100.0 / throttle
+        if abs(translation) <= self.dead_translation:  # full scale of turning is that at rest
+            rotation *= self._full_turn(wanted.v, measured) / self.turn
+        return Ratios(_percent(translation), _percent(rotation), throttle)
+
+    def velocity(self, ratios: Ratios, measured: float) -> Velocity:
+        """What the base makes of ratios: the formula of ARIA."""
+        translation, rotation, throttle = ratios
+        share = throttle / 100.0
+        if abs(rotation) < self.dead_rotation:
+            rotation = 0.0
+        if abs(translation) <= self.dead_translation:
+            return Velocity(0.0, rotation / 100.0 * self.turn * share)
+        v = translation / 100.0 * self._full_scale(translation) * share
+        return Velocity(v, rotation / 100.0 * self._full_turn(v, measured) * share)
+
+    def _full_scale(self, direction: float) -> float:
+        return self.reverse if direction < 0.0 else self.forward
+
+    def _full_turn(self, direction: float, measured: float) -> float:
+        """Of turning at a measured speed [rad/s]; the speed counts as a share of `forward`."""
+        at_full = self.turn_at_reverse if direction < 0.0 else self.turn_at_forward
+        if at_full is None or direction == 0.0:
+            return self.turn
+        share = min(abs(measured) / self.forward, 1.0)
+        return self.turn + (at_full - self.turn) * share
+
+    def _loses(self, translation: float, rotation: float) -> bool:
+        """Whether something that is wanted is inside its dead zone."""
+        return (
+            0.0 < abs(translation) <= self.dead_translation
+            or 0.0 < abs(rotation) < self.dead_rotation
+        )
+
+
+@dataclass
+class Ramp:
+    """Velocities towards a target that grow no faster than at given accelerations.
+
+    Slowing down is left to the base, which does it within its own limits. A change of direction
+    begins at rest.
+    """
+
+    acceleration: float
+    """[m/s^2]"""
+    turn_acceleration: float
+    """[rad/s^2]"""
+    now: Velocity = REST
+
+    def step(self, target: Velocity, dt: float) -> Velocity:
+        """The velocity after `dt` [s]; both axes take the same share of their way."""
+        start = Velocity(_towards(self.now.v, target.v), _towards(self.now.w, target.w))
+        way = Velocity(target.v - start.v, target.w - start.w)
+        needed = max(abs(way.v) / self.acceleration, abs(way.w) / self.turn_acceleration)
+        share = min(1.0, dt / needed) if needed > 0.0 else 1.0
+        self.now = Velocity(start.v + share * way.v, start.w + share * way.w)
+        return self.now
+
+    def halt(self) -> None:
+        """Begin at rest again."""
+        self.now = REST
+
+
+def _towards(now: float, target: float) -> float:
+    """Where growing begins: as much of `now` as the target still wants."""
+    same = now * target > 0.0
+    return copysign(min(abs(now), abs(target)), target) if same else 0.0
+
+
+def _percent(ratio: float) -> float:
+    return max(-100.0, min(100.0, ratio))
+
+
+def is_finite(velocity: Velocity) -> bool:
+    """Whether both numbers are."""
+    return abs(velocity.v) < inf and abs(velocity.w) < inf

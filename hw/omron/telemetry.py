@@ -1,0 +1,239 @@
+"""What the base tells: replies become readings, and three packets become one pose.
+
+Positions are in mm and angles in degrees on the wire, in the frame of the robot's map. Layouts of
+`updateNumbers`, `updateStrings`, `batteryInfo` and `getModeInfo`: verified with a reference server.
+Of `getLocState` and `dockInfo`: read in the source. Of `DataStore_*`: reported by a driver that ran
+on an LD-60; nobody knows what their first byte means.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from enum import IntEnum
+from math import radians
+
+from hw.omron.config import SECTIONS, Values, read_section
+from hw.omron.fields import Fields, LayoutError, number_field, parse_number
+from hw.omron.handshake import Catalogue
+from hw.omron.packet import Packet
+from hw.omron.site import REST, Ratios, Velocity
+
+POSE = tuple(f"DataStore_RobotPoseInterpolated_{axis}" for axis in ("X", "Y", "Th"))
+"""Fine poses; `updateNumbers` has whole millimetres and degrees."""
+_TOGETHER = 0.02
+"""Three values of one pose arrive within this [s]."""
+_RATHER_SKEWED = 0.1
+"""Without a pose for this long, one of values that did not arrive together is taken [s]."""
+
+
+class Docking(IntEnum):
+    """Where it is with its dock."""
+
+    UNDOCKED = 0
+    DOCKING = 1
+    DOCKED = 2
+    UNDOCKING = 3
+
+
+class Localisation(IntEnum):
+    """What the robot thinks of its own pose."""
+
+    GOOD = 0
+    IDLE = 1
+    LOST = 2
+    INITIALISING = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pose:
+    """In the map of the robot."""
+
+    x: float
+    """[m]"""
+    y: float
+    """[m]"""
+    theta: float
+    """[rad]"""
+    at: float
+    """When it arrived, on the computer's clock [s]."""
+
+
+def drive_payload(ratios: Ratios) -> bytes:
+    """The arguments of `ratioDrive`."""
+    return b"".join(number_field(value) for value in (*ratios, 0.0))
+
+
+class PoseAssembly:
+    """Makes a pose of three values that come in packets of their own.
+
+    A pose is complete when each of the three has come since the pose before, and all within a
+    moment: they are produced in one pass of the server, back to back.
+    """
+
+    def __init__(self) -> None:
+        self._values: dict[str, tuple[float, float]] = {}
+        self._last = -1.0
+
+    def take(self, name: str, value: float, at: float) -> Pose | None:
+        """A value that arrived at a moment [s]; the pose that is complete with it."""
+        if not self._values and self._last < 0.0:
+            self._last = at
+        self._values[name] = (value, at)
+        if at - self._last <= _RATHER_SKEWED:
+            self._values = {
+                key: kept for key, kept in self._values.items() if at - kept[1] <= _TOGETHER
+            }
+        if len(self._values) < len(POSE):
+            return None
+        (x, at_x), (y, at_y), (theta, at_theta) = (self._values[key] for key in POSE)
+        self._values, self._last = {}, at
+        arrived = min(at_x, at_y, at_theta)
+        return Pose(x=x / 1000.0, y=y / 1000.0, theta=radians(theta), at=arrived)
+
+
+class Telemetry:
+    """The newest readings of one connection.
+
+    Args:
+        catalogue: of the connection.
+        score_scale: what a full localisation score is, None where it is not known.
+    """
+
+    def __init__(self, catalogue: Catalogue, score_scale: float | None = None) -> None:
+        self.pose: Pose | None = None
+        """The newest, fine where the robot offers it."""
+        self.coarse: Pose | None = None
+        """The newest of `updateNumbers`."""
+        self.velocity = REST
+        """As measured."""
+        self.battery: float | None = None
+        """Charge, 0 to 1; None where the robot tells a voltage, or nothing."""
+        self.status = ""
+        """For people, in the robot's words."""
+        self.mode = ""
+        """Name of what commands the base, in the robot's words."""
+        self.locked = False
+        """Whether that does not let go of it."""
+        self.localisation: Localisation | None = None
+        self.score: float | None = None
+        """Of the localisation, 0 to 1; None where its scale is not known."""
+        self.docking: Docking | None = None
+        self.sections: dict[str, Values] = {}
+        """Of the base's configuration, where it was asked for."""
+        self.damaged = 0
+        """Replies whose layout was not the expected one."""
+        self._charge_is_told = False
+        self._score_scale = score_scale
+        self._assembly = PoseAssembly()
+        self._is_fine = catalogue.has(*POSE)
+        takers: dict[str, Callable[[Fields, float], None]] = {
+            "updateNumbers": self._numbers,
+            "updateStrings": self._strings,
+            "batteryInfo": self._battery_info,
+            "getModeInfo": self._mode_info,
+            "getLocState": self._loc_state,
+            "dockInfo": self._dock_info,
+            "dockInfoChanged": self._dock_info,
+            SECTIONS: self._section,
+        }
+        self._names: dict[int, str] = {}
+        self._takers: dict[int, Callable[[Fields, float], None]] = {}
+        for name in (*takers, *POSE):
+            if (number := catalogue.number(name)) is not None:
+                self._names[number] = name
+                self._takers[number] = takers.get(name) or self._axis(name)
+
+    def requests(self, catalogue: Catalogue, interval: float) -> Iterator[bytes]:
+        """The frames that ask for all this; a pose every `interval` [s]."""
+        intervals: dict[str, float | None] = {
+            **dict.fromkeys(POSE if self._is_fine else (), interval),
+            "updateNumbers": 0.05 if self._is_fine else interval,
+            "updateStrings": None,
+            "getModeInfo": 0.2,
+            "getLocState": 0.25,
+            "dockInfoChanged": None,
+        }
+        for name in ("batteryInfo", "dockInfoChanged"):
+            if catalogue.has(name):
+                yield catalogue.command(name)
+        for name, period in intervals.items():
+            if catalogue.has(name):
+                yield catalogue.request(name, period)
+
+    def take(self, packet: Packet, at: float) -> None:
+        """A packet that arrived at a moment of the computer's clock [s]; others are left alone."""
+        taker = self._takers.get(packet.command)
+        if taker is None:
+            return
+        try:
+            taker(Fields(packet.payload), at)
+        except LayoutError:
+            self.damaged += 1
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether there is a pose, fine where there is one to be had, and a velocity."""
+        return self.pose is not None and self.coarse is not None
+
+    def _numbers(self, fields: Fields, at: float) -> None:
+        battery, x, y, theta, v, w, _, _ = fields.integers("hiihhhhb")
+        self.coarse = Pose(x=x / 1000.0, y=y / 1000.0, theta=radians(theta), at=at)
+        self.velocity = Velocity(v / 1000.0, radians(w))
+        if self._charge_is_told:
+            self.battery = max(0.0, min(1.0, battery / 1000.0))
+        if not self._is_fine:
+            self.pose = self.coarse
+
+    def _axis(self, name: str) -> Callable[[Fields, float], None]:
+        """Takes one value of the fine pose."""
+
+        def take(fields: Fields, at: float) -> None:
+            pose = self._assembly.take(name, _data_store_value(fields), at)
+            self.pose = pose or self.pose
+
+        return take
+
+    def _strings(self, fields: Fields, at: float) -> None:
+        self.status, self.mode = fields.text(), fields.text()
+
+    def _battery_info(self, fields: Fields, at: float) -> None:
+        fields.number()
+        fields.number()
+        self._charge_is_told = fields.integer("B") == 1
+
+    def _mode_info(self, fields: Fields, at: float) -> None:
+        mode, locked = fields.text(), fields.integer("B")
+        self.mode, self.locked = mode, locked == 1
+
+    def _loc_state(self, fields: Fields, at: float) -> None:
+        state, score = fields.integers("BH")
+        if state not in list(Localisation):
+            raise LayoutError(f"no state of localisation: {state}")
+        self.localisation = Localisation(state)
+        if self._score_scale is None and score > 100:
+            self._score_scale = 1000.0
+        self.score = None if self._score_scale is None else min(1.0, score / self._score_scale)
+
+    def _section(self, fields: Fields, at: float) -> None:
+        if fields.left:
+            name, values = read_section(fields)
+            self.sections[name] = values
+
+    def _dock_info(self, fields: Fields, at: float) -> None:
+        state = fields.integer("B")
+        if state not in list(Docking):
+            raise LayoutError(f"no state of docking: {state}")
+        self.docking = Docking(state)
+
+
+def _data_store_value(fields: Fields) -> float:
+    """A value of the data store: any one byte, then a number as text.
+
+    Raises:
+        LayoutError: no number; or the first byte could be part of it.
+    """
+    kind, text = fields.raw(1), fields.text()
+    if kind in b"0123456789+-.":
+        raise LayoutError(f"the first byte of a value is {kind!r}")
+    return parse_number(text.strip(" "))

@@ -1,0 +1,141 @@
+"""An emulated base and the driver on it, over real sockets on ports that the system chooses."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from hw import WallClock
+from hw.clock import Clock, stopwatch
+from hw.emulators.omron import OmronEmulator
+from hw.omron import ArclSettings, OmronBase, OmronSettings
+from hw.state import BaseState, FaultKind
+
+SPEED = 0.15
+"""Of the moving base: reached after 0.3 s, gone after 0.25 s [m/s]."""
+PATIENCE = 5.0
+"""Whatever is waited for has happened after this, also on a busy machine [s]."""
+
+
+def base_of(
+    emulator: OmronEmulator, *, arcl: str = "", clock: Clock | None = None, **settings: Any
+) -> OmronBase:
+    """A driver for an emulated base; with the text interface where there is a password for it."""
+    text = ArclSettings(password=arcl, port=emulator.arcl_port, poll=0.05) if arcl else None
+    given = {"host": "127.0.0.1", "port": emulator.port, "user": "frankie", "arcl": text}
+    return OmronBase(OmronSettings(**(given | settings)), clock or WallClock())
+
+
+@contextmanager
+def connected(emulator: OmronEmulator, **settings: Any) -> Iterator[OmronBase]:
+    """A driver that is connected, and closed in the end."""
+    base = base_of(emulator, **settings)
+    base.connect()
+    try:
+        yield base
+    finally:
+        base.close()
+
+
+def drive(base: OmronBase, v: float = SPEED, w: float = 0.0, seconds: float = 0.4) -> float:
+    """Command a twist for a while, every 10 ms; when the last command was given [s]."""
+    until = stopwatch() + seconds
+    while stopwatch() < until:
+        base.read()
+        base.send(np.array([v, 0.0, w]))
+        given = stopwatch()
+        time.sleep(0.01)
+    return given
+
+
+def set_off(emulator: OmronEmulator, base: OmronBase, v: float = SPEED) -> float:
+    """Command a velocity until the base has nearly reached it; when the last command was given [s].
+
+    A busy machine lets commands grow old in between.
+    """
+    wheels, begun = emulator.controller.drive, stopwatch()
+    while wheels.twist()[0] < 0.8 * v:
+        assert stopwatch() - begun < PATIENCE, base.read().faults
+        given = drive(base, v, seconds=0.01)
+    return given
+
+
+@contextmanager
+def driving(base: OmronBase, v: float = SPEED, w: float = 0.0) -> Iterator[None]:
+    """The base is commanded all the time, by a thread of its own."""
+    over = threading.Event()
+
+    def command() -> None:
+        while not over.wait(0.01):
+            base.send(np.array([v, 0.0, w]))
+
+    thread = threading.Thread(target=command)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+
+
+def wait_for(done: Callable[[], Any], patience: float = PATIENCE) -> float:
+    """How long it takes until something is true [s]."""
+    begun = stopwatch()
+    while not done():
+        assert stopwatch() - begun < patience, f"not within {patience:g} s"
+        time.sleep(0.005)
+    return stopwatch() - begun
+
+
+def wait_for_fault(base: OmronBase, kind: FaultKind, words: str) -> BaseState:
+    """The first reading with a fault of this kind that says these words."""
+
+    def there() -> bool:
+        return any(fault.kind is kind and words in fault.text for fault in base.read().faults)
+
+    wait_for(there)
+    return base.read()
+
+
+def is_at_rest(emulator: OmronEmulator) -> bool:
+    """Whether the emulated base stands, as its wheels tell."""
+    return max(map(abs, emulator.controller.drive.twist())) < 1e-3
+
+
+def zero_after(emulator: OmronEmulator, moment: float) -> float:
+    """Time from a moment until the base was told to rest, for good [s]."""
+    last = max((one.at for one in emulator.heard if not one.is_zero), default=moment)
+    return next(one.at for one in emulator.heard if one.is_zero and one.at >= last) - moment
+
+
+def rest_after(emulator: OmronEmulator, moment: float) -> float:
+    """Time from a moment until the base stood [s]; waits for that."""
+    wait_for(lambda: is_at_rest(emulator))
+    moving = [one.at for one in emulator.moved if abs(one.v) > 1e-3 or abs(one.w) > 1e-3]
+    return moving[-1] - moment
+
+
+def measured(what: str, emulator: OmronEmulator, moment: float) -> float:
+    """Wait until the base stands and print when it was told to and when it did; the first [s].
+
+    `pytest -rP tests/hw/omron` shows what was printed.
+    """
+    stands = rest_after(emulator, moment)
+    told = zero_after(emulator, moment)
+    print(f"{what}: told to rest after {told:.2f} s, stands after {stands:.2f} s")
+    return told
+
+
+def soon(attempt: Callable[[], float], limit: float, times: int = 3) -> float:
+    """A measured time below a limit [s], in one of a few attempts: the machine may be busy."""
+    measured = []
+    for _ in range(times):
+        measured.append(attempt())
+        if measured[-1] <= limit:
+            return measured[-1]
+    raise AssertionError(f"never within {limit:g} s: {measured}")

@@ -1,0 +1,242 @@
+"""The bytes of ArNetworking: both codecs, which share no code, against golden frames."""
+
+import struct
+from math import isfinite, pi
+
+import pytest
+from golden import GOLDEN, GREETING, INTRODUCTION, LIST, NO_PASSWORD
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from hw.emulators.omron import wire
+from hw.omron.fields import Fields, LayoutError, number_field, parse_number, text_field
+from hw.omron.handshake import (
+    Catalogue,
+    Offer,
+    introduction,
+    password_hash,
+    read_greeting,
+    read_rejection,
+)
+from hw.omron.packet import Packet, PacketStream, encode
+from hw.omron.site import Ratios, Velocity
+from hw.omron.telemetry import POSE, PoseAssembly, Telemetry, drive_payload
+
+packets = st.lists(
+    st.builds(Packet, st.integers(0, 65535), st.binary(max_size=60)), min_size=1, max_size=8
+)
+
+
+@pytest.mark.parametrize(("command", "payload", "frame"), GOLDEN.values(), ids=GOLDEN)
+def test_both_codecs_write_and_read_the_golden_frames(command, payload, frame):
+    body, golden = bytes.fromhex(payload), bytes.fromhex(frame)
+    assert encode(command, body) == golden
+    assert wire.seal(command, body) == golden
+    assert PacketStream().feed(golden) == [(command, body)]
+    assert wire.Splitter().push(golden) == [(command, body)]
+
+
+def test_the_greeting_is_answered_with_the_golden_introduction():
+    greeting = read_greeting(PacketStream().feed(bytes.fromhex(GREETING))[0])
+    assert greeting == ("K3y", "5MTX")
+    assert introduction(greeting, "omron", "pw").hex() == INTRODUCTION
+    assert password_hash("K3y", "").hex() == NO_PASSWORD
+
+
+def test_numbers_are_looked_up_by_name():
+    catalogue = Catalogue()
+    (packet,) = PacketStream().feed(bytes.fromhex(LIST))
+    assert catalogue.take(packet)
+    assert catalogue.number("ratioDrive") == 534
+    assert catalogue.command("stop").hex() == GOLDEN["stop by another number"][2]
+    slow = drive_payload(Ratios(12.5, -3.25, 100.0))
+    assert catalogue.command("ratioDrive", slow).hex() == GOLDEN["drive slowly"][2]
+    catalogue.offers["pose"] = Offer(number=852, description="")
+    assert catalogue.request("pose", 0.03).hex() == GOLDEN["request every 30 ms"][2]
+    catalogue.offers["strings"] = Offer(number=467, description="")
+    assert catalogue.request("strings", None).hex() == GOLDEN["request on change"][2]
+    assert not catalogue.has("updateNumbers")
+
+
+def test_the_emulator_writes_the_golden_numbers():
+    numbers = wire.Writer().integer(870, 2).integer(1234, 4).integer(-5678, 4).integer(-124, 2)
+    numbers.integer(250, 2).integer(-10, 2).integer(0, 2).integer(-128, 1)
+    assert wire.seal(466, numbers.body).hex() == GOLDEN["numbers"][2]
+    drive = wire.Writer().double(50).double(-20).double(100).double(0)
+    assert wire.seal(278, drive.body).hex() == GOLDEN["drive"][2]
+
+
+def telemetry(**numbers: int) -> Telemetry:
+    offers = {name: Offer(number=number, description="") for name, number in numbers.items()}
+    return Telemetry(Catalogue(offers=offers))
+
+
+def test_the_golden_numbers_are_read():
+    base = telemetry(updateNumbers=466, batteryInfo=266, getLocState=442)
+    base.take(Packet(266, number_field(20) + number_field(5) + b"\x01"), 0.0)
+    for name in ("numbers", "localisation"):
+        base.take(*PacketStream().feed(bytes.fromhex(GOLDEN[name][2])), 7.0)
+    assert base.battery == pytest.approx(0.87)
+    pose = base.pose
+    assert (pose.x, pose.y, pose.at) == (1.234, -5.678, 7.0)
+    assert pose.theta == pytest.approx(-124 * pi / 180)
+    assert base.velocity == pytest.approx(Velocity(0.25, -10 * pi / 180))
+    assert base.localisation == 0
+    assert base.score == pytest.approx(0.874)
+
+
+def test_a_voltage_is_no_charge_and_a_score_of_unknown_scale_is_none():
+    base = telemetry(updateNumbers=466, batteryInfo=266, getLocState=442)
+    base.take(Packet(266, number_field(24) + number_field(22) + b"\0"), 0.0)
+    base.take(Packet(466, bytes.fromhex(GOLDEN["numbers"][1])), 0.0)
+    base.take(Packet(442, b"\0\x57\0"), 0.0)  # 87: of 100 or of 1000?
+    assert base.battery is None
+    assert base.score is None
+
+
+@given(packets, st.data())
+@settings(derandomize=True, deadline=None)
+def test_any_split_of_the_stream_gives_the_same_packets(sent, data):
+    stream = b"".join(encode(*packet) for packet in sent)
+    cuts = sorted(data.draw(st.lists(st.integers(0, len(stream)), max_size=12)))
+    pieces = [stream[a:b] for a, b in zip([0, *cuts], [*cuts, len(stream)], strict=True)]
+    ours, theirs = PacketStream(), wire.Splitter()
+    assert [packet for piece in pieces for packet in ours.feed(piece)] == sent
+    assert [tuple(p) for piece in pieces for p in theirs.push(piece)] == sent
+    assert ours.skipped == 0
+
+
+@given(st.integers(0, 65535), st.binary(max_size=80))
+@settings(derandomize=True, deadline=None)
+def test_the_two_codecs_agree(command, payload):
+    assert encode(command, payload) == wire.seal(command, payload)
+
+
+@given(packets, st.data())
+@settings(derandomize=True, deadline=None, max_examples=300)
+def test_a_damaged_byte_costs_its_packet_and_no_other_gets_another_content(sent, data):
+    frames = [encode(*packet) for packet in sent]
+    number = data.draw(st.integers(0, len(sent) - 1))
+    victim = frames[number]
+    covered = [at for at in range(len(victim)) if at not in (2, 3)]  # the length comes below
+    if len(victim) % 2:
+        covered.remove(len(victim) - 3)  # the protocol protects it not
+    at = data.draw(st.sampled_from(covered))
+    flip = data.draw(st.integers(1, 255))
+    frames[number] = victim[:at] + bytes((victim[at] ^ flip,)) + victim[at + 1 :]
+    got = PacketStream().feed(b"".join(frames))
+    assert got == sent[:number] + sent[number + 1 :]
+
+
+@given(packets, st.integers(0, 65535))
+@settings(derandomize=True, deadline=None, max_examples=30)
+@example([Packet(466, bytes(19)), Packet(5, b"")], 0xFFFF)
+def test_a_wrong_length_gives_nothing_that_was_not_sent(sent, length):
+    first = encode(*sent[0])
+    damaged = first[:2] + struct.pack("<H", length) + first[4:]
+    stream = PacketStream()
+    got = stream.feed(damaged + b"".join(encode(*packet) for packet in sent[1:]))
+    got += stream.feed(encode(5) * 4001)  # as much as the longest frame would swallow
+    assert all(packet in [*sent, (5, b"")] for packet in got)
+    assert got[-1] == (5, b"")
+
+
+@given(st.binary(max_size=300))
+@settings(derandomize=True, deadline=None)
+def test_noise_before_a_packet_does_not_keep_it(noise):
+    noise = noise.replace(b"\x0f\x0c", b"").removesuffix(b"\x0f")
+    stream = PacketStream()
+    assert stream.feed(noise + encode(466, b"abc")) == [(466, b"abc")]
+    assert stream.skipped == len(noise)
+
+
+@given(st.binary(max_size=40))
+@settings(derandomize=True, deadline=None)
+def test_any_payload_is_read_whole_or_not_at_all(payload):
+    base = telemetry(
+        updateNumbers=466,
+        getLocState=442,
+        getModeInfo=362,
+        **dict(zip(POSE, (7, 8, 9), strict=True)),
+    )
+    for command in (466, 442, 362, 7, 8, 9):
+        base.take(Packet(command, payload), 1.0)
+    assert all(isfinite(one) for one in base.velocity)
+    if base.pose is not None:
+        assert all(map(isfinite, (base.pose.x, base.pose.y, base.pose.theta)))
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False, width=32))
+@settings(derandomize=True, deadline=None)
+def test_numbers_come_back_with_six_digits(value):
+    assert Fields(number_field(value)).number() == pytest.approx(value, rel=1e-5, abs=1e-44)
+    assert wire.Taker(number_field(value)).double() == pytest.approx(value, rel=1e-5, abs=1e-44)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("1e-05", 1e-5), ("100000", 1e5), ("1e+06", 1e6), ("-33.3333", -33.3333)]
+)
+def test_numbers_may_have_exponents(text, value):
+    assert parse_number(text) == value
+
+
+@pytest.mark.parametrize("text", ["", "INF", "-INF", "nan", "1e999", "1_000", "12a", "0x10", " 1"])
+def test_what_is_no_finite_number_is_refused(text):
+    with pytest.raises(LayoutError):
+        parse_number(text)
+
+
+def test_a_payload_that_ends_too_early_is_refused():
+    for read in (
+        lambda: Fields(b"\1\2\3").integer("i"),
+        lambda: Fields(b"no end").text(),
+        lambda: Fields(b"").raw(1),
+    ):
+        with pytest.raises(LayoutError):
+            read()
+    with pytest.raises(ValueError, match="NUL"):
+        text_field("a\0b")
+
+
+@pytest.mark.parametrize("kind", [b"d", b"f", b"\x01", b"\xff", b"x"])
+@pytest.mark.parametrize("space", [b"", b" "])
+def test_any_one_byte_may_stand_before_a_value_of_the_data_store(kind, space):
+    base = telemetry(**dict(zip(POSE, (7, 8, 9), strict=True)))
+    for number, value in ((7, b"1234.5"), (8, b"-5.25e+03"), (9, b"90")):
+        base.take(Packet(number, kind + space + value + b"\0"), 3.0)
+    assert (base.pose.x, base.pose.y) == (1.2345, -5.25)
+    assert base.pose.theta == pytest.approx(pi / 2)
+
+
+def test_a_value_whose_first_byte_may_be_a_digit_is_refused():
+    base = telemetry(**dict(zip(POSE, (7, 8, 9), strict=True)))
+    for number in (7, 8, 9):
+        base.take(Packet(number, b"1234.5\0"), 3.0)
+    assert base.pose is None
+    assert base.damaged == 3
+
+
+def test_a_pose_is_of_three_values_that_came_together():
+    assembly, (x, y, theta) = PoseAssembly(), POSE
+    assert assembly.take(x, 1000.0, 1.0) is None
+    assert assembly.take(y, 2000.0, 1.001) is None
+    pose = assembly.take(theta, 0.0, 1.002)
+    assert (pose.x, pose.y, pose.at) == (1.0, 2.0, 1.0)
+    assert assembly.take(x, 9000.0, 1.03) is None  # the two others are late
+    assert assembly.take(y, 2000.0, 1.06) is None
+    assert assembly.take(theta, 0.0, 1.061) is None  # x is of another moment by now
+    pose = assembly.take(x, 3000.0, 1.062)
+    assert (pose.x, pose.at) == (3.0, 1.06)
+
+
+def test_rather_a_skewed_pose_than_none():
+    assembly, poses = PoseAssembly(), []
+    for step in range(30):  # three values that never come together
+        poses.append(assembly.take(POSE[step % 3], 1.0, 5.0 + 0.03 * step))
+    assert sum(pose is not None for pose in poses) >= 5
+
+
+def test_a_rejection_says_why():
+    assert "password" in read_rejection(Packet(6, b"\x01\0\0"))
+    assert "10.0.0.9" in read_rejection(Packet(6, b"\x02\x0010.0.0.9\0"))
+    assert "99" in read_rejection(Packet(6, b"\x63\0\0"))

@@ -1,0 +1,176 @@
+"""Beginnings that fail: each says in one line why, and what to do."""
+
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+from emulated import base_of, connected, driving, wait_for
+
+from hw import HardwareError, WallClock
+from hw.emulators.omron import EVERYTHING, NoFaultError, OmronEmulator, Options, PortTakenError
+from hw.emulators.omron.wire import Writer, seal
+from hw.omron import ArclSettings, OmronBase, OmronSettings
+
+
+def refused(base: OmronBase, *words: str) -> None:
+    """Connecting ends with one line that has these words."""
+    with pytest.raises(HardwareError) as caught:
+        base.connect()
+    text = str(caught.value)
+    assert "\n" not in text
+    for word in ("Omron", *words):
+        assert word in text
+    base.close()
+    assert threading.active_count() < 20
+
+
+def at(port: int, **settings) -> OmronBase:
+    given = {"host": "127.0.0.1", "port": port, "user": "frankie", "connect_patience": 0.3}
+    return OmronBase(OmronSettings(**(given | settings)), WallClock())
+
+
+@contextmanager
+def server(greeting: bytes) -> Iterator[int]:
+    """Something else that listens: its port."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        clients: list[socket.socket] = []
+
+        def greet() -> None:
+            clients.append(listener.accept()[0])
+            clients[0].sendall(greeting)
+
+        thread = threading.Thread(target=greet, daemon=True)
+        thread.start()
+        yield listener.getsockname()[1]
+        thread.join(1.0)
+        for client in clients:
+            client.close()
+
+
+def test_nothing_listens():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+    refused(at(port), f"127.0.0.1:{port}", "nothing listens", "check the port")
+
+
+def test_there_is_no_such_computer():
+    refused(at(7272, host="no-such-base.invalid"), "no computer has this name", "10.10.10.10")
+
+
+def test_something_else_listens():
+    with server(b"SSH-2.0-OpenSSH_9.2\r\n") as port:
+        refused(at(port), "does not greet", "7272")
+
+
+def test_nobody_speaks():
+    with OmronEmulator(faults=("frozen",)) as emulator:
+        refused(at(emulator.port), "does not greet")
+
+
+def test_a_greeting_that_cannot_be_read():
+    with server(seal(2, b"alpha\0\1\2")) as port:
+        refused(at(port), "greeting cannot be read")
+
+
+@pytest.mark.parametrize("account", [{"password": "wrong"}, {"user": "nobody"}])
+def test_a_wrong_account(account):
+    options = Options(users={"frankie": ("secret", EVERYTHING)})
+    with OmronEmulator(options) as emulator:
+        refused(base_of(emulator, **({"password": "secret"} | account)), "password", "user")
+        with connected(emulator, password="secret") as base:
+            assert base.read().faults == ()
+
+
+def test_a_protocol_version_that_nobody_knows():
+    with OmronEmulator(faults=("new protocol",)) as emulator:
+        refused(base_of(emulator), "9MTX", "5MTX", "6MTX")
+
+
+def test_a_newer_protocol_version_that_is_known():
+    with OmronEmulator(Options(protocol="6MTX")) as emulator, connected(emulator) as base:
+        assert base.read().faults == ()
+
+
+def test_a_rejection_is_final_whatever_comes_after_it():
+    body = Writer().string("alpha").integer(0, 2).integer(1, 4).integer(2, 4)
+    greeting = seal(2, body.string("key").string("5MTX").body)
+    rejection = seal(6, Writer().integer(4, 2).string("").body)
+    with server(greeting + rejection + seal(5) + seal(129, b"\0\0")) as port:
+        refused(at(port), "refuses our protocol version")
+
+
+def test_rights_that_are_missing():
+    with OmronEmulator(faults=("no movement",)) as emulator:
+        refused(base_of(emulator, lists_patience=0.3), "ratioDrive", "Movement", "frankie")
+
+
+def test_too_many_clients():
+    with OmronEmulator(faults=("full",)) as emulator:
+        refused(base_of(emulator), "too many clients")
+
+
+def test_a_base_in_a_mode_that_is_locked():
+    with OmronEmulator(faults=("locked",)) as emulator:
+        refused(base_of(emulator), "'Dock'", "undock")
+
+
+def test_a_base_that_somebody_else_moves():
+    with OmronEmulator() as emulator, connected(emulator) as first, driving(first):
+        wait_for(lambda: first.read().twist[0] > 0.1)
+        refused(base_of(emulator), "'Drive'", "somebody else")
+
+
+def test_a_base_that_somebody_else_holds_at_rest():
+    with OmronEmulator() as emulator, connected(emulator) as first, driving(first, v=0.0):
+        wait_for(lambda: emulator.controller.mode == "Drive")
+        refused(base_of(emulator), "'Drive'", "another program")
+
+
+def test_a_base_that_somebody_has_left_in_a_mode_is_taken():
+    with OmronEmulator() as emulator:
+        with emulator.held() as controller:
+            controller.ratio_drive(0.0, 0.0, 100.0, 0.0)
+        with connected(emulator) as base:
+            assert base.read().faults == ()
+            assert emulator.controller.mode == "Stop"
+
+
+def test_a_pose_that_is_not_what_the_driver_takes_it_for():
+    """Two bytes before a value, where there should be one, look like another number."""
+    with OmronEmulator(Options(offset=(1.0, 2.0, 0.0), data_store_kind=b"d1")) as emulator:
+        refused(base_of(emulator), "differ by 10.00 m", "DataStore")
+
+
+def test_no_pose_at_all():
+    with OmronEmulator(Options(data_store_kind=b"")) as emulator:  # no byte before the value
+        emulator.options.offset = (1.0, 2.0, 0.5)
+        refused(base_of(emulator, connect_patience=0.4), "tells no pose")
+
+
+def test_the_text_interface_refuses_a_password():
+    with OmronEmulator() as emulator:
+        refused(base_of(emulator, arcl="wrong"), "text interface", "password", "MobilePlanner")
+
+
+def test_there_is_no_text_interface():
+    with OmronEmulator() as emulator:
+        settings = ArclSettings(password="adept", port=1)
+        refused(at(emulator.port, arcl=settings), "ARCL", ":1")
+
+
+def test_what_is_asked_of_an_unconnected_base():
+    base = at(1)
+    base.stop()
+    base.close()
+    for question in (base.read, base.recover, lambda: base.send([0.0, 0.0, 0.0])):
+        with pytest.raises(HardwareError, match="not connected"):
+            question()
+
+
+def test_an_emulator_says_what_is_wrong_with_its_options():
+    with pytest.raises(NoFaultError, match="did you mean `frozen`"):
+        OmronEmulator(faults=("frozn",))
+    with OmronEmulator() as one, pytest.raises(PortTakenError, match="choose another"):
+        OmronEmulator(Options(port=one.port)).__enter__()

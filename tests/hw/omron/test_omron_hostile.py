@@ -1,0 +1,124 @@
+"""Peers that send anything: the driver's readings stay sound, the emulator goes on serving."""
+
+import os
+import random
+import socket
+import threading
+
+import numpy as np
+import pytest
+from emulated import base_of, connected, drive, is_at_rest, wait_for
+
+from hw.emulators.omron import OmronEmulator
+from hw.emulators.omron import client as emulated_client
+from hw.emulators.omron.wire import Writer, seal
+from hw.omron.config import read_section
+from hw.omron.fields import Fields, LayoutError
+
+
+def mutated(frame: bytes, rng: random.Random) -> bytes:
+    """A frame with a few bytes that are others, none or more, and a checksum that mostly fits."""
+    body = bytearray(frame[6:-2])
+    for _ in range(rng.randint(0, 3)):
+        at = rng.randrange(len(body) + 1)
+        body[at : at + rng.randint(0, 2)] = rng.randbytes(rng.randint(0, 3))
+    command = int.from_bytes(frame[4:6], "little")
+    whole = seal(command, bytes(body))
+    return whole if rng.random() < 0.8 else rng.randbytes(rng.randint(0, 60))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_base_that_babbles_gives_faults_but_no_exception_and_no_nonsense(seed, monkeypatch):
+    rng = random.Random(seed)
+    babbling = threading.Event()
+    sound = emulated_client.Client._send
+
+    def send(self, frame, now):
+        mad = babbling.is_set() and rng.random() < 0.5
+        sound(self, mutated(frame, rng) if mad else frame, now)
+
+    monkeypatch.setattr(emulated_client.Client, "_send", send)
+    with OmronEmulator() as emulator:
+        base = base_of(emulator)
+        base.connect()
+        babbling.set()
+        for _ in range(60):
+            drive(base, seconds=0.01)
+            state = base.read()
+            assert np.isfinite(state.wTb.homogeneous).all()
+            assert np.isfinite(state.twist).all()
+            assert state.battery is None or 0.0 <= state.battery <= 1.0
+        babbling.clear()
+        base.stop()
+        wait_for(lambda: is_at_rest(emulator))
+        base.close()
+
+
+def test_the_emulator_survives_what_clients_say():
+    rng = random.Random(5)
+    with OmronEmulator() as emulator:
+        for number in range(60):
+            port = (emulator.port, emulator.arcl_port)[number % 2]
+            with socket.create_connection(("127.0.0.1", port), timeout=2.0) as peer:
+                number_of = emulator._requests.entries
+                entry = rng.choice(list(number_of.values()))
+                for saying in (
+                    rng.randbytes(rng.randint(0, 300)),
+                    seal(rng.choice((1, 2, 5, 129, 130, 400)), rng.randbytes(rng.randint(0, 30))),
+                    seal(entry.number, rng.randbytes(rng.randint(0, 30))),
+                    b"adept\r\nlocalizeToPoint x y z\r\ngoto\r\ndoTask gotoPoint a\r\n\xff\xfe\r\n",
+                ):
+                    try:
+                        peer.sendall(saying)
+                    except OSError:
+                        break
+        with connected(emulator, arcl="adept") as base:
+            assert base.read().faults == ()
+
+
+def test_ratios_that_are_no_numbers_do_not_move_the_base():
+    with OmronEmulator() as emulator, connected(emulator) as base:
+        number = base.catalogue.number("ratioDrive")
+        for text in ("nan", "INF", "x", ""):
+            body = Writer().string(text).string(text).string("100").string("0").body
+            base._connected.say(seal(number, body))
+        wait_for(lambda: len(emulator.heard) == 4)
+        assert all(one.is_zero for one in emulator.heard)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_damaged_configuration_is_refused_or_read_but_nothing_else(seed):
+    rng = random.Random(seed)
+    with_all = Writer().raw(b"S").string("a").string("").string("").integer(0, 2)
+    for kind, value in (
+        (b"b", b"\1"),
+        (b"i", bytes(12)),
+        (b"d", b"1\x002\x003\x00" + bytes(4)),
+        (b"s", b"text\0"),
+        (b".", b""),
+        (b"l", bytes(4)),
+    ):
+        with_all.raw(b"P").string("name").string("about").raw(b"\1" + kind + value)
+        with_all.raw(b"\0\0\0\0\0")
+    assert len(read_section(Fields(with_all.body))[1]) == 1  # all have one name
+    for _ in range(50):
+        try:
+            read_section(Fields(mutated(seal(300, with_all.body), rng)[6:-2]))
+        except LayoutError:
+            continue
+
+
+def test_connections_leave_no_thread_no_process_and_no_file_behind():
+    with OmronEmulator() as emulator:
+
+        def once() -> None:
+            with connected(emulator, arcl="adept") as base:
+                drive(base, v=0.0, seconds=0.02)
+            wait_for(lambda: not emulator._clients and not emulator._arcl_clients)
+
+        once()
+        files, threads = len(os.listdir("/proc/self/fd")), threading.active_count()
+        for _ in range(5):
+            once()
+        assert threading.active_count() <= threads
+        assert len(os.listdir("/proc/self/fd")) <= files

@@ -1,0 +1,183 @@
+"""What becomes of a velocity: ratios, what the base makes of them, and limits on random streams."""
+
+from math import degrees, radians
+
+import numpy as np
+import pytest
+from golden import RATIOS
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hw.emulators.omron.controller import Controller, Teleop
+from hw.omron.commander import Commander
+from hw.omron.settings import OmronSettings
+from hw.omron.site import REST, Ratios, Site, Velocity
+
+AT_REST_AS_AT_SPEED = {
+    "turn_forwards": radians(50.0),
+    "turn_backwards": radians(50.0),
+}
+TURN_DEPENDS = Site(turn_at_forward=radians(25.0), turn_at_reverse=radians(25.0))
+velocities = st.builds(Velocity, st.floats(-3.0, 3.0), st.floats(-4.0, 4.0))
+
+
+class Bench:
+    """Wheels in simulated time."""
+
+    def __init__(self) -> None:
+        self.v = self.w = 0.0
+
+    def command(self, v: float, w: float) -> None:
+        self.v, self.w = v, w
+
+    def pose(self) -> tuple[float, float, float]:
+        return (0.0, 0.0, 0.0)
+
+    def twist(self) -> tuple[float, float]:
+        return (self.v, self.w)
+
+
+@pytest.mark.parametrize(("ratios", "velocity"), RATIOS)
+def test_driver_and_emulator_know_the_measured_table(ratios, velocity):
+    v, w = velocity
+    assert Site().velocity(Ratios(*ratios), 0.0) == pytest.approx((v, radians(w)))
+    controller = Controller(Bench(), Teleop(**AT_REST_AS_AT_SPEED))
+    controller.ratio_drive(*ratios, 0.0)
+    controller.step(0.1)
+    assert controller.wanted == pytest.approx((v, radians(w)))
+
+
+def test_ratios_above_full_scale_are_cut_and_turning_slows_down_with_speed():
+    controller = Controller(Bench())
+    turns = []
+    for step in range(300):
+        controller.ratio_drive(200, -200, 300, step / 100)
+        controller.step(step / 100)
+        turns.append(degrees(controller.wanted[1]))
+    assert controller.wanted[0] == 1.0
+    assert turns[0] == pytest.approx(-50.0)
+    assert turns[-1] == pytest.approx(-25.0, abs=0.1)
+
+
+@given(velocities, st.floats(-0.25, 1.0), st.sampled_from([Site(), TURN_DEPENDS]))
+@settings(derandomize=True, deadline=None, max_examples=300)
+def test_what_the_base_makes_of_the_ratios_is_what_was_wanted(wanted, measured, site):
+    reached = site.saturate(wanted, measured)
+    assert abs(reached.v * wanted.w - reached.w * wanted.v) < 1e-9  # along the same arc
+    ratios = site.ratios(reached, measured)
+    assert all(abs(one) <= 100.0 for one in ratios)
+    made = site.velocity(ratios, measured)
+    for of, full, share in ((0, (0.25, 1.0)[reached.v > 0], 0.1), (1, radians(50), 0.05)):
+        lost = made[of] == 0.0 and abs(ratios[of]) <= 100.0 * share + 1e-9
+        assert made[of] == pytest.approx(reached[of], abs=1e-6) or lost, (full, ratios)
+
+
+@pytest.mark.parametrize("wanted", [(0.03, 0.0), (-0.01, 0.0), (0.0, 0.01), (0.05, 0.04)])
+def test_slow_velocities_pass_the_dead_zones_of_the_base(wanted):
+    site = Site()
+    assert site.velocity(site.ratios(Velocity(*wanted), 0.0), 0.0) == pytest.approx(wanted)
+
+
+def test_without_the_throttle_slow_velocities_are_lost_and_that_is_told():
+    site = Site(throttle=False)
+    assert site.velocity(site.ratios(Velocity(0.05, 0.5), 0.0), 0.0) == (0.0, pytest.approx(0.5))
+
+
+SETTINGS = OmronSettings(host="nowhere", user="nobody")
+
+
+def commander() -> Commander:
+    return Commander(SETTINGS)
+
+
+def test_an_old_command_becomes_zero_then_a_stop_then_nothing():
+    it, moving = commander(), Velocity(0.3, 0.0)
+    it.command(moving, 10.0)
+    assert it.order(10.0, REST, may_move=True).translation > 0.0
+    assert it.order(10.09, moving, may_move=True).translation > 0.0
+    assert it.order(10.11, moving, may_move=True) == (0.0, 0.0, 100.0)
+    assert it.order(10.19, moving, may_move=True) == (0.0, 0.0, 100.0)
+    assert it.order(10.21, moving, may_move=True) == "stop"
+    assert it.order(10.23, moving, may_move=True) is None
+    assert it.order(10.32, moving, may_move=True) == "stop"
+    assert it.order(10.43, REST, may_move=True) is None
+    assert it.is_idle
+    it.command(moving, 11.0)
+    assert it.order(11.0, REST, may_move=True).translation > 0.0
+
+
+def test_nothing_is_ordered_before_the_first_command():
+    assert commander().order(5.0, Velocity(0.5, 0.0), may_move=True) is None
+
+
+def test_a_base_that_may_not_move_is_stopped():
+    it = commander()
+    it.command(Velocity(0.3, 0.0), 1.0)
+    it.order(1.0, REST, may_move=True)
+    assert it.order(1.02, REST, may_move=False) == "stop"
+
+
+def test_after_a_long_pause_the_velocity_begins_at_zero_again():
+    """A process that was suspended does not lurch when it goes on."""
+    it = commander()
+    for step in range(200):
+        it.command(Velocity(1.0, 0.0), step / 100)
+        it.order(step / 100, REST, may_move=True)
+    assert it.told == pytest.approx((1.0, 0.0), abs=0.01)
+    assert it.order(62.0, Velocity(0.8, 0.0), may_move=True) == "stop"
+    it.command(Velocity(1.0, 0.0), 62.1)
+    assert it.order(62.1, Velocity(0.4, 0.0), may_move=True).throttle < 10.0
+
+
+def test_nor_does_it_lurch_where_a_new_command_comes_before_the_first_look_at_the_old_one():
+    it = commander()
+    for step in range(200):
+        it.command(Velocity(1.0, 0.0), step / 100)
+        it.order(step / 100, REST, may_move=True)
+    it.command(Velocity(1.0, 0.0), 62.0)
+    assert it.order(62.0, REST, may_move=True).throttle < 10.0
+
+
+def run_stream(rng: np.random.Generator) -> None:
+    """Random commands at random times, judged by what the emulated base makes of them."""
+    it, wheels = commander(), Bench()
+    controller = Controller(wheels, Teleop(**AT_REST_AS_AT_SPEED))
+    site, now, given_at, before = Site(), 0.0, -1.0, (0.0, 0.0)
+    limits = (SETTINGS.acceleration, SETTINGS.turn_acceleration)
+    for _ in range(int(rng.integers(20, 60))):
+        now += float(rng.choice((0.0, 0.01, 0.025, 0.025, 0.05, 0.3)))
+        if rng.random() < 0.7:
+            wanted = Velocity(*(rng.normal(size=2) * rng.choice((0.05, 0.5, 5.0))).tolist())
+            it.command(site.saturate(wanted, wheels.v), now)
+            given_at = now
+        order = it.order(now, Velocity(*wheels.twist()), may_move=rng.random() < 0.98)
+        told = site.velocity(order, wheels.v) if isinstance(order, Ratios) else REST
+        for axis in (0, 1):
+            same_way = told[axis] * before[axis] > 0.0
+            growth = abs(told[axis]) - (abs(before[axis]) if same_way else 0.0)
+            assert growth <= limits[axis] * 0.05 + 1e-6
+        if now - given_at > 0.1:
+            assert told == REST
+        if isinstance(order, Ratios):
+            controller.ratio_drive(*order, now)
+            before = it.told
+        elif order == "stop":
+            controller.stop()
+        if not isinstance(order, Ratios):
+            before = (0.0, 0.0)
+        controller.step(now)
+        assert -0.25 - 1e-6 <= controller.wanted[0] <= 1.0 + 1e-6
+        assert abs(controller.wanted[1]) <= radians(50.0) + 1e-6
+        assert -0.25 - 1e-6 <= wheels.v <= 1.0 + 1e-6
+        assert abs(wheels.w) <= radians(50.0) + 1e-6
+
+
+def test_random_commands_keep_the_limits_of_the_base():
+    for seed in range(300):
+        run_stream(np.random.default_rng(seed))
+
+
+@pytest.mark.slow
+def test_ten_thousand_random_streams_keep_the_limits_of_the_base():
+    for seed in range(10_000):
+        run_stream(np.random.default_rng((7, seed)))
