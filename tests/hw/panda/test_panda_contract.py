@@ -11,7 +11,7 @@ from test_robot_contract import *  # noqa: F403
 from hw import Backend, ComposedRobot, WallClock, one_thread
 from hw.panda import PandaArm, PandaHand
 from hw.sim import Dynamics, load_scene
-from hw.sim.body import SimBody
+from hw.sim.kinematic import KinematicBody
 from hw.sim.noise import D435Noise
 from hw.sim.robot import SimBase, SimCamera
 from robots import load_robot
@@ -31,7 +31,7 @@ def unconnected(emulator):
     """Instead of the robots of the registry."""
     description, clock = load_robot("frankie"), WallClock()
     world = load_scene("single", 1, description.base.size[:2])
-    body = SimBody(description, world, clock, Dynamics())
+    body = KinematicBody(description, world, clock, Dynamics())
     robot = ComposedRobot(
         description,
         arm=PandaArm(emulator.address, clock),
