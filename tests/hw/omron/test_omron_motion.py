@@ -60,7 +60,7 @@ def test_ratios_above_full_scale_are_cut_and_turning_slows_down_with_speed():
 
 
 @given(velocities, st.floats(-0.25, 1.0), st.sampled_from([Site(), TURN_DEPENDS]))
-@settings(derandomize=True, deadline=None, max_examples=300)
+@settings(derandomize=True, deadline=None, max_examples=150)
 def test_what_the_base_makes_of_the_ratios_is_what_was_wanted(wanted, measured, site):
     reached = site.saturate(wanted, measured)
     assert abs(reached.v * wanted.w - reached.w * wanted.v) < 1e-9  # along the same arc
@@ -173,7 +173,7 @@ def run_stream(rng: np.random.Generator) -> None:
 
 
 def test_random_commands_keep_the_limits_of_the_base():
-    for seed in range(300):
+    for seed in range(150):
         run_stream(np.random.default_rng(seed))
 
 
