@@ -106,6 +106,17 @@ def test_an_old_command_becomes_zero_then_a_stop_then_nothing():
     assert it.order(11.0, REST, may_move=True).translation > 0.0
 
 
+def test_a_velocity_from_before_the_stop_does_not_end_it():
+    it = commander()
+    it.command(Velocity(0.3, 0.0), 1.0)
+    it.order(1.0, REST, may_move=True)
+    it.stop()
+    assert it.order(1.02, REST, may_move=True, measured_at=1.0) == "stop"
+    assert it.order(1.15, REST, may_move=True, measured_at=1.0) == "stop"
+    assert it.order(1.30, REST, may_move=True, measured_at=1.2) is None
+    assert it.is_idle
+
+
 def test_nothing_is_ordered_before_the_first_command():
     assert commander().order(5.0, Velocity(0.5, 0.0), may_move=True) is None
 
