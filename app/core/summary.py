@@ -55,7 +55,7 @@ class Summary:
     contacts_by_name: dict[str, int]
     """The same by who hit what, as `link3 hit table/top`."""
     limit_violations: int
-    """Ticks in which a measured joint position, joint speed or base speed was over its limit."""
+    """Ticks in which a measured joint position was over its limit, or a speed by more than 1 %."""
     highest_speed_percent: float
     """Largest measured share of a speed limit."""
     smallest_joint_margin_deg: float

@@ -93,8 +93,9 @@ class Dampers:
             return None
         allowed, slope = self._allowed(distances, self._stop(goal))
         drift = distances.drift
-        if goal is None:
+        if goal is None:  # standing still keeps every row
             allowed, drift = np.maximum(allowed, 0.0), np.maximum(drift, 0.0)
+            slope = np.zeros(len(slope))
         # Linear in the command at the last one: the base, which follows late, gives way late, too.
         late = distances.rows * self._lag
         A = distances.rows - slope[:, None] * late

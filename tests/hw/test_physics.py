@@ -11,7 +11,7 @@ from pinocchio import SE3
 from solid_world import Solid, box, cube, turning
 
 from controller import robot_model
-from hw import ComposedRobot, HardwareError, WorldError, WorldOptions, open_backend
+from hw import ComposedRobot, FaultInjection, HardwareError, WorldError, WorldOptions, open_backend
 from hw.sim import Motion, SimObject, Walker, load_scene
 from robots import Box, Geom, load_robot
 
@@ -128,6 +128,20 @@ def test_objects_of_any_shape_come_to_rest_where_the_seed_laid_them():
         assert moved.any()  # it rests on contacts, which yield a little
 
 
+def test_an_object_that_somebody_takes_away_out_of_the_hand_comes_back():
+    sim = lifted()
+    robot = FaultInjection(sim.robot, sim.world, seed=0)
+    robot.inject("object taken")
+    robot.read()
+    sim.drive(s=0.3)
+    assert sim.world.supports() == {"box": "floor"}
+    assert sim.world.held is None
+    robot.clear()
+    robot.read()
+    sim.drive(s=0.3)
+    assert sim.world.supports() != {"box": "floor"}
+
+
 # motors
 
 
@@ -188,6 +202,9 @@ def test_a_dog_that_runs_into_the_base_trips_the_bumper():
     walker = Walker("Rex", 0.25, 0.4, [(1.5, 0.0), (0.0, 0.0)], 1.0)
     sim = physical(walkers=[walker])
     assert sim.drive(s=1.5) == [("bumper", "the base hit Rex")]
+    here = walker.pose.translation.copy()
+    walker.move_to(sim.clock.now())
+    np.testing.assert_array_equal(here, walker.pose.translation)
 
 
 def test_the_base_pushes_what_lies_on_the_floor():

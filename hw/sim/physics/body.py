@@ -94,6 +94,7 @@ class PhysicalBody(SimBody):
             self._note(presses)
             pinched = _pinched(presses) or pinched
         self.world.held = None if self._opening else pinched
+        self._set_time(self.now + dt)
         self._look()
         self._rest_fingers(dt)
 
@@ -117,8 +118,7 @@ class PhysicalBody(SimBody):
     def _move_by_themselves(self) -> None:
         """Walkers, and objects on their way until they are touched."""
         now = self._time
-        if self.world.walkers:
-            self._set_time(now)
+        self._set_time(now)
         for number, obj in enumerate(self.world.objects):
             if obj.motion is not None:
                 here = obj.motion.position(now)

@@ -154,7 +154,7 @@ def test_what_the_base_offers_is_known():
 
 def test_the_first_contact_of_the_page_works_with_the_emulator(capsys):
     page = Path(__file__).parents[3] / "docs" / "hardware.md"
-    (code,) = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    code, *_ = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
     with OmronEmulator() as emulator:
         for said, here in (
             ('host="10.10.10.10"', f'host="127.0.0.1", port={emulator.port}'),

@@ -1,0 +1,252 @@
+"""The arm as it behaves at its interface: modes, motions, limits, reflexes, lost packets."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from math import isfinite
+
+from hw.emulators.panda.parts import PERIOD, Joints
+from hw.emulators.panda.wire import ERRORS, JOINT_VELOCITY, MotionCommand, MoveStatus
+from hw.panda import JointLimits, Mode
+
+_MOST_LOST = 20
+"""As the real arm has it."""
+_PATIENCE = 500
+"""States that a new motion may wait for its first command."""
+_RECOVERY = 100
+"""States that a recovery takes."""
+_ROUNDING = 1e-6
+"""Share by which computed differences may exceed a limit."""
+_ENDS = 1e-3
+"""Commanded slower than this, a joint counts as commanded to rest, and a motion may end [rad/s]."""
+_RESTS = 0.01
+"""A joint slower than this rests [rad/s]."""
+_Z7: tuple[float, ...] = (0.0,) * 7
+NEEDS_A_PERSON = frozenset(
+    {"joint_position_limits_violation", "self_collision_avoidance_violation"}
+)
+"""Errors that no program can clear."""
+
+
+@dataclass
+class Seen:
+    """What the arm has seen of motions; the first three as shares of their limits."""
+
+    speed: float = 0.0
+    acceleration: float = 0.0
+    jerk: float = 0.0
+    commands: int = 0
+    lost: int = 0
+    lost_in_a_row: int = 0
+    violations: list[str] = field(default_factory=list)
+    """Reflexes for what was commanded."""
+
+
+class EmulatedArm:
+    """One arm; `tick` is one millisecond of it.
+
+    Args:
+        joints: that it moves.
+        limits: that it keeps.
+    """
+
+    def __init__(self, joints: Joints, limits: JointLimits) -> None:
+        self.joints, self._limits = joints, limits
+        self.mode = Mode.IDLE
+        self.errors: frozenset[str] = frozenset()
+        self.last_errors: frozenset[str] = frozenset()
+        self.q_d, self.qd_d, self.qdd_d = joints.q, _Z7, _Z7
+        self.number = 0
+        """Milliseconds since it was switched on."""
+        self.ended: MoveStatus | None = None
+        """How the motion has ended that was under way; the server takes it."""
+        self.recovered = False
+        """Whether a recovery has just ended; the server takes it."""
+        self.resting = 0
+        """For how many milliseconds the joints have rested."""
+        self.still = 0
+        """For how many milliseconds they were commanded to rest."""
+        self.most_lost = _MOST_LOST
+        """Packets lost in a row that end a motion."""
+        self.seen = Seen()
+        self._lost = self._waited = 0
+        self._arrived: deque[bool] = deque(maxlen=100)
+        self._recovery = 0
+        self._generator = JOINT_VELOCITY
+
+    @property
+    def success_rate(self) -> float:
+        """Share of the last 100 commands that arrived; 0 without a motion."""
+        return sum(self._arrived) / len(self._arrived) if self._arrived else 0.0
+
+    def flags(self, errors: Iterable[str]) -> bytes:
+        """(41,) flags of the state."""
+        return bytes(name in errors for name in ERRORS) if errors else bytes(len(ERRORS))
+
+    # what a program asks
+
+    def begin_motion(self, generator: int = JOINT_VELOCITY) -> MoveStatus:
+        """Begin to follow joint velocities or positions."""
+        if self.mode is not Mode.IDLE:
+            return MoveStatus.NOT_POSSIBLE
+        self.mode, self.last_errors, self._generator = Mode.MOVE, frozenset(), generator
+        self.q_d, self.qd_d, self.qdd_d = self.joints.q, _Z7, _Z7
+        self._lost = self._waited = 0
+        self._arrived.clear()
+        return MoveStatus.STARTED
+
+    def stop_motion(self) -> None:
+        """End a motion, whatever its speed; the arm brakes by itself."""
+        if self.mode is Mode.MOVE:
+            self._end(MoveStatus.PREEMPTED, Mode.IDLE)
+
+    def recover(self) -> bool:
+        """Begin to clear the errors; False if a person must do that, or must do something first."""
+        if self.mode not in (Mode.IDLE, Mode.REFLEX) or self.errors & NEEDS_A_PERSON:
+            return False
+        self.mode, self._recovery = Mode.RECOVERING, _RECOVERY
+        return True
+
+    # what happens to it
+
+    def reflex(self, error: str) -> None:
+        """Stop because of an error."""
+        self.errors = self.last_errors = frozenset({error})
+        self._end(MoveStatus.REFLEX_ABORTED, Mode.REFLEX)
+
+    def switch(self, mode: Mode) -> None:
+        """A person presses the stop, locks the joints, takes the arm by the hand, or lets go."""
+        self._end(MoveStatus.EMERGENCY_ABORTED, mode)
+        if mode is Mode.IDLE and self.errors:
+            self.mode = Mode.REFLEX
+
+    def commander_left(self) -> None:
+        """The connection is gone."""
+        if self.mode is Mode.MOVE:
+            self._end(MoveStatus.ABORTED, Mode.IDLE)
+        self.ended = None
+
+    def tick(self, command: MotionCommand | None, *, excused: bool = False) -> None:
+        """One millisecond, with the command that arrived in it or none.
+
+        Args:
+            command: that arrived.
+            excused: whether none could arrive because the emulator itself was late.
+        """
+        self.number += 1
+        if self.mode is Mode.MOVE:
+            self._move(command, excused)
+        if self.mode is not Mode.MOVE:
+            self._brake()
+        if self.mode is Mode.RECOVERING:
+            self._recovery -= 1
+            if self._recovery <= 0:
+                self.mode, self.errors, self.recovered = Mode.IDLE, frozenset(), True
+        joints, limits = self.joints, self._limits
+        joints.follow(self.qd_d)
+        self.still = self.still + 1 if max(map(abs, self.qd_d)) < _ENDS else 0
+        self.resting = self.resting + 1 if max(map(abs, joints.qd)) < _RESTS else 0
+        if self.mode is Mode.MOVE:
+            rows = zip(joints.q, limits.q_min, limits.q_max, strict=True)
+            if any(not low <= q <= high for q, low, high in rows):
+                self.reflex("joint_position_limits_violation")
+
+    def _move(self, command: MotionCommand | None, excused: bool) -> None:
+        if command is None:
+            self._go_on(excused)
+            return
+        self._lost = 0
+        self._arrived.append(True)
+        self.seen.commands += 1
+        if command.finished:
+            if max(map(abs, self.qd_d)) > _ENDS:
+                self._refuse("joint_motion_generator_velocity_discontinuity")
+            else:
+                self._end(MoveStatus.SUCCESS, Mode.IDLE)
+            return
+        self._waited = _PATIENCE
+        if self._generator == JOINT_VELOCITY:
+            self._accept(command.qd)
+        else:
+            rows = zip(command.q, self.q_d, strict=True)
+            self._accept(tuple([(w - p) / PERIOD for w, p in rows]))
+
+    def _go_on(self, excused: bool) -> None:
+        """No command: keep the acceleration, and count; if excused, keep the velocity."""
+        if self._waited < _PATIENCE:
+            self._waited += 1
+            return
+        if excused:
+            self._apply(self.qd_d)
+            return
+        self._count_lost()
+        if self.mode is not Mode.MOVE:
+            return
+        fastest = self._limits.qd
+        kept = [v + PERIOD * a for v, a in zip(self.qd_d, self.qdd_d, strict=True)]
+        if any(abs(v) > most for v, most in zip(kept, fastest, strict=True)):
+            kept = list(self.qd_d)
+        self._apply(kept)
+
+    def _count_lost(self) -> None:
+        self._arrived.append(False)
+        self._lost += 1
+        self.seen.lost += 1
+        self.seen.lost_in_a_row = max(self.seen.lost_in_a_row, self._lost)
+        if self._lost >= self.most_lost:
+            self.reflex("communication_constraints_violation")
+
+    def _accept(self, qd: tuple[float, ...]) -> None:
+        limits = self._limits
+        if not all(map(isfinite, qd)):
+            self._refuse("joint_motion_generator_velocity_limits_violation")
+            return
+        qdd = [(w - v) / PERIOD for w, v in zip(qd, self.qd_d, strict=True)]
+        qddd = [(b - a) / PERIOD for b, a in zip(qdd, self.qdd_d, strict=True)]
+        seen = self.seen
+        speed, acceleration, jerk = (
+            max(abs(v) / most for v, most in zip(values, most_of, strict=True))
+            for values, most_of in ((qd, limits.qd), (qdd, limits.qdd), (qddd, limits.qddd))
+        )
+        most = 1.0 + _ROUNDING
+        seen.speed = max(seen.speed, speed)
+        seen.acceleration = max(seen.acceleration, acceleration)
+        seen.jerk = max(seen.jerk, jerk)
+        if speed > most:
+            self._refuse("joint_motion_generator_velocity_limits_violation")
+        elif acceleration > most:
+            self._refuse("joint_motion_generator_velocity_discontinuity")
+        elif jerk > most:
+            self._refuse("joint_motion_generator_acceleration_discontinuity")
+        else:
+            self._apply(qd)
+
+    def _apply(self, qd: Iterable[float]) -> None:
+        limits, qd = self._limits, tuple(qd)
+        self.qdd_d = tuple([(w - v) / PERIOD for w, v in zip(qd, self.qd_d, strict=True)])
+        self.qd_d = qd
+        self.q_d = tuple([p + PERIOD * v for p, v in zip(self.q_d, qd, strict=True)])
+        rows = zip(self.q_d, limits.q_min, limits.q_max, strict=True)
+        if any(not low <= q <= high for q, low, high in rows):
+            self._refuse("joint_motion_generator_position_limits_violation")
+
+    def _refuse(self, error: str) -> None:
+        self.seen.violations.append(error)
+        self.reflex(error)
+
+    def _end(self, status: MoveStatus, mode: Mode) -> None:
+        if self.mode is Mode.MOVE:
+            self.ended = status
+            self._arrived.clear()
+        self.mode = mode
+
+    def _brake(self) -> None:
+        """The arm's own stop, as hard as its accelerations allow."""
+        if not any(self.qd_d):
+            self.qdd_d = _Z7
+            return
+        steps = [PERIOD * a for a in self._limits.qdd]
+        self.qd_d = tuple([v - min(max(v, -s), s) for v, s in zip(self.qd_d, steps, strict=True)])
+        self.q_d = tuple([p + PERIOD * v for p, v in zip(self.q_d, self.qd_d, strict=True)])

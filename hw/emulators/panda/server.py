@@ -1,0 +1,271 @@
+"""The emulated robot in the network: both ports, its clock, and what can go wrong with the line."""
+
+from __future__ import annotations
+
+import heapq
+import random
+import struct
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from pinocchio import SE3
+
+from controller import robot_model
+from hw.clock import stopwatch
+from hw.emulators.panda import wire
+from hw.emulators.panda.arm import EmulatedArm
+from hw.emulators.panda.connection import Connection, Request
+from hw.emulators.panda.hand import EmulatedHand
+from hw.emulators.panda.parts import OPENING, PERIOD, Fingers, Joints
+from hw.emulators.panda.wire import Command, HandCommand, HandStatus, MotionCommand, MoveStatus
+from hw.panda import PANDA, Mode
+
+_GENERATORS = (wire.JOINT_POSITION, wire.JOINT_VELOCITY)
+_CONTROLLERS = (wire.JOINT_IMPEDANCE, wire.CARTESIAN_IMPEDANCE)
+_HAND_EVERY = 20
+"""States of the arm for one of the hand."""
+_TEMPERATURE = 30
+_LEAST = 0.9 * PERIOD
+"""A commander that had less time to answer, because this computer was busy, is excused [s]."""
+_MOST_MISSED = 200
+"""A clock that stood still for more milliseconds than this has lost them."""
+
+
+@dataclass
+class Line:
+    """What can go wrong between the robot and its commander."""
+
+    dropped: float = 0.0
+    """Share of the packets that do not arrive, in both directions."""
+    delayed: float = 0.0
+    """Share of the packets that arrive late, in both directions."""
+    delay: float = 0.005
+    """How late [s]."""
+    unplugged_until: float = 0.0
+    """Nothing arrives at all until then, while the robot goes on [s of `stopwatch`]."""
+    random: random.Random = field(default_factory=lambda: random.Random(0))
+
+
+class PandaServer:
+    """One emulated Panda with its hand.
+
+    Args:
+        host: its address.
+        joints: behind the arm.
+        fingers: behind the hand.
+        version: of the research interface that it claims to speak.
+    """
+
+    def __init__(
+        self, host: str, joints: Joints, fingers: Fingers, version: int = wire.VERSION
+    ) -> None:
+        self.arm, self.hand = EmulatedArm(joints, PANDA.limits), EmulatedHand(fingers)
+        self.line = Line()
+        self.frozen_until = 0.0
+        """The whole robot stands still until then [s of `stopwatch`]."""
+        self.missed = 0
+        """Milliseconds that this computer was too busy for; they are made up for, and lost packets
+        are not counted in them."""
+        self._version = version
+        self._arm_port = Connection(host, wire.PORT, wire.HEADER)
+        self._hand_port = Connection(host, wire.HAND_PORT, wire.HAND_HEADER)
+        self._move: Request | None = None
+        self._recovery: Request | None = None
+        self._grip: Request | None = None
+        self._sent = 0.0
+        self._motion = (wire.JOINT_VELOCITY, wire.JOINT_IMPEDANCE)
+        self._on_the_way: list[tuple[int, int, bytes]] = []
+        self._late_states: list[tuple[int, int, bytes]] = []
+        self._model, self._nowhere = robot_model("frankie"), SE3.Identity()
+        self._from_foot = self._model.description.bTa.inverse()
+
+    @property
+    def has_commander(self) -> bool:
+        """Whether somebody is connected to the arm."""
+        return self._arm_port.has_client
+
+    def run(self, is_over: Callable[[], bool], each: Callable[[], None] = lambda: None) -> None:
+        """Be there until `is_over`; `each` is called once a millisecond."""
+        due = stopwatch()
+        while not is_over():
+            each()
+            now = stopwatch()
+            missed = int((now - due) / PERIOD)
+            if now < self.frozen_until or missed > _MOST_MISSED:
+                due, missed = now, 0
+            self.missed += missed
+            if now >= self.frozen_until:
+                self.tick(now, excused=now - self._sent < _LEAST)
+                for _ in range(missed):
+                    self.tick(now, excused=True)
+            due += (1 + missed) * PERIOD
+            time.sleep(max(0.0, due - stopwatch()))
+
+    def close(self) -> None:
+        """Let go of the ports."""
+        self._arm_port.close()
+        self._hand_port.close()
+
+    def tick(self, now: float, *, excused: bool = False) -> None:
+        """One millisecond of the robot."""
+        line_works = now >= self.line.unplugged_until
+        if line_works:
+            self._serve()
+        command = self._command(line_works)
+        self.arm.tick(command, excused=excused)
+        if self._arm_port.is_listened_to and line_works:
+            self._send(self._state())
+            self._sent = stopwatch()
+        if self._move is not None and self.arm.ended is not None:
+            # The state that tells of it goes before the answer.
+            self._arm_port.answer(self._move, bytes([self.arm.ended]))
+            self._move = self.arm.ended = None
+        if self._recovery is not None and self.arm.recovered:
+            self._arm_port.answer(self._recovery, bytes([wire.SUCCESS]))
+            self._recovery = None
+        self.arm.recovered = False
+        self._tick_hand(line_works)
+
+    # the arm
+
+    def _serve(self) -> None:
+        for request in self._arm_port.requests():
+            try:
+                self._do(request)
+            except struct.error:  # it is not of the length that it must have
+                self._arm_port.drop()
+        if not self._arm_port.has_client:
+            self._move = self._recovery = None
+            self.arm.commander_left()
+
+    def _do(self, request: Request) -> None:
+        arm, port = self.arm, self._arm_port
+        if request.command == Command.CONNECT:
+            version, states_to = wire.CONNECT.unpack(request.payload)
+            good = version == self._version
+            port.answer(request, wire.CONNECTED.pack(not good, self._version))
+            if good:
+                port.send_states_to(states_to)
+        elif request.command == Command.MOVE:
+            controller, generator, *_ = wire.MOVE.unpack(request.payload)
+            possible = generator in _GENERATORS and controller in _CONTROLLERS
+            status = arm.begin_motion(generator) if possible else MoveStatus.INVALID_ARGUMENT
+            port.answer(request, bytes([status]))
+            if status is MoveStatus.STARTED:
+                self._move, self._motion = request, (generator, controller)
+        elif request.command == Command.STOP_MOVE:
+            arm.stop_motion()
+            port.answer(request, bytes([wire.SUCCESS]))
+        elif request.command == Command.AUTOMATIC_ERROR_RECOVERY:
+            if arm.recover():
+                self._recovery = request
+            else:
+                needs = wire.MANUAL_RECOVERY if arm.errors else wire.NOT_POSSIBLE
+                port.answer(request, bytes([needs]))
+        elif request.command == Command.LOAD_MODEL_LIBRARY:
+            port.answer(request, bytes([wire.NOT_POSSIBLE]))
+        elif request.command == Command.GET_CARTESIAN_LIMIT:
+            port.answer(request, bytes(1 + 24 + 128 + 1))
+        else:
+            moves = arm.mode is Mode.MOVE
+            port.answer(request, bytes([wire.NOT_POSSIBLE if moves else wire.SUCCESS]))
+
+    def _command(self, line_works: bool) -> MotionCommand | None:
+        """The answer to the newest state, if it has arrived; what answers an older one is late."""
+        line, number = self.line, self.arm.number
+        arrived = []
+        for packet in self._arm_port.packets():
+            if not line_works or line.random.random() < line.dropped:
+                continue
+            if line.random.random() < line.delayed:
+                due = number + round(line.delay / PERIOD)
+                heapq.heappush(self._on_the_way, (due, len(self._on_the_way), packet))
+            else:
+                arrived.append(packet)
+        while self._on_the_way and self._on_the_way[0][0] <= number:
+            arrived.append(heapq.heappop(self._on_the_way)[2])
+        commands = filter(None, map(wire.read_motion, arrived))
+        return next((one for one in commands if one.number == number), None)
+
+    def _state(self) -> bytes:
+        arm = self.arm
+        q = arm.joints.q
+        foot_to_tool = self._from_foot * self._model.wTe(self._nowhere, np.array(q))
+        return wire.pack_state(
+            arm.number,
+            tuple(foot_to_tool.homogeneous.T.flat),
+            q,
+            arm.joints.qd,
+            arm.q_d,
+            arm.qd_d,
+            arm.qdd_d,
+            arm.flags(arm.errors),
+            arm.flags(arm.last_errors),
+            arm.mode,
+            arm.success_rate if arm.mode is Mode.MOVE else 0.0,
+            *self._motion,
+        )
+
+    def _send(self, state: bytes) -> None:
+        line, number = self.line, self.arm.number
+        while self._late_states and self._late_states[0][0] <= number:
+            self._arm_port.send_state(heapq.heappop(self._late_states)[2])
+        if line.random.random() < line.dropped:
+            return
+        if line.random.random() < line.delayed:
+            due = number + round(line.delay / PERIOD)
+            heapq.heappush(self._late_states, (due, number, state))
+        else:
+            self._arm_port.send_state(state)
+
+    # the hand
+
+    def _tick_hand(self, line_works: bool) -> None:
+        hand, port = self.hand, self._hand_port
+        if line_works:
+            for request in port.requests():
+                try:
+                    self._do_with_hand(request)
+                except (struct.error, ValueError, TypeError):
+                    port.drop()
+        if not port.has_client:
+            self._grip = None
+        status = hand.tick()
+        if status is not None and self._grip is not None:
+            port.answer(self._grip, wire.HAND_STATUS.pack(status))
+            self._grip = None
+        if line_works and hand.number % _HAND_EVERY == 0:
+            port.send_state(
+                wire.HAND_STATE.pack(
+                    hand.number // _HAND_EVERY,
+                    hand.fingers.width,
+                    OPENING,
+                    hand.is_grasped,
+                    _TEMPERATURE,
+                )
+            )
+
+    def _do_with_hand(self, request: Request) -> None:
+        hand, port, size = self.hand, self._hand_port, len(request.payload) // 8
+        if request.command == HandCommand.CONNECT:
+            version, states_to = wire.CONNECT.unpack(request.payload)
+            good = version == wire.HAND_VERSION
+            port.answer(request, wire.HAND_CONNECTED.pack(not good, wire.HAND_VERSION))
+            if good:
+                port.send_states_to(states_to)
+            return
+        if self._grip is not None:
+            port.answer(self._grip, wire.HAND_STATUS.pack(HandStatus.ABORTED))
+            self._grip = None
+        if request.command == HandCommand.STOP:
+            hand.stop()
+            port.answer(request, wire.HAND_STATUS.pack(HandStatus.SUCCESS))
+            return
+        arguments = np.frombuffer(request.payload, "<f8", size)
+        status = hand.begin(HandCommand(request.command), tuple(map(float, arguments)))
+        if status is None:
+            self._grip = request
+        else:
+            port.answer(request, wire.HAND_STATUS.pack(status))

@@ -1,0 +1,242 @@
+"""The research interface of the Panda, version 5, and of its hand, version 3, as bytes.
+
+All numbers are little-endian and packed. Layouts: the headers that libfranka 0.9.2 is built with.
+"""
+
+from __future__ import annotations
+
+import struct
+from enum import IntEnum
+from typing import NamedTuple
+
+from hw.panda import Mode
+
+VERSION, PORT = 5, 1337
+HAND_VERSION, HAND_PORT = 3, 1338
+
+ERRORS = (
+    "joint_position_limits_violation",
+    "cartesian_position_limits_violation",
+    "self_collision_avoidance_violation",
+    "joint_velocity_violation",
+    "cartesian_velocity_violation",
+    "force_control_safety_violation",
+    "joint_reflex",
+    "cartesian_reflex",
+    "max_goal_pose_deviation_violation",
+    "max_path_pose_deviation_violation",
+    "cartesian_velocity_profile_safety_violation",
+    "joint_position_motion_generator_start_pose_invalid",
+    "joint_motion_generator_position_limits_violation",
+    "joint_motion_generator_velocity_limits_violation",
+    "joint_motion_generator_velocity_discontinuity",
+    "joint_motion_generator_acceleration_discontinuity",
+    "cartesian_position_motion_generator_start_pose_invalid",
+    "cartesian_motion_generator_elbow_limit_violation",
+    "cartesian_motion_generator_velocity_limits_violation",
+    "cartesian_motion_generator_velocity_discontinuity",
+    "cartesian_motion_generator_acceleration_discontinuity",
+    "cartesian_motion_generator_elbow_sign_inconsistent",
+    "cartesian_motion_generator_start_elbow_invalid",
+    "force_controller_desired_force_tolerance_violation",
+    "start_elbow_sign_inconsistent",
+    "communication_constraints_violation",
+    "power_limit_violation",
+    "cartesian_motion_generator_joint_position_limits_violation",
+    "cartesian_motion_generator_joint_velocity_limits_violation",
+    "cartesian_motion_generator_joint_velocity_discontinuity",
+    "cartesian_motion_generator_joint_acceleration_discontinuity",
+    "cartesian_position_motion_generator_invalid_frame",
+    "controller_torque_discontinuity",
+    "joint_p2p_insufficient_torque_for_planning",
+    "tau_j_range_violation",
+    "instability_detected",
+    "joint_move_in_wrong_direction",
+    "cartesian_spline_motion_generator_violation",
+    "joint_via_motion_generator_planning_joint_limit_violation",
+    "base_acceleration_initialization_timeout",
+    "base_acceleration_invalid_reading",
+)
+"""What can keep the arm from moving, in the order of the flags in its state."""
+
+
+class Command(IntEnum):
+    """What the arm is asked over TCP."""
+
+    CONNECT = 0
+    MOVE = 1
+    STOP_MOVE = 2
+    GET_CARTESIAN_LIMIT = 3
+    SET_COLLISION_BEHAVIOR = 4
+    SET_JOINT_IMPEDANCE = 5
+    SET_CARTESIAN_IMPEDANCE = 6
+    SET_GUIDING_MODE = 7
+    SET_EE_TO_K = 8
+    SET_NE_TO_EE = 9
+    SET_LOAD = 10
+    SET_FILTERS = 11
+    AUTOMATIC_ERROR_RECOVERY = 12
+    LOAD_MODEL_LIBRARY = 13
+
+
+class MoveStatus(IntEnum):
+    """How a motion begins or ends."""
+
+    SUCCESS = 0
+    STARTED = 1
+    PREEMPTED = 2
+    NOT_POSSIBLE = 3
+    INVALID_ARGUMENT = 5
+    REFLEX_ABORTED = 6
+    EMERGENCY_ABORTED = 7
+    INPUT_ERROR = 8
+    ABORTED = 9
+
+
+SUCCESS, NOT_POSSIBLE, MANUAL_RECOVERY = 0, 1, 2
+"""Answers to commands that are no motion."""
+JOINT_POSITION, JOINT_VELOCITY = 0, 1
+"""The motion generators that are emulated, as a Move request names them."""
+JOINT_IMPEDANCE, CARTESIAN_IMPEDANCE, NO_CONTROLLER = 0, 1, 3
+"""The controllers that are emulated, and none, as requests and states name them."""
+
+HEADER = struct.Struct("<III")
+"""Of a request or answer of the arm: command, its number, size of the whole message."""
+CONNECT = struct.Struct("<HH")
+"""Version, and the port to which states are sent; the same for the hand."""
+MOVE = struct.Struct("<II6d")
+"""Controller, motion generator, permitted deviations."""
+CONNECTED = struct.Struct("<BH")
+"""Status and version of the server."""
+
+STATE = struct.Struct("<Q96d13d13d4d56d26d25d9d28d14d2B41B41BBd")
+"""2373 bytes, 1000 times a second."""
+MOTION = struct.Struct("<Q7d7d16d6d2d2B7d")
+"""370 bytes: the command to a motion, once for each state."""
+
+HAND_HEADER = struct.Struct("<HII")
+HAND_STATUS = struct.Struct("<H")
+HAND_CONNECTED = struct.Struct("<HH")
+HAND_STATE = struct.Struct("<IddBH")
+"""Number, width and largest width [m], whether something is held, temperature [degrees C]."""
+
+
+class HandCommand(IntEnum):
+    """What the hand is asked over TCP."""
+
+    CONNECT = 0
+    HOMING = 1
+    GRASP = 2
+    MOVE = 3
+    STOP = 4
+
+
+class HandStatus(IntEnum):
+    """How a motion of the fingers ends."""
+
+    SUCCESS = 0
+    FAIL = 1
+    UNSUCCESSFUL = 2
+    ABORTED = 3
+
+
+class MotionCommand(NamedTuple):
+    """What is emulated of a command to a motion."""
+
+    number: int
+    """Of the state that it answers."""
+    q: tuple[float, ...]
+    """(7,) [rad]; counts in a motion by positions."""
+    qd: tuple[float, ...]
+    """(7,) [rad/s]; counts in a motion by velocities."""
+    finished: bool
+
+
+def read_motion(packet: bytes) -> MotionCommand | None:
+    """A command to a motion; None if these are no such bytes."""
+    if len(packet) != MOTION.size:
+        return None
+    values = MOTION.unpack(packet)
+    return MotionCommand(values[0], values[1:8], values[8:15], bool(values[40]))
+
+
+_S = 0.5**0.5
+_F_T_EE = (_S, -_S, 0, 0, _S, _S, 0, 0, 0, 0, 1, 0, 0, 0, 0.1034, 1)
+_I = (1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1)
+_INERTIA = (0.001, 0, 0, 0, 0.0025, 0, 0, 0, 0.0017)
+_FRAMES = (*_F_T_EE, *_I, *_F_T_EE, *_I)
+_LOADS = (0.73, *_INERTIA, -0.01, 0, 0.03, 0.0, *(0.0,) * 12)
+_Z3, _Z6, _Z7 = (0.0,) * 3, (0.0,) * 6, (0.0,) * 7
+_CONTACTS = (0.0,) * 26
+
+
+def pack_state(
+    number: int,
+    pose: tuple[float, ...],
+    q: tuple[float, ...],
+    qd: tuple[float, ...],
+    q_d: tuple[float, ...],
+    qd_d: tuple[float, ...],
+    qdd_d: tuple[float, ...],
+    errors: bytes,
+    last_errors: bytes,
+    mode: int,
+    success_rate: float,
+    generator: int = JOINT_VELOCITY,
+    controller: int = JOINT_IMPEDANCE,
+) -> bytes:
+    """A state of the arm.
+
+    Args:
+        number: of milliseconds since the arm was switched on.
+        pose: (16,) of the end effector at the foot of the arm, by columns [m].
+        q: (7,) measured positions [rad].
+        qd: (7,) measured velocities [rad/s].
+        q_d: (7,) commanded positions [rad].
+        qd_d: (7,) commanded velocities [rad/s].
+        qdd_d: (7,) commanded accelerations [rad/s^2].
+        errors: (41,) flags of `ERRORS` that are so now.
+        last_errors: (41,) those that ended the last motion.
+        mode: one of `Mode`.
+        success_rate: share of the last 100 commands that arrived.
+        generator: of motions, if it is in one.
+        controller: of the joints, if it is in a motion.
+    """
+    moving = mode == Mode.MOVE
+    elbow = (q[2], -1.0)
+    return STATE.pack(
+        number,
+        *pose,
+        *pose,
+        *_FRAMES,
+        *_LOADS,
+        *elbow,
+        *elbow,
+        *_Z7,
+        *_Z7,
+        *_Z7,
+        *q,
+        *q_d,
+        *qd,
+        *qd_d,
+        *qdd_d,
+        *_CONTACTS,
+        *_Z7,
+        *_Z6,
+        *_Z6,
+        *_Z6,
+        *(0.0, 0.0, -9.81),
+        *elbow,
+        *(0.0,) * 4,
+        *pose,
+        *_Z6,
+        *_Z6,
+        *q,
+        *qd,
+        generator + 1 if moving else 0,
+        controller if moving else NO_CONTROLLER,
+        *errors,
+        *last_errors,
+        mode,
+        success_rate,
+    )

@@ -1,0 +1,180 @@
+"""The arm of a Franka Panda as a part of a robot."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hw.clock import Clock, stopwatch
+from hw.panda.arm_process import MEMORY
+from hw.panda.mailbox import Mailbox
+from hw.panda.process import DriverProcess
+from hw.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
+from hw.robot import HardwareError
+from hw.state import ArmState, Array, Fault, FaultKind
+
+_SILENT = 0.2
+"""An arm that says nothing for so long does not answer [s]."""
+_ZERO = (0.0,) * 7
+_RECOVERY, _WAY = 20.0, 60.0
+"""How long that may take [s]."""
+_MODES = {
+    Mode.OTHER: "its joints are locked: unlock them on its Desk page and activate FCI",
+    Mode.GUIDING: "it is being guided by hand: let go of the buttons at its wrist",
+    Mode.RECOVERING: "it is recovering",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmSettings:
+    """What a site may choose."""
+
+    torques: tuple[float, ...] = (20.0, 20.0, 18.0, 18.0, 16.0, 14.0, 12.0)
+    """(7,) torques of a contact at which the arm stops [Nm]."""
+    forces: tuple[float, ...] = (20.0, 20.0, 20.0, 25.0, 25.0, 25.0)
+    """(6,) forces and torques at the hand at which the arm stops [N, Nm]."""
+    connecting: float = 6.0
+    """How long the arm may take to answer at first [s]."""
+
+
+class PandaArm:
+    """A Panda that follows joint velocities; a process of its own holds the connection.
+
+    After a reflex, and after a person has stopped it, it moves again only when it was recovered
+    and the commands have been zero for a moment.
+
+    Args:
+        address: of the arm in the network.
+        clock: session time.
+        settings: of the site.
+    """
+
+    def __init__(self, address: str, clock: Clock, settings: ArmSettings | None = None) -> None:
+        settings = settings or ArmSettings()
+        self._clock, self._offset = clock, 0.0
+        contacts = {"torques": settings.torques, "forces": settings.forces}
+        self._process = DriverProcess(
+            "hw.panda.arm_process", "Panda", address, contacts, MEMORY, settings.connecting
+        )
+        self._commands = Mailbox(self._process.memory, 0, ARM_COMMAND)
+        self._readings = Mailbox(self._process.memory, 1, ARM_READING)
+        self._writing = threading.Lock()
+        self._given = 0
+
+    def connect(self) -> None:
+        """Start the process, and see that the arm can be commanded.
+
+        Raises:
+            HardwareError: it cannot be; the text says why and what to do.
+        """
+        self._offset = self._clock.now() - stopwatch()
+        self._put(0.0, _ZERO)
+        self._process.start()
+        reading = self.reading()
+        cause = _MODES.get(reading.mode)
+        if reading.mode is Mode.USER_STOPPED:
+            cause = "its stop button is pressed: release it"
+        if cause is not None:
+            self.close()
+            raise HardwareError(f"the {self._process.what}: {cause}")
+
+    def reading(self) -> ArmReading:
+        """All that the driver knows; stamps are those of `stopwatch`.
+
+        Raises:
+            HardwareError: there never was one.
+        """
+        reading = ArmReading.get(self._readings)
+        if reading is None:
+            raise HardwareError(f"the {self._process.what}: {self._process.end_of_it()}")
+        return reading
+
+    def read(self) -> ArmState:
+        """The newest reading, stamped when it arrived."""
+        reading = self.reading()
+        return ArmState(
+            stamp=reading.stamp + self._offset,
+            q=np.array(reading.q),
+            qd=np.array(reading.qd),
+            faults=tuple(self._faults(reading)),
+        )
+
+    def send(self, qd: Array) -> Array:
+        """Follow joint velocities (7,) [rad/s] for one period.
+
+        Zero while there is a fault, and instead of what is no number.
+        """
+        is_good = np.isfinite(qd).all() and not self._faults(self.reading())
+        applied = np.array(qd, dtype=float) if is_good else np.zeros(7)
+        self._put(stopwatch(), applied)
+        return applied
+
+    def move_to(self, q: Sequence[float], speed: float = 0.3) -> None:
+        """Go to joint positions (7,) [rad] straight in joint space; waits until it is there.
+
+        Nothing looks out for obstacles. `stop` and any command end it.
+
+        Args:
+            q: for example the `ready` of a robot's description.
+            speed: of the fastest joint [rad/s].
+
+        Raises:
+            HardwareError: it did not get there.
+        """
+        self._process.ask(_WAY, do="move", q=list(map(float, q)), speed=speed)
+
+    def recover(self) -> None:
+        """Clear a reflex; connect again if the arm or its driver does not answer.
+
+        Raises:
+            HardwareError: that cannot be done now.
+        """
+        if self._silence(self.reading()):
+            self._process.kill()
+            self.connect()
+        else:
+            self._process.ask(_RECOVERY, do="recover")
+
+    def stop(self) -> None:
+        """Come to rest as fast as limits allow, in any state and from any thread."""
+        self._put(0.0, _ZERO)
+
+    def close(self) -> None:
+        """Stop, and end the process once the arm rests."""
+        self.stop()
+        self._process.end()
+
+    def _put(self, stamp: float, qd: Sequence[float] | Array) -> None:
+        with self._writing:
+            self._given += 1
+            self._commands.put(self._given, stamp, *qd)
+
+    def _silence(self, reading: ArmReading) -> str:
+        """Why there is nothing new; empty if there is."""
+        if ended := self._process.end_of_it():
+            return ended
+        age = stopwatch() - reading.stamp
+        if age > _SILENT:
+            return f"it has said nothing for {age:.1f} s: look at the cable and the power"
+        return ""
+
+    def _faults(self, reading: ArmReading) -> list[Fault]:
+        what = self._process.what
+
+        def fault(kind: FaultKind, cause: str, *, clearable: bool) -> list[Fault]:
+            return [Fault(kind=kind, text=f"the {what}: {cause}", clearable=clearable)]
+
+        if silence := self._silence(reading):
+            return fault(FaultKind.CONNECTION, silence, clearable=True)
+        if reading.mode is Mode.USER_STOPPED:
+            cause = "its stop button is pressed: release it, then recover"
+            return fault(FaultKind.EMERGENCY_STOP, cause, clearable=False)
+        if reading.mode in _MODES:
+            recovering = reading.mode is Mode.RECOVERING
+            return fault(FaultKind.NOT_READY, _MODES[reading.mode], clearable=recovering)
+        if reading.trouble:
+            return fault(FaultKind.REFLEX, reading.trouble, clearable=True)
+        return []

@@ -1,0 +1,128 @@
+"""What the processes of arm and hand have in common: requests, answers, and when to end.
+
+A process is asked by lines of JSON on its standard input and answers on its standard output. It
+ends when its parent is gone or suspended.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import queue
+import sys
+import tempfile
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NoReturn
+
+from hw.clock import stopwatch
+
+_LOOK = 0.1
+"""How often to look whether the parent is suspended [s]."""
+_SUSPENDED = 0.5
+"""A parent that is suspended for so long is given up [s]."""
+
+_PRIORITY = 20
+"""Of those processes that the system runs before all others."""
+
+Request = dict[str, Any]
+
+
+class Parent:
+    """The process that commands this one.
+
+    Args:
+        at_once: handles the requests that cannot wait, in a thread of its own; True if it did.
+    """
+
+    def __init__(self, at_once: Callable[[Request], bool] = lambda _: False) -> None:
+        self._at_once = at_once
+        self._pid = os.getppid()
+        self._requests: queue.SimpleQueue[Request] = queue.SimpleQueue()
+        self._looked = 0.0
+        self._suspended_since: float | None = None
+        self.is_gone = False
+        """Whether it has ended, or has said that this process is to end."""
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def tell(self, **message: Any) -> None:
+        """Send one line; nobody may be there to read it."""
+        try:
+            os.write(1, json.dumps(message).encode() + b"\n")
+        except OSError:
+            self.is_gone = True
+
+    def request(self, patience: float = 0.0) -> Request | None:
+        """The next request; None if there is none within `patience` [s]."""
+        try:
+            return self._requests.get(timeout=patience) if patience else self._requests.get_nowait()
+        except queue.Empty:
+            return None
+
+    def answer(self, request: Request, error: str = "") -> None:
+        """Tell that a request is done, or why not."""
+        self.tell(id=request["id"], error=error)
+
+    def commands(self) -> bool:
+        """Whether it is there and not suspended."""
+        now = stopwatch()
+        if now - self._looked > _LOOK:
+            self._looked = now
+            if not self._is_suspended():
+                self._suspended_since = None
+            elif self._suspended_since is None:
+                self._suspended_since = now
+            elif now - self._suspended_since > _SUSPENDED:
+                self.is_gone = True
+        return not self.is_gone
+
+    def _listen(self) -> None:
+        for line in sys.stdin:
+            request = json.loads(line)
+            if request["do"] == "end":
+                break
+            if not self._at_once(request):
+                self._requests.put(request)
+        self.is_gone = True
+
+    def _is_suspended(self) -> bool:
+        if os.getppid() != self._pid:
+            self.is_gone = True
+        try:
+            text = Path(f"/proc/{self._pid}/stat").read_text()
+        except OSError:
+            return False
+        return text.rpartition(")")[2].split()[0] in "Tt"
+
+
+def claim(what: str, address: str) -> str:
+    """Make sure that no other process of this computer commands it, as long as this one lives.
+
+    Returns:
+        Who does; empty if nobody.
+    """
+    name = "".join(letter if letter.isalnum() else "-" for letter in f"{what}-{address}")
+    path = Path(tempfile.gettempdir()) / f"frankie-task-{name}.lock"
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        holder = os.read(descriptor, 20).decode(errors="replace").strip()
+        return f"another program on this computer commands it already (process {holder or '?'})"
+    os.ftruncate(descriptor, 0)
+    os.write(descriptor, str(os.getppid()).encode())
+    return ""
+
+
+def hurry() -> None:
+    """Ask the system to run this process before all that are not in a hurry, if it lets us."""
+    with suppress(OSError):
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
+
+
+def leave(code: int = 0) -> NoReturn:
+    """End at once. The vendor's library must not clean up: on a dead link it aborts."""
+    os._exit(code)

@@ -1,0 +1,67 @@
+"""The newest record of one process, for another that never waits for it.
+
+Two processes share the memory. One puts records, the other gets the newest one. Stamps in records
+are those of `stopwatch`, which is the same for all processes of a computer.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import struct
+from typing import Any
+
+_NUMBER = struct.Struct("<Q")
+_TRIES = 1000
+PAGE = 1024
+"""Bytes of memory for one mailbox."""
+
+
+class Mailbox:
+    """One record with one writer and one reader.
+
+    Args:
+        memory: that both share.
+        place: of this one in it, counted in mailboxes.
+        layout: of its record.
+    """
+
+    def __init__(self, memory: mmap.mmap, place: int, layout: struct.Struct) -> None:
+        assert layout.size + 2 * _NUMBER.size <= PAGE
+        self._memory, self._layout = memory, layout
+        self._before = place * PAGE
+        self._record = self._before + _NUMBER.size
+        self._after = self._record + layout.size
+        self._count = 0
+        self._last: tuple[Any, ...] | None = None
+
+    def put(self, *values: Any) -> None:
+        """Replace the record."""
+        self._count += 1
+        _NUMBER.pack_into(self._memory, self._before, self._count)
+        self._layout.pack_into(self._memory, self._record, *values)
+        _NUMBER.pack_into(self._memory, self._after, self._count)
+
+    def get(self) -> tuple[Any, ...] | None:
+        """The newest whole record; None before the first."""
+        memory = self._memory
+        for _ in range(_TRIES):
+            after = _NUMBER.unpack_from(memory, self._after)
+            values = self._layout.unpack_from(memory, self._record)
+            if after == _NUMBER.unpack_from(memory, self._before):
+                if after[0]:
+                    self._last = values
+                break
+        return self._last
+
+
+def share_memory(count: int) -> int:
+    """A file descriptor of memory for that many mailboxes, to be inherited."""
+    descriptor = os.memfd_create("mailboxes")
+    os.ftruncate(descriptor, count * PAGE)
+    return descriptor
+
+
+def open_memory(descriptor: int) -> mmap.mmap:
+    """The memory behind a descriptor."""
+    return mmap.mmap(descriptor, 0)

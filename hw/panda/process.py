@@ -1,0 +1,209 @@
+"""A process of the driver, as the program that started it sees it.
+
+The vendor's library can crash, abort and keep the interpreter lock; in a process of its own it
+reaches nobody. A process that does not answer is killed, and a new one is started.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, Any
+
+from hw.clock import stopwatch
+from hw.panda.generation import is_installed, missing
+from hw.panda.mailbox import open_memory, share_memory
+from hw.robot import HardwareError
+
+_LOADING = 30.0
+"""[s]"""
+_LIGHT = str(Path(__file__).with_name("light.py"))
+
+
+class DriverProcess:
+    """One process, started by `start` and ended by `end`; both may be called again.
+
+    Args:
+        module: what it runs.
+        what: it drives, for people.
+        address: of it.
+        settings: for it, as JSON.
+        mailboxes: that it shares with this one.
+        connecting: how long it may take to connect [s].
+    """
+
+    def __init__(
+        self,
+        module: str,
+        what: str,
+        address: str,
+        settings: dict[str, Any],
+        mailboxes: int,
+        connecting: float,
+    ) -> None:
+        self.what = f"{what} at {address}"
+        self._command = [sys.executable, "-P", _LIGHT, module, address, json.dumps(settings)]
+        self._memory = share_memory(mailboxes)
+        self.memory = open_memory(self._memory)
+        self._connecting = connecting
+        self._process: subprocess.Popen[bytes] | None = None
+        self._stderr: IO[bytes] | None = None
+        self._buffer = b""
+        self._asked = 0
+        self._writing, self._asking, self._hearing = (threading.Lock() for _ in range(3))
+        self._last_words = ""
+
+    @property
+    def process(self) -> subprocess.Popen[bytes] | None:
+        """The process that was started last; None when it was ended."""
+        return self._process
+
+    def start(self) -> None:
+        """Start it and wait until it is connected.
+
+        Raises:
+            HardwareError: it cannot be; the text says why and what to do.
+        """
+        if not is_installed():
+            raise HardwareError(missing())
+        self.end()
+        self._last_words, self._buffer = "", b""
+        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115
+        self._process = subprocess.Popen(
+            [*self._command, str(self._memory)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._stderr,
+            pass_fds=(self._memory,),
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            start_new_session=True,  # Ctrl-C is for the program that commands
+        )
+        try:
+            self._expect("loaded", _LOADING)
+            self._expect("ready", self._connecting)
+        except HardwareError:
+            self.kill()
+            raise
+
+    def ask(self, timeout: float, **request: Any) -> None:
+        """Have something done that takes time; one request after the other.
+
+        Raises:
+            HardwareError: it was not done.
+        """
+        with self._asking:
+            self._asked += 1
+            self.say(id=self._asked, **request)
+            until = stopwatch() + timeout
+            while True:
+                message = self._message(until - stopwatch())
+                if message is None:
+                    raise HardwareError(f"the {self.what}: {self.end_of_it() or 'no answer'}")
+                if message.get("id") == self._asked:
+                    if message["error"]:
+                        raise HardwareError(f"the {self.what}: {message['error']}")
+                    return
+
+    def say(self, **request: Any) -> None:
+        """Send a request; if nobody is there any more, nothing happens."""
+        process = self._process
+        if process is None or process.stdin is None:
+            return
+        with self._writing, suppress(OSError, ValueError):
+            process.stdin.write(json.dumps(request).encode() + b"\n")
+            process.stdin.flush()
+
+    def end_of_it(self) -> str:
+        """Why the process has ended; empty while it runs."""
+        process = self._process
+        if process is None:
+            return self._last_words or "its driver is not running"
+        if process.poll() is None:
+            return ""
+        # Whoever waits for an answer hears of the end, too; nobody waits for him here.
+        if not self._last_words and self._hearing.acquire(blocking=False):
+            try:
+                while (message := self._next_line(0.0)) is not None:
+                    self._last_words = message.get("error") or self._last_words
+            finally:
+                self._hearing.release()
+        return self._last_words or f"its driver has ended: {self._cause(process.returncode)}"
+
+    def end(self, patience: float = 2.0) -> None:
+        """Have it stop and end; kill it if it does not."""
+        process = self._process
+        if process is None:
+            return
+        self.say(do="end")
+        try:
+            process.wait(patience)
+        except subprocess.TimeoutExpired:
+            process.kill()
+        self.kill()
+
+    def kill(self) -> None:
+        """End it at once."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
+            for stream in (process.stdin, process.stdout, self._stderr):
+                if stream is not None:
+                    with suppress(OSError):
+                        stream.close()
+
+    def __del__(self) -> None:
+        self.kill()
+        os.close(self._memory)
+
+    def _expect(self, what: str, timeout: float) -> None:
+        message = self._message(timeout)
+        if message is None:
+            silent = "it accepts the connection and says nothing: does another program command it?"
+            raise HardwareError(f"the {self.what}: {self.end_of_it() or silent}")
+        if "error" in message:
+            raise HardwareError(f"the {self.what}: {message['error']}")
+        assert what in message
+
+    def _message(self, timeout: float) -> dict[str, Any] | None:
+        """The next line of the process; None if none comes in time or it has ended."""
+        with self._hearing:
+            return self._next_line(timeout)
+
+    def _next_line(self, timeout: float) -> dict[str, Any] | None:
+        process, until = self._process, stopwatch() + timeout
+        if process is None or process.stdout is None:
+            return None
+        while b"\n" not in self._buffer:
+            ready, _, _ = select.select([process.stdout], [], [], max(0.0, until - stopwatch()))
+            if not ready:
+                return None
+            data = os.read(process.stdout.fileno(), 4096)
+            if not data:
+                process.wait()
+                return None
+            self._buffer += data
+        line, _, self._buffer = self._buffer.partition(b"\n")
+        message: dict[str, Any] = json.loads(line)
+        return message
+
+    def _cause(self, code: int) -> str:
+        if code == -signal.SIGALRM:
+            return "it hung; the connection is frozen"
+        if code == 0:
+            return "this program was suspended"
+        words = b""
+        if self._stderr is not None:
+            self._stderr.seek(0)
+            words = self._stderr.read()[-2000:]
+        lines = words.decode(errors="replace").split("\n")
+        last = next((line for line in reversed(lines) if line.strip()), "")
+        return f"exit status {code} {last}".strip()

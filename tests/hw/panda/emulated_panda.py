@@ -1,0 +1,99 @@
+"""An emulated Panda in a process of its own, at an address of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hw.panda import is_installed
+
+ROOT = Path(__file__).parents[3]
+needs_library = pytest.mark.skipif(
+    not is_installed(), reason='panda-python is not installed: pip install "frankie-task[hardware]"'
+)
+_numbers = count(1)
+
+
+def _is_in_time() -> bool:
+    """Whether the system lets the processes of driver and emulator run before all others."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    except OSError:
+        return False
+    return True
+
+
+IN_TIME = _is_in_time()
+
+
+def free_address() -> str:
+    """One that no other test of this computer uses: the ports of the robot are fixed."""
+    pid = os.getpid()
+    return f"127.{1 + (pid >> 8) % 250}.{pid % 256}.{next(_numbers) % 250 + 1}"
+
+
+class Emulator:
+    """Runs `python -m hw.emulators.panda`, and does things to it."""
+
+    def __init__(self, version: int = 5) -> None:
+        self.address = free_address()
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "hw.emulators.panda", self.address, str(version)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])},
+        )
+        assert json.loads(self._line()) == {"did": "begin"}
+        if not IN_TIME:
+            self.do("patience 1000")
+
+    def _line(self) -> str:
+        assert self.process.stdout is not None
+        return self.process.stdout.readline()
+
+    def do(self, words: str) -> dict[str, Any]:
+        """Do something to the robot; what it tells then."""
+        assert self.process.stdin is not None
+        self.process.stdin.write(words + "\n")
+        self.process.stdin.flush()
+        told: dict[str, Any] = json.loads(self._line())
+        assert "error" not in told, told
+        return told
+
+    def tell(self) -> dict[str, Any]:
+        """What it has seen."""
+        return self.do("tell")
+
+    def wait(self, done, patience: float = 10.0) -> dict[str, Any]:
+        """Until it tells something."""
+        until = time.monotonic() + patience
+        while time.monotonic() < until:
+            if done(told := self.tell()):
+                return told
+            time.sleep(0.005)
+        raise AssertionError(f"not within {patience:g} s: {told}")
+
+    def close(self) -> None:
+        """End it."""
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+        self.process.wait(5.0)
+
+
+def until(done, patience: float = 10.0) -> float:
+    """Wait for something; how long that took [s]."""
+    begun = time.monotonic()
+    while not done():
+        assert time.monotonic() < begun + patience, f"not within {patience:g} s"
+        time.sleep(0.002)
+    return time.monotonic() - begun

@@ -1,0 +1,245 @@
+"""The driver of the arm against the emulated robot, over real sockets and with the real library."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from emulated_panda import IN_TIME, Emulator, needs_library, until
+
+from hw import FaultKind, HardwareError, WallClock
+from hw.panda import ArmSettings, PandaArm
+
+pytestmark = needs_library
+ZERO = np.zeros(7)
+SPEED = 0.3
+READY = np.array([0.0, -0.3, 0.0, -2.2, 0.0, 2.0, 0.785])
+
+
+@pytest.fixture(scope="module")
+def emulator():
+    emulator = Emulator()
+    yield emulator
+    emulator.close()
+
+
+@pytest.fixture(scope="module")
+def connected(emulator):
+    arm = PandaArm(emulator.address, WallClock())
+    arm.connect()
+    yield arm
+    arm.close()
+
+
+@pytest.fixture
+def arm(emulator, connected):
+    """At rest, healthy, near its ready pose."""
+    connected.stop()
+    emulator.do("release")
+    if connected.read().faults:
+        connected.recover()
+    until(lambda: not connected.read().faults)
+    if np.abs(connected.read().q - READY).max() > 0.5:
+        connected.move_to(READY, speed=1.0)
+    emulator.do("forget")
+    return connected
+
+
+def stream(arm, seconds, qd):
+    """Command a velocity, or a function of time, at 100 Hz; the last command's time."""
+    begun = time.monotonic()
+    for tick in range(round(seconds * 100)):
+        arm.send(np.array(qd(tick * 0.01) if callable(qd) else qd))
+        time.sleep(max(0.0, begun + (tick + 1) * 0.01 - time.monotonic()))
+    return time.monotonic()
+
+
+def joint(number, speed):
+    qd = ZERO.copy()
+    qd[number] = speed
+    return qd
+
+
+def moving(arm, emulator, speed=SPEED):
+    """In a motion at a steady speed."""
+    stream(arm, 0.1, ZERO)
+    begun = time.monotonic()
+    while emulator.tell()["qd"][0] < 0.9 * speed:
+        stream(arm, 0.1, joint(0, speed))
+        assert time.monotonic() < begun + 10.0, (emulator.tell(), arm.reading())
+
+
+def test_a_velocity_is_followed_and_told(arm, emulator):
+    start = arm.read()
+    stream(arm, 0.5, joint(6, SPEED))
+    state = arm.read()
+    assert state.qd[6] == pytest.approx(SPEED, abs=0.02)
+    assert 0.08 < state.q[6] - start.q[6] < 0.2
+    assert np.abs(np.delete(state.q - start.q, 6)).max() < 1e-3
+    assert state.stamp > start.stamp
+    assert state.faults == ()
+
+
+def test_without_commands_the_arm_rests_within_a_quarter_of_a_second(arm, emulator):
+    moving(arm, emulator)
+    last = time.monotonic()
+    told = emulator.wait(lambda told: told["still"] > 0.0)
+    assert told["now"] - told["still"] - last < 0.25
+    told = emulator.wait(lambda told: told["resting"] > 0.0)
+    assert told["now"] - told["resting"] - last < 0.3
+    assert told["violations"] == []
+
+
+def test_stop_is_quicker_than_no_command(arm, emulator):
+    moving(arm, emulator)
+    arm.stop()
+    last = time.monotonic()
+    told = emulator.wait(lambda told: told["still"] > 0.0)
+    assert told["now"] - told["still"] - last < 0.15
+
+
+def test_velocities_are_tracked_within_5_percent(arm, emulator):
+    """At 0.2 Hz, with references at 100 Hz; the lag of the joints is part of it."""
+    clock = arm._clock
+    wanted, measured = [], []
+    begun = clock.now()
+
+    def reference(t):
+        return SPEED * np.sin(2.0 * np.pi * 0.2 * t) * np.eye(7)[5]
+
+    for tick in range(250):
+        arm.send(reference(clock.now() - begun))
+        clock.sleep_until(begun + (tick + 1) * 0.01)
+        state = arm.read()
+        wanted.append(reference(state.stamp - begun)[5])
+        measured.append(state.qd[5])
+    error = np.sqrt(np.mean((np.array(measured) - wanted) ** 2) / np.mean(np.square(wanted)))
+    assert error < 0.05
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_what_is_no_number_is_a_stop(arm, emulator, value):
+    moving(arm, emulator)
+    assert not arm.send(joint(0, value)).any()
+    emulator.wait(lambda told: told["still"] > 0.0)
+    assert arm.read().faults == ()
+
+
+def test_wild_commands_leave_no_limit(arm, emulator):
+    rng = np.random.default_rng(3)
+    for _ in range(15):
+        seconds, qd = rng.choice([0.01, 0.03, 0.1]), rng.uniform(-5.0, 5.0, 7)
+        stream(arm, seconds, qd)
+        stream(arm, seconds, -qd)
+    stream(arm, 0.3, ZERO)
+    told = emulator.tell()
+    assert told["violations"] == []
+    assert max(told["speed"], told["acceleration"], told["jerk"]) <= 1.0
+    assert arm.read().faults == ()
+
+
+def test_one_percent_of_late_and_lost_packets_is_survived(arm, emulator):
+    emulator.do("delay 0.01 0.005")
+    emulator.do("drop 0.01")
+    stream(arm, 1.0, lambda t: SPEED * np.sin(8.0 * t) * np.ones(7))
+    told = emulator.tell()
+    emulator.do("drop 0")
+    emulator.do("delay 0")
+    assert arm.read().faults == ()
+    assert told["violations"] == []
+    assert told["lost"] > 0
+
+
+def test_a_reflex_is_a_fault_and_waits_for_a_recovery(arm, emulator):
+    moving(arm, emulator)
+    begun = time.monotonic()
+    emulator.do("reflex joint_reflex")
+    until(lambda: arm.read().faults)
+    assert time.monotonic() - begun < 0.25
+    (fault,) = arm.read().faults
+    assert fault.kind is FaultKind.REFLEX
+    assert fault.clearable
+    assert "joint_reflex" in fault.text
+    told = emulator.wait(lambda told: told["resting"] > 0.0)
+    assert told["now"] - told["resting"] - begun < 0.25
+    # Commands do not clear it, and recovering does not make it move.
+    assert not arm.send(joint(0, SPEED)).any()
+    arm.recover()
+    assert arm.read().faults == ()
+    stream(arm, 0.2, ZERO)
+    assert emulator.tell()["mode"] == "IDLE"
+    moving(arm, emulator)
+
+
+def test_the_stop_button_stops_and_only_a_person_clears_it(arm, emulator):
+    moving(arm, emulator)
+    begun = time.monotonic()
+    emulator.do("stop")
+    told = emulator.wait(lambda told: told["resting"] > 0.0)
+    assert told["now"] - told["resting"] - begun < 0.25
+    until(lambda: any(one.kind is FaultKind.EMERGENCY_STOP for one in arm.read().faults))
+    assert not arm.read().faults[0].clearable
+    with pytest.raises(HardwareError, match="release it"):
+        arm.recover()
+    emulator.do("release")
+    until(lambda: all(one.clearable for one in arm.read().faults))
+    stream(arm, 0.2, joint(0, SPEED))
+    assert emulator.tell()["mode"] == "IDLE"  # it has to be acknowledged
+    arm.recover()
+    stream(arm, 0.1, ZERO)
+    moving(arm, emulator)
+
+
+@pytest.mark.parametrize(("done", "hint"), [("lock", "unlock"), ("guide", "by hand")])
+def test_another_mode_is_a_fault_that_a_program_cannot_clear(arm, emulator, done, hint):
+    emulator.do(done)
+    until(lambda: arm.read().faults)
+    (fault,) = arm.read().faults
+    assert fault.kind is FaultKind.NOT_READY
+    assert hint in fault.text
+    assert not fault.clearable
+    emulator.do("release")
+    until(lambda: all(one.clearable for one in arm.read().faults))
+    arm.recover()
+    assert arm.read().faults == ()
+
+
+@pytest.mark.parametrize(("what", "seconds"), [("unplug", 1.5), ("freeze", 2.6)])
+def test_a_silent_robot_is_a_fault_and_comes_back_by_a_recovery(arm, emulator, what, seconds):
+    moving(arm, emulator)
+    begun = time.monotonic()
+    emulator.do(f"{what} {seconds}")
+    until(lambda: arm.read().faults)
+    assert time.monotonic() - begun < 0.4
+    (fault,) = arm.read().faults
+    assert fault.kind is FaultKind.CONNECTION
+    assert "cable" in fault.text
+    if what == "unplug" and IN_TIME:  # the robot itself stops when nothing arrives
+        told = emulator.wait(lambda told: told["resting"] > 0.0)
+        assert told["now"] - told["resting"] - begun < 0.25
+        assert told["errors"] == ["communication_constraints_violation"]
+    time.sleep(max(0.0, begun + seconds + 0.1 - time.monotonic()))
+    arm.recover()
+    until(lambda: not arm.read().faults)
+    stream(arm, 0.1, ZERO)
+    moving(arm, emulator)
+
+
+def test_the_ready_pose_is_reached_and_a_stop_ends_the_way(arm, emulator):
+    goal = np.array([0.3, -0.2, 0.1, -2.0, 0.2, 2.1, 0.7])
+    arm.move_to(goal, speed=1.0)
+    until(lambda: np.abs(arm.read().q - goal).max() < 5e-3, 1.0)
+    timer = threading.Timer(0.2, arm.stop)
+    timer.start()
+    with pytest.raises(HardwareError, match="stopped on its way"):
+        arm.move_to(READY, speed=0.3)
+    assert emulator.tell()["violations"] == []
+
+
+def test_a_second_commander_is_refused(arm, emulator):
+    second = PandaArm(emulator.address, WallClock(), ArmSettings(connecting=2.0))
+    with pytest.raises(HardwareError, match=r"another program .* \(process \d+\)"):
+        second.connect()
+    assert arm.read().faults == ()

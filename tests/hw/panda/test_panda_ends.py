@@ -1,0 +1,171 @@
+"""How the driver begins and ends: what it says when it cannot, and who stops the arm then."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from emulated_panda import ROOT, Emulator, free_address, needs_library, until
+
+from hw import FaultKind, HardwareError, WallClock
+from hw.panda import ArmSettings, PandaArm
+
+PARENT = """
+import sys, time
+import numpy as np
+from hw import WallClock
+from hw.panda import PandaArm
+arm = PandaArm(sys.argv[1], WallClock())
+arm.connect()
+while True:
+    arm.send(np.array([0.3, 0, 0, 0, 0, 0, 0.0]))
+    print(time.monotonic(), flush=True)
+    time.sleep(0.01)
+"""
+
+
+@pytest.fixture(scope="module")
+def emulator():
+    emulator = Emulator()
+    yield emulator
+    emulator.close()
+
+
+def refusal(address: str) -> str:
+    arm = PandaArm(address, WallClock(), ArmSettings(connecting=1.5))
+    with pytest.raises(HardwareError) as caught:
+        arm.connect()
+    text = str(caught.value)
+    assert address in text
+    assert "\n" not in text
+    return text
+
+
+def test_without_the_library_it_says_what_to_install(monkeypatch):
+    monkeypatch.setattr("hw.panda.process.is_installed", lambda: False)
+    arm = PandaArm("127.0.0.1", WallClock())
+    with pytest.raises(HardwareError, match=r'pip install "frankie-task\[hardware\]"'):
+        arm.connect()
+
+
+@needs_library
+def test_where_nobody_listens_fci_is_not_active():
+    assert "activate FCI" in refusal(free_address())
+
+
+@needs_library
+def test_a_name_that_no_host_has():
+    assert "no such host" in refusal("no-such-panda.invalid")
+
+
+@needs_library
+def test_another_version_of_the_interface():
+    emulator = Emulator(version=10)
+    try:
+        text = refusal(emulator.address)
+    finally:
+        emulator.close()
+    assert "version 10" in text
+    assert "version 5" in text
+    assert "FR3" in text
+
+
+@needs_library
+@pytest.mark.parametrize(
+    ("done", "hint"), [("lock", "unlock"), ("guide", "by hand"), ("stop", "stop button")]
+)
+def test_a_robot_that_a_person_keeps_from_moving(emulator, done, hint):
+    emulator.do(done)
+    try:
+        assert hint in refusal(emulator.address)
+    finally:
+        emulator.do("release")
+    emulator.wait(lambda told: not told["has_commander"])
+
+
+@needs_library
+def test_a_reflex_of_before_is_told_and_not_cleared_by_connecting(emulator):
+    emulator.do("reflex joint_reflex")
+    arm = PandaArm(emulator.address, WallClock())
+    arm.connect()
+    try:
+        (fault,) = arm.read().faults
+        assert fault.kind is FaultKind.REFLEX
+        assert "joint_reflex" in fault.text
+        assert emulator.tell()["mode"] == "REFLEX"
+        arm.recover()
+        assert arm.read().faults == ()
+    finally:
+        arm.close()
+
+
+@needs_library
+def test_a_robot_that_says_nothing_is_perhaps_commanded_by_another(emulator):
+    emulator.do("unplug 30")
+    try:
+        assert "another program" in refusal(emulator.address)
+    finally:
+        emulator.do("unplug 0")
+
+
+@needs_library
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+def test_the_arm_stops_and_the_driver_ends_when_its_parent_is_killed_or_suspended(emulator, how):
+    parent = subprocess.Popen(
+        [sys.executable, "-c", PARENT, emulator.address],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])},
+    )
+    try:
+        emulator.wait(lambda told: told["mode"] == "MOVE" and told["qd"][0] > 0.28, 30.0)
+        os.kill(parent.pid, how)
+        struck = time.monotonic()
+        told = emulator.wait(lambda told: told["still"] > 0.0)
+        assert told["now"] - told["still"] - struck < 0.25
+        assert told["errors"] == told["violations"] == []
+        told = emulator.wait(lambda told: not told["has_commander"])
+        assert told["mode"] == "IDLE"
+        assert time.monotonic() - struck < 3.0
+    finally:
+        parent.kill()
+        parent.wait()
+
+
+@needs_library
+def test_a_driver_that_is_killed_is_a_fault_and_a_recovery_starts_another(emulator):
+    arm = PandaArm(emulator.address, WallClock())
+    arm.connect()
+    try:
+        process = arm._process.process
+        assert process is not None
+        process.kill()
+        assert until(lambda: arm.read().faults) < 0.25
+        (fault,) = arm.read().faults
+        assert fault.kind is FaultKind.CONNECTION
+        arm.recover()
+        assert arm.read().faults == ()
+    finally:
+        arm.close()
+    arm.close()
+
+
+@needs_library
+def test_a_robot_that_is_switched_off_is_a_fault():
+    emulator = Emulator()
+    arm = PandaArm(emulator.address, WallClock(), ArmSettings(connecting=1.5))
+    arm.connect()
+    try:
+        emulator.process.kill()
+        assert until(lambda: arm.read().faults) < 0.5
+        assert arm.read().faults[0].kind is FaultKind.CONNECTION
+        with pytest.raises(HardwareError, match="activate FCI"):
+            arm.recover()
+        assert arm.read().faults[0].kind is FaultKind.CONNECTION
+    finally:
+        arm.close()
+        emulator.process.wait()

@@ -1,0 +1,108 @@
+"""The driver of the hand against the emulated one."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+from emulated_panda import Emulator, needs_library, until
+
+from hw import FaultKind, HardwareError, WallClock
+from hw.panda import PandaHand
+
+pytestmark = needs_library
+OPENING = 0.08
+
+
+@pytest.fixture(scope="module")
+def emulator():
+    emulator = Emulator()
+    yield emulator
+    emulator.close()
+
+
+@pytest.fixture(scope="module")
+def connected(emulator):
+    hand = PandaHand(emulator.address, WallClock())
+    hand.connect()
+    yield hand
+    hand.close()
+
+
+@pytest.fixture
+def hand(emulator, connected):
+    emulator.do("block")
+    connected.grip(OPENING, 20.0)
+    return connected
+
+
+def width_of(hand) -> float:
+    """When a reading has come that is newer than now."""
+    now = hand._clock.now()
+    until(lambda: hand.read().stamp > now)
+    return hand.read().width
+
+
+def test_the_fingers_go_to_a_width(hand):
+    hand.grip(0.04, 20.0)
+    assert width_of(hand) == pytest.approx(0.04, abs=1e-3)
+    hand.grip(OPENING, 20.0)
+    assert width_of(hand) == pytest.approx(OPENING, abs=1e-3)
+    assert hand.read().faults == ()
+
+
+def test_an_empty_hand_tells_the_truth_by_its_width(hand):
+    hand.grip(0.0, 20.0)
+    assert width_of(hand) == pytest.approx(0.0, abs=1e-3)
+    assert hand.reading().is_grasped  # that is why nobody asks it
+
+
+def test_a_held_block_is_seen_by_the_width(hand, emulator):
+    emulator.do("block 0.031")
+    hand.grip(0.0, 20.0)
+    assert width_of(hand) == pytest.approx(0.031, abs=1e-3)
+
+
+def test_what_is_in_the_way_of_a_width_is_held(hand, emulator):
+    emulator.do("block 0.05")
+    hand.grip(0.03, 20.0)
+    assert width_of(hand) == pytest.approx(0.05, abs=1e-3)
+
+
+def test_a_grip_tells_that_it_is_under_way(hand):
+    grip = threading.Thread(target=hand.grip, args=(0.0, 20.0))
+    grip.start()
+    until(lambda: hand.read().moving)
+    grip.join(5.0)
+    assert not hand.read().moving
+
+
+def test_a_stop_leaves_the_fingers_where_they_are(hand):
+    failures = []
+
+    def grip() -> None:
+        try:
+            hand.grip(0.0, 20.0)
+        except HardwareError as error:
+            failures.append(str(error))
+
+    thread = threading.Thread(target=grip)
+    thread.start()
+    until(lambda: hand.reading().width < 0.06)
+    hand.stop()
+    thread.join(5.0)
+    assert len(failures) == 1
+    assert 0.0 < width_of(hand) < 0.06
+
+
+def test_a_hand_that_falls_silent_is_a_fault_and_a_grip_connects_again(hand, emulator):
+    emulator.do("unplug 1.3")
+    begun = time.monotonic()
+    until(lambda: hand.read().faults)
+    assert time.monotonic() - begun < 1.0
+    assert hand.read().faults[0].kind is FaultKind.CONNECTION
+    until(lambda: time.monotonic() - begun > 1.5)
+    hand.grip(0.04, 20.0)
+    assert width_of(hand) == pytest.approx(0.04, abs=1e-3)
+    assert hand.read().faults == ()

@@ -1,0 +1,146 @@
+"""Whatever is commanded, the arm is never asked for more than it may do: no sample at 1 kHz is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from hw.emulators.panda import EmulatedArm, LaggedJoints, MotionCommand
+from hw.panda import PANDA, VelocityLimiter
+from robots import load_robot
+
+LIMITS = PANDA.limits
+TICKS = 300
+
+
+def by_velocity(number: int, qd: tuple[float, ...]) -> MotionCommand:
+    return MotionCommand(number, (0.0,) * 7, qd, False)
+
+
+def wild(rng: np.random.Generator) -> Iterator[tuple[float, ...]]:
+    """Velocities as a broken program may want them: steps, reversals, swings, enormous ones."""
+    fastest = np.array(LIMITS.qd) * rng.uniform(0.05, 1.5)
+    kind, swing = rng.integers(4), rng.uniform(1.0, 200.0)
+    hold = int(1000 // rng.choice([5, 20, 50, 100, 200]))
+    wanted = np.zeros(7)
+    for tick in range(TICKS):
+        if tick % hold == 0:
+            wanted = (
+                rng.uniform(-fastest, fastest),
+                np.sign(rng.uniform(-1.0, 1.0, 7)) * fastest,
+                fastest * np.sin(swing * tick * 0.001),
+                rng.choice([-1e300, -10.0, 0.0, 10.0, 1e300], 7),
+            )[kind]
+        yield tuple(map(float, wanted))
+
+
+def drive(seed: int) -> EmulatedArm:
+    """One stream, with or without lost packets, from anywhere in the range of the joints."""
+    rng = np.random.default_rng(seed)
+    low, high = np.array(LIMITS.q_min) + 0.002, np.array(LIMITS.q_max) - 0.002
+    arm = EmulatedArm(LaggedJoints(tuple(map(float, rng.uniform(low, high)))), LIMITS)
+    arm.begin_motion()
+    limiter, lost = VelocityLimiter(LIMITS), rng.choice([0.0, 0.01, 0.1])
+    for tick, wanted in enumerate(wild(rng)):
+        qd = tuple(limiter.step(arm.q_d, arm.qd_d, arm.qdd_d, wanted))
+        is_lost = rng.random() < lost
+        arm.tick(None if is_lost and tick > 0 else by_velocity(tick, qd))
+        rows = zip(arm.q_d, LIMITS.q_min, LIMITS.q_max, strict=True)
+        assert all(low <= q <= high for q, low, high in rows)
+    return arm
+
+
+def check(seeds: range) -> None:
+    for seed in seeds:
+        arm = drive(seed)
+        assert not arm.errors, f"stream {seed}: {arm.errors}"
+        assert max(arm.seen.speed, arm.seen.acceleration, arm.seen.jerk) <= 1.0
+        assert arm.seen.commands > 0.8 * TICKS
+
+
+def test_a_hundred_wild_streams_leave_no_limit():
+    check(range(100))
+
+
+@pytest.mark.slow
+def test_ten_thousand_wild_streams_leave_no_limit():
+    check(range(10_000))
+
+
+@pytest.mark.parametrize("joint", range(7))
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+def test_a_joint_that_is_driven_to_its_end_stops_before_it(joint, way):
+    start = list((np.array(LIMITS.q_min) + np.array(LIMITS.q_max)) / 2.0)
+    arm = EmulatedArm(LaggedJoints(tuple(map(float, start))), LIMITS)
+    arm.begin_motion()
+    limiter = VelocityLimiter(LIMITS)
+    wanted = way * 100.0 * np.eye(7)[joint]
+    for tick in range(2500):
+        qd = limiter.step(arm.q_d, arm.qd_d, arm.qdd_d, wanted)
+        arm.tick(by_velocity(tick, tuple(qd)))
+    assert not arm.errors
+    end = (LIMITS.q_max if way > 0.0 else LIMITS.q_min)[joint]
+    assert abs(arm.joints.q[joint] - end) < 0.03
+    assert abs(arm.joints.qd[joint]) < 1e-3
+
+
+@pytest.mark.parametrize(("speed", "longest"), [(0.3, 0.08), (0.9, 0.17), (2.0, 0.36)])
+def test_a_stop_takes_as_long_as_the_slowest_joint_needs(speed, longest):
+    limiter = VelocityLimiter(LIMITS)
+    q, qd, qdd = [0.0] * 3 + [-1.5, 0.0, 1.5, 0.0], [speed] * 7, [0.0] * 7
+    ticks = 0
+    while max(map(abs, qd)) > 1e-3:
+        following = limiter.step(q, qd, qdd, [0.0] * 7)
+        qdd = [(b - a) / 0.001 for a, b in zip(qd, following, strict=True)]
+        q = [p + 0.001 * v for p, v in zip(q, following, strict=True)]
+        qd, ticks = following, ticks + 1
+    assert ticks * 0.001 < longest
+
+
+def broken(arm: EmulatedArm, *commands: tuple[float, ...]) -> str:
+    arm.begin_motion()
+    for number, qd in enumerate(commands):
+        arm.tick(by_velocity(number, qd))
+    return next(iter(arm.errors), "")
+
+
+@pytest.mark.parametrize(
+    ("speeds", "error"),
+    [
+        ([0.01], "joint_motion_generator_velocity_discontinuity"),
+        ([0.006], "joint_motion_generator_acceleration_discontinuity"),
+        ([0.003, 0.009], ""),
+        ([3.0], "joint_motion_generator_velocity_limits_violation"),
+        ([float("nan")], "joint_motion_generator_velocity_limits_violation"),
+    ],
+)
+def test_the_emulated_arm_does_refuse_what_the_real_one_refuses(speeds, error):
+    arm = EmulatedArm(LaggedJoints(), LIMITS)
+    commands = [(0.0, speed, *(0.0,) * 5) for speed in speeds]
+    assert broken(arm, *commands) == error
+
+
+def test_the_emulated_arm_counts_lost_packets_and_stops_at_twenty():
+    arm = EmulatedArm(LaggedJoints(), LIMITS)
+    arm.begin_motion()
+    arm.tick(by_velocity(1, (0.003,) * 7))
+    for _ in range(19):
+        arm.tick(None)
+    assert not arm.errors
+    # Meanwhile it goes on with the acceleration that it had.
+    assert arm.qd_d[0] == pytest.approx(0.06)
+    arm.tick(None)
+    assert arm.errors == {"communication_constraints_violation"}
+    for _ in range(30):
+        arm.tick(None)
+    assert not any(arm.qd_d)
+
+
+def test_the_limits_are_those_of_the_description():
+    described = load_robot("frankie").limits
+    np.testing.assert_array_equal(LIMITS.q_min, described.q_min)
+    np.testing.assert_array_equal(LIMITS.q_max, described.q_max)
+    np.testing.assert_array_equal(LIMITS.qd, described.qd)
+    assert (VelocityLimiter(LIMITS).qdd >= described.qdd).all()
