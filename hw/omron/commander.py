@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import hypot
+from math import hypot, inf
 from typing import Literal
 
 from hw.omron.settings import OmronSettings
@@ -10,6 +10,8 @@ from hw.omron.site import REST, Ramp, Ratios, Velocity
 
 _STOP_EVERY = 0.1
 """A stop is repeated after this time until the base is at rest [s]."""
+_ON_ITS_WAY = 0.03
+"""A velocity that comes sooner after a stop may be from before it [s]."""
 _AT_REST = 0.01
 """A base slower than this stands [m/s, rad/s]."""
 _LONGEST_STEP = 0.05
@@ -44,6 +46,7 @@ class Commander:
         """When the newest command came; None after a stop."""
         self._stopping = False
         self._stopped_at: float | None = None
+        self._stopping_since = 0.0
         self._stepped = 0.0
 
     def command(self, velocity: Velocity, now: float) -> None:
@@ -66,13 +69,16 @@ class Commander:
         """Whether nothing is ordered."""
         return self._given is None and not self._stopping
 
-    def order(self, now: float, measured: Velocity, *, may_move: bool) -> Order:
+    def order(
+        self, now: float, measured: Velocity, *, may_move: bool, measured_at: float = inf
+    ) -> Order:
         """What to write now.
 
         Args:
             now: on the computer's clock [s].
             measured: velocity of the base.
             may_move: whether nothing keeps it from moving.
+            measured_at: when that velocity came [s].
         """
         gap, self._stepped = now - self._stepped, now
         if gap > self._settings.stop_after:  # suspended: the base has been stopped meanwhile
@@ -85,20 +91,20 @@ class Commander:
                 return self._ratios(self._ramp.step(target, dt), measured)
             self.stop()
         self._ramp.halt()
-        return self._stop(now, measured)
+        return self._stop(now, measured, measured_at)
 
     def _ratios(self, velocity: Velocity, measured: Velocity) -> Ratios:
         return _HALT if velocity == REST else self._settings.site.ratios(velocity, measured.v)
 
-    def _stop(self, now: float, measured: Velocity) -> Order:
+    def _stop(self, now: float, measured: Velocity, measured_at: float) -> Order:
         if not self._stopping:
             return None
         if self._stopped_at is None:
-            self._stopped_at = now
+            self._stopping_since = self._stopped_at = now
             return "stop"
         if now - self._stopped_at < _STOP_EVERY:
             return None
-        if is_at_rest(measured):
+        if is_at_rest(measured) and measured_at > self._stopping_since + _ON_ITS_WAY:
             self._stopping = False
             return None
         self._stopped_at = now

@@ -12,7 +12,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import closing, suppress
 from dataclasses import replace
-from math import ceil
+from math import ceil, inf
 from struct import pack
 
 from hw.clock import stopwatch
@@ -214,7 +214,12 @@ class Link:
         """The frame of the newest order, if there is one; the caller holds the lock."""
         measured = self.telemetry.velocity
         self.obedience.watch(self.commander.told, measured, now)
-        order = self.commander.order(now, measured, may_move=not self.faults(now))
+        order = self.commander.order(
+            now,
+            measured,
+            may_move=not self.faults(now),
+            measured_at=-inf if self.telemetry.coarse is None else self.telemetry.coarse.at,
+        )
         if order == "stop":
             yield self._stop_frame
         elif order is not None:

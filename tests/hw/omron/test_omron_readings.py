@@ -20,11 +20,10 @@ from robots import load_robot
 
 CONDITIONS = {
     "a good network": Options(seed=1),
-    "a few bytes at a time": Options(seed=2, pieces=True),
     "late by up to 90 ms": Options(seed=3, jitter=0.09),
-    "late by 50 ms": Options(seed=4, delay=0.05),
-    "damaged frames in between": Options(seed=5, garbage=True),
-    "all of that": Options(seed=6, pieces=True, jitter=0.05, garbage=True),
+    "a few bytes at a time, late, with damaged frames": Options(
+        seed=6, pieces=True, jitter=0.04, delay=0.02, garbage=True
+    ),
 }
 
 
