@@ -67,7 +67,7 @@ def site_of(values: Values, told: Site) -> Site:
 
 
 def _parameters(fields: Fields, count: int | None) -> Iterator[tuple[str, float | str]]:
-    """So many parameters, or all to the end; those of lists with the list's name before theirs."""
+    """As many parameters as told, or all to the end; those of lists have its name before theirs."""
     while fields.left if count is None else count:
         if fields.raw(1) != b"P":
             raise LayoutError("no parameter of a configuration")

@@ -66,7 +66,7 @@ class Fields:
         return self.integers(layout)[0]
 
     def raw(self, size: int) -> bytes:
-        """So many bytes."""
+        """The next bytes."""
         end = self._at + size
         if end > len(self._payload):
             raise LayoutError(f"{size} bytes wanted, {len(self._payload) - self._at} left")

@@ -14,6 +14,7 @@ from app.commands.bench.options import (
     check_writable,
     console,
     seed_range,
+    workers_of,
     write_json,
 )
 from app.commands.refuse import find_tree
@@ -31,8 +32,6 @@ def worlds(
     json: Json = None,
 ) -> None:
     """Run a task in both worlds and compare: objects placed, times, and each grasp."""
-    import os
-
     from app.core import RunOptions
     from app.lab import bench
 
@@ -45,7 +44,7 @@ def worlds(
         options,
         wanted,
         lambda summary: summary.show(Terminal(stderr=True)),
-        workers=workers or os.cpu_count() or 1,
+        workers=workers_of(workers),
         cluster=cluster,
     )
     console().print(bench.worlds_table(runs))

@@ -28,7 +28,7 @@ def welded(vertices: Array, triangles: Triangles) -> tuple[Array, Triangles]:
 
 
 def simplified(vertices: Array, triangles: Triangles, most: int) -> tuple[Array, Triangles]:
-    """About so many triangles at most, by quadric error metrics: thin walls stay two walls.
+    """About `most` triangles, by quadric error metrics: thin walls stay two walls.
 
     More are kept where a part would vanish otherwise.
     """

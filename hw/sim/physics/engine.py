@@ -33,7 +33,7 @@ class Press(NamedTuple):
     """Of the hand, if it is a finger."""
     thing: str
     owner: SimObject | Walker | None
-    """The thing, if it can move."""
+    """What is pressed on, if it can move."""
     force: float
     """[N]."""
 

@@ -5,7 +5,7 @@ Base and camera are those of the kinematic simulator, on real time.
 
 import pytest
 import test_robot_contract as contract
-from emulated_panda import Emulator, needs_library
+from emulated_panda import needs_library
 from test_robot_contract import *  # noqa: F403
 
 from hw import Backend, ComposedRobot, WallClock, one_thread
@@ -17,13 +17,6 @@ from hw.sim.robot import SimBase, SimCamera
 from robots import load_robot
 
 pytestmark = [needs_library, pytest.mark.slow]
-
-
-@pytest.fixture(scope="module")
-def emulator():
-    emulator = Emulator()
-    yield emulator
-    emulator.close()
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 import pytest
-from emulated_panda import IN_TIME, Emulator, needs_library, until
+from emulated_panda import IN_TIME, needs_library, until
 
 from hw import FaultKind, HardwareError, WallClock
 from hw.panda import ArmSettings, PandaArm
@@ -16,13 +16,6 @@ pytestmark = needs_library
 ZERO = np.zeros(7)
 SPEED = 0.3
 READY = np.array([0.0, -0.3, 0.0, -2.2, 0.0, 2.0, 0.785])
-
-
-@pytest.fixture(scope="module")
-def emulator():
-    emulator = Emulator()
-    yield emulator
-    emulator.close()
 
 
 @pytest.fixture(scope="module")

@@ -28,13 +28,6 @@ while True:
 """
 
 
-@pytest.fixture(scope="module")
-def emulator():
-    emulator = Emulator()
-    yield emulator
-    emulator.close()
-
-
 def refusal(address: str) -> str:
     arm = PandaArm(address, WallClock(), ArmSettings(connecting=1.5))
     with pytest.raises(HardwareError) as caught:

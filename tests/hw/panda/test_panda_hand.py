@@ -6,20 +6,13 @@ import threading
 import time
 
 import pytest
-from emulated_panda import Emulator, needs_library, until
+from emulated_panda import needs_library, until
 
 from hw import FaultKind, HardwareError, WallClock
 from hw.panda import PandaHand
 
 pytestmark = needs_library
 OPENING = 0.08
-
-
-@pytest.fixture(scope="module")
-def emulator():
-    emulator = Emulator()
-    yield emulator
-    emulator.close()
 
 
 @pytest.fixture(scope="module")
