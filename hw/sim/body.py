@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from threading import RLock
 from typing import Protocol
 
 import numpy as np
@@ -49,6 +50,8 @@ class Stopper(Protocol):
 class SimBody(ABC):
     """The state of a simulated robot, brought up to the clock's time; its parts share it.
 
+    Its parts may work in threads of their own: one of them at a time moves the body.
+
     Args:
         description: which robot.
         world: what is around it.
@@ -69,6 +72,7 @@ class SimBody(ABC):
         self.dynamics = dynamics
         self._model = RobotModel(description)
         self._clock = clock
+        self._lock = RLock()
         self.now = clock.now()
         self.wTb = SE3.Identity()
         self.base_twist: Array = np.zeros(3)
@@ -96,34 +100,43 @@ class SimBody(ABC):
 
     def advance(self) -> None:
         """Integrate up to the clock's time, a period at a time."""
-        now = self._clock.now()
-        while self.now < now - 1e-9:
-            dt = min(self.dynamics.period, now - self.now)
-            command = self._command if self.now < self._valid_until - 1e-9 else Command.stop()
-            self._integrate(command, dt)
-            self.now += dt
-        if self.now != now:  # by rounding: what is told of now must be where it is now
-            self._set_time(now)
-            self.now = now
+        with self._lock:
+            now = self._clock.now()
+            while self.now < now - 1e-9:
+                dt = min(self.dynamics.period, now - self.now)
+                is_valid = self.now < self._valid_until - 1e-9
+                self._integrate(self._command if is_valid else Command.stop(), dt)
+                self.now += dt
+            if self.now != now:  # by rounding: what is told of now must be where it is now
+                self._set_time(now)
+                self.now = now
 
     def follow(self, *, base_twist: Array | None = None, qd: Array | None = None) -> None:
         """Follow a twist of the base, or velocities of the joints, for one period from now on."""
-        self.advance()
-        stale = self.now >= self._valid_until - 1e-9
-        before = Command.stop() if stale else self._command
-        self._command = Command(
-            base_twist=before.base_twist if base_twist is None else base_twist,
-            qd=before.qd if qd is None else qd,
-        )
-        self._valid_until = self.now + self.dynamics.period
+        with self._lock:
+            self.advance()
+            stale = self.now >= self._valid_until - 1e-9
+            before = Command.stop() if stale else self._command
+            self._command = Command(
+                base_twist=before.base_twist if base_twist is None else base_twist,
+                qd=before.qd if qd is None else qd,
+            )
+            self._valid_until = self.now + self.dynamics.period
 
     def stop(self) -> None:
         """Forget the command: the robot comes to rest with its lag."""
-        self._command = Command.stop()
+        with self._lock:
+            self._command = Command.stop()
 
-    @abstractmethod
     def grip(self, width: float, force: float) -> None:
         """Move the fingers to a width [m] with at most a force of each [N]."""
+        with self._lock:
+            self.advance()
+            self._grip(width, force)
+
+    @abstractmethod
+    def _grip(self, width: float, force: float) -> None:
+        """The same, now that it is the body's turn."""
 
     @abstractmethod
     def _integrate(self, command: Command, dt: float) -> None:

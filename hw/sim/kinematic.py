@@ -43,13 +43,12 @@ class KinematicBody(SimBody):
         self._slipping = False
         self._collisions = Collisions(self._model, world)
 
-    def grip(self, width: float, force: float) -> None:
-        """Move the fingers to a width [m]; closing stops at what the contacts decide.
+    def _grip(self, width: float, force: float) -> None:
+        """Closing stops at what the contacts decide.
 
         The contacts are decided on the pose of the hand when closing starts. Fingers that press on
         an object without holding it close the rest of the way when the hand moves off.
         """
-        self.advance()
         if width > self.width:
             self.world.open_fingers()
             self._width_goal = min(width, self.description.gripper.opening)

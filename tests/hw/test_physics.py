@@ -241,6 +241,24 @@ def test_a_world_that_has_become_impossible_ends_the_run_as_a_hardware_fault(tmp
     assert list(tmp_path.iterdir()) == []  # MuJoCo leaves no log
 
 
+THREADS = """
+from concurrent.futures import ThreadPoolExecutor
+from hw import WorldOptions, open_backend
+backend = open_backend("frankie", "physics", WorldOptions(scene="single", beside=True))
+robot = backend.robot
+with ThreadPoolExecutor(2) as threads:
+    for tick in range(200):
+        reads = [threads.submit(robot._arm.read), threads.submit(robot._gripper.read)]
+        assert all(read.result().stamp == backend.clock.now() for read in reads)
+        backend.clock.sleep_until(0.05 * (tick + 1))
+"""
+
+
+def test_parts_in_threads_of_their_own_move_the_body_one_at_a_time():
+    """In a process of its own: a physical world that two step at once takes its process along."""
+    subprocess.run((sys.executable, "-c", THREADS), check=True)
+
+
 RUN = """
 import hashlib
 import numpy as np

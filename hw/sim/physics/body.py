@@ -68,9 +68,7 @@ class PhysicalBody(SimBody):
         self._begun = self.now
         self._look()
 
-    def grip(self, width: float, force: float) -> None:
-        """Move the fingers to a width [m] with at most a force of each [N]."""
-        self.advance()
+    def _grip(self, width: float, force: float) -> None:
         self._opening = width > self.width
         self._width_goal = float(np.clip(width, 0.0, self.description.gripper.opening))
         self._width_now, self._force = self.width, force
