@@ -28,6 +28,8 @@ ROOMS = (
     "hw.panda",
     "hw.emulators.omron",
     "hw.emulators.panda",
+    "hw.emulators.frankie",
+    "hw.hardware",
     "behaviours",
     "trees.language",
     "trees",

@@ -78,6 +78,7 @@ def run_task(
         seed=options.seed,
         paced=options.paced,
         beside=options.vision is VisionForm.BESIDE,
+        armed=options.armed,
     )
     gripper = load_robot(options.robot).gripper
     detector = GraspDetector(options.weights, options.network, gripper=gripper)
@@ -206,7 +207,7 @@ def _run(
         summary = summarise(
             task=task.name,
             robot=setup.robot.description.name,
-            world=options.world,
+            world=setup.world,
             scene=scene,
             seed=options.seed,
             outcome=outcome,

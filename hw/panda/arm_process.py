@@ -14,10 +14,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from hw.clock import stopwatch
+from hw.mailbox import Mailbox, open_memory
 from hw.panda.child import Parent, Request, claim, hurry, leave
 from hw.panda.explanations import explain
 from hw.panda.generation import PANDA, load_library
-from hw.panda.mailbox import Mailbox, open_memory
 from hw.panda.records import ARM_COMMAND, ARM_READING, Mode
 from hw.panda.streaming import FRESH, Streaming, reading_of, still_alive
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hw.clock import Clock, stopwatch
+from hw.mailbox import Mailbox
 from hw.panda.hand_process import MEMORY
-from hw.panda.mailbox import Mailbox
 from hw.panda.process import DriverProcess
 from hw.panda.records import HAND_READING, HandReading
 from hw.robot import HardwareError

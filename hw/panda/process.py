@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import IO, Any
 
 from hw.clock import stopwatch
+from hw.mailbox import open_memory, share_memory
 from hw.panda.generation import is_installed, missing
-from hw.panda.mailbox import open_memory, share_memory
 from hw.robot import HardwareError
 
 _LOADING = 30.0

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from hw.clock import stopwatch
+from hw.mailbox import Mailbox
 from hw.panda.generation import JointLimits
 from hw.panda.limiter import PERIOD, VelocityLimiter, speed_at
-from hw.panda.mailbox import Mailbox
 from hw.panda.records import ArmReading, Mode
 
 FRESH = 0.08

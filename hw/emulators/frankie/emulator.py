@@ -1,0 +1,174 @@
+"""Base, arm, hand and camera of one emulated Frankie."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+from dataclasses import dataclass
+from math import floor
+from time import sleep
+from typing import Any, Self
+
+from config import UserError
+from hw.clock import stopwatch
+from hw.emulators.frankie.world import EmulatedWorld, Image
+from hw.emulators.omron import OmronEmulator, Options
+from hw.emulators.panda import ArmLink
+from robots import load_real_robot
+
+_RATE = 30.0
+"""Of the camera [Hz]."""
+
+
+class NotEmulatedError(UserError):
+    """A robot file is not that of an emulated robot."""
+
+
+class ArmTakenError(UserError):
+    """The address of the emulated arm is not free."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EmulatedPlaces:
+    """Where the parts of one emulated robot listen."""
+
+    base: str = "127.0.0.1"
+    port: int = 7272
+    arcl_port: int = 7171
+    user: str = "frankie"
+    password: str = ""
+    arcl_password: str = "adept"
+    arm: str = "127.0.0.1"
+
+
+class FrankieEmulator:
+    """All parts over one world; use it in a `with` statement.
+
+    Args:
+        places: where they listen.
+        robot: its description, by name or file.
+        world: what moves it: `kinematic` or `physics`.
+        scene: what is around it.
+        seed: of objects and camera noise.
+    """
+
+    def __init__(
+        self,
+        places: EmulatedPlaces,
+        *,
+        robot: str = "frankie",
+        world: str = "kinematic",
+        scene: str = "household",
+        seed: int = 0,
+    ) -> None:
+        link = ArmLink()
+        self.robot, self.places = robot, places
+        self.world = EmulatedWorld(robot, world, scene, seed, link)
+        users = {places.user: (places.password, Options().users["frankie"][1])}
+        options = Options(
+            host=places.base,
+            port=places.port,
+            arcl_port=places.arcl_port,
+            users=users,
+            arcl_password=places.arcl_password,
+        )
+        self.base = OmronEmulator(options, self.world)
+        self.blind_until = 0.0
+        """The camera sees nothing until then [s of `stopwatch`]."""
+        self._arm_at, self._link = places.arm, link
+        self._arm: subprocess.Popen[str] | None = None
+        self._asking, self._looking = threading.Lock(), threading.Lock()
+        self._image: Image | None = None
+
+    @classmethod
+    def of(cls, robot: str, *, world: str, scene: str, seed: int) -> tuple[Self, int]:
+        """The emulator of a robot file, and the port at which it is to be steered.
+
+        Raises:
+            UserError: the file is not that of an emulated robot, or the scene is not there.
+        """
+        real = load_real_robot(robot)
+        if real is None or real.hardware.emulated is None:
+            raise NotEmulatedError(f"{robot}: `hardware: {{emulated: PORT}}` is missing")
+        base, arm = real.hardware.base, real.hardware.arm
+        places = EmulatedPlaces(
+            base=base.address,
+            port=base.port,
+            arcl_port=base.arcl.port if base.arcl else 7171,
+            user=base.user,
+            password=base.password,
+            arcl_password=base.arcl.password if base.arcl else "",
+            arm=arm.address,
+        )
+        emulator = cls(places, robot=real.body, world=world, scene=scene, seed=seed)
+        return emulator, real.hardware.emulated
+
+    def __enter__(self) -> Self:
+        """Begin.
+
+        Raises:
+            UserError: somebody else listens there.
+        """
+        self._arm = subprocess.Popen(
+            [sys.executable, "-m", "hw.emulators.panda", self._arm_at, "5", str(self._link.memory)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            pass_fds=(self._link.memory,),
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            start_new_session=True,  # Ctrl-C is for the program that emulates
+        )
+        assert self._arm.stdout is not None
+        if not self._arm.stdout.readline():
+            self._end_arm()
+            raise ArmTakenError(f"no arm can be emulated at {self._arm_at}: its ports are taken")
+        self.world.start()
+        try:
+            self.base.__enter__()
+        except UserError:
+            self._end_arm()
+            self.world.close()
+            raise
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.base.__exit__(*error)
+        self._end_arm()
+        self.world.close()
+
+    def do_to_arm(self, words: str) -> dict[str, Any]:
+        """Do something to the arm; what it tells then."""
+        with self._asking:
+            if self._arm is None or self._arm.poll() is not None:
+                return {"error": "the emulated arm has ended"}
+            assert self._arm.stdin is not None
+            assert self._arm.stdout is not None
+            self._arm.stdin.write(words + "\n")
+            self._arm.stdin.flush()
+            told: dict[str, Any] = json.loads(self._arm.stdout.readline() or "{}")
+            return told
+
+    def image(self, after: int) -> Image:
+        """The first image after one of a number; waits for it, as one waits for a camera."""
+        with self._looking:
+            while stopwatch() < self.blind_until:
+                sleep(1.0 / _RATE)
+            number = floor(stopwatch() * _RATE)
+            if self._image is None or self._image.number <= after:
+                if number <= after:
+                    sleep((after + 1) / _RATE - stopwatch())
+                    number = after + 1
+                self._image = self.world.capture(number)
+            return self._image
+
+    def _end_arm(self) -> None:
+        if self._arm is not None:
+            for stream in (self._arm.stdin, self._arm.stdout, self._arm.stderr):
+                if stream is not None:
+                    stream.close()
+            self._arm.terminate()
+            self._arm.wait()

@@ -1,0 +1,128 @@
+"""A robot that is not there: its emulators, started when they are not running, and its camera."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from contextlib import suppress
+
+from hw.clock import Clock, stopwatch
+from hw.emulators.frankie import EmulatorLink, RemoteTruth, SilentEmulatorError
+from hw.frame import DepthImage
+from hw.robot import HardwareError
+from robots import RealRobot
+
+_PATIENCE = 30.0
+"""For emulators to begin [s]."""
+_LOOKED_AT = 0.5
+"""Images are fetched while somebody has asked for one within this time [s]."""
+
+
+class Emulation:
+    """The emulators of one robot file.
+
+    Args:
+        real: the robot.
+        world: what is to move it, if the emulators are started here.
+        scene: the same; None for theirs, if they run, or the usual one.
+        seed: the same.
+    """
+
+    def __init__(self, real: RealRobot, world: str, scene: str, seed: int) -> None:
+        self._real, self._wanted = real, (world, scene, str(seed))
+        self._process: subprocess.Popen[str] | None = None
+        port = real.hardware.emulated
+        assert port is not None
+        self.port = port
+        try:
+            self.link = EmulatorLink(port)
+        except SilentEmulatorError:
+            self._start()
+            self.link = EmulatorLink(port)
+        self.truth = RemoteTruth(self.link)
+
+    def close(self) -> None:
+        """End what was started here."""
+        self.truth.close()
+        self.link.close()
+        if self._process is not None:
+            assert self._process.stdin is not None
+            self._process.stdin.close()
+            try:
+                self._process.wait(5.0)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+            self._process = None
+
+    def _start(self) -> None:
+        self._process = process = subprocess.Popen(
+            [sys.executable, "-m", "hw.emulators.frankie", str(self._real.path), *self._wanted],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            start_new_session=True,  # Ctrl-C is for the program that commands
+        )
+        assert process.stdout is not None
+        assert process.stderr is not None
+        if not process.stdout.readline():
+            lines = [line for line in process.stderr.read().splitlines() if line.strip()]
+            process.wait()
+            reason = lines[-1] if lines else "no reason"
+            raise HardwareError(f"the emulators do not begin: {reason}")
+
+
+class EmulatedCamera:
+    """The camera of an emulated robot.
+
+    Args:
+        port: at which the emulators are steered.
+        clock: session time.
+    """
+
+    def __init__(self, port: int, clock: Clock) -> None:
+        self._port, self._clock = port, clock
+        self._image: DepthImage | None = None
+        self._asked = threading.Event()
+        self._over = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def connect(self) -> None:
+        """Begin to look."""
+        self._over.clear()
+        link = EmulatorLink(self._port)
+        self._thread = threading.Thread(target=self._look, args=(link,), daemon=True)
+        self._thread.start()
+
+    def latest(self) -> DepthImage | None:
+        """The newest image."""
+        self._asked.set()
+        return self._image
+
+    def stop(self) -> None:
+        """It does not move."""
+
+    def close(self) -> None:
+        """Look no more."""
+        self._over.set()
+        self._asked.set()
+        if self._thread is not None:
+            self._thread.join(1.0)
+            self._thread = None
+
+    def _look(self, link: EmulatorLink) -> None:
+        offset, number, until = self._clock.now() - stopwatch(), -1, 0.0
+        with suppress(SilentEmulatorError):
+            while not self._over.is_set():
+                if self._asked.is_set():
+                    self._asked.clear()
+                    until = stopwatch() + _LOOKED_AT
+                elif stopwatch() > until:
+                    self._asked.wait()
+                    continue
+                depth, stamp, number = link.image(number)
+                self._image = DepthImage(depth=depth, stamp=stamp + offset)
+        link.close()
