@@ -93,8 +93,8 @@ class HardwareFile(StrictModel):
     """How the parts of one robot are reached."""
 
     emulated: Port | None = None
-    """The port of this computer at which the emulators of all parts are steered; None for a robot
-    that is there."""
+    """The port at the address of the base at which the emulators of all parts are steered; None for
+    a robot that is there."""
     speed_percent: Percent = 10.0
     """Of the speeds of the description."""
     base: OmronFile

@@ -157,6 +157,7 @@ def _run(
             server=viewer.server,
         )
     begun, observers, terminal = stopwatch(), Observers(), terminal_settings()
+    began = setup.clock.now()
     with (
         viewer.showing(folder / VIEWER_LOG),
         room.open(),
@@ -201,7 +202,7 @@ def _run(
             abandon=abandon,
         ).run()
         real_seconds = stopwatch() - begun - measurements.paused_s
-        duration = setup.clock.now().seconds
+        duration = setup.clock.now() - began
         outputs.end(outcome, setup.clock.session.now())
         warnings = [*observers.failures, *_closed(recorder), *outputs.close()]
         summary = summarise(

@@ -33,14 +33,11 @@ class Emulation:
     def __init__(self, real: RealRobot, world: str, scene: str, seed: int) -> None:
         self._real, self._wanted = real, (world, scene, str(seed))
         self._process: subprocess.Popen[str] | None = None
-        port = real.hardware.emulated
-        assert port is not None
-        self.port = port
         try:
-            self.link = EmulatorLink(port)
+            self.link = link_to(real)
         except SilentEmulatorError:
             self._start()
-            self.link = EmulatorLink(port)
+            self.link = link_to(real)
         self.truth = RemoteTruth(self.link)
 
     def close(self) -> None:
@@ -75,16 +72,26 @@ class Emulation:
             raise HardwareError(f"the emulators do not begin: {reason}")
 
 
+def link_to(real: RealRobot) -> EmulatorLink:
+    """A connection to the emulators of a robot file.
+
+    Raises:
+        SilentEmulatorError: they do not run.
+    """
+    assert real.hardware.emulated is not None
+    return EmulatorLink(real.hardware.base.address, real.hardware.emulated)
+
+
 class EmulatedCamera:
     """The camera of an emulated robot.
 
     Args:
-        port: at which the emulators are steered.
+        real: the robot.
         clock: session time.
     """
 
-    def __init__(self, port: int, clock: Clock) -> None:
-        self._port, self._clock = port, clock
+    def __init__(self, real: RealRobot, clock: Clock) -> None:
+        self._real, self._clock = real, clock
         self._image: DepthImage | None = None
         self._asked = threading.Event()
         self._over = threading.Event()
@@ -93,7 +100,7 @@ class EmulatedCamera:
     def connect(self) -> None:
         """Begin to look."""
         self._over.clear()
-        link = EmulatorLink(self._port)
+        link = link_to(self._real)
         self._thread = threading.Thread(target=self._look, args=(link,), daemon=True)
         self._thread.start()
 

@@ -107,7 +107,7 @@ def open_hardware(
         arm=arm_of(hardware, clock),
         base=base_of(hardware, description.limits, clock),
         gripper=hand_of(hardware, clock),
-        camera=_camera(emulation, clock),
+        camera=_camera(real, clock),
         clock=clock,
     )
     after = emulation.close if emulation else lambda: None
@@ -115,7 +115,7 @@ def open_hardware(
     return OpenedHardware(CommandedRobot(robot, real, lock, after), clock, truth)
 
 
-def _camera(emulation: Emulation | None, clock: WallClock) -> DepthCamera:
-    if emulation is None:
+def _camera(real: RealRobot, clock: WallClock) -> DepthCamera:
+    if real.hardware.emulated is None:
         raise HardwareError("there is no driver for the camera yet")
-    return EmulatedCamera(emulation.port, clock)
+    return EmulatedCamera(real, clock)

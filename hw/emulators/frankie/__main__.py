@@ -11,5 +11,5 @@ from hw.emulators.frankie import FrankieEmulator, serve
 
 if __name__ == "__main__":
     robot, world, scene, seed = sys.argv[1:5]
-    emulator, port = FrankieEmulator.of(robot, world=world, scene=scene, seed=int(seed))
-    serve(emulator, port, lines=sys.stdin, say=lambda text: print(text, flush=True))
+    emulator = FrankieEmulator.of(robot, world=world, scene=scene, seed=int(seed))
+    serve(emulator, lines=sys.stdin, say=lambda text: print(text, flush=True))

@@ -7,20 +7,22 @@ import os
 import subprocess
 import sys
 import threading
-from dataclasses import dataclass
-from math import floor
+from dataclasses import dataclass, field
+from math import floor, radians
 from time import sleep
 from typing import Any, Self
 
 from config import UserError
 from hw.clock import stopwatch
 from hw.emulators.frankie.world import EmulatedWorld, Image
-from hw.emulators.omron import OmronEmulator, Options
+from hw.emulators.omron import OmronEmulator, Options, Teleop
 from hw.emulators.panda import ArmLink
-from robots import load_real_robot
+from robots import FullScaleFile, load_real_robot
 
 _RATE = 30.0
 """Of the camera [Hz]."""
+_TIMEOUT = 0.3
+"""Of the base, without a new command [s]."""
 
 
 class NotEmulatedError(UserError):
@@ -42,6 +44,10 @@ class EmulatedPlaces:
     password: str = ""
     arcl_password: str = "adept"
     arm: str = "127.0.0.1"
+    teleop: Teleop = field(default_factory=Teleop)
+    """How the base is set up."""
+    steering: int = 7270
+    """Of the base's address: where all is steered, and images are fetched."""
 
 
 class FrankieEmulator:
@@ -74,6 +80,7 @@ class FrankieEmulator:
             arcl_port=places.arcl_port,
             users=users,
             arcl_password=places.arcl_password,
+            teleop=places.teleop,
         )
         self.base = OmronEmulator(options, self.world)
         self.blind_until = 0.0
@@ -84,8 +91,8 @@ class FrankieEmulator:
         self._image: Image | None = None
 
     @classmethod
-    def of(cls, robot: str, *, world: str, scene: str, seed: int) -> tuple[Self, int]:
-        """The emulator of a robot file, and the port at which it is to be steered.
+    def of(cls, robot: str, *, world: str, scene: str, seed: int) -> Self:
+        """The emulator of a robot file.
 
         Raises:
             UserError: the file is not that of an emulated robot, or the scene is not there.
@@ -102,9 +109,10 @@ class FrankieEmulator:
             password=base.password,
             arcl_password=base.arcl.password if base.arcl else "",
             arm=arm.address,
+            teleop=_teleop(base.full_scale),
+            steering=real.hardware.emulated,
         )
-        emulator = cls(places, robot=real.body, world=world, scene=scene, seed=seed)
-        return emulator, real.hardware.emulated
+        return cls(places, robot=real.body, world=world, scene=scene, seed=seed)
 
     def __enter__(self) -> Self:
         """Begin.
@@ -172,3 +180,18 @@ class FrankieEmulator:
                     stream.close()
             self._arm.terminate()
             self._arm.wait()
+
+
+def _teleop(file: FullScaleFile) -> Teleop:
+    """An emulated base is set up as its file says."""
+    forward, reverse = file.turn_at_forward_deg, file.turn_at_reverse_deg
+    return Teleop(
+        timeout=_TIMEOUT,
+        forwards=file.forward,
+        backwards=file.reverse,
+        turn_at_rest=radians(file.turn_deg),
+        turn_forwards=radians(file.turn_deg if forward is None else forward),
+        turn_backwards=radians(file.turn_deg if reverse is None else reverse),
+        dead_translation=file.dead_translation,
+        dead_rotation=file.dead_rotation,
+    )

@@ -35,16 +35,17 @@ class EmulatorLink:
     """One connection to an emulated Frankie; may be used by several threads.
 
     Args:
-        port: of this computer.
+        address: of the emulated base.
+        port: at which all is steered.
 
     Raises:
         SilentEmulatorError: nobody listens there.
     """
 
-    def __init__(self, port: int) -> None:
+    def __init__(self, address: str, port: int) -> None:
         self._lock = threading.Lock()
         try:
-            self._socket = socket.create_connection(("127.0.0.1", port), _PATIENCE)
+            self._socket = socket.create_connection((address, port), _PATIENCE)
         except OSError as error:
             raise SilentEmulatorError(f"no robot is emulated at port {port}: {error}") from None
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -54,9 +54,9 @@ class _Port(socketserver.ThreadingTCPServer):
     allow_reuse_address = True
     daemon_threads = True
 
-    def __init__(self, port: int, emulator: FrankieEmulator) -> None:
+    def __init__(self, emulator: FrankieEmulator) -> None:
         self.emulator = emulator
-        super().__init__(("127.0.0.1", port), _Visitor)
+        super().__init__((emulator.places.base, emulator.places.steering), _Visitor)
 
     def handle_error(self, request: object, client_address: object) -> None:
         """Who leaves in the middle is forgotten."""
@@ -64,7 +64,6 @@ class _Port(socketserver.ThreadingTCPServer):
 
 def serve(
     emulator: FrankieEmulator,
-    port: int,
     *,
     lines: Iterable[str] = (),
     say: Callable[[str], None] = lambda _: None,
@@ -73,7 +72,6 @@ def serve(
 
     Args:
         emulator: not begun yet.
-        port: of this computer.
         lines: what is done to it, see `WORDS`.
         say: told what has happened, as lines of JSON.
 
@@ -82,8 +80,9 @@ def serve(
     """
     sys.setswitchinterval(1e-3)
     try:
-        visitors = _Port(port, emulator)
+        visitors = _Port(emulator)
     except OSError as error:
+        port = emulator.places.steering
         raise PortTakenError(f"port {port}: {error.strerror}; choose another one") from None
     with visitors, emulator:
         threading.Thread(target=visitors.serve_forever, daemon=True).start()

@@ -22,7 +22,7 @@ _LATE = 0.05
 """Commands hold while the world is late by less than this [s]."""
 _CATCH_UP = 4.0
 """Joints make up for the way that they lack at this rate [1/s]."""
-_RELEASED = 0.5
+_RELEASED = 0.1
 """A bumper is released when the base was told to rest for so long [s]."""
 _PRIORITY = 5
 
