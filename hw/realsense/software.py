@@ -71,6 +71,7 @@ class SoftwareCamera:
             self._stream(told, rs.stream.infrared, 1, rs.format.y8, 1)
         )
         self._sensor.add_read_only_option(rs.option.depth_units, told.depth_units)
+        self._sensor.add_read_only_option(rs.option.stereo_baseline, 1e3 * told.baseline)
 
     def _stream(self, told: Introduction, kind: Any, index: int, form: Any, bpp: int) -> Any:
         rs = self._library

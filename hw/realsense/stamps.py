@@ -9,6 +9,7 @@ that arrived at once.
 from __future__ import annotations
 
 from collections import deque
+from math import inf
 
 _OLDEST = 1.0
 """An image that is said to be older, or to come from the future, has another calendar [s]."""
@@ -28,6 +29,7 @@ class CameraClock:
     def __init__(self, delay: float = 0.0) -> None:
         self._delay = delay
         self._offsets: deque[float] = deque(maxlen=_REMEMBERED)
+        self._last = -inf
 
     def stamp(self, told: float, arrived: float, calendar: float | None) -> float:
         """When an image was captured, of `stopwatch` [s].
@@ -39,5 +41,8 @@ class CameraClock:
         """
         if calendar is not None and -_FUTURE <= calendar - told <= _OLDEST:
             return arrived - max(calendar - told, 0.0) - self._delay
+        if told < self._last:  # a recording has begun again
+            self._offsets.clear()
+        self._last = told
         self._offsets.append(arrived - told)
         return told + min(self._offsets) - self._delay

@@ -11,7 +11,6 @@ from hw.realsense.settings import RealSenseSettings
 from hw.realsense.software import SoftwareCamera
 from hw.realsense.wire import GoneError
 
-
 _SHARE = 0.8
 """Of the silence after which a camera is lost: then the reason is sought, to be there in time."""
 
@@ -198,7 +197,7 @@ def _refusal(settings: RealSenseSettings, error: RuntimeError) -> str:
     if settings.infrared:
         asked += " with the infrared image"
     if settings.file:
-        return f"{settings.file} cannot be played: {text.partition('Reason: ')[2] or text}"
+        return f"it cannot be played: {text.partition('Reason: ')[2] or text}"
     if "resolve" in text:
         return f"it has no {asked} here: is it connected by USB 2?"
     if "busy" in text.lower():

@@ -36,6 +36,8 @@ class Introduction:
     cy: float
     depth_units: float
     """What 1 in a depth image is [m]."""
+    baseline: float
+    """Between its imagers; the vendor's filters work on disparities [m]."""
     infrared: bool
     """Whether there are infrared images, too."""
 

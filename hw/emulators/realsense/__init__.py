@@ -9,7 +9,7 @@ whole, `sources` where images come from, `options` what can be set and go wrong.
 
 from hw.emulators.realsense.emulator import PortTakenError, RealSenseEmulator
 from hw.emulators.realsense.options import FAULTS, NoFaultError, Options
-from hw.emulators.realsense.sources import Shot, Source, of_camera, still
+from hw.emulators.realsense.sources import Shot, Source, of_camera, of_scene, still
 
 __all__ = [
     "FAULTS",
@@ -20,5 +20,6 @@ __all__ = [
     "Shot",
     "Source",
     "of_camera",
+    "of_scene",
     "still",
 ]

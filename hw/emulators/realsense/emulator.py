@@ -122,6 +122,7 @@ class RealSenseEmulator:
             cx=camera.cx,
             cy=camera.cy,
             depth_units=options.depth_units,
+            baseline=options.baseline,
             infrared=options.infrared,
         )
         while not self._over.is_set():

@@ -35,6 +35,8 @@ class Options:
     """Whether its source gives infrared images, too."""
     depth_units: float = 1e-3
     """[m]"""
+    baseline: float = 0.05
+    """Between its imagers [m]."""
     seed: int = 0
     """Of lost images and jitter."""
     drop: float = 0.0

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from hw.clock import Clock, stopwatch
+from hw.clock import Clock, WallClock, stopwatch
+from hw.frame import DepthFrame, DepthImage
 from hw.robot import DepthCamera
+from hw.sim import kinematic_robot, load_scene
+from robots import load_robot
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,11 +41,36 @@ def of_camera(camera: DepthCamera, clock: Clock) -> Source:
         camera: whose.
         clock: that it stamps with; it runs in real time.
     """
+    return _shots(camera.latest, clock)
+
+
+def of_scene(scene: str, seed: int = 0) -> Source:
+    """What a robot sees that stands in a simulated scene, in its ready posture.
+
+    Args:
+        scene: a shipped scene or a scene file.
+        seed: of its objects and of the noise.
+
+    Raises:
+        UserError: there is no such scene, or its file has a mistake.
+    """
+    description, clock = load_robot("frankie"), WallClock()
+    world = load_scene(scene, seed, description.base.size[:2])
+    camera = kinematic_robot(description, world, clock, seed=seed).camera
+    return _shots(lambda: camera.latest(inf), clock)
+
+
+def still(depth: npt.NDArray[np.float32], infrared: npt.NDArray[np.uint8] | None = None) -> Source:
+    """One image again and again, captured anew each time."""
+    return lambda: Shot(depth=depth, stamp=stopwatch(), infrared=infrared)
+
+
+def _shots(latest: Callable[[], DepthImage | DepthFrame | None], clock: Clock) -> Source:
     last: tuple[object, Shot] | None = None
 
     def shoot() -> Shot | None:
         nonlocal last
-        image = camera.latest()
+        image = latest()
         if image is None:
             return None
         if last is None or image is not last[0]:
@@ -50,8 +79,3 @@ def of_camera(camera: DepthCamera, clock: Clock) -> Source:
         return last[1]
 
     return shoot
-
-
-def still(depth: npt.NDArray[np.float32], infrared: npt.NDArray[np.uint8] | None = None) -> Source:
-    """One image again and again, captured anew each time."""
-    return lambda: Shot(depth=depth, stamp=stopwatch(), infrared=infrared)
