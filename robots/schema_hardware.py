@@ -85,16 +85,21 @@ class RealSenseFile(StrictModel):
     """An Intel RealSense D435."""
 
     driver: Literal["realsense"]
-    serial: Text | None = None
-    """None: the only one that is there."""
+    serial: str = ""
+    """Empty: the only one that is there."""
+    rate: Literal[6, 15, 30, 60, 90] = 30
+    """[Hz]."""
+    preset: str = "High Density"
+    delay: NotNegative = 0.0
+    """How old an image is at the stamp that the camera gives it [s]."""
 
 
 class HardwareFile(StrictModel):
     """How the parts of one robot are reached."""
 
     emulated: Port | None = None
-    """The port at the address of the base at which the emulators of all parts are steered; None for
-    a robot that is there."""
+    """The port at the address of the base at which the emulators of all parts are steered, and the
+    camera is at the next one; None for a robot that is there."""
     speed_percent: Percent = 10.0
     """Of the speeds of the description."""
     base: OmronFile

@@ -100,3 +100,34 @@ def frankie(
     emulator = FrankieEmulator.of(robot, world=world, scene=scene, seed=seed)
     with suppress(KeyboardInterrupt):
         serve(emulator, lines=sys.stdin, say=console.say)
+
+
+@app.command()
+def realsense(
+    port: Annotated[int, typer.Option(help="To listen on; 0: any.", min=0, max=65535)] = 7435,
+    host: Annotated[str, typer.Option(help="The address to listen on.")] = "127.0.0.1",
+    scene: Annotated[str, typer.Option(help="What it sees: a shipped scene or a file.")] = "single",
+    seed: Annotated[int, typer.Option(help="Of the scene, the noise and the faults.")] = 0,
+    fault: Annotated[
+        list[str] | None, typer.Option(help="What is wrong with it; `list` names all.")
+    ] = None,
+) -> None:
+    """A RealSense D435 on a robot that stands in a scene, until Ctrl-C.
+
+    It sends images to the driver, which feeds a software device of the vendor's library with them.
+    """
+    from hw.emulators.realsense import FAULTS, Options, RealSenseEmulator, of_scene
+
+    console = Terminal()
+    faults = tuple(fault or ())
+    if "list" in faults:
+        for name, what in FAULTS.items():
+            console.say(f"{name}: {what}")
+        return
+    options = Options(host=host, port=port, seed=seed)
+    with (
+        RealSenseEmulator(of_scene(scene, seed), options, faults) as emulator,
+        suppress(KeyboardInterrupt),
+    ):
+        console.say(f"RealSense at {emulator.address}, scene {scene}")
+        Event().wait()

@@ -7,7 +7,8 @@ from math import radians
 from hw.clock import Clock
 from hw.omron import ArclSettings, OmronBase, OmronSettings, Site
 from hw.panda import ArmSettings, HandSettings, PandaArm, PandaHand
-from robots import FullScaleFile, HardwareFile, Limits
+from hw.realsense import RealSenseCamera, RealSenseSettings
+from robots import CameraDescription, FullScaleFile, HardwareFile, Limits
 
 
 def base_of(hardware: HardwareFile, limits: Limits, clock: Clock) -> OmronBase:
@@ -41,6 +42,24 @@ def arm_of(hardware: HardwareFile, clock: Clock) -> PandaArm:
 def hand_of(hardware: HardwareFile, clock: Clock) -> PandaHand:
     """The driver of the hand, not yet connected."""
     return PandaHand(hardware.arm.address, clock, HandSettings(speed=hardware.gripper.speed))
+
+
+def camera_of(
+    hardware: HardwareFile, description: CameraDescription, clock: Clock
+) -> RealSenseCamera:
+    """The driver of the camera, not yet connected."""
+    file = hardware.camera
+    emulator = ""
+    if hardware.emulated is not None:
+        emulator = f"{hardware.base.address}:{hardware.emulated + 1}"
+    settings = RealSenseSettings(
+        serial="" if emulator else file.serial,
+        emulator=emulator,
+        rate=file.rate,
+        preset=file.preset,
+        delay=file.delay,
+    )
+    return RealSenseCamera(description, clock, settings)
 
 
 def _site(file: FullScaleFile) -> Site:

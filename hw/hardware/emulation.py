@@ -1,23 +1,17 @@
-"""A robot that is not there: its emulators, started when they are not running, and its camera."""
+"""A robot that is not there: its emulators, started when they are not running."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
-import threading
-from contextlib import suppress
 
-from hw.clock import Clock, stopwatch
 from hw.emulators.frankie import EmulatorLink, RemoteTruth, SilentEmulatorError
-from hw.frame import DepthImage
 from hw.robot import HardwareError
 from robots import RealRobot
 
 _PATIENCE = 30.0
 """For emulators to begin [s]."""
-_LOOKED_AT = 0.5
-"""Images are fetched while somebody has asked for one within this time [s]."""
 
 
 class Emulation:
@@ -80,56 +74,3 @@ def link_to(real: RealRobot) -> EmulatorLink:
     """
     assert real.hardware.emulated is not None
     return EmulatorLink(real.hardware.base.address, real.hardware.emulated)
-
-
-class EmulatedCamera:
-    """The camera of an emulated robot.
-
-    Args:
-        real: the robot.
-        clock: session time.
-    """
-
-    def __init__(self, real: RealRobot, clock: Clock) -> None:
-        self._real, self._clock = real, clock
-        self._image: DepthImage | None = None
-        self._asked = threading.Event()
-        self._over = threading.Event()
-        self._thread: threading.Thread | None = None
-
-    def connect(self) -> None:
-        """Begin to look."""
-        self._over.clear()
-        link = link_to(self._real)
-        self._thread = threading.Thread(target=self._look, args=(link,), daemon=True)
-        self._thread.start()
-
-    def latest(self) -> DepthImage | None:
-        """The newest image."""
-        self._asked.set()
-        return self._image
-
-    def stop(self) -> None:
-        """It does not move."""
-
-    def close(self) -> None:
-        """Look no more."""
-        self._over.set()
-        self._asked.set()
-        if self._thread is not None:
-            self._thread.join(1.0)
-            self._thread = None
-
-    def _look(self, link: EmulatorLink) -> None:
-        offset, number, until = self._clock.now() - stopwatch(), -1, 0.0
-        with suppress(SilentEmulatorError):
-            while not self._over.is_set():
-                if self._asked.is_set():
-                    self._asked.clear()
-                    until = stopwatch() + _LOOKED_AT
-                elif stopwatch() > until:
-                    self._asked.wait()
-                    continue
-                depth, stamp, number = link.image(number)
-                self._image = DepthImage(depth=depth, stamp=stamp + offset)
-        link.close()

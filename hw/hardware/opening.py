@@ -9,10 +9,10 @@ from controller import Command
 from hw.clock import WallClock
 from hw.composition import ComposedRobot
 from hw.hardware.arming import check_armed, prove, slowed, speed_percent
-from hw.hardware.drivers import arm_of, base_of, hand_of
-from hw.hardware.emulation import EmulatedCamera, Emulation
+from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of
+from hw.hardware.emulation import Emulation
 from hw.hardware.lock import RobotLock
-from hw.robot import DepthCamera, HardwareError, Robot
+from hw.robot import Robot
 from hw.state import RobotState
 from hw.truth import Truth
 from hw.wrapper import RobotWrapper
@@ -107,15 +107,9 @@ def open_hardware(
         arm=arm_of(hardware, clock),
         base=base_of(hardware, description.limits, clock),
         gripper=hand_of(hardware, clock),
-        camera=_camera(real, clock),
+        camera=camera_of(hardware, description.camera, clock),
         clock=clock,
     )
     after = emulation.close if emulation else lambda: None
     truth = emulation.truth if emulation else None
     return OpenedHardware(CommandedRobot(robot, real, lock, after), clock, truth)
-
-
-def _camera(real: RealRobot, clock: WallClock) -> DepthCamera:
-    if real.hardware.emulated is None:
-        raise HardwareError("there is no driver for the camera yet")
-    return EmulatedCamera(real, clock)

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from hw.clock import Clock, stopwatch
-from hw.mailbox import Mailbox
 from hw.panda.arm_process import MEMORY
-from hw.panda.process import DriverProcess
+from hw.panda.generation import missing
 from hw.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
+from hw.processes.mailbox import Mailbox
+from hw.processes.process import DriverProcess
 from hw.robot import HardwareError
 from hw.state import ArmState, Array, Fault, FaultKind
 
@@ -57,7 +58,7 @@ class PandaArm:
         self._clock, self._offset = clock, 0.0
         contacts = {"torques": settings.torques, "forces": settings.forces}
         self._process = DriverProcess(
-            "hw.panda.arm_process", "Panda", address, contacts, MEMORY, settings.connecting
+            "hw.panda.arm_process", "Panda", address, contacts, MEMORY, settings.connecting, missing
         )
         self._commands = Mailbox(self._process.memory, 0, ARM_COMMAND)
         self._readings = Mailbox(self._process.memory, 1, ARM_READING)

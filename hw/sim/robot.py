@@ -149,6 +149,13 @@ class SimCamera(_SimPart):
             self._image, self._pending = self._pending.result(), None
         return self._image
 
+    def faults(self) -> tuple[Fault, ...]:
+        """None: it is always there."""
+        return ()
+
+    def recover(self) -> None:
+        """Nothing to do."""
+
     def close(self) -> None:
         """Stop, and render no more."""
         super().close()

@@ -15,6 +15,7 @@ from hw import (
     BaseState,
     ComposedRobot,
     DepthImage,
+    Fault,
     FaultKind,
     GripperState,
     HardwareError,
@@ -93,9 +94,17 @@ class StillGripper(Part):
 
 class SlowCamera(Part):
     image: DepthImage | None = None
+    fault: Fault | None = None
 
     def latest(self) -> DepthImage | None:
         return self.image
+
+    def faults(self) -> tuple[Fault, ...]:
+        return () if self.fault is None else (self.fault,)
+
+    def recover(self) -> None:
+        super().recover()
+        self.fault = None
 
 
 class Assembly:

@@ -7,20 +7,19 @@ import os
 import subprocess
 import sys
 import threading
+from contextlib import ExitStack
 from dataclasses import dataclass, field
-from math import floor, radians
-from time import sleep
+from math import radians
 from typing import Any, Self
 
 from config import UserError
-from hw.clock import stopwatch
-from hw.emulators.frankie.world import EmulatedWorld, Image
+from hw.emulators.frankie.world import EmulatedWorld
 from hw.emulators.omron import OmronEmulator, Options, Teleop
 from hw.emulators.panda import ArmLink
+from hw.emulators.realsense import Options as CameraOptions
+from hw.emulators.realsense import RealSenseEmulator, Shot
 from robots import FullScaleFile, load_real_robot
 
-_RATE = 30.0
-"""Of the camera [Hz]."""
 _TIMEOUT = 0.3
 """Of the base, without a new command [s]."""
 
@@ -47,7 +46,9 @@ class EmulatedPlaces:
     teleop: Teleop = field(default_factory=Teleop)
     """How the base is set up."""
     steering: int = 7270
-    """Of the base's address: where all is steered, and images are fetched."""
+    """Of the base's address: where all is steered; the camera is at the next one."""
+    rate: int = 30
+    """Of the camera [Hz]."""
 
 
 class FrankieEmulator:
@@ -83,12 +84,22 @@ class FrankieEmulator:
             teleop=places.teleop,
         )
         self.base = OmronEmulator(options, self.world)
-        self.blind_until = 0.0
-        """The camera sees nothing until then [s of `stopwatch`]."""
+        camera = self.world.body.description.camera
+        self.camera = RealSenseEmulator(
+            self._shoot,
+            CameraOptions(
+                host=places.base,
+                port=places.steering + 1,
+                rate=places.rate,
+                intrinsics=camera.intrinsics,
+                baseline=camera.baseline,
+                seed=seed,
+            ),
+        )
         self._arm_at, self._link = places.arm, link
         self._arm: subprocess.Popen[str] | None = None
-        self._asking, self._looking = threading.Lock(), threading.Lock()
-        self._image: Image | None = None
+        self._asking = threading.Lock()
+        self._shots = 0
 
     @classmethod
     def of(cls, robot: str, *, world: str, scene: str, seed: int) -> Self:
@@ -111,6 +122,7 @@ class FrankieEmulator:
             arm=arm.address,
             teleop=_teleop(base.full_scale),
             steering=real.hardware.emulated,
+            rate=real.hardware.camera.rate,
         )
         return cls(places, robot=real.body, world=world, scene=scene, seed=seed)
 
@@ -134,19 +146,17 @@ class FrankieEmulator:
         if not self._arm.stdout.readline():
             self._end_arm()
             raise ArmTakenError(f"no arm can be emulated at {self._arm_at}: its ports are taken")
-        self.world.start()
-        try:
-            self.base.__enter__()
-        except UserError:
-            self._end_arm()
-            self.world.close()
-            raise
+        with ExitStack() as undo:
+            undo.callback(self._end_arm)
+            self.world.start()
+            undo.callback(self.world.close)
+            undo.enter_context(self.base)
+            undo.enter_context(self.camera)
+            self._undo = undo.pop_all()
         return self
 
-    def __exit__(self, *error: object) -> None:
-        self.base.__exit__(*error)
-        self._end_arm()
-        self.world.close()
+    def __exit__(self, *_: object) -> None:
+        self._undo.close()
 
     def do_to_arm(self, words: str) -> dict[str, Any]:
         """Do something to the arm; what it tells then."""
@@ -160,18 +170,17 @@ class FrankieEmulator:
             told: dict[str, Any] = json.loads(self._arm.stdout.readline() or "{}")
             return told
 
-    def image(self, after: int) -> Image:
-        """The first image after one of a number; waits for it, as one waits for a camera."""
-        with self._looking:
-            while stopwatch() < self.blind_until:
-                sleep(1.0 / _RATE)
-            number = floor(stopwatch() * _RATE)
-            if self._image is None or self._image.number <= after:
-                if number <= after:
-                    sleep((after + 1) / _RATE - stopwatch())
-                    number = after + 1
-                self._image = self.world.capture(number)
-            return self._image
+    def blind(self, seconds: float) -> None:
+        """Pull the cable of the camera, and put it back later."""
+        self.camera.unplug()
+        timer = threading.Timer(seconds, self.camera.plug_in)
+        timer.daemon = True
+        timer.start()
+
+    def _shoot(self) -> Shot:
+        self._shots += 1
+        image = self.world.capture(self._shots)
+        return Shot(depth=image.depth, stamp=image.stamp)
 
     def _end_arm(self) -> None:
         if self._arm is not None:

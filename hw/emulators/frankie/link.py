@@ -1,4 +1,4 @@
-"""The other end of an emulated Frankie: what is true of its world, and what its camera sees."""
+"""The other end of an emulated Frankie: what is done to it, and what is true of its world."""
 
 from __future__ import annotations
 
@@ -14,8 +14,6 @@ from pinocchio import SE3, XYZQUATToSE3
 
 from controller import Obstacle
 from hw.clock import stopwatch
-from hw.emulators.frankie.serving import UNIT
-from hw.frame import DepthArray
 from hw.robot import HardwareError
 from hw.sim import SimObject, load_scene
 from hw.truth import Touch
@@ -64,29 +62,6 @@ class EmulatorLink:
             raise ValueError(told["error"])
         return told
 
-    def image(self, after: int) -> tuple[DepthArray, float, int]:
-        """The next depth image (height, width) [m], NaN for nothing; its stamp and its number.
-
-        Args:
-            after: number of the image before; -1 for none.
-
-        Raises:
-            SilentEmulatorError: there is none.
-        """
-        with self._lock:
-            told = self._ask(f"image {after}")
-            size = told["height"] * told["width"] * 2
-            try:
-                data = self._file.read(size)
-            except OSError as error:
-                raise SilentEmulatorError(str(error)) from None
-        if len(data) < size:
-            raise SilentEmulatorError("the emulator has ended")
-        depth = np.frombuffer(data, "<u2").reshape(told["height"], told["width"])
-        depth = depth.astype(np.float32) * np.float32(UNIT)
-        depth[depth == 0.0] = np.nan
-        return depth, told["stamp"], told["number"]
-
     def close(self) -> None:
         """Leave."""
         with suppress(OSError):
@@ -110,7 +85,7 @@ class RemoteTruth:
     """The world behind an emulated Frankie, for scoring and drawing.
 
     Args:
-        link: to it; nobody else may wait for images at it.
+        link: to it.
     """
 
     def __init__(self, link: EmulatorLink) -> None:

@@ -1,8 +1,4 @@
-"""The port at which an emulated Frankie is steered, and at which its images are fetched.
-
-A line of words comes in and a line of JSON goes out, whose images follow it as bytes: unsigned
-16-bit depths [mm].
-"""
+"""The port at which an emulated Frankie is steered: words come in, lines of JSON go out."""
 
 from __future__ import annotations
 
@@ -12,14 +8,9 @@ import sys
 import threading
 from collections.abc import Callable, Iterable
 
-import numpy as np
-
 from config import UserError
 from hw.emulators.frankie.emulator import FrankieEmulator
 from hw.emulators.frankie.words import act
-
-UNIT = 0.001
-"""Of a depth on the wire [m]."""
 
 
 class PortTakenError(UserError):
@@ -35,19 +26,8 @@ class _Visitor(socketserver.StreamRequestHandler):
     def handle(self) -> None:
         """Answer until it goes."""
         for line in self.rfile:
-            words = line.decode(errors="replace").split()
-            if words[:1] == ["image"]:
-                self._send_image(int(words[1]))
-            else:
-                told = act(self.server.emulator, " ".join(words))
-                self.wfile.write(json.dumps(told).encode() + b"\n")
-
-    def _send_image(self, after: int) -> None:
-        image = self.server.emulator.image(after)
-        depth = np.nan_to_num(image.depth / UNIT + 0.5, nan=0.0, posinf=0.0).astype("<u2")
-        height, width = depth.shape
-        told = {"number": image.number, "stamp": image.stamp, "height": height, "width": width}
-        self.wfile.write(json.dumps(told).encode() + b"\n" + depth.tobytes())
+            told = act(self.server.emulator, line.decode(errors="replace"))
+            self.wfile.write(json.dumps(told).encode() + b"\n")
 
 
 class _Port(socketserver.ThreadingTCPServer):

@@ -71,7 +71,7 @@ def _delay(emulator: FrankieEmulator, share: str = "0.01", seconds: str = "0.005
 
 
 def _blind(emulator: FrankieEmulator, seconds: str = "1") -> Told:
-    emulator.blind_until = stopwatch() + float(seconds)
+    emulator.blind(float(seconds))
     return {}
 
 

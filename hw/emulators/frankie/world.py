@@ -34,7 +34,6 @@ class Image(NamedTuple):
     """(height, width) [m]."""
     stamp: float
     """[s of `stopwatch`]"""
-    number: int
 
 
 class EmulatedWorld:
@@ -111,7 +110,7 @@ class EmulatedWorld:
             shapes, wTc, stamp = self.body.shapes(), self.body.wTe * camera.eTc, stopwatch()
         rng = np.random.default_rng((self.seed, number))
         depth = self._noise.apply(self._renderer.render(shapes, wTc), camera, rng)
-        return Image(depth, stamp, number)
+        return Image(depth, stamp)
 
     # its own time
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from hw.clock import stopwatch
 from hw.emulators.panda.parts import OPENING, PERIOD, READY
-from hw.mailbox import Mailbox, open_memory, share_memory
+from hw.processes.mailbox import Mailbox, open_memory, share_memory
 
 _WANTED = struct.Struct("<d7dQQdd?")
 """When [s], way of each joint [rad], releases, grips, width [m], force [N], whether it stops."""
