@@ -84,6 +84,7 @@ class FrankieEmulator:
             teleop=places.teleop,
         )
         self.base = OmronEmulator(options, self.world)
+        self.world.on_bump = self._bump
         camera = self.world.body.description.camera
         self.camera = RealSenseEmulator(
             self._shoot,
@@ -176,6 +177,10 @@ class FrankieEmulator:
         timer = threading.Timer(seconds, self.camera.plug_in)
         timer.daemon = True
         timer.start()
+
+    def _bump(self) -> None:
+        with self.base.held() as base:
+            base.bump()
 
     def _shoot(self) -> Shot:
         self._shots += 1

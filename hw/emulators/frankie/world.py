@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from typing import NamedTuple
 
@@ -62,6 +63,8 @@ class EmulatedWorld:
         """Of all that moves."""
         self.bumped = ""
         """What the base has run into; empty while it may move."""
+        self.on_bump: Callable[[], None] = lambda: None
+        """Called when it does."""
         self._link = link
         self._twist = (0.0, 0.0)
         self._rests_since = 0.0
@@ -165,6 +168,8 @@ class EmulatedWorld:
             self._rests_since = stopwatch()
         elif bumper.reason is not None and stopwatch() - self._rests_since > _RELEASED:
             bumper.clear()
+        if bumper.reason and not self.bumped:
+            self.on_bump()
         self.bumped = bumper.reason or ""
 
     def _tell(self) -> None:
