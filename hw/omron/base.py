@@ -50,6 +50,8 @@ class OmronBase:
         self._arcl: Arcl | None = None
         self._link: Link | None = None
         self._catalogue = Catalogue()
+        self.protocol = ""
+        """Version that the base announces; empty before it is connected."""
 
     @property
     def catalogue(self) -> Catalogue:
@@ -216,7 +218,7 @@ class OmronBase:
         connection = open_connection(settings)
         try:
             with said_of(settings):
-                self._catalogue = connection.catalogue
+                self._catalogue, self.protocol = connection.catalogue, connection.protocol
                 telemetry = first_readings(connection, settings, claim=claim)
                 self._link = Link(connection, telemetry, settings, self._arcl)
         except BaseException:
