@@ -20,8 +20,8 @@ from hw.truth import Truth
 from hw.wrapper import RobotWrapper
 from robots import RealRobot, load_robot
 
-_PRIORITY = 2
-"""Below that of the arm's own process."""
+_NICE = -15
+"""Niceness of a program that commands a robot."""
 
 
 class CommandedRobot(RobotWrapper):
@@ -44,8 +44,8 @@ class CommandedRobot(RobotWrapper):
     def connect(self) -> None:
         """Take the right to command it, and connect every part."""
         self._lock.take()
+        _hurry(_NICE)
         super().connect()
-        _hurry(True)
 
     def send(self, command: Command) -> Command:
         """Hand a command on, and tell that somebody commands."""
@@ -68,7 +68,7 @@ class CommandedRobot(RobotWrapper):
             if self._has_moved and self._is_sound:
                 prove(self._real)
         finally:
-            _hurry(False)
+            _hurry(0)
             self._lock.release()
             self._after()
 
@@ -125,8 +125,12 @@ def open_hardware(
     return OpenedHardware(commanded, clock, truth, speed_note(real))
 
 
-def _hurry(hurries: bool) -> None:
-    """Have the system run this thread before what is in no hurry, if it lets us, or no more."""
-    policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK if hurries else os.SCHED_OTHER
-    with suppress(OSError):
-        os.sched_setscheduler(0, policy, os.sched_param(_PRIORITY if hurries else 0))
+def _hurry(niceness: int) -> None:
+    """Have the system prefer all threads of this process, and what they start, if it lets us.
+
+    The loop alone would not do: it waits for the interpreter lock of threads that wait for a
+    processor.
+    """
+    for thread in os.listdir("/proc/self/task"):
+        with suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, int(thread), niceness)

@@ -73,6 +73,13 @@ class OmronBase:
         """0 to 1; None where it is not told, or its scale is not known."""
         return self._connected.score
 
+    @property
+    def pose_age(self) -> float:
+        """How long ago the newest pose arrived [s]."""
+        pose = self._connected.telemetry.pose
+        assert pose is not None  # `connect` waited for it
+        return stopwatch() - pose.at
+
     def connect(self) -> None:
         """Log in, and wait for the first readings.
 
