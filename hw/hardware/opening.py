@@ -20,8 +20,8 @@ from hw.truth import Truth
 from hw.wrapper import RobotWrapper
 from robots import RealRobot, load_robot
 
-_NICE = -15
-"""Niceness of a program that commands a robot."""
+_PRIORITY = 2
+"""Below that of the arm's own process."""
 
 
 class CommandedRobot(RobotWrapper):
@@ -44,8 +44,9 @@ class CommandedRobot(RobotWrapper):
     def connect(self) -> None:
         """Take the right to command it, and connect every part."""
         self._lock.take()
-        _hurry(_NICE)
+        _hurry(os.SCHED_FIFO)  # this thread, and those of the drivers, which are started now
         super().connect()
+        _hurry(os.SCHED_FIFO | os.SCHED_RESET_ON_FORK)  # but nothing that comes later
 
     def send(self, command: Command) -> Command:
         """Hand a command on, and tell that somebody commands."""
@@ -68,7 +69,7 @@ class CommandedRobot(RobotWrapper):
             if self._has_moved and self._is_sound:
                 prove(self._real)
         finally:
-            _hurry(0)
+            _hurry(os.SCHED_OTHER)
             self._lock.release()
             self._after()
 
@@ -125,12 +126,8 @@ def open_hardware(
     return OpenedHardware(commanded, clock, truth, speed_note(real))
 
 
-def _hurry(niceness: int) -> None:
-    """Have the system prefer all threads of this process, and what they start, if it lets us.
-
-    The loop alone would not do: it waits for the interpreter lock of threads that wait for a
-    processor.
-    """
-    for thread in os.listdir("/proc/self/task"):
-        with suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, int(thread), niceness)
+def _hurry(policy: int) -> None:
+    """Have the system run this thread before what is in no hurry, if it lets us, or no more."""
+    with suppress(OSError):
+        priority = 0 if policy == os.SCHED_OTHER else _PRIORITY
+        os.sched_setscheduler(0, policy, os.sched_param(priority))
