@@ -103,7 +103,7 @@ def open_hardware(
         HardwareError: the emulators do not begin.
     """
     check_armed(real, armed)
-    hardware, clock, lock = real.hardware, WallClock(), RobotLock(real.hardware).take()
+    hardware, lock = real.hardware, RobotLock(real.hardware).take()
     emulation: Emulation | None = None
     try:
         if hardware.emulated is not None:
@@ -111,6 +111,7 @@ def open_hardware(
     except BaseException:
         lock.release()
         raise
+    clock = WallClock()
     description = slowed(load_robot(real.path), speed_percent(real))
     robot = ComposedRobot(
         description,
