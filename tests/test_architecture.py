@@ -30,6 +30,8 @@ ROOMS = (
     "hw.emulators.omron",
     "hw.emulators.panda",
     "hw.emulators.realsense",
+    "hw.emulators.frankie",
+    "hw.hardware",
     "behaviours",
     "trees.language",
     "trees",

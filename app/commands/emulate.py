@@ -77,6 +77,32 @@ def panda(
 
 
 @app.command()
+def frankie(
+    robot: Annotated[
+        str, typer.Option(help="A robot file with `emulated`: addresses, accounts, site.")
+    ] = "emulated",
+    world: Annotated[
+        str, typer.Option(help="What moves it: `kinematic` or `physics`.")
+    ] = "kinematic",
+    scene: Annotated[str, typer.Option(help="A shipped scene or a scene file.")] = "household",
+    seed: Annotated[int, typer.Option(help="Of objects and camera noise.", min=0)] = 0,
+) -> None:
+    """A whole Frankie in one simulated world, until Ctrl-C or the end of the input.
+
+    Base, arm, hand and camera speak the protocols of the real ones. Type words, and things happen
+    to it; they are listed when it starts.
+    """
+    from hw.emulators.frankie import WORDS, FrankieEmulator, serve
+
+    console = Terminal()
+    for name, (_, what) in WORDS.items():
+        console.say(f"{name}: {what}")
+    emulator = FrankieEmulator.of(robot, world=world, scene=scene, seed=seed)
+    with suppress(KeyboardInterrupt):
+        serve(emulator, lines=sys.stdin, say=console.say)
+
+
+@app.command()
 def realsense(
     port: Annotated[int, typer.Option(help="To listen on; 0: any.", min=0, max=65535)] = 7435,
     host: Annotated[str, typer.Option(help="The address to listen on.")] = "127.0.0.1",

@@ -67,6 +67,8 @@ class Setup:
     clock: TaskClock
     truth: Truth | None
     """What is known of the world; None on hardware."""
+    world: str
+    """What moves the robot."""
     controller: HolisticController
     gate: Gate
     vision: Vision
@@ -108,7 +110,7 @@ def open_setup(
         HardwareError: the robot cannot be connected.
     """
     backend = open_backend(robot, world, options)
-    known = known_of(backend.truth, site)
+    known = known_of(backend.truth, site or backend.map)
     with set_up(
         backend,
         detector,
@@ -167,6 +169,7 @@ def set_up(
             recorded=robot,
             clock=clock,
             truth=backend.truth,
+            world=backend.world,
             controller=controller,
             gate=Gate(robot, robot.description, controller.settings.period),
             vision=vision,

@@ -49,6 +49,7 @@ class Dampers:
     ) -> None:
         self._settings = collision
         self._acceleration = model.acceleration_limits
+        self._turns = model.description.base.axes[2] != 0.0
         robot = model.description
         self._lag = np.concatenate(
             [np.full(model.n_base, robot.base.lag), np.full(len(robot.arm.joints), robot.arm.lag)]
@@ -62,6 +63,9 @@ class Dampers:
         self._delay[PairKind.SELF] = robot.arm.lag + wait
         deceleration = np.full(len(PairKind), _LEAST_DECELERATION)
         deceleration[PairKind.SELF] = collision.max_deceleration
+        drives = model.description.base.axes[2] == 0.0
+        braking = collision.braking * float(model.acceleration_limits[: model.n_base][drives].min())
+        deceleration[PairKind.BASE] = min(_LEAST_DECELERATION, braking)
         most = np.full(len(PairKind), collision.influence_distance)
         most[PairKind.SELF] = collision.self_influence_distance
         self._far = np.full(len(PairKind), collision.stop_distance)
@@ -126,16 +130,28 @@ class Dampers:
         ahead = self._lag * (self.velocities - self._last)  # until they have caught up [m or rad]
         room = np.minimum(room + rows @ ahead, np.maximum(room, 0.0) + _MOST_GAINED)
 
-        braking = s.braking * (np.abs(rows) @ self._acceleration)
+        braking = s.braking * self._braking(np.abs(rows) * self._acceleration)
         deceleration = np.minimum(np.maximum(braking, s.min_deceleration), s.max_deceleration)
         late = deceleration * self._delay[kind]
         root = np.sqrt(late * late + 2.0 * deceleration * np.maximum(room, 0.0))
         back = np.maximum(s.return_gain * room, -s.return_speed)
         return np.where(room < 0.0, back, root - late), deceleration / root
 
+    def _braking(self, shares: Array) -> Array:
+        """Deceleration (K,) that the degrees of freedom have together, of shares (K, n).
+
+        The base alone brakes by driving or by turning, whichever is more: a turn that makes up for
+        speed brings its next corner there.
+        """
+        base = shares[:, : len(self._turns)]
+        turn, drive = base[:, self._turns].sum(axis=1), base[:, ~self._turns].sum(axis=1)
+        arm = shares[:, len(self._turns) :].sum(axis=1)
+        both: Array = np.where(arm > 0.0, turn + drive + arm, np.maximum(turn, drive))
+        return both
+
 
 _LEAST_DECELERATION = 1.0
-"""Of base and arm, to judge which pairs matter; where the limits allow less, the pair is slower
-than is assumed of it, too [m/s^2]."""
+"""Of base and arm, to judge which pairs matter; where the limits of an arm allow less, the pair is
+slower than is assumed of it, too. A heavy base is not [m/s^2]."""
 _MOST_GAINED = 0.05
 """By how much the lag may make a distance larger than it is [m]."""

@@ -168,7 +168,7 @@ class OmronBase:
             link = self._connected
         if self._arcl is not None and self._arcl.state.motors is not Motors.ENABLED:
             self._arcl.enable_motors()
-        if link.obedience.finding or link.telemetry.locked:
+        if link.obedience.finding or link.telemetry.locked or self._clearable_faults(link):
             self.stop()
             if not self._wait(lambda: is_at_rest(link.telemetry.velocity), _RECOVERY):
                 raise HardwareError("the base still moves under somebody else's command")

@@ -130,13 +130,16 @@ class PandaArm:
     def recover(self) -> None:
         """Clear a reflex; connect again if the arm or its driver does not answer.
 
+        A healthy arm, which may be in a motion, is left alone.
+
         Raises:
             HardwareError: that cannot be done now.
         """
-        if self._silence(self.reading()):
+        reading = self.reading()
+        if self._silence(reading):
             self._process.kill()
             self.connect()
-        else:
+        elif self._faults(reading):
             self._process.ask(_RECOVERY, do="recover")
 
     def stop(self) -> None:

@@ -1,0 +1,79 @@
+"""Who may move a real robot, and how fast.
+
+A robot file goes at a tenth of its speeds until a run with it has ended without a hardware fault;
+one that was changed begins anew. From then on the speeds are those that the file asks for.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+from config import UserError
+from robots import RealRobot, RobotDescription
+
+FIRST_START = 10.0
+"""Of the speeds of a robot file that was never driven [%]."""
+
+
+class NotArmedError(UserError):
+    """Nobody has said that the robot may move."""
+
+
+def check_armed(real: RealRobot, armed: bool) -> None:
+    """See that a person wants a real robot to move.
+
+    Raises:
+        NotArmedError: nobody has said so.
+    """
+    if real.hardware.emulated is None and not armed:
+        raise NotArmedError(
+            f"{real.path.name} is a real robot, and it moves only with --arm-the-robot; "
+            "first see that nobody is near it and the emergency stop is at hand"
+        )
+
+
+def speed_percent(real: RealRobot) -> float:
+    """Of the speeds of the description, for the next run [%]."""
+    asked = real.hardware.speed_percent
+    if real.hardware.emulated is not None or is_proven(real):
+        return asked
+    return min(asked, FIRST_START)
+
+
+def slowed(description: RobotDescription, percent: float) -> RobotDescription:
+    """The same robot at a share of its speeds; its accelerations, and its brakes, stay."""
+    share, limits = percent / 100.0, description.limits
+    return replace(
+        description,
+        limits=replace(
+            limits,
+            qd=share * limits.qd,
+            base_twist=share * limits.base_twist,
+            base_reverse=share * limits.base_reverse,
+        ),
+    )
+
+
+def is_proven(real: RealRobot) -> bool:
+    """Whether the robot was driven with this file as it is now."""
+    with suppress(OSError):
+        return _mark(real).is_file()
+    return False
+
+
+def prove(real: RealRobot) -> None:
+    """Note that a run with this file has ended without a hardware fault."""
+    with suppress(OSError):  # the next run is slow again
+        mark = _mark(real)
+        mark.parent.mkdir(parents=True, exist_ok=True)
+        mark.touch()
+
+
+def _mark(real: RealRobot) -> Path:
+    state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
+    digest = hashlib.sha256(real.path.read_bytes()).hexdigest()[:24]
+    return Path(state) / "frankie-task" / "driven" / digest
