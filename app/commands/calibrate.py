@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pinocchio import SE3
 
     from app.lab.calibration import Board, Calibration
+    from robots import RealRobot
 
 app = typer.Typer(
     no_args_is_help=True, help="Find out where the camera is on the hand, the arm on the base."
@@ -24,13 +25,9 @@ app = typer.Typer(
 
 _HARDWARE_FAULT = 3
 
-RobotName = Annotated[str, typer.Option("--robot", help="The robot: its name or file.")]
+RobotName = Annotated[str, typer.Option("--robot", help="The file of a real robot.")]
 Simulate = Annotated[
     bool, typer.Option("--simulate", help="On rendered images; tells how wrong the result is.")
-]
-Panda = Annotated[str, typer.Option(help="Address of the real arm.")]
-RealSense = Annotated[
-    str, typer.Option(help="Serial number of the real camera; without: the only one.")
 ]
 Columns = Annotated[int, typer.Option(help="Squares along the board.", min=3, max=10)]
 Rows = Annotated[int, typer.Option(help="Squares across the board.", min=3, max=10)]
@@ -61,8 +58,6 @@ def board(
 def hand_eye(
     robot: RobotName = "frankie",
     simulate: Simulate = False,
-    panda: Panda = "",
-    realsense: RealSense = "",
     arm_the_robot: Annotated[
         bool, typer.Option("--arm-the-robot", help="The arm may move: nothing is in its way.")
     ] = False,
@@ -90,11 +85,7 @@ def hand_eye(
         found = lab.calibrate_hand_eye(rig, description, one, views, rng)
         _accept(found, out, truth=rig.eTc)
         return
-    if not panda:
-        refuse("give --panda ADDRESS of the real arm, or --simulate")
-    if not arm_the_robot:
-        refuse("this moves the arm: give --arm-the-robot once nothing is in its way")
-    with _faults_told(), lab.live_arm(description.camera, panda, realsense) as live:
+    with _faults_told(), lab.live_arm(_real(robot), armed=arm_the_robot) as live:
         found = lab.calibrate_hand_eye(live, description, one, views, rng, say)
     _accept(found, out)
 
@@ -103,11 +94,6 @@ def hand_eye(
 def base_arm(
     robot: RobotName = "frankie",
     simulate: Simulate = False,
-    panda: Panda = "",
-    realsense: RealSense = "",
-    omron: Annotated[str, typer.Option(help="Address of the real base.")] = "",
-    user: Annotated[str, typer.Option(help="Of the base.")] = "frankie",
-    password: Annotated[str, typer.Option(help="Of the user.")] = "",
     thickness: Annotated[float, typer.Option(help="Of the board [mm].", min=0.0)] = 0.0,
     out: Annotated[Path, typer.Option(help="The file to write.")] = Path("base_arm.yaml"),
     views: Annotated[int, typer.Option(help="Images to take.", min=13, max=200)] = 30,
@@ -132,11 +118,7 @@ def base_arm(
         rig = lab.SimulatedBase(description, one, lab.Noise(), rng, views)
         _accept(lab.calibrate_base_arm(rig, description, one), out, truth=rig.bTa)
         return
-    if not panda or not omron:
-        refuse("give --panda ADDRESS and --omron ADDRESS of the real robot, or --simulate")
-    from hw.omron import OmronSettings
-
-    account, left = OmronSettings(host=omron, user=user, password=password), views
+    left = views
 
     def ask() -> bool:
         nonlocal left
@@ -147,12 +129,18 @@ def base_arm(
         Terminal().say("Enter: take an image. End of input (Ctrl-D): that was the last.")
         return bool(sys.stdin.readline())
 
-    with (
-        _faults_told(),
-        lab.live_base(description.camera, panda, realsense, account, ask) as live,
-    ):
+    with _faults_told(), lab.live_base(_real(robot), ask) as live:
         found = lab.calibrate_base_arm(live, description, one, 1e-3 * thickness, Terminal().say)
     _accept(found, out)
+
+
+def _real(robot: str) -> RealRobot:
+    """How a robot is reached."""
+    from robots import load_real_robot
+
+    if (real := load_real_robot(robot)) is None:
+        refuse(f"`{robot}` is a description: give the file of a real robot, or --simulate")
+    return real
 
 
 def _board(columns: int, rows: int, square: float) -> Board:
@@ -173,7 +161,9 @@ def _accept(found: Calibration, out: Path, truth: SE3 | None = None) -> None:
         typer.echo(f"wrong by {wrong.mm:.3f} mm and {wrong.deg:.4f} deg")
     found.require_good()
     found.write(out, "frankie-task calibrate")
-    typer.echo(f"{out} written: its `{found.key}` belongs into the robot file")
+    typer.echo(
+        f"{out} written; in the robot file: `{found.key}: {out.name}`, with it in one folder"
+    )
 
 
 @contextmanager

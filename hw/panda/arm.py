@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hw.clock import Clock, stopwatch
-from hw.mailbox import Mailbox
 from hw.panda.arm_process import MEMORY
 from hw.panda.generation import missing
 from hw.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
+from hw.processes.mailbox import Mailbox
 from hw.processes.process import DriverProcess
 from hw.robot import HardwareError
 from hw.state import ArmState, Array, Fault, FaultKind

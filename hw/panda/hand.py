@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hw.clock import Clock, stopwatch
-from hw.mailbox import Mailbox
 from hw.panda.generation import missing
 from hw.panda.hand_process import MEMORY
 from hw.panda.records import HAND_READING, HandReading
+from hw.processes.mailbox import Mailbox
 from hw.processes.process import DriverProcess
 from hw.robot import HardwareError
 from hw.state import Fault, FaultKind, GripperState

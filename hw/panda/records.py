@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Self
 
-from hw.mailbox import Mailbox
 from hw.panda.generation import Joints
+from hw.processes.mailbox import Mailbox
 
 _ZERO = (0.0,) * 7
 

@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from hw.clock import stopwatch
-from hw.mailbox import Mailbox
 from hw.panda.generation import JointLimits
 from hw.panda.limiter import PERIOD, VelocityLimiter, speed_at
 from hw.panda.records import ArmReading, Mode
 from hw.processes.child import still_alive
+from hw.processes.mailbox import Mailbox
 
 FRESH = 0.08
 """A velocity command counts for this long; then the arm comes to rest [s]."""

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from hw.clock import stopwatch
-from hw.mailbox import open_memory, share_memory
+from hw.processes.mailbox import open_memory, share_memory
 from hw.robot import HardwareError
 
 _LOADING = 30.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from hw.clock import Clock, stopwatch
 from hw.frame import DepthImage
-from hw.mailbox import PAGE, Mailbox
+from hw.processes.mailbox import PAGE, Mailbox
 from hw.processes.process import DriverProcess
 from hw.realsense.album import Album, Grey, Picture
 from hw.realsense.images import Wanted

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from hw.clock import epoch, stopwatch
-from hw.mailbox import PAGE, Mailbox, open_memory
 from hw.processes.child import Parent, claim, leave, still_alive
+from hw.processes.mailbox import PAGE, Mailbox, open_memory
 from hw.realsense.album import Album
 from hw.realsense.images import Filters, Rectifier, Wanted, metres
 from hw.realsense.records import STATUS, Status

@@ -7,7 +7,7 @@ import struct
 from dataclasses import asdict, dataclass
 from typing import Self
 
-from hw.mailbox import Mailbox
+from hw.processes.mailbox import Mailbox
 
 STATUS = struct.Struct("<900s")
 

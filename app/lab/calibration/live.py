@@ -10,10 +10,11 @@ from pinocchio import SE3
 
 from app.lab.calibration.board import Array, Grey
 from hw import Clock, HardwareError, WallClock
-from hw.omron import OmronBase, OmronSettings
+from hw.hardware import RobotLock, arm_of, base_of, camera_of, check_armed
+from hw.omron import OmronBase
 from hw.panda import PandaArm
-from hw.realsense import RealSenseCamera, RealSenseSettings
-from robots import CameraDescription
+from hw.realsense import RealSenseCamera
+from robots import RealRobot, load_robot
 
 _SETTLED = 0.5
 """After a motion, until nothing swings any more [s]."""
@@ -82,10 +83,13 @@ class LiveArm(Eye):
 
 
 class LiveBase(Eye):
-    """A base that a person drives from place to place; nothing here commands a motion.
+    """A base that a person drives from place to place.
+
+    Its driver is connected only while the base stands and is asked where it is: a driver stops a
+    base that others move.
 
     Args:
-        base: connected.
+        base: not connected.
         arm: connected; it rests.
         camera: connected.
         clock: of all.
@@ -108,8 +112,16 @@ class LiveBase(Eye):
         return self._ask()
 
     def wTb(self) -> SE3:
-        """As the base tells."""
-        return self._base.read().wTb
+        """As the base tells.
+
+        Raises:
+            HardwareError: it cannot be asked.
+        """
+        self._base.connect()
+        try:
+            return self._base.read().wTb
+        finally:
+            self._base.close()
 
     def q(self) -> Array:
         """As the arm tells."""
@@ -117,67 +129,47 @@ class LiveBase(Eye):
 
 
 @contextmanager
-def live_arm(camera: CameraDescription, panda: str, realsense: str) -> Iterator[LiveArm]:
-    """Connect an arm and its camera.
+def live_arm(real: RealRobot, *, armed: bool) -> Iterator[LiveArm]:
+    """Connect the arm and the camera of a real robot.
 
     Args:
-        camera: of the robot file.
-        panda: address of the arm.
-        realsense: serial number of the camera, or HOST:PORT of an emulated one; empty: the only
-            one.
+        real: what its file says.
+        armed: whether a person has said that it may move.
 
     Raises:
+        UserError: nobody has, or another program commands it.
         HardwareError: one of them cannot be reached.
     """
-    clock = WallClock()
-    with ExitStack() as parts:
-        arm = PandaArm(panda, clock)
-        arm.connect()
-        parts.callback(arm.close)
-        yield LiveArm(arm, _eye(parts, camera, realsense, clock), clock)
+    check_armed(real, armed)
+    with _parts(real) as (arm, camera, clock):
+        yield LiveArm(arm, camera, clock)
 
 
 @contextmanager
-def live_base(
-    camera: CameraDescription,
-    panda: str,
-    realsense: str,
-    omron: OmronSettings,
-    ask: Callable[[], bool],
-) -> Iterator[LiveBase]:
-    """Connect a base, an arm and its camera.
+def live_base(real: RealRobot, ask: Callable[[], bool]) -> Iterator[LiveBase]:
+    """Connect the arm and the camera of a real robot, and ask the base when it is wanted.
 
     Args:
-        camera: of the robot file.
-        panda: address of the arm.
-        realsense: as for `live_arm`.
-        omron: address and account of the base.
+        real: what its file says.
         ask: asks the person for another place, and waits; False if that was the last.
 
     Raises:
+        UserError: another program commands it.
         HardwareError: one of them cannot be reached.
     """
-    clock = WallClock()
+    with _parts(real) as (arm, camera, clock):
+        limits = load_robot(real.path).limits
+        yield LiveBase(base_of(real.hardware, limits, clock), arm, camera, clock, ask)
+
+
+@contextmanager
+def _parts(real: RealRobot) -> Iterator[tuple[PandaArm, RealSenseCamera, Clock]]:
+    description, clock, lock = load_robot(real.path), WallClock(), RobotLock(real.hardware)
     with ExitStack() as parts:
-        base, arm = OmronBase(omron, clock), PandaArm(panda, clock)
-        for part in (base, arm):
+        parts.callback(lock.take().release)
+        arm = arm_of(real.hardware, clock)
+        camera = camera_of(real.hardware, description.camera, clock, for_calibration=True)
+        for part in (camera, arm):
             part.connect()
             parts.callback(part.close)
-        yield LiveBase(base, arm, _eye(parts, camera, realsense, clock), clock, ask)
-
-
-def _eye(
-    parts: ExitStack, camera: CameraDescription, realsense: str, clock: Clock
-) -> RealSenseCamera:
-    """A connected camera that takes infrared images, without the dots of its projector."""
-    is_emulated = ":" in realsense
-    settings = RealSenseSettings(
-        serial="" if is_emulated else realsense,
-        emulator=realsense if is_emulated else "",
-        infrared=True,
-        emitter=False,
-    )
-    eye = RealSenseCamera(camera, clock, settings)
-    eye.connect()
-    parts.callback(eye.close)
-    return eye
+        yield arm, camera, clock
