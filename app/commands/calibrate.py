@@ -104,8 +104,8 @@ def base_arm(
 ) -> None:
     """Where the arm is on the base: a board lies on the floor, a person drives the base around it.
 
-    The arm rests, the camera about 0.45 m above the floor and tilted forwards by 15 to 20 deg. Do
-    `hand-eye` first, and put its result into the robot file.
+    The arm rests, the camera about 0.4 m above the floor, looking down. Stop so that the board is
+    now here, now there in the image, and the base always turned differently. Do `hand-eye` first.
     """
     import numpy as np
 
@@ -113,6 +113,7 @@ def base_arm(
     from robots import load_robot
 
     description, one = load_robot(robot), _board(columns, rows, square)
+    say = Terminal().say
     if simulate:
         rng = np.random.default_rng(seed)
         rig = lab.SimulatedBase(description, one, lab.Noise(), rng, views)
@@ -125,12 +126,12 @@ def base_arm(
         if left == 0:
             return False
         left -= 1
-        Terminal().say(f"drive so that the board is in view, turned differently; {left} more")
-        Terminal().say("Enter: take an image. End of input (Ctrl-D): that was the last.")
+        say(f"drive on, until the board is in view elsewhere, and stand; at most {left} more")
+        say("Enter: take an image. End of input (Ctrl-D): the last one was enough.")
         return bool(sys.stdin.readline())
 
     with _faults_told(), lab.live_base(_real(robot), ask) as live:
-        found = lab.calibrate_base_arm(live, description, one, 1e-3 * thickness, Terminal().say)
+        found = lab.calibrate_base_arm(live, description, one, 1e-3 * thickness, say)
     _accept(found, out)
 
 

@@ -16,10 +16,6 @@ from app.lab.calibration.rendering import Look, render
 from controller import RobotModel
 from robots import RobotDescription
 
-_OBLIQUE = 0.3
-"""How much a camera that looks at the floor is tilted [rad]: seen from straight above, the tilt of
-a board is hard to tell."""
-
 
 class ArmRig(Protocol):
     """An arm that takes a camera around."""
@@ -127,7 +123,7 @@ class SimulatedBase:
         noise: Noise,
         rng: np.random.Generator,
         places: int,
-        height: float = 0.45,
+        height: float = 0.38,
     ) -> None:
         self._description, self._board = description, board
         self._noise, self._rng = noise, rng
@@ -183,8 +179,8 @@ def _beside(pose: SE3, offset: tuple[float, float], rng: np.random.Generator) ->
 def _looking_down(description: RobotDescription, model: RobotModel, height: float) -> Array:
     """(7,) joint positions that hold the camera at a height over the floor before the base [m]."""
     limits, ready, eTc = description.limits, description.arm.ready, description.camera.eTc
-    oblique = pin.utils.rotate("y", -_OBLIQUE) @ (model.bTe(ready) * eTc).rotation
-    goal = SE3(oblique, np.array([description.base.size[0] / 2.0 + 0.2, 0.0, height]))
+    rotation = (model.bTe(ready) * eTc).rotation
+    goal = SE3(rotation, np.array([description.base.size[0] / 2.0 + 0.2, 0.0, height]))
 
     def miss(q: Array) -> Array:
         apart = goal.actInv(model.bTe(q) * eTc)
