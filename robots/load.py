@@ -75,7 +75,7 @@ def load_robot(robot: str | Path) -> RobotDescription:
     path = _path(robot)
     if not _is_real(path):
         return _load(path)
-    file = read_config(path, RealRobotFile)
+    file = read_config(path, RealRobotFile, context=path.parent)
     return _as_it_is(load_robot(_body(path, file)), file, path.stem)
 
 
@@ -91,7 +91,7 @@ def load_real_robot(robot: str | Path) -> RealRobot | None:
     path = _path(robot)
     if not _is_real(path):
         return None
-    file = read_config(path, RealRobotFile)
+    file = read_config(path, RealRobotFile, context=path.parent)
     beside = path.parent / (file.map or "")
     site = str(beside) if file.map and isfile(beside) else file.map
     mounts = {"arm_mount": file.arm_mount, "camera_mount": file.camera_mount}

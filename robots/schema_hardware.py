@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from ipaddress import ip_address
+from os.path import isfile
+from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, model_validator
+from pydantic import (
+    Field,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    model_validator,
+)
 
-from config import StrictModel
+from config import StrictModel, read_config
 from robots.schema import BaseLimitsFile
 from robots.schema_geometry import NotNegative, PoseFile, Positive
 
@@ -115,16 +123,60 @@ class HardwareFile(StrictModel):
         return self
 
 
+class SpreadFile(StrictModel):
+    """How sure a calibration is."""
+
+    mm: NotNegative
+    deg: NotNegative
+    views: int | None = None
+
+
+class QualityFile(StrictModel):
+    """How good a calibration is."""
+
+    views: int
+    residual: NotNegative
+    uncertainty: SpreadFile
+    held_out: SpreadFile
+
+
+class CalibrationFile(StrictModel):
+    """What `frankie-task calibrate` has written."""
+
+    arm_mount: PoseFile | None = None
+    camera_mount: PoseFile | None = None
+    quality: QualityFile
+
+
+def _mount(
+    value: object, check: ValidatorFunctionWrapHandler, info: ValidationInfo
+) -> PoseFile | None:
+    """A pose, or that in a file of a calibration; the context is the folder of the robot file."""
+    if not isinstance(value, str):
+        return check(value)  # type: ignore[no-any-return]
+    path = Path(info.context or ".") / value
+    if not isfile(path):
+        raise ValueError(f"there is no file {path}; `frankie-task calibrate` writes one")
+    name = info.field_name or ""
+    pose: PoseFile | None = getattr(read_config(path, CalibrationFile), name)
+    if pose is None:
+        raise ValueError(f"{path} has no `{name}`; it is of another calibration")
+    return pose
+
+
+MountFile: TypeAlias = Annotated[PoseFile | None, WrapValidator(_mount)]
+
+
 class RealRobotFile(StrictModel):
     """One real robot."""
 
     robot: Text
     """Its description: a shipped robot, or a robot file."""
     hardware: HardwareFile
-    arm_mount: PoseFile | None = None
-    """Foot of the arm on the base, as calibrated."""
-    camera_mount: PoseFile | None = None
-    """Camera on the end effector, as calibrated."""
+    arm_mount: MountFile = None
+    """Foot of the arm on the base, or the file of its calibration."""
+    camera_mount: MountFile = None
+    """Camera on the end effector, or the file of its calibration."""
     base_limits: BaseLimitsFile | None = None
     base_lag: Positive | None = None
     """Time constant of its velocity [s]."""

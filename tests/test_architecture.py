@@ -46,6 +46,7 @@ ROOMS = (
     "app.lab",
     "app.lab.grasps",
     "app.lab.bench",
+    "app.lab.calibration",
     "app.commands",
     "app",
     "frankie_task",
@@ -62,6 +63,8 @@ SIDE_BY_SIDE = {
         ("hw.omron", "hw.emulators.omron"),
         ("app.authoring", "app.lab"),
         ("app.lab.grasps", "app.lab.bench"),
+        ("app.lab.grasps", "app.lab.calibration"),
+        ("app.lab.bench", "app.lab.calibration"),
     )
 }
 """Rooms of one floor, which do not know each other."""

@@ -8,6 +8,7 @@ import typer
 
 from app.commands.authoring import authoring
 from app.commands.bench import bench
+from app.commands.calibrate import app as calibrate
 from app.commands.doctor import doctor
 from app.commands.emulate import app as emulate
 from app.commands.grasp import app as grasp
@@ -31,6 +32,7 @@ for command in (run, runs, view, explain, replay, doctor):
 app.add_typer(bench, name="bench")
 app.add_typer(grasp, name="grasp")
 app.add_typer(emulate, name="emulate")
+app.add_typer(calibrate, name="calibrate")
 
 
 @app.command()

@@ -5,8 +5,9 @@ fast, `emulation` starts the emulators of a robot that is not there, `opening` p
 `doctor` looks at `computer`, file and `parts` without moving anything; `unsettled` is what is left.
 """
 
-from hw.hardware.arming import NotArmedError
+from hw.hardware.arming import NotArmedError, check_armed
 from hw.hardware.doctor import examine
+from hw.hardware.drivers import arm_of, base_of, camera_of
 from hw.hardware.emulation import emulating
 from hw.hardware.findings import Finding, Verdict
 from hw.hardware.lock import CommandedError, RobotLock, commander_of
@@ -20,6 +21,10 @@ __all__ = [
     "NotArmedError",
     "RobotLock",
     "Verdict",
+    "arm_of",
+    "base_of",
+    "camera_of",
+    "check_armed",
     "commander_of",
     "emulating",
     "examine",

@@ -45,9 +45,20 @@ def hand_of(hardware: HardwareFile, clock: Clock) -> PandaHand:
 
 
 def camera_of(
-    hardware: HardwareFile, description: CameraDescription, clock: Clock
+    hardware: HardwareFile,
+    description: CameraDescription,
+    clock: Clock,
+    *,
+    for_calibration: bool = False,
 ) -> RealSenseCamera:
-    """The driver of the camera, not yet connected."""
+    """The driver of the camera, not yet connected.
+
+    Args:
+        hardware: as the robot file says.
+        description: of the camera.
+        clock: session time.
+        for_calibration: whether it takes infrared images, too, with its projector off.
+    """
     file = hardware.camera
     emulator = ""
     if hardware.emulated is not None:
@@ -58,6 +69,8 @@ def camera_of(
         rate=file.rate,
         preset=file.preset,
         delay=file.delay,
+        infrared=for_calibration,
+        emitter=not for_calibration,
     )
     return RealSenseCamera(description, clock, settings)
 
