@@ -50,20 +50,21 @@ def test_the_arm_gets_through_a_corridor_without_touching_it(model):
 
 def test_the_arm_is_carried_up_to_the_door_and_no_farther(model):
     """A posture that reaches out to the side meets the post of a door; an open floor is free."""
-    sideways = model.description.arm.ready + np.array([pi / 2.0, 0.6, 0.0, 0.6, 0.0, 0.0, 0.0])
+    ready = model.description.arm.ready
+    sideways = ready + np.array([pi / 2.0, 0.6, 0.0, 0.6, 0.0, 0.0, 0.0])
     way = np.array([[x, 0.0, 0.0] for x in np.linspace(-2.0, 3.0, 101)])
     door = FreeSpace(model, FloorMap(CORRIDOR[2:], model.description))
     carrying, carried = Carrying(model), {}
     for pose in way:
-        posture = carrying.posture(door, way, Pose2D(*pose.tolist()), sideways)
+        posture = carrying.posture(door, way, Pose2D(*pose.tolist()), ready, sideways)
         if posture is not None:
-            np.testing.assert_array_equal(posture, model.description.arm.ready)
+            np.testing.assert_array_equal(posture, ready)
         carried[float(pose[0])] = posture is not None
     begun, ended = (f(x for x, is_carried in carried.items() if is_carried) for f in (min, max))
     assert begun < 0.0  # in time: the posts are at 1.6 m
     assert 1.2 < ended < 2.0
     room = FreeSpace(model, FloorMap((), model.description))
-    assert Carrying(model).posture(room, way, Pose2D(-2.0, 0.0, 0.0), sideways) is None
+    assert Carrying(model).posture(room, way, Pose2D(-2.0, 0.0, 0.0), ready, sideways) is None
 
 
 def test_a_way_is_looked_at_everywhere_and_where_the_base_turns_on_the_spot():
