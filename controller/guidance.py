@@ -56,7 +56,7 @@ class Guide:
         self._min_turn_cosine = cos(self._guidance.goal_turn)
         self._route = Route(model, settings)
         self._base_goal, self._base_obstacle = Pose2D(inf, inf, inf), ""
-        self._approach = Approach(model, self._route)
+        self._approach = Approach(model, settings.guidance, self._route)
         self._follower = Follower(model, settings)
         self._hand_may_touch = False
         self.waits = False
@@ -110,6 +110,7 @@ class Guide:
         self.detour = detour
         """Whether that is on a way around, the end effector waiting."""
         self._best = (inf, inf, inf)
+        self._stage = False, False
         self._waited = 0
 
     def bias(
@@ -249,8 +250,7 @@ class Guide:
             return Remaining(distance)
         if stance is not self._base_of[0] or self._goal is not self._base_of[1]:
             self._base, self._base_of = stance.base_for(goal.wTe), (stance, self._goal)
-        docked = self._approach.docks
-        remaining = self._approach.remaining(
+        return self._approach.remaining(
             stance,
             self._base,
             distance,
@@ -260,9 +260,6 @@ class Guide:
             self._finder.space,
             follows=goal.is_moving,
         )
-        if self._approach.docks != docked:
-            self._best = (inf, inf, inf)  # another way is as long as it is
-        return remaining
 
     def _has_stalled(self, remaining: Remaining, goal: PoseGoal) -> bool:
         """Whether nothing has come nearer for a while: neither end effector, base nor arm.
@@ -275,6 +272,9 @@ class Guide:
             self._was_close = remaining.distance < g.close
             self._set_stance(self.stance)
             return False
+        stage = remaining.carried, remaining.docks
+        if stage != self._stage:
+            self._stage, self._best = stage, (inf, inf, inf)
         distance, base_time, joint_error = self._best
         progress = max(
             distance - remaining.distance,

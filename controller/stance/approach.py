@@ -14,6 +14,7 @@ import numpy as np
 from controller.command import Array
 from controller.floor import FloorMap, Pose2D, Route
 from controller.model import RobotModel
+from controller.settings import GuidanceSettings
 from controller.stance.bias import Remaining
 from controller.stance.carrying import Carrying
 from controller.stance.docking import moved
@@ -31,13 +32,15 @@ class Approach:
 
     Args:
         model: the robot.
+        guidance: how fast the arm unfolds.
         route: leads its base.
     """
 
-    def __init__(self, model: RobotModel, route: Route) -> None:
+    def __init__(self, model: RobotModel, guidance: GuidanceSettings, route: Route) -> None:
         self._model = model
+        self._joint_speeds = guidance.joint_speed * model.limits.qd
         self._route = route
-        self._carrying = Carrying(model)
+        self._carrying = Carrying(model, guidance.posture_time)
         self.reset()
 
     def reset(self) -> None:
@@ -83,7 +86,8 @@ class Approach:
         carried = None
         if not follows and not self._goes_in:
             way = self._route.way
-            carried = self._carrying.posture(space, way, wTb, q, stance.q, waits=self.docks)
+            times = lead.time_left, float((np.abs(stance.q - q) / self._joint_speeds).max())
+            carried = self._carrying.posture(space, way, wTb, q, stance, times, waits=self.docks)
             self.docks = self.docks or (carried is not None and stance.dock is not None)
         if dock is not None:
             straight = hypot(*dock) / float(self._model.limits.base_twist[0])
