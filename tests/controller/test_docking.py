@@ -44,11 +44,11 @@ def upright(x: float, y: float, yaw: float) -> SE3:
     return SE3(pin.utils.rotate("z", yaw), np.array([x, y, 0.0]))
 
 
-TURNED = shelf(upright(0.974, 1.281, -2.594), 1.027, 0.302, (0.154, 0.477, 0.863, 1.231, 1.658))
+TURNED = shelf(upright(-2.103, -0.375, -2.361), 1.34, 0.306, (0.075, 0.484, 0.845, 1.27, 1.719))
 """Turned away from the start, so that the base drives round it and comes from the side."""
 LOW = SE3(
-    np.array([[-0.6437, 0.0290, -0.7647], [0.0676, 0.9975, -0.0191], [0.7622, -0.0640, -0.6441]]),
-    np.array([0.965, 1.468, 0.256]),
+    np.array([[0.6651, 0.6155, -0.423], [-0.3041, -0.2941, -0.9061], [-0.6821, 0.7312, -0.0084]]),
+    np.array([-2.212, -0.279, 0.226]),
 )
 FACING = shelf(upright(2.615, 1.172, 0.049), 0.803, 0.379, (0.112, 0.592, 1.063, 1.443))
 MIDDLE = SE3(
