@@ -50,7 +50,7 @@ class RealRobot:
 
     path: Path
     body: str
-    """The description that it started from: a shipped robot or a robot file."""
+    """The file of the description that it started from."""
     hardware: HardwareFile
     map: str | None
     """A scene that says what stands around; None for nothing."""
@@ -76,7 +76,7 @@ def load_robot(robot: str | Path) -> RobotDescription:
     if not _is_real(path):
         return _load(path)
     file = read_config(path, RealRobotFile, context=path.parent)
-    return _as_it_is(load_robot(_body(path, file)), file, path.stem)
+    return _as_it_is(_load(Path(file.robot).resolve()), file, path.stem)
 
 
 def load_real_robot(robot: str | Path) -> RealRobot | None:
@@ -97,7 +97,7 @@ def load_real_robot(robot: str | Path) -> RealRobot | None:
     mounts = {"arm_mount": file.arm_mount, "camera_mount": file.camera_mount}
     return RealRobot(
         path=path,
-        body=_body(path, file),
+        body=file.robot,
         hardware=file.hardware,
         map=site,
         calibrated=tuple(name for name, mount in mounts.items() if mount is not None),
@@ -117,21 +117,6 @@ def _is_real(path: Path) -> bool:
     """Whether a file is that of a real robot; mistakes are told by who reads all of it."""
     read = read_yaml(Diagnostics(path))
     return read is not None and isinstance(read[1], YamlMap) and "hardware" in read[1].entries
-
-
-def _body(path: Path, file: RealRobotFile) -> str:
-    """The description that a real robot is of: next to its file, or a shipped one.
-
-    Raises:
-        ConfigError: there is none, or that is a real robot, too.
-    """
-    beside = path.parent / file.robot
-    body = beside if isfile(beside) else _path(file.robot)
-    if _is_real(Path(body)):
-        raise ConfigError(
-            f"{path}: robot: `{file.robot}` is a real robot; name the description of one"
-        )
-    return str(beside) if isfile(beside) else file.robot
 
 
 def _as_it_is(described: RobotDescription, file: RealRobotFile, name: str) -> RobotDescription:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from ipaddress import ip_address
 from os.path import isfile
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
-from config import StrictModel, read_config
+from config import StrictModel, read_config, suggest
 from robots.schema import BaseLimitsFile
 from robots.schema_geometry import NotNegative, PoseFile, Positive
 
@@ -180,11 +181,26 @@ MountFile: TypeAlias = Annotated[PoseFile | str | None, AfterValidator(_mount)]
 """Once it is read, a pose or None."""
 
 
+def _described(robot: str, info: ValidationInfo) -> str:
+    """The path of a description: beside the robot file, in the folder of the context, or shipped."""
+    shipped = Path(__file__).parent
+    for path in (Path(info.context or ".") / robot, shipped / f"{robot}.yaml"):
+        if isfile(path):
+            if _HARDWARE.search(path.read_text(encoding="utf-8", errors="replace")):
+                raise ValueError(f"`{robot}` is a real robot; name the description of one")
+            return str(path)
+    names = (path.stem for path in shipped.glob("*.yaml"))
+    raise ValueError(f"no robot is called `{robot}`; {suggest(robot, names)}")
+
+
+_HARDWARE = re.compile(r"^hardware:", re.MULTILINE)
+
+
 class RealRobotFile(StrictModel):
     """One real robot."""
 
-    robot: Text
-    """Its description: a shipped robot, or a robot file."""
+    robot: Annotated[Text, AfterValidator(_described)]
+    """Its description: a shipped robot, or a robot file; the path of its file, once it is read."""
     hardware: HardwareFile
     arm_mount: MountFile = None
     """Foot of the arm on the base, or the file of its calibration."""
