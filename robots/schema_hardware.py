@@ -182,7 +182,7 @@ MountFile: TypeAlias = Annotated[PoseFile | str | None, AfterValidator(_mount)]
 
 
 def _described(robot: str, info: ValidationInfo) -> str:
-    """The path of a description: beside the robot file, in the folder of the context, or shipped."""
+    """The path of a description: beside the robot file (in the context folder), or shipped."""
     shipped = Path(__file__).parent
     for path in (Path(info.context or ".") / robot, shipped / f"{robot}.yaml"):
         if isfile(path):
