@@ -112,7 +112,7 @@ class ComposedRobot:
         self._operations["grip"] = self._grips.submit(self._gripper.grip, width, force)
 
     def recover(self) -> None:
-        """Start a recovery of arm, base and camera, unless one is under way."""
+        """Start a recovery of all parts, unless one is under way."""
         if not self._is_under_way("recovery"):
             under_way = {name: f for name, f in self._operations.items() if not f.done()}
             self._operations = under_way | {"recovery": self._recoveries.submit(self._recover)}
@@ -139,7 +139,7 @@ class ComposedRobot:
         self.close()
 
     def _recover(self) -> None:
-        for part in (self._arm, self._base, self._camera):
+        for part in (self._arm, self._base, self._gripper, self._camera):
             part.recover()
 
     def _is_under_way(self, operation: str) -> bool:

@@ -29,6 +29,8 @@ class Backend:
     """What moves the robot; empty where nothing does."""
     map: str | None = None
     """A scene that says what stands around, where the robot's file names one."""
+    note: str = ""
+    """What a person should know before it moves."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,11 +91,11 @@ def _real(real: RealRobot, world: str, options: WorldOptions) -> Backend:
     """A real robot, or one that is emulated."""
     from hw.hardware import open_hardware
 
-    robot, clock, truth = open_hardware(
+    robot, clock, truth, note = open_hardware(
         real, world=world, scene=options.scene, seed=options.seed, armed=options.armed
     )
     name = "hardware" if truth is None else "emulated"
-    return Backend(robot=robot, clock=clock, truth=truth, world=name, map=real.map)
+    return Backend(robot=robot, clock=clock, truth=truth, world=name, map=real.map, note=note)
 
 
 _WORLDS: dict[str, Callable[[RobotDescription, WorldOptions], Backend]] = {

@@ -148,6 +148,13 @@ class Gripper(Part, Protocol):
             HardwareError: the gripper does not do it.
         """
 
+    def recover(self) -> None:
+        """Clear the faults that a program may clear; takes the time that it takes.
+
+        Raises:
+            HardwareError: they cannot be cleared.
+        """
+
 
 class DepthCamera(Part, Protocol):
     """A depth camera."""

@@ -54,6 +54,8 @@ class RealRobot:
     hardware: HardwareFile
     map: str | None
     """A scene that says what stands around; None for nothing."""
+    calibrated: tuple[str, ...]
+    """Which of `arm_mount` and `camera_mount` are those of this robot."""
 
 
 def robot_names() -> list[str]:
@@ -92,7 +94,14 @@ def load_real_robot(robot: str | Path) -> RealRobot | None:
     file = read_config(path, RealRobotFile, context=path.parent)
     beside = path.parent / (file.map or "")
     site = str(beside) if file.map and isfile(beside) else file.map
-    return RealRobot(path=path, body=_body(path, file), hardware=file.hardware, map=site)
+    mounts = {"arm_mount": file.arm_mount, "camera_mount": file.camera_mount}
+    return RealRobot(
+        path=path,
+        body=_body(path, file),
+        hardware=file.hardware,
+        map=site,
+        calibrated=tuple(name for name, mount in mounts.items() if mount is not None),
+    )
 
 
 def _path(robot: str | Path) -> Path:

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from ipaddress import ip_address
 from os.path import isfile
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import (
-    Field,
-    ValidationInfo,
-    ValidatorFunctionWrapHandler,
-    WrapValidator,
-    model_validator,
-)
+from pydantic import Field, PlainValidator, ValidationInfo, model_validator
 
 from config import StrictModel, read_config
 from robots.schema import BaseLimitsFile
@@ -148,12 +143,12 @@ class CalibrationFile(StrictModel):
     quality: QualityFile
 
 
-def _mount(
-    value: object, check: ValidatorFunctionWrapHandler, info: ValidationInfo
-) -> PoseFile | None:
+def _mount(value: object, info: ValidationInfo) -> PoseFile | None:
     """A pose, or that in a file of a calibration; the context is the folder of the robot file."""
-    if not isinstance(value, str):
-        return check(value)  # type: ignore[no-any-return]
+    if value is None:
+        return None
+    if not isinstance(value, str):  # as JSON, in which a list may become a tuple
+        return PoseFile.model_validate_json(json.dumps(value), strict=True)
     path = Path(info.context or ".") / value
     if not isfile(path):
         raise ValueError(f"there is no file {path}; `frankie-task calibrate` writes one")
@@ -164,7 +159,7 @@ def _mount(
     return pose
 
 
-MountFile: TypeAlias = Annotated[PoseFile | None, WrapValidator(_mount)]
+MountFile: TypeAlias = Annotated[PoseFile | None, PlainValidator(_mount)]
 
 
 class RealRobotFile(StrictModel):

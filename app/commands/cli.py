@@ -9,6 +9,7 @@ import typer
 from app.commands.authoring import authoring
 from app.commands.bench import bench
 from app.commands.calibrate import app as calibrate
+from app.commands.doctor import doctor
 from app.commands.emulate import app as emulate
 from app.commands.grasp import app as grasp
 from app.commands.refuse import RefusingGroup, find_tree
@@ -26,7 +27,7 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, runs, view, explain, replay):
+for command in (run, runs, view, explain, replay, doctor):
     app.command()(command)
 app.add_typer(bench, name="bench")
 app.add_typer(grasp, name="grasp")

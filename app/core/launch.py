@@ -93,6 +93,8 @@ def run_task(
         options.obstacles,
         options.map,
     ) as setup:
+        if setup.note:
+            _tell(setup.note)
         nodes = nodes_in_order(build(task, setup.context))
         for warning in unsupported_places(task, setup.truth.fixtures) if setup.truth else ():
             _tell(warning)

@@ -75,6 +75,8 @@ class Setup:
     context: Context
     problems: list[str]
     """What goes wrong when all is closed."""
+    note: str
+    """What a person should know before the robot moves."""
 
     @property
     def model(self) -> RobotModel:
@@ -184,6 +186,7 @@ def set_up(
                 obstacles=known.obstacles,
             ),
             problems=problems,
+            note=backend.note,
         )
 
 

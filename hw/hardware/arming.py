@@ -44,6 +44,20 @@ def speed_percent(real: RealRobot) -> float:
     return min(asked, FIRST_START)
 
 
+def speed_note(real: RealRobot) -> str:
+    """What a person should know of the speed of the next run; empty where there is nothing."""
+    asked, percent = real.hardware.speed_percent, speed_percent(real)
+    if real.hardware.emulated is not None:
+        return ""
+    if percent < asked:
+        return (
+            f"{real.path.name} moves for the first time as it is now: at {percent:g} % of its "
+            f"speeds; after a run without a fault at the {asked:g} % that it asks for"
+        )
+    more = "; `speed_percent` in the file says more" if asked <= FIRST_START else ""
+    return f"{real.path.name} moves at {percent:g} % of its speeds{more}"
+
+
 def slowed(description: RobotDescription, percent: float) -> RobotDescription:
     """The same robot at a share of its speeds; its accelerations, and its brakes, stay."""
     share, limits = percent / 100.0, description.limits

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from hw.emulators.frankie import EmulatorLink, RemoteTruth, SilentEmulatorError
 from hw.robot import HardwareError
@@ -64,6 +66,19 @@ class Emulation:
             process.wait()
             reason = lines[-1] if lines else "no reason"
             raise HardwareError(f"the emulators do not begin: {reason}")
+
+
+@contextmanager
+def emulating(real: RealRobot | None) -> Iterator[None]:
+    """Have the emulators of a robot run, if it is emulated."""
+    if real is None or real.hardware.emulated is None:
+        yield
+        return
+    emulation = Emulation(real, "kinematic", "single", 0)
+    try:
+        yield
+    finally:
+        emulation.close()
 
 
 def link_to(real: RealRobot) -> EmulatorLink:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
+from contextlib import suppress
 from typing import NamedTuple
 
 from controller import Command
 from hw.clock import WallClock
 from hw.composition import ComposedRobot
-from hw.hardware.arming import check_armed, prove, slowed, speed_percent
+from hw.hardware.arming import check_armed, prove, slowed, speed_note, speed_percent
 from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of
 from hw.hardware.emulation import Emulation
 from hw.hardware.lock import RobotLock
@@ -17,6 +19,9 @@ from hw.state import RobotState
 from hw.truth import Truth
 from hw.wrapper import RobotWrapper
 from robots import RealRobot, load_robot
+
+_PRIORITY = 2
+"""Below that of the arm's own process."""
 
 
 class CommandedRobot(RobotWrapper):
@@ -39,7 +44,9 @@ class CommandedRobot(RobotWrapper):
     def connect(self) -> None:
         """Take the right to command it, and connect every part."""
         self._lock.take()
+        _hurry(os.SCHED_FIFO)  # this thread, and those of the drivers, which are started now
         super().connect()
+        _hurry(os.SCHED_FIFO | os.SCHED_RESET_ON_FORK)  # but nothing that comes later
 
     def send(self, command: Command) -> Command:
         """Hand a command on, and tell that somebody commands."""
@@ -62,6 +69,7 @@ class CommandedRobot(RobotWrapper):
             if self._has_moved and self._is_sound:
                 prove(self._real)
         finally:
+            _hurry(os.SCHED_OTHER)
             self._lock.release()
             self._after()
 
@@ -73,6 +81,8 @@ class OpenedHardware(NamedTuple):
     clock: WallClock
     truth: Truth | None
     """Of the world of an emulated robot."""
+    note: str
+    """What a person should know before it moves."""
 
 
 def open_hardware(
@@ -93,7 +103,7 @@ def open_hardware(
         HardwareError: the emulators do not begin.
     """
     check_armed(real, armed)
-    hardware, clock, lock = real.hardware, WallClock(), RobotLock(real.hardware).take()
+    hardware, lock = real.hardware, RobotLock(real.hardware).take()
     emulation: Emulation | None = None
     try:
         if hardware.emulated is not None:
@@ -101,6 +111,7 @@ def open_hardware(
     except BaseException:
         lock.release()
         raise
+    clock = WallClock()
     description = slowed(load_robot(real.path), speed_percent(real))
     robot = ComposedRobot(
         description,
@@ -112,4 +123,12 @@ def open_hardware(
     )
     after = emulation.close if emulation else lambda: None
     truth = emulation.truth if emulation else None
-    return OpenedHardware(CommandedRobot(robot, real, lock, after), clock, truth)
+    commanded = CommandedRobot(robot, real, lock, after)
+    return OpenedHardware(commanded, clock, truth, speed_note(real))
+
+
+def _hurry(policy: int) -> None:
+    """Have the system run this thread before what is in no hurry, if it lets us, or no more."""
+    with suppress(OSError):
+        priority = 0 if policy == os.SCHED_OTHER else _PRIORITY
+        os.sched_setscheduler(0, policy, os.sched_param(priority))

@@ -88,18 +88,20 @@ class PandaArm:
         Raises:
             HardwareError: there never was one.
         """
-        reading = ArmReading.get(self._readings)
-        if reading is None:
-            raise HardwareError(f"the {self._process.what}: {self._process.end_of_it()}")
-        return reading
+        return self._process.told(ArmReading.get(self._readings))
 
     def read(self) -> ArmState:
-        """The newest reading, stamped when it arrived."""
+        """The newest reading, stamped when it arrived.
+
+        From an arm that does not answer it is the last one, at rest, with a fault and the stamp of
+        now: a recovery gets its chance.
+        """
         reading = self.reading()
+        is_silent = bool(self._silence(reading))
         return ArmState(
-            stamp=reading.stamp + self._offset,
+            stamp=self._clock.now() if is_silent else reading.stamp + self._offset,
             q=np.array(reading.q),
-            qd=np.array(reading.qd),
+            qd=np.zeros(7) if is_silent else np.array(reading.qd),
             faults=tuple(self._faults(reading)),
         )
 

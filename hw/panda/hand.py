@@ -10,7 +10,6 @@ from hw.panda.hand_process import MEMORY
 from hw.panda.records import HAND_READING, HandReading
 from hw.processes.mailbox import Mailbox
 from hw.processes.process import DriverProcess
-from hw.robot import HardwareError
 from hw.state import Fault, FaultKind, GripperState
 
 _SILENT = 0.5
@@ -70,10 +69,7 @@ class PandaHand:
         Raises:
             HardwareError: there never was one.
         """
-        reading = HandReading.get(self._readings)
-        if reading is None:
-            raise HardwareError(f"the {self._process.what}: {self._process.end_of_it()}")
-        return reading
+        return self._process.told(HandReading.get(self._readings))
 
     def read(self) -> GripperState:
         """The newest reading, stamped when it arrived."""
@@ -102,6 +98,16 @@ class PandaHand:
             self._process.ask(_LONGEST, do="grip", width=float(width), force=float(force))
         finally:
             self._gripping -= 1
+
+    def recover(self) -> None:
+        """Connect again if the hand or its driver does not answer.
+
+        Raises:
+            HardwareError: it cannot be reached.
+        """
+        if self.read().faults:
+            self._process.kill()
+            self.connect()
 
     def stop(self) -> None:
         """The fingers stop where they are."""

@@ -17,11 +17,13 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 from hw.clock import stopwatch
 from hw.processes.mailbox import open_memory, share_memory
 from hw.robot import HardwareError
+
+Record = TypeVar("Record")
 
 _LOADING = 30.0
 """[s]"""
@@ -113,6 +115,16 @@ class DriverProcess:
                     if message["error"]:
                         raise HardwareError(f"the {self.what}: {message['error']}")
                     return
+
+    def told(self, record: Record | None) -> Record:
+        """The newest record of the process.
+
+        Raises:
+            HardwareError: there never was one.
+        """
+        if record is None:
+            raise HardwareError(f"the {self.what}: {self.end_of_it()}")
+        return record
 
     def say(self, **request: Any) -> None:
         """Send a request; if nobody is there any more, nothing happens."""

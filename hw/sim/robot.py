@@ -109,6 +109,9 @@ class SimGripper(_SimPart):
         """Set the fingers moving."""
         self._body.grip(width, force)
 
+    def recover(self) -> None:
+        """It has no faults."""
+
 
 class SimCamera(_SimPart):
     """The depth camera: an image is captured when it is asked for, at most one a frame period.

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import gc
 import json
+import os
 import socketserver
 import sys
 import threading
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 
 from config import UserError
 from hw.emulators.frankie.emulator import FrankieEmulator
 from hw.emulators.frankie.words import act
+
+_PRIORITY = 5
+"""Below that of the emulated arm."""
 
 
 class PortTakenError(UserError):
@@ -50,6 +56,8 @@ def serve(
 ) -> None:
     """Be a Frankie until the lines of words end.
 
+    It asks for real-time priority and goes on without where it is not granted.
+
     Args:
         emulator: not begun yet.
         lines: what is done to it, see `WORDS`.
@@ -59,6 +67,10 @@ def serve(
         UserError: something else listens at one of the places.
     """
     sys.setswitchinterval(1e-3)
+    with suppress(OSError):  # no real robot waits for what else this computer does
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
+    gc.collect()
+    gc.freeze()
     try:
         visitors = _Port(emulator)
     except OSError as error:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -21,11 +19,11 @@ STEP = 0.005
 """Of the world [s]."""
 _LATE = 0.05
 """Commands hold while the world is late by less than this [s]."""
-_CATCH_UP = 4.0
-"""Joints make up for the way that they lack at this rate [1/s]."""
+_CATCH_UP, _MOST_LACKING = 8.0, 0.02
+"""Joints make up for the way that they lack at this rate [1/s], but for no more than this [rad]:
+what a busy computer has cost is lost."""
 _RELEASED = 0.1
 """A bumper is released when the base was told to rest for so long [s]."""
-_PRIORITY = 5
 
 
 class Image(NamedTuple):
@@ -118,8 +116,6 @@ class EmulatedWorld:
     # its own time
 
     def _run(self) -> None:
-        with suppress(OSError):
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
         due = stopwatch()
         while not self._over.is_set():
             with self.lock:
@@ -153,8 +149,9 @@ class EmulatedWorld:
             way = np.subtract(wanted.way, before.way)
             self._lacks += way
             fastest = body.description.limits.qd
-            lacks = self._lacks - way  # what comes now is not late
-            wish = way / (wanted.at - before.at) + _CATCH_UP * lacks
+            late = np.clip(self._lacks - way, -_MOST_LACKING, _MOST_LACKING)
+            self._lacks = way + late
+            wish = way / (wanted.at - before.at) + _CATCH_UP * late
             self._qd = np.clip(wish, -fastest, fastest)
         if wanted.grips != self._grips:
             self._grips = wanted.grips

@@ -1,13 +1,40 @@
-"""The contract of all robots, kept by the drivers of the real one on emulators of all its parts."""
+"""The contract of all robots, kept by the drivers of the real one on emulators of all its parts.
+
+What is not slow is its short form.
+"""
+
+import functools
 
 import pytest
 import test_robot_contract as contract
 from emulated_robot import emulated, needs_drivers, robot_file
-from test_robot_contract import *  # noqa: F403
 
 from hw import WorldOptions, open_backend
 
-pytestmark = [needs_drivers, pytest.mark.slow]
+pytestmark = needs_drivers
+SHORT = (
+    "test_a_reading_is_finite_and_of_the_right_shape",
+    "test_stamps_are_those_of_the_session_clock_and_never_go_back",
+    "test_the_base_follows_a_twist",
+    "test_a_joint_follows_its_velocity_and_the_others_stay",
+    "test_a_grip_is_started_at_once_and_tells_when_it_has_ended",
+    "test_a_frame_knows_where_it_was_captured",
+)
+
+
+def slow(test):
+    """The same test, marked; the one of the contract itself stays as it is."""
+
+    @functools.wraps(test)
+    def marked(*arguments, **named):
+        return test(*arguments, **named)
+
+    return pytest.mark.slow(marked)
+
+
+for name, test in list(vars(contract).items()):
+    if name.startswith("test_"):
+        globals()[name] = test if name in SHORT else slow(test)
 
 
 @pytest.fixture(scope="module")
