@@ -29,6 +29,7 @@ def _tell(emulator: FrankieEmulator) -> Told:
             "stamp": stopwatch() - (world.clock.now() - world.body.now),
             "base": world.pose(),
             "twist": world.twist(),
+            "wanted": emulator.base.controller.wanted,
             "q": world.body.q.tolist(),
             "qd": world.body.qd.tolist(),
             "poses": {one.name: SE3ToXYZQUAT(one.pose).tolist() for one in truth.objects},

@@ -80,6 +80,7 @@ def healthy(state) -> bool:
         ("arm freeze 1.0", FaultKind.CONNECTION),
         ("arm reflex", FaultKind.REFLEX),
         ("break", FaultKind.CONNECTION),
+        ("blind 1.5", FaultKind.CONNECTION),
     ],
 )
 def test_the_loop_lives_through_a_fault_and_moves_again(robot, gate, place, words, kind):
@@ -94,6 +95,22 @@ def test_the_loop_lives_through_a_fault_and_moves_again(robot, gate, place, word
     until(robot, gate, healthy, 30.0)
     until(robot, gate, lambda state: state.base_twist[0] > 0.05, 5.0, GO)
     until(robot, gate, lambda state: state.qd[5] > 0.1, 3.0, GO)
+
+
+@pytest.mark.parametrize(("words", "clearable"), [("freeze", True), ("lost", False)])
+def test_a_base_that_does_not_tell_where_it_is_stops_both(robot, gate, place, words, clearable):
+    until(robot, gate, lambda state: state.base_twist[0] > 0.05, 5.0, GO)
+    place[1].do(f"{words} yes")
+    state = until(robot, gate, has(FaultKind.STALE_POSE), 3.0, GO)
+    assert [one.clearable for one in state.faults if one.kind is FaultKind.STALE_POSE] == [
+        clearable
+    ]
+    until(robot, gate, lambda state: not np.abs(state.qd).max() > 0.01, 2.0)
+    place[1].do(f"{words} no")
+    time.sleep(1.0)
+    robot.recover()
+    until(robot, gate, healthy, 20.0)
+    until(robot, gate, lambda state: state.base_twist[0] > 0.05, 5.0, GO)
 
 
 def test_the_emergency_stop_of_the_cell_stops_both_and_is_latched(robot, gate, place):

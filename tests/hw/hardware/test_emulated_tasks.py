@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
 import time
@@ -10,6 +11,9 @@ from pathlib import Path
 
 import pytest
 from emulated_robot import ROOT, emulated, needs_drivers, robot_file
+
+from hw.hardware import commander_of
+from robots import load_real_robot
 
 pytestmark = needs_drivers
 
@@ -62,6 +66,37 @@ def running() -> list[str]:
         except OSError:
             continue
     return lines
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+def test_base_and_arm_come_to_rest_when_the_program_is_killed_or_suspended(tmp_path, how):
+    """Commanded to rest within 0.25 s of the last good command, by the emulators' own clocks."""
+    path, task = robot_file(tmp_path), tmp_path / "short.yaml"
+    task.write_text(SHORT)
+    with emulated(path) as link:
+        process = begin(path, task, record=tmp_path)
+        moves = wait_until(link, lambda told: told["wanted"][0] > 0.2, process)
+        process.send_signal(how)
+        killed = moves["stamp"]
+        rests = wait_until(link, lambda told: told["wanted"] == [0.0, 0.0])
+        # Beside the 0.25 s: two looks, and the base takes a new set-point every 0.1 s.
+        assert rests["stamp"] - killed < 0.25 + 0.2
+        wait_until(link, lambda told: max(map(abs, (*told["twist"], *told["qd"]))) < 0.01)
+        assert link.do("arm tell")["still"] > 0.0
+        process.send_signal(signal.SIGCONT)
+        process.kill()
+        process.communicate()
+        assert commander_of(load_real_robot(path).hardware) is None
+
+
+def wait_until(link, done, process=None, patience: float = 60.0):
+    """Until the emulators tell something; what they tell."""
+    until = time.monotonic() + patience
+    while not done(told := link.do("tell")):
+        assert process is None or process.poll() is None, process.communicate()
+        assert time.monotonic() < until, told
+        time.sleep(0.005)
+    return told
 
 
 def on_the_table(link) -> int:
