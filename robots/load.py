@@ -149,9 +149,9 @@ def _as_it_is(described: RobotDescription, file: RealRobotFile, name: str) -> Ro
         base = replace(base, lag=file.base_lag)
     if file.arm_lag is not None:
         arm = replace(arm, lag=file.arm_lag)
-    if file.camera_mount is not None:
+    if isinstance(file.camera_mount, PoseFile):
         camera = replace(camera, eTc=file.camera_mount.pose())
-    bTa = described.bTa if file.arm_mount is None else file.arm_mount.pose()
+    bTa = file.arm_mount.pose() if isinstance(file.arm_mount, PoseFile) else described.bTa
     return replace(described, name=name, limits=limits, base=base, arm=arm, camera=camera, bTa=bTa)
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from ipaddress import ip_address
 from os.path import isfile
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, PlainValidator, ValidationInfo, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from config import StrictModel, read_config
 from robots.schema import BaseLimitsFile
@@ -49,6 +48,19 @@ class FullScaleFile(StrictModel):
     throttle: bool = True
 
 
+def _scale(value: FullScaleFile | str, info: ValidationInfo) -> FullScaleFile:
+    """The values, or those of a file; the context is the folder of the robot file."""
+    if not isinstance(value, str):
+        return value
+    path = Path(info.context or ".") / value
+    if not isfile(path):
+        raise ValueError(f"there is no file {path}; `frankie-task doctor --write-site` writes one")
+    return read_config(path, FullScaleFile)
+
+
+ScaleFile: TypeAlias = Annotated[FullScaleFile | str, AfterValidator(_scale)]
+
+
 class OmronFile(StrictModel):
     """An Omron LD-60."""
 
@@ -58,11 +70,18 @@ class OmronFile(StrictModel):
     user: Text
     password: str = ""
     arcl: ArclFile | None = None
-    full_scale: FullScaleFile = FullScaleFile()
+    full_scale: ScaleFile = FullScaleFile()
+    """Or the file that `frankie-task doctor --write-site` has written."""
     pose_delay: NotNegative = 0.0
     """How old a pose is on arrival [s]."""
     least_score: Share | None = None
     score_scale: Literal[100, 1000] | None = None
+
+    @property
+    def scale(self) -> FullScaleFile:
+        """The values of `full_scale`, wherever they stand."""
+        assert isinstance(self.full_scale, FullScaleFile)  # once it is read
+        return self.full_scale
 
 
 class PandaFile(StrictModel):
@@ -143,12 +162,10 @@ class CalibrationFile(StrictModel):
     quality: QualityFile
 
 
-def _mount(value: object, info: ValidationInfo) -> PoseFile | None:
+def _mount(value: PoseFile | str | None, info: ValidationInfo) -> PoseFile | None:
     """A pose, or that in a file of a calibration; the context is the folder of the robot file."""
-    if value is None:
-        return None
-    if not isinstance(value, str):  # as JSON, in which a list may become a tuple
-        return PoseFile.model_validate_json(json.dumps(value), strict=True)
+    if not isinstance(value, str):
+        return value
     path = Path(info.context or ".") / value
     if not isfile(path):
         raise ValueError(f"there is no file {path}; `frankie-task calibrate` writes one")
@@ -159,7 +176,8 @@ def _mount(value: object, info: ValidationInfo) -> PoseFile | None:
     return pose
 
 
-MountFile: TypeAlias = Annotated[PoseFile | None, PlainValidator(_mount)]
+MountFile: TypeAlias = Annotated[PoseFile | str | None, AfterValidator(_mount)]
+"""Once it is read, a pose or None."""
 
 
 class RealRobotFile(StrictModel):

@@ -12,6 +12,7 @@ from hw.hardware.emulation import emulating
 from hw.hardware.findings import Finding, Verdict
 from hw.hardware.lock import CommandedError, RobotLock, commander_of
 from hw.hardware.opening import open_hardware
+from hw.hardware.parts import write_full_scale
 from hw.hardware.unsettled import UNSETTLED
 
 __all__ = [
@@ -29,4 +30,5 @@ __all__ = [
     "emulating",
     "examine",
     "open_hardware",
+    "write_full_scale",
 ]

@@ -61,7 +61,7 @@ def _file(real: RealRobot) -> Iterator[Finding]:
         f"at {100.0 * share:g} % of its speeds: {forward:.2f} m/s, {degrees(turn):.0f} deg/s, "
         f"brakes at {limits.base_acceleration[0]:g} m/s^2"
     )
-    full = real.hardware.base.full_scale
+    full = real.hardware.base.scale
     fits = forward <= full.forward + 1e-9 and share * limits.base_reverse <= full.reverse + 1e-9
     hint = "" if fits else "; the base cannot: full_scale is less"
     yield Finding("speed", Verdict.GOOD if fits else Verdict.BAD, text + hint)

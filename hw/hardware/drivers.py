@@ -23,7 +23,7 @@ def base_of(hardware: HardwareFile, limits: Limits, clock: Clock) -> OmronBase:
         user=file.user,
         password=file.password,
         arcl=arcl,
-        site=_site(file.full_scale),
+        site=_site(file.scale),
         acceleration=float(limits.base_acceleration[0]),
         turn_acceleration=float(limits.base_acceleration[2]),
         pose_delay=file.pose_delay,

@@ -64,6 +64,31 @@ def test_what_differs_on_this_robot_takes_the_place_of_the_description(file: Pat
     np.testing.assert_allclose(FRANKIE.bTa.translation, [0.15, 0.0, 0.38])
 
 
+QUALITY = """\
+quality:
+  views: 12
+  residual: 0.2
+  uncertainty: {mm: 0.3, deg: 0.02}
+  held_out: {mm: 0.4, deg: 0.03}
+"""
+
+
+def test_mounts_and_full_scale_may_stand_in_files_of_their_own(file: Path) -> None:
+    file.with_name("hand_eye.yaml").write_text("camera_mount: {xyz: [0.05, 0, -0.09]}\n" + QUALITY)
+    file.with_name("site.yaml").write_text("forward: 0.67\ndead_translation: 0\n")
+    text = file.read_text() + "camera_mount: hand_eye.yaml\n"
+    begin, end = text.index("    full_scale:"), text.index("    pose_delay")
+    file.write_text(text[:begin] + "    full_scale: site.yaml\n" + text[end:])
+    real = load_real_robot(file)
+    assert real is not None
+    assert real.hardware.base.scale.forward == 0.67
+    assert real.calibrated == ("camera_mount",)
+    np.testing.assert_allclose(load_robot(file).camera.eTc.translation, [0.05, 0.0, -0.09])
+    file.with_name("site.yaml").unlink()
+    with pytest.raises(ConfigError, match="doctor --write-site"):
+        load_robot(file)
+
+
 def test_its_description_may_be_a_file_beside_it(file: Path) -> None:
     body = file.parent / "wide.yaml"
     body.write_text((SHIPPED / "frankie.yaml").read_text())

@@ -121,7 +121,7 @@ class FrankieEmulator:
             password=base.password,
             arcl_password=base.arcl.password if base.arcl else "",
             arm=arm.address,
-            teleop=_teleop(base.full_scale),
+            teleop=_teleop(base.scale),
             steering=real.hardware.emulated,
             rate=real.hardware.camera.rate,
         )

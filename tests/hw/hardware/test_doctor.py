@@ -56,6 +56,17 @@ def test_an_emulated_robot_is_good_and_has_not_moved(place):
 
 
 @needs_drivers
+def test_what_the_base_tells_of_itself_can_be_written_for_the_file(place, tmp_path):
+    path, _ = place
+    site = tmp_path / "site.yaml"
+    result = CliRunner().invoke(app, ["doctor", "--robot", str(path), "--write-site", str(site)])
+    assert "full_scale: " in result.stdout
+    path.write_text(path.read_text().replace("    arcl:", "    full_scale: site.yaml\n    arcl:"))
+    scale = load_real_robot(path).hardware.base.scale
+    assert (scale.forward, scale.turn_deg, scale.dead_translation) == (1.0, 50.0, 10.0)
+
+
+@needs_drivers
 def test_wrong_values_a_pressed_button_and_a_commander_are_named(place):
     path, link = place
     text = path.read_text()
