@@ -13,7 +13,7 @@ from app.commands.doctor import doctor
 from app.commands.emulate import app as emulate
 from app.commands.grasp import app as grasp
 from app.commands.refuse import RefusingGroup, find_tree
-from app.commands.review import explain, replay, runs, view
+from app.commands.review import delays, explain, replay, runs, view
 from app.commands.run import run
 from app.terminal import Terminal
 
@@ -27,7 +27,7 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, runs, view, explain, replay, doctor):
+for command in (run, runs, view, explain, replay, delays, doctor):
     app.command()(command)
 app.add_typer(bench, name="bench")
 app.add_typer(grasp, name="grasp")

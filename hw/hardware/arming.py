@@ -1,7 +1,8 @@
 """Who may move a real robot, and how fast.
 
-A robot file goes at a tenth of its speeds until a run with it has ended without a hardware fault;
-one that was changed begins anew. From then on the speeds are those that the file asks for.
+A robot file goes at a tenth of its speeds until a run with it has ended without a hardware fault.
+From then on the speeds are those that the file asks for. One that says something else of the robot,
+its calibration included, begins anew.
 """
 
 from __future__ import annotations
@@ -9,11 +10,13 @@ from __future__ import annotations
 import hashlib
 import os
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
+import numpy as np
+
 from config import UserError
-from robots import RealRobot, RobotDescription
+from robots import RealRobot, RobotDescription, load_robot
 
 FIRST_START = 10.0
 """Of the speeds of a robot file that was never driven [%]."""
@@ -89,5 +92,16 @@ def prove(real: RealRobot) -> None:
 
 def _mark(real: RealRobot) -> Path:
     state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
-    digest = hashlib.sha256(real.path.read_bytes()).hexdigest()[:24]
-    return Path(state) / "frankie-task" / "driven" / digest
+    return Path(state) / "frankie-task" / "driven" / _digest(real)
+
+
+def _digest(real: RealRobot) -> str:
+    """Of all that decides how the robot moves, wherever it stands, but for `speed_percent`."""
+    robot = load_robot(real.path)
+    limits = [getattr(robot.limits, one.name) for one in fields(robot.limits)]
+    mounts = [robot.bTa.homogeneous, robot.camera.eTc.homogeneous]
+    numbers = [*limits, *mounts, robot.base.lag, robot.arm.lag, robot.arm.ready]
+    digest = hashlib.sha256(real.hardware.model_dump_json(exclude={"speed_percent"}).encode())
+    for number in numbers:
+        digest.update(np.round(number, 9).tobytes())
+    return digest.hexdigest()[:24]

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 
 from hw.emulators.frankie import EmulatorLink, RemoteTruth, SilentEmulatorError
 from hw.robot import HardwareError
+from hw.sim import load_scene
 from robots import RealRobot
 
 _PATIENCE = 30.0
@@ -50,6 +51,8 @@ class Emulation:
             self._process = None
 
     def _start(self) -> None:
+        _, scene, seed = self._wanted
+        load_scene(scene, int(seed))  # a mistake in it is told here
         self._process = process = subprocess.Popen(
             [sys.executable, "-m", "hw.emulators.frankie", str(self._real.path), *self._wanted],
             stdin=subprocess.PIPE,

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import NamedTuple
 
+from config import UserError
 from controller import Command
 from hw.clock import WallClock
 from hw.composition import ComposedRobot
@@ -22,6 +23,10 @@ from robots import RealRobot, load_robot
 
 _PRIORITY = 2
 """Below that of the arm's own process."""
+
+
+class OtherWorldError(UserError):
+    """The emulators that run are not those that a person wants."""
 
 
 class CommandedRobot(RobotWrapper):
@@ -66,7 +71,8 @@ class CommandedRobot(RobotWrapper):
         """Stop, let go of every part, and of the right to command it."""
         try:
             super().close()
-            if self._has_moved and self._is_sound:
+            is_real = self._real.hardware.emulated is None
+            if is_real and self._has_moved and self._is_sound:
                 prove(self._real)
         finally:
             _hurry(os.SCHED_OTHER)
@@ -100,6 +106,7 @@ def open_hardware(
     Raises:
         NotArmedError: nobody has.
         CommandedError: another program commands it.
+        OtherWorldError: emulators run with another world.
         HardwareError: the emulators do not begin.
     """
     check_armed(real, armed)
@@ -108,7 +115,10 @@ def open_hardware(
     try:
         if hardware.emulated is not None:
             emulation = Emulation(real, world, scene, seed)
+            _check_world(emulation, (world, scene, seed))
     except BaseException:
+        if emulation is not None:
+            emulation.close()
         lock.release()
         raise
     clock = WallClock()
@@ -125,6 +135,16 @@ def open_hardware(
     truth = emulation.truth if emulation else None
     commanded = CommandedRobot(robot, real, lock, after)
     return OpenedHardware(commanded, clock, truth, speed_note(real))
+
+
+def _check_world(emulation: Emulation, wanted: tuple[str, str, int]) -> None:
+    truth = emulation.truth
+    world, scene, seed = there = truth.world, truth.scene, truth.seed
+    if there != wanted:
+        raise OtherWorldError(
+            f"emulators run with --world {world} --scene {scene} --seed {seed}: "
+            "say the same, or end them"
+        )
 
 
 def _hurry(policy: int) -> None:

@@ -18,7 +18,7 @@ UNSETTLED: tuple[tuple[str, str], ...] = (
     ),
     (
         "base: from a command to the velocity (`base_lag`), and its accelerations",
-        "record a run at 10 %: `commands.npy` against the base's velocity in `states.npy`",
+        "`frankie-task delays` on a run that drives and turns",
     ),
     (
         "base: how far it goes when the cable is pulled, and the program killed",
@@ -38,7 +38,7 @@ UNSETTLED: tuple[tuple[str, str], ...] = (
     ),
     (
         "arm: the lag of its joints (`arm_lag`)",
-        "as for the base, with joint 6",
+        "the same, on a run that moves the arm",
     ),
     (
         "hand: whether a grasp always ends, and how wide it says that it is open",

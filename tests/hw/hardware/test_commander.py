@@ -56,8 +56,15 @@ def test_the_first_start_is_at_a_tenth_until_a_run_has_gone_well(real: RealRobot
     prove(real)
     assert is_proven(real)
     assert speed_percent(real) == 25.0
-    real.path.write_text(real.path.read_text().replace("speed: [0.5", "speed: [0.6"))
-    assert speed_percent(real) == 10.0, "a file that was changed begins anew"
+    text = real.path.read_text()
+    real.path.write_text(text + "arm_mount: {xyz: [0.16, 0.0, 0.38]}\n")
+    assert speed_percent(real) == 10.0, "a file that says something else begins anew"
+    real.path.write_text(text + "# nothing new\n")
+    assert speed_percent(real) == 25.0
+    real.path.write_text(text.replace("speed_percent: 25", "speed_percent: 40"))
+    faster = load_real_robot(real.path)
+    assert faster is not None
+    assert speed_percent(faster) == 40.0, "who has seen it move may let it move faster"
 
 
 def test_a_slow_robot_keeps_its_brakes() -> None:

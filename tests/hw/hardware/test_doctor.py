@@ -56,6 +56,7 @@ def test_an_emulated_robot_is_good_and_has_not_moved(place):
 
 
 @needs_drivers
+@pytest.mark.slow
 def test_what_the_base_tells_of_itself_can_be_written_for_the_file(place, tmp_path):
     path, _ = place
     site = tmp_path / "site.yaml"

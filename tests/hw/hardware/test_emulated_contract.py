@@ -22,19 +22,19 @@ SHORT = (
 )
 
 
-def slow(test):
+def slow(check):
     """The same test, marked; the one of the contract itself stays as it is."""
 
-    @functools.wraps(test)
+    @functools.wraps(check)
     def marked(*arguments, **named):
-        return test(*arguments, **named)
+        return check(*arguments, **named)
 
     return pytest.mark.slow(marked)
 
 
-for name, test in list(vars(contract).items()):
+for name, check in list(vars(contract).items()):
     if name.startswith("test_"):
-        globals()[name] = test if name in SHORT else slow(test)
+        globals()[name] = check if name in SHORT else slow(check)
 
 
 @pytest.fixture(scope="module")

@@ -15,6 +15,10 @@ pytestmark = needs_drivers
 GO = Command(base_twist=np.array([0.15, 0.0, 0.0]), qd=0.2 * np.eye(7)[5])
 
 
+def slow(*values):
+    return pytest.param(*values, marks=pytest.mark.slow)
+
+
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):
     path = robot_file(tmp_path_factory.mktemp("robots"))
@@ -77,10 +81,10 @@ def healthy(state) -> bool:
     ("words", "kind"),
     [
         ("arm unplug 1.0", FaultKind.CONNECTION),
-        ("arm freeze 1.0", FaultKind.CONNECTION),
-        ("arm reflex", FaultKind.REFLEX),
-        ("break", FaultKind.CONNECTION),
-        ("blind 1.5", FaultKind.CONNECTION),
+        slow("arm freeze 1.0", FaultKind.CONNECTION),
+        slow("arm reflex", FaultKind.REFLEX),
+        slow("break", FaultKind.CONNECTION),
+        slow("blind 1.5", FaultKind.CONNECTION),
     ],
 )
 def test_the_loop_lives_through_a_fault_and_moves_again(robot, gate, place, words, kind):
@@ -97,6 +101,7 @@ def test_the_loop_lives_through_a_fault_and_moves_again(robot, gate, place, word
     until(robot, gate, lambda state: state.qd[5] > 0.1, 3.0, GO)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("words", "clearable"), [("freeze", True), ("lost", False)])
 def test_a_base_that_does_not_tell_where_it_is_stops_both(robot, gate, place, words, clearable):
     until(robot, gate, lambda state: state.base_twist[0] > 0.05, 5.0, GO)

@@ -68,13 +68,15 @@ def running() -> list[str]:
     return lines
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+@pytest.mark.parametrize(
+    "how", [signal.SIGKILL, pytest.param(signal.SIGSTOP, marks=pytest.mark.slow)]
+)
 def test_base_and_arm_come_to_rest_when_the_program_is_killed_or_suspended(tmp_path, how):
     """Commanded to rest within 0.25 s of the last good command, by the emulators' own clocks."""
     path, task = robot_file(tmp_path), tmp_path / "short.yaml"
     task.write_text(SHORT)
     with emulated(path) as link:
-        process = begin(path, task, record=tmp_path)
+        process = begin(path, task, "--scene", "single", "--seed", "1", record=tmp_path)
         moves = wait_until(link, lambda told: told["wanted"][0] > 0.2, process)
         process.send_signal(how)
         killed = moves["stamp"]
@@ -110,6 +112,16 @@ def wait_for(link, objects: int, process: subprocess.Popen[str], patience: float
         assert process.poll() is None, "the run has ended"
         assert time.monotonic() < until
         time.sleep(0.2)
+
+
+def test_emulators_of_another_world_are_named(tmp_path):
+    path = robot_file(tmp_path)
+    with emulated(path, "single", 1):
+        process = begin(path, "pick_one", record=tmp_path)
+        _, err = process.communicate(timeout=60.0)
+    assert process.returncode == 2
+    assert err.count("\n") == 1
+    assert "--world kinematic --scene single --seed 1" in err
 
 
 @pytest.mark.slow
