@@ -109,13 +109,14 @@ def test_triangles_that_face_inwards_are_turned(tmp_path: Path) -> None:
 
 
 def test_a_hollow_body_stays_hollow_and_is_split_once(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     body = tray()
     assert body.is_watertight
     body.export(tmp_path / "tray.stl")
     mesh = read_mesh(str(tmp_path / "tray.stl"), "m", 1.0, None, SIZES)
-    made = convex_parts(mesh)
+    made = convex_parts(mesh, "tray.stl")
+    assert capsys.readouterr().err == "tray.stl is cut into convex parts; only this once\n"
     total = sum(volume(part.shape) for part in made)
     assert 0.9 * body.volume < total < 1.25 * body.volume
     assert body.convex_hull.volume > 1.9 * body.volume
@@ -124,7 +125,8 @@ def test_a_hollow_body_stays_hollow_and_is_split_once(
         raise AssertionError("it is made again")
 
     monkeypatch.setattr(parts, "_split", never)
-    again = convex_parts(mesh)
+    again = convex_parts(mesh, "tray.stl")
+    assert capsys.readouterr().err == ""
     assert [part.shape.vertices.tolist() for part in again] == [
         part.shape.vertices.tolist() for part in made
     ]
