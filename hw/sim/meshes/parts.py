@@ -28,7 +28,7 @@ from hw.sim.meshes.shaping import (
 from hw.sim.surface import Mesh
 from robots import Array, Geom, Triangles, hull_of, volume
 
-_RECIPE = "1"
+_RECIPE = "2"
 """Changes when the same mesh shall get other parts."""
 _CONVEX = 1.02
 """A body is convex if its hull is larger by less than this factor ..."""
