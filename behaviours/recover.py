@@ -14,15 +14,15 @@ from behaviours.leaf import Leaf
 from behaviours.poses import Posture
 from behaviours.progress import Progress
 from behaviours.ranges import NotNegative
-from controller import PoseGoal, PostureGoal
+from controller import BaseGoal, PoseGoal, PostureGoal
 
 
 class Recover(Leaf):
     """Clear what a program may clear, lift the hand out of harm's way, fold the arm.
 
-    With nothing to clear and no posture to come back to it succeeds at once. Fails on a fault that
-    a person must clear, on faults that come back more than three times, and when the arm cannot
-    reach the posture.
+    With nothing to clear and no posture to come back to it succeeds at once. Where furniture is in
+    the arm's way, the base backs off from it. Fails on a fault that a person must clear, on faults
+    that come back more than three times, and when the arm cannot reach the posture.
 
     Args:
         arm: joint positions to come back to; `ready` is always there. Without it the hand is only
@@ -41,15 +41,18 @@ class Recover(Leaf):
 
     @property
     def phase(self) -> str:
-        """`clear` while there are faults, `rise` while the hand is lifted, then `fold`."""
+        """`clear` while there are faults, `rise`, then `fold`; `back off` to make room for that."""
         if self.context.state.faults or self.context.state.recovering:
             return "clear"
+        if self._behind is not None:
+            return "back off"
         return "rise" if self._rising else "fold"
 
     def initialise(self) -> None:
         """Start anew, from wherever the hand is now."""
         self.context.vision.reset()
-        self._faults = 0
+        self._faults = self._backed_off = 0
+        self._behind: BaseGoal | None = None
         self._rising = self._arm is not None and not self._folded(self._arm)
         self._progress = Progress(self.context)
         here = self.context.wTe
@@ -74,6 +77,8 @@ class Recover(Leaf):
             return self.running(f"clearing: {fault_text}")
         if self._rising:
             return self._lift()
+        if self._behind is not None:
+            return self._back_off(self._behind)
         if self._arm is None:
             return self.success(f"cleared {self._faults} faults" if self._faults else "healthy")
         return self._fold(self._arm)
@@ -103,8 +108,22 @@ class Recover(Leaf):
             return self.success(f"arm {arm.name}")
         left = degrees(report.orientation_error)
         if self._progress.is_stuck(report):
-            return self.failure(f"arm stopped {left:.0f}° before {arm.name}")
+            settings = self.settings.recover
+            near = report.clearance < settings.in_the_way
+            if not near or self._backed_off == settings.most_back_offs:
+                return self.failure(f"arm stopped {left:.0f}° before {arm.name}")
+            self._backed_off += 1
+            back = SE3(np.eye(3), np.array([-settings.back_off, 0.0, 0.0]))
+            self._behind = BaseGoal(wTb=self.context.state.wTb * back, reverse=True)
+            self._progress = Progress(self.context)
         return self.running(f"folding to {arm.name}, {left:.0f}° to go")
+
+    def _back_off(self, behind: BaseGoal) -> Status:
+        """Away from what is in the arm's way, as far as there is room."""
+        report = self.pursue(behind, "back off")
+        if report is not None and (report.arrived or self._progress.is_stuck(report)):
+            self._behind, self._progress = None, Progress(self.context)
+        return self.running("backing off")
 
     def _folded(self, arm: Posture) -> bool:
         return bool(np.abs(self.context.state.q - arm.q).max() < self.settings.recover.folded)

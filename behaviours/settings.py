@@ -154,6 +154,12 @@ class RecoverSettings(Checked):
     """Nearer than this to the posture there is nothing to rise out of [rad]."""
     most_faults: int = 3
     """Faults that come back more often are not cleared again."""
+    in_the_way: float = 0.05
+    """Furniture nearer than this keeps the arm from its posture [m]."""
+    back_off: float = 0.3
+    """The base backs off from it by this much at a time [m] ..."""
+    most_back_offs: int = 2
+    """... and this often."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,5 @@
 """The shapes of the robot and of what stands around it, and the distances between them.
 
-The arm is made of capsules, the base of a box with a capsule in each corner, the camera of a box.
 Coal measures. Robot and surroundings are in the world: the chain's first placement is the pose of
 the base.
 """
@@ -17,14 +16,11 @@ import numpy.typing as npt
 import pinocchio as pin
 from pinocchio import SE3
 
+from controller.collision.shapes import Part, robot_parts, upright_edges
 from controller.command import Array
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
-from robots import Box, Capsule, Geom, Plane, bounding_radius, coal_geometry
-
-CORNER = 0.05
-"""Radius of the capsules in the corners of the base [m]. A face before a wall has two ends: without
-a distance for each the base turns into what it stands before."""
+from robots import Geom, bounding_radius, coal_geometry
 
 
 class PairKind(IntEnum):
@@ -59,15 +55,6 @@ class Pairs(NamedTuple):
     """(P,) `PairKind`."""
 
 
-class _Part(NamedTuple):
-    """A shape of the robot."""
-
-    link: int
-    """-1 the base, 0 the arm's foot, 1 to 7 its links."""
-    geom: Geom
-    """In the frame of the link; of the base and the foot in b."""
-
-
 class Body(NamedTuple):
     """A shape of the robot that can meet what stands around."""
 
@@ -99,7 +86,7 @@ class CollisionModel:
         self._radius: list[float] = []
         self.names: list[str] = []
         """Of the shapes, for people."""
-        parts = _parts(model, surroundings.held)
+        parts = robot_parts(model, surroundings.held)
         numbers = {name: [self._add(name, p) for p in some] for name, some in parts.items()}
         self.bodies = [
             # What was seen may be what is grasped, which comes up to the palm.
@@ -111,8 +98,11 @@ class CollisionModel:
         self.fixed = [self._add_still(one) for one in surroundings.fixtures]
         """Numbers of the fixtures, in their order."""
         self.moving = [self._add_still(one.geom) for one in surroundings.moving]
+        edges = [
+            self._add_still(edge) for one in surroundings.fixtures for edge in upright_edges(one)
+        ]
         loose = [self._add_still(one) for one in surroundings.loose]
-        self.pairs = pairs = self._pair(numbers, loose)
+        self.pairs = pairs = self._pair(numbers, edges, loose)
         self.lasts = ~(np.isin(pairs.first, numbers["held"]) | np.isin(pairs.second, loose))
         """(P,) whether neither is held or loose: those pairs are the same, in the same order, as
         long as the same fixtures stand around."""
@@ -173,7 +163,7 @@ class CollisionModel:
         pairs = self.pairs
         return f"{self.names[pairs.first[pair]]} and {self.names[pairs.second[pair]]}"
 
-    def _add(self, name: str, part: _Part) -> int:
+    def _add(self, name: str, part: Part) -> int:
         n_base = self._model.n_base
         joint = n_base + max(part.link, 0)
         return self._put(joint, part.geom, name, joint)
@@ -191,7 +181,7 @@ class CollisionModel:
             self._shapes.addGeometryObject(pin.GeometryObject(unique, joint, 0, geom.pose, shape))
         )
 
-    def _pair(self, numbers: dict[str, list[int]], loose: list[int]) -> Pairs:
+    def _pair(self, numbers: dict[str, list[int]], edges: list[int], loose: list[int]) -> Pairs:
         """All pairs that can meet: of the robot with itself, and of it with everything else."""
         found: list[tuple[int, int, PairKind]] = []
         aliases = {"hand": ("hand", "camera", "held")}
@@ -207,6 +197,7 @@ class CollisionModel:
             found += [(a, b, kind_moving) for a, b in product(some, self.moving)]
             if kind is PairKind.ARM:
                 found += [(a, b, kind) for a, b in product(some, loose)]
+        found += [(numbers["base"][0], edge, PairKind.BASE) for edge in edges]
         for a, b, _ in found:
             self._shapes.addCollisionPair(pin.CollisionPair(a, b))
         table = np.array(found, dtype=np.int64).reshape(-1, 3)
@@ -269,32 +260,3 @@ _KINDS = {
 def _kinds(part: str) -> tuple[PairKind, PairKind]:
     """How a part of the robot meets what stands around, and what moves."""
     return _KINDS.get(part, (PairKind.ARM, PairKind.ARM_MOVING))
-
-
-def _parts(model: RobotModel, held: Sequence[Geom]) -> dict[str, list[_Part]]:
-    """The shapes of the robot and the floor, by the names that people know them by."""
-    robot = model.description
-    lTe = robot.arm.lTh * robot.gripper.hTe
-    parts = {
-        f"link{link}": [_Part(link, shape if link else shape.moved(robot.bTa)) for shape in shapes]
-        for link, shapes in enumerate(robot.arm.collision)
-    }
-    parts["hand"] = [_Part(7, shape.moved(robot.arm.lTh)) for shape in robot.gripper.collision]
-    # The capsules around the hand leave its corners free; against itself they are enough.
-    parts["palm"] = [_Part(7, robot.gripper.palm.moved(lTe))]
-    parts["camera"] = [_Part(7, robot.camera.body.moved(lTe * robot.camera.eTc))]
-    parts["held"] = [_Part(7, shape.moved(lTe)) for shape in held]
-    parts["base"] = [_Part(-1, shape) for shape in _base_shapes(*robot.base.size)]
-    parts["floor"] = [_Part(-1, Geom(Plane(), SE3.Identity(), "floor"))]
-    return parts
-
-
-def _base_shapes(length: float, width: float, height: float) -> list[Geom]:
-    """A box on the floor, and a capsule in each of its corners."""
-    x, y, z = length / 2.0, width / 2.0, height / 2.0
-    capsule = Capsule(CORNER, z - CORNER)
-    corners = [
-        Geom(capsule, SE3(np.eye(3), np.array([side * (x - CORNER), end * (y - CORNER), z])))
-        for side, end in product((-1.0, 1.0), repeat=2)
-    ]
-    return [Geom(Box((x, y, z)), SE3(np.eye(3), np.array([0.0, 0.0, z]))), *corners]

@@ -49,6 +49,7 @@ class Dampers:
     ) -> None:
         self._settings = collision
         self._acceleration = model.acceleration_limits
+        self._turns = model.description.base.axes[2] != 0.0
         robot = model.description
         self._lag = np.concatenate(
             [np.full(model.n_base, robot.base.lag), np.full(len(robot.arm.joints), robot.arm.lag)]
@@ -126,12 +127,24 @@ class Dampers:
         ahead = self._lag * (self.velocities - self._last)  # until they have caught up [m or rad]
         room = np.minimum(room + rows @ ahead, np.maximum(room, 0.0) + _MOST_GAINED)
 
-        braking = s.braking * (np.abs(rows) @ self._acceleration)
+        braking = s.braking * self._braking(np.abs(rows) * self._acceleration)
         deceleration = np.minimum(np.maximum(braking, s.min_deceleration), s.max_deceleration)
         late = deceleration * self._delay[kind]
         root = np.sqrt(late * late + 2.0 * deceleration * np.maximum(room, 0.0))
         back = np.maximum(s.return_gain * room, -s.return_speed)
         return np.where(room < 0.0, back, root - late), deceleration / root
+
+    def _braking(self, shares: Array) -> Array:
+        """Deceleration (K,) that the degrees of freedom have together, of shares (K, n).
+
+        The base alone brakes by driving or by turning, whichever is more: a turn that makes up for
+        speed brings its next corner there.
+        """
+        base = shares[:, : len(self._turns)]
+        turn, drive = base[:, self._turns].sum(axis=1), base[:, ~self._turns].sum(axis=1)
+        arm = shares[:, len(self._turns) :].sum(axis=1)
+        both: Array = np.where(arm > 0.0, turn + drive + arm, np.maximum(turn, drive))
+        return both
 
 
 _LEAST_DECELERATION = 1.0

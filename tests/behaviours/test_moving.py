@@ -12,10 +12,12 @@ from behaviours import BasePose, Leaf, Posture, ToolPose
 from behaviours.navigate import Navigate
 from behaviours.recover import Recover
 from behaviours.wait import Wait
-from robots import load_robot
+from hw.sim import World
+from robots import Box, Geom, Plane, load_robot
 
 READY = load_robot("frankie").arm.ready
 
+TO_THE_LEFT = Posture(name="to the left", q=READY + np.array([0.9, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
 POSE = ToolPose(name="over_there", wTe=looking_down(1.6, 0.3, 0.8))
 FOLDED = Posture(name="folded", q=READY + np.array([0.4, -0.3, 0.0, -0.3, 0.0, 0.2, 0.0]))
 
@@ -165,6 +167,26 @@ def test_recover_says_how_far_the_arm_came():
     leaf = Recover("recover", harness.context, arm=FOLDED)
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "arm stopped 23° before folded"
+
+
+@pytest.mark.parametrize("room_behind", [2.0, 0.05])
+def test_recover_backs_the_base_off_from_what_is_in_the_way_of_the_arm(room_behind):
+    """The arm swings against a cupboard on its left, and there is no room to turn."""
+    floor = Geom(Plane(), SE3.Identity(), "floor")
+    cupboard = Geom(Box((0.5, 0.3, 0.55)), SE3(np.eye(3), np.array([0.75, 0.65, 0.55])), "cupboard")
+    x = -0.35 - room_behind - 0.05
+    wall = Geom(Box((0.05, 1.0, 0.5)), SE3(np.eye(3), np.array([x, 0.0, 0.5])), "wall")
+    side = Geom(Box((1.0, 0.05, 0.15)), SE3(np.eye(3), np.array([0.0, -0.34, 0.15])), "side")
+    harness = Harness(World([floor, cupboard, wall, side], []))
+    leaf = Recover("recover", harness.context, arm=TO_THE_LEFT)
+    outcome = harness.run(leaf)
+    if room_behind > 1.0:
+        assert outcome is Status.SUCCESS
+        assert harness.robot.read().wTb.translation[0] < -0.2
+    else:
+        assert outcome is Status.FAILURE
+        assert "before to the left" in leaf.feedback_message
+    assert harness.robot.read().faults == ()
 
 
 # small ones

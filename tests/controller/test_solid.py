@@ -268,3 +268,21 @@ def test_a_base_that_is_told_to_rest_keeps_its_distance_as_before(model, heading
             nearest = min(nearest, 1.6 - corners(model, robot.state.wTb)[:, 0].max())
     stop = ControllerSettings().collision.near_stop_distance
     assert 0.95 * stop < nearest < 0.1
+
+
+@pytest.mark.parametrize("heading", [-0.5, -0.3, -0.1])
+def test_a_base_that_turns_before_a_walls_end_keeps_its_face_off_it(heading):
+    """Nearest is a corner of the base, which the turn takes away; then it is the wall's end."""
+    model = robot_model("frankie")
+    wall = Geom(Box((0.05, 1.0, 0.15)), SE3(np.eye(3), np.array([1.0, 1.0, 0.15])), "wall")
+    start = SE3(pin.utils.rotate("z", heading), np.zeros(3))
+    gaps = []
+    goal = PoseGoal(wTe=tool_pose(1.6, 1.2, 0.7), straight=True)
+
+    def note(state) -> None:
+        base = Geom(Box((0.35, 0.25, 0.19)), state.wTb * SE3(np.eye(3), np.array([0, 0, 0.19])))
+        gaps.append(distance(base, wall))
+
+    settings = ControllerSettings(guidance=None)
+    drive(model, goal, Surroundings(fixtures=(wall,)), 4.0, note, start, settings)
+    assert min(gaps) > 0.005

@@ -1,0 +1,78 @@
+"""What collides: the shapes of the robot, and edges of what stands around it.
+
+The arm is made of capsules, the base of a box with a capsule in each corner, the camera of a box.
+
+The nearest points of a face and a wall jump when the face turns past the wall: from the end of the
+face to the other one, or to the end of the wall. A distance for each end knows what comes; without
+it the base turns into what it stands before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from pinocchio import SE3
+
+from controller.model import RobotModel
+from robots import Box, Capsule, Geom, Plane
+
+_CORNER, _EDGE = 0.05, 1e-3
+"""Radii of the capsules in the corners of the base, and in the edges of what stands around [m]."""
+_UPRIGHT = 0.99
+"""Cosine of the angle to the vertical up to which an edge is upright."""
+
+
+class Part(NamedTuple):
+    """A shape of the robot."""
+
+    link: int
+    """-1 the base, 0 the arm's foot, 1 to 7 its links."""
+    geom: Geom
+    """In the frame of the link; of the base and the foot in b."""
+
+
+def robot_parts(model: RobotModel, held: Sequence[Geom]) -> dict[str, list[Part]]:
+    """The shapes of the robot and the floor, by the names that people know them by.
+
+    Args:
+        model: the robot.
+        held: what is held, in e.
+    """
+    robot = model.description
+    lTe = robot.arm.lTh * robot.gripper.hTe
+    parts = {
+        f"link{link}": [Part(link, shape if link else shape.moved(robot.bTa)) for shape in shapes]
+        for link, shapes in enumerate(robot.arm.collision)
+    }
+    parts["hand"] = [Part(7, shape.moved(robot.arm.lTh)) for shape in robot.gripper.collision]
+    # The capsules around the hand leave its corners free; against itself they are enough.
+    parts["palm"] = [Part(7, robot.gripper.palm.moved(lTe))]
+    parts["camera"] = [Part(7, robot.camera.body.moved(lTe * robot.camera.eTc))]
+    parts["held"] = [Part(7, shape.moved(lTe)) for shape in held]
+    length, width, height = robot.base.size
+    half = (length / 2.0, width / 2.0, height / 2.0)
+    middle = SE3(np.eye(3), np.array([0.0, 0.0, half[2]]))
+    base = [Geom(Box(half), SE3.Identity()), *_edges(half, _CORNER)]
+    parts["base"] = [Part(-1, shape.moved(middle)) for shape in base]
+    parts["floor"] = [Part(-1, Geom(Plane(), SE3.Identity(), "floor"))]
+    return parts
+
+
+def upright_edges(fixture: Geom) -> list[Geom]:
+    """Thin capsules in the upright edges of a box, with its name; of other shapes none."""
+    if not isinstance(fixture.shape, Box) or abs(fixture.pose.rotation[2, 2]) < _UPRIGHT:
+        return []
+    return [edge.moved(fixture.pose) for edge in _edges(fixture.shape.half, _EDGE, fixture.name)]
+
+
+def _edges(half: tuple[float, float, float], radius: float, name: str = "") -> list[Geom]:
+    """Capsules in the four edges of a box along its z."""
+    x, y, z = half
+    capsule = Capsule(radius, max(z - radius, 0.0))
+    return [
+        Geom(capsule, SE3(np.eye(3), np.array([i * (x - radius), j * (y - radius), 0.0])), name)
+        for i, j in product((-1.0, 1.0), repeat=2)
+    ]
