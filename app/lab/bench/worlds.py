@@ -28,7 +28,7 @@ KINEMATIC, PHYSICS = "kinematic", "physics"
 _CLOSING = 1e-3
 """Fingers that are told to come nearer than this close on something [m]."""
 _LIFTED = 4.0
-"""So long after the fingers began to close the hand was lifted and has been carried a little [s]: what
+"""So long after the fingers began to close the hand was lifted and carried a little [s]; what
 swings out of it is gone by then."""
 
 
