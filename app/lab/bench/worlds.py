@@ -2,7 +2,7 @@
 
 In the physical runs the kinematic world is asked, too. When the fingers begin to close, its rules
 get the same hand and the same objects; what physics makes of that grasp is read off once the hand
-was lifted and carried for a while.
+was lifted.
 """
 
 from __future__ import annotations
@@ -27,9 +27,8 @@ KINEMATIC, PHYSICS = "kinematic", "physics"
 
 _CLOSING = 1e-3
 """Fingers that are told to come nearer than this close on something [m]."""
-_LIFTED = 4.0
-"""So long after the fingers began to close the hand was lifted and carried a little [s]; what
-swings out of it is gone by then."""
+_LIFTED = 2.0
+"""So long after the fingers began to close the hand was lifted [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
