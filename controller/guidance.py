@@ -14,7 +14,7 @@ from controller.model import RobotModel
 from controller.servo import PoseError
 from controller.settings import ControllerSettings
 from controller.stance import (
-    Carrying,
+    Approach,
     Follower,
     Remaining,
     Stance,
@@ -56,7 +56,7 @@ class Guide:
         self._min_turn_cosine = cos(self._guidance.goal_turn)
         self._route = Route(model, settings)
         self._base_goal, self._base_obstacle = Pose2D(inf, inf, inf), ""
-        self._carrying = Carrying(model)
+        self._approach = Approach(model, settings.guidance, self._route)
         self._follower = Follower(model, settings)
         self._hand_may_touch = False
         self.waits = False
@@ -89,6 +89,7 @@ class Guide:
         return None if self.stance is None else self._base
 
     def _start_goal(self, wTe: SE3 | None) -> None:
+        self._approach.reset()
         self._first_goal = wTe
         self._failed: tuple[Stance, ...] = ()
         self._detours_left = self._guidance.detours
@@ -109,6 +110,7 @@ class Guide:
         self.detour = detour
         """Whether that is on a way around, the end effector waiting."""
         self._best = (inf, inf, inf)
+        self._stage = False, False
         self._waited = 0
 
     def bias(
@@ -248,17 +250,15 @@ class Guide:
             return Remaining(distance)
         if stance is not self._base_of[0] or self._goal is not self._base_of[1]:
             self._base, self._base_of = stance.base_for(goal.wTe), (stance, self._goal)
-        base = self._base
-        lead = self._route.lead(self._finder.floor, wTb, base, stance.reverse)
-        carried = None
-        if not goal.is_moving:
-            carried = self._carrying.posture(self._finder.space, self._route.way, wTb, stance.q)
-        joint_error = (stance.q if carried is None else carried) - q
-        size = np.abs(joint_error)
-        joint_time = float((size / self._model.limits.qd).max())
-        target = lead.target if lead.final else base.relative_to(wTb)
-        return Remaining(
-            distance, target, lead, joint_error, float(size.max()), joint_time, carried is not None
+        return self._approach.remaining(
+            stance,
+            self._base,
+            distance,
+            wTb,
+            q,
+            self._finder.floor,
+            self._finder.space,
+            follows=goal.is_moving,
         )
 
     def _has_stalled(self, remaining: Remaining, goal: PoseGoal) -> bool:
@@ -272,6 +272,9 @@ class Guide:
             self._was_close = remaining.distance < g.close
             self._set_stance(self.stance)
             return False
+        stage = remaining.carried, remaining.docks
+        if stage != self._stage:
+            self._stage, self._best = stage, (inf, inf, inf)
         distance, base_time, joint_error = self._best
         progress = max(
             distance - remaining.distance,

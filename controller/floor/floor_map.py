@@ -26,7 +26,7 @@ _FLAT = 0.002
 """What rises less above the floor is a part of it [m]."""
 _OVER_BASE = 0.02
 """What hangs lower than this above the base is in its way [m]."""
-COLUMN = 0.45
+COLUMN = 0.70
 """Height of the part of the arm that stands above its foot whatever the posture [m]."""
 _SPARE = 0.01
 """The base passes where the circle in its footprint has this much to spare [m]."""

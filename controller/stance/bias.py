@@ -50,6 +50,8 @@ class Remaining(NamedTuple):
     """Time that the joints take at full speed [s]."""
     carried: bool = False
     """Whether the posture is not that of the stance, but one to get there in."""
+    docks: bool = False
+    """Whether the base is led to where it will go straight in."""
 
     @property
     def base_time(self) -> float:
@@ -83,7 +85,7 @@ def bias_towards(
     g = settings.guidance
     assert g is not None
     blend = _blend(g, remaining, detour)
-    waits = detour or remaining.carried
+    waits = detour or remaining.carried or remaining.docks
     base_weight, min_tracking = blend, 0.0 if waits else g.min_tracking * blend
     if goal.is_moving:
         min_tracking = MIN_TRACKING * blend
@@ -119,7 +121,11 @@ _LONGEST_FOLD = 100.0
 
 def _blend(g: GuidanceSettings, remaining: Remaining, detour: bool) -> float:
     """s: how much is left to base and arm."""
-    if remaining.carried or (remaining.lead is not None and not remaining.lead.final):
+    if (
+        remaining.carried
+        or remaining.docks
+        or (remaining.lead is not None and not remaining.lead.final)
+    ):
         return 1.0
     target = remaining.base_target
     blend = max(

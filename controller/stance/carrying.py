@@ -1,9 +1,9 @@
 """How the arm is carried on a way on which the posture of the stance would hit something.
 
 The base finds its way by itself; the arm may reach out farther than a passage is wide. Where it
-would hit something in the posture of its stance, it is carried as it is when it is ready, the hand
-over the front of the base, until the last such place is passed. The way is looked at from its end,
-a pose in every period.
+would hit something, as far as it will have come to the posture of its stance, it is carried as it
+is when it is ready, the hand over the front of the base, until the last such place is passed and
+there is room to unfold. The way is looked at from its end, a pose in every period.
 """
 
 from __future__ import annotations
@@ -13,17 +13,16 @@ import numpy as np
 from controller.command import Array
 from controller.floor import Pose2D, wrap
 from controller.model import RobotModel
-from controller.stance.free_space import ARM, HAND, FreeSpace, se3_of
+from controller.stance.docking import PARTS, ROOM, YIELD, carried, unfolds
+from controller.stance.free_space import FreeSpace, se3_of
+from controller.stance.stance import Stance
 
-_PARTS = (*ARM, *HAND, "palm")
 _SPACING = 0.15
 """Between the poses that are looked at [m] ..."""
 _TURN = 0.3
 """... or so much turned [rad]."""
-_CLEARANCE = 0.05
-"""What comes nearer than this to the arm is in its way [m]."""
-_YIELD = 0.005
-"""So much less than at the stance does not count as nearer [m]."""
+_UNFOLDING_ROOM = 0.02
+"""What an arm that unfolds needs, unless it has less [m]."""
 _RADIAN = 0.4
 """What a turn counts like, to tell how far the base has come [m]."""
 
@@ -33,9 +32,11 @@ class Carrying:
 
     Args:
         model: the robot.
+        pace: share of the base's time that the arm takes.
     """
 
-    def __init__(self, model: RobotModel) -> None:
+    def __init__(self, model: RobotModel, pace: float) -> None:
+        self._pace = pace
         self._ready = model.description.arm.ready
         self.reset()
 
@@ -44,40 +45,75 @@ class Carrying:
         self._way: Array | None = None
         self._poses = np.zeros((0, 3))
         self._room = 0.0
-        """What the arm needs: as much as it has at the stance, if that is less [m]."""
+        """What the arm needs: as much as it has at the end, if that is less [m]."""
         self._at = 0
         self._last = -1
         """The last pose at which the arm hits something, as far as is known."""
         self._unseen = 0
         """Poses before this one were not looked at yet."""
+        self._carries = False
 
-    def posture(self, space: FreeSpace | None, way: Array, wTb: Pose2D, q: Array) -> Array | None:
+    def posture(
+        self,
+        space: FreeSpace | None,
+        way: Array,
+        wTb: Pose2D,
+        q: Array,
+        stance: Stance,
+        times: tuple[float, float],
+        *,
+        waits: bool = False,
+    ) -> Array | None:
         """The posture (7,) to carry the arm in now; None if it may take that of the stance.
 
         Args:
             space: what stands around; None on an open floor.
-            way: (N, 3) poses of the base to its stance; the same object as long as it is the same.
+            way: (N, 3) poses of the base; the same object as long as it is the same.
             wTb: base pose.
-            q: (7,) posture of the stance [rad].
+            q: (7,) joint positions [rad].
+            stance: where the way leads.
+            times: that base and arm take at least, to there [s].
+            waits: at the end of the way, too, the arm does not unfold without room.
         """
         if space is None or not len(way):
             return None
+        aim = stance.q
         if way is not self._way:
+            carries = self._carries
             self.reset()
-            self._way, self._poses = way, thinned(way)
+            self._way, self._poses, self._carries = way, thinned(way), carries
             self._unseen = len(self._poses) - 1
-            self._room = self._distance(space, self._unseen, q) - _YIELD
+            self._room = self._distance(space, self._unseen, aim) - YIELD
         self._advance(wTb)
         if self._unseen > self._at:
             self._unseen -= 1
-            if self._distance(space, self._unseen, q) < self._room:
+            late = self._late(self._unseen, *times)
+            there = self._distance(space, self._unseen, aim + late * (q - aim))
+            if there < self._room:
                 self._last, self._unseen = self._unseen, 0
-        return self._ready if self._last > self._at else None
+        if self._last > self._at:
+            self._carries = True
+        elif self._carries:
+            ends = self._at + 1 == len(self._poses) and not waits
+            now = space.nearest(se3_of(wTb), q, PARTS, _UNFOLDING_ROOM).distance
+            self._carries = not (ends or unfolds(space, wTb, q, aim, now - YIELD))
+        return carried(self._ready, aim) if self._carries else None
+
+    def _late(self, number: int, base_time: float, arm_time: float) -> float:
+        """Share of the arm's way to its posture that is left when the base is at a pose.
+
+        It hurries as `bias_towards` has it: by a share of the time that the base has left.
+        """
+        end = len(self._poses) - 1
+        left = (end - number) / max(1, end - self._at)
+        passed = (1.0 - left) * base_time
+        at_most = passed / arm_time if arm_time > 0.0 else 1.0
+        return max(left ** (1.0 / self._pace), 1.0 - at_most)
 
     def _distance(self, space: FreeSpace, number: int, q: Array) -> float:
-        """From the arm to what is around, the base at a pose of the way; at most `_CLEARANCE`."""
+        """From the arm to what is around, the base at a pose of the way; at most `ROOM`."""
         pose = Pose2D(*self._poses[number].tolist())
-        return space.nearest(se3_of(pose), q, _PARTS, _CLEARANCE).distance
+        return space.nearest(se3_of(pose), q, PARTS, ROOM).distance
 
     def _advance(self, wTb: Pose2D) -> None:
         """Note how far the base has come."""

@@ -19,6 +19,7 @@ from controller.collision import SelfCollision
 from controller.command import Array
 from controller.floor import CostField, FloorMap, Pose2D
 from controller.model import RobotModel
+from controller.stance.docking import with_docking
 from controller.stance.fold import room_missing
 from controller.stance.free_space import ARM, FreeSpace, group_names, se3_of
 from controller.stance.postures import Bank, ToolPoses, forward_kinematics
@@ -149,6 +150,24 @@ class StanceSearch:
         if space is not None:
             self._start = self._start._replace(floor=space.floor, way=self._way(space.floor))
             yield
+        yield from self._look()
+        if space is None:
+            return
+        yield
+        if self.best is not None:
+            base = self.best.base_for(self.wTe)
+            self.best = yield from with_docking(self._model, space, base, self.best)
+            return
+        anywhere = next(self._windows()).indices[:BATCH]
+        postures = self._bank.q[anywhere]
+        errors = refine(self._model, self._settings, self.wTe, postures)[1]
+        self.error = float(errors.min())
+        room = self._settings.standing_room
+        names = [name for base in self._occupied for name in space.blocking(base, room)]
+        self.blocked = group_names([*self._in_the_way, *names])
+
+    def _look(self) -> Iterator[None]:
+        """Find the best stance, one window after the other until it is good enough."""
         for candidates in self._windows():
             ranked = yield from self._rank(candidates)
             for first in range(0, min(len(ranked[0]), _MAX_BATCHES * BATCH), BATCH):
@@ -159,15 +178,6 @@ class StanceSearch:
                 yield from self._judge(postures, errors)
                 if self._cost < self._settings.failed_cost:
                     return
-        if space is not None and self.best is None:
-            yield
-            anywhere = next(self._windows()).indices[:BATCH]
-            postures = self._bank.q[anywhere]
-            errors = refine(self._model, self._settings, self.wTe, postures)[1]
-            self.error = float(errors.min())
-            room = self._settings.standing_room
-            names = [name for base in self._occupied for name in space.blocking(base, room)]
-            self.blocked = group_names([*self._in_the_way, *names])
 
     def _way(self, floor: FloorMap) -> CostField | None:
         """What it costs to drive here; None where the base stands too near to something to say."""

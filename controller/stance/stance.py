@@ -37,6 +37,9 @@ class Stance(NamedTuple):
     """End effector in the base, for that posture."""
     reverse: bool
     """Whether the base drives there backwards."""
+    dock: tuple[float, float] | None = None
+    """From where the base can go straight in, the arm in its posture: x and y in the frame of its
+    place [m]. None if that is not known."""
 
     def base_for(self, wTe: SE3) -> Pose2D:
         """The base pose that brings the end effector to `wTe`.

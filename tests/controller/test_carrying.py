@@ -14,6 +14,7 @@ from controller.collision.collision_model import CollisionModel
 from controller.floor import FloorMap, Pose2D
 from controller.stance.carrying import Carrying, thinned
 from controller.stance.free_space import FreeSpace
+from controller.stance.stance import Stance
 
 CORRIDOR = (
     box(1.25, 2.55, 1.0, 4.0, height=1.6),
@@ -22,6 +23,8 @@ CORRIDOR = (
     box(1.7, -0.5, 0.1, 0.1, height=1.6),
 )
 """1.1 m wide, with a door of 0.9 m, between two rooms."""
+_PACE, _TIMES = 0.4, (5.0, 1.0)
+"""Share of the base's time that the arm takes, and what both take [s]."""
 TABLE = box(0.0, 1.6, 1.2, 0.6, height=0.5)
 
 
@@ -50,20 +53,23 @@ def test_the_arm_gets_through_a_corridor_without_touching_it(model):
 
 def test_the_arm_is_carried_up_to_the_door_and_no_farther(model):
     """A posture that reaches out to the side meets the post of a door; an open floor is free."""
-    sideways = model.description.arm.ready + np.array([pi / 2.0, 0.6, 0.0, 0.6, 0.0, 0.0, 0.0])
+    ready = model.description.arm.ready
+    sideways = ready + np.array([pi / 2.0, 0.6, 0.0, 0.6, 0.0, 0.0, 0.0])
     way = np.array([[x, 0.0, 0.0] for x in np.linspace(-2.0, 3.0, 101)])
     door = FreeSpace(model, FloorMap(CORRIDOR[2:], model.description))
-    carrying, carried = Carrying(model), {}
+    stance = Stance(sideways, model.bTe(sideways), reverse=False)
+    carrying, carried = Carrying(model, _PACE), {}
     for pose in way:
-        posture = carrying.posture(door, way, Pose2D(*pose.tolist()), sideways)
+        posture = carrying.posture(door, way, Pose2D(*pose.tolist()), ready, stance, _TIMES)
         if posture is not None:
-            np.testing.assert_array_equal(posture, model.description.arm.ready)
+            np.testing.assert_array_equal(posture, ready)
         carried[float(pose[0])] = posture is not None
     begun, ended = (f(x for x, is_carried in carried.items() if is_carried) for f in (min, max))
     assert begun < 0.0  # in time: the posts are at 1.6 m
     assert 1.2 < ended < 2.0
     room = FreeSpace(model, FloorMap((), model.description))
-    assert Carrying(model).posture(room, way, Pose2D(-2.0, 0.0, 0.0), sideways) is None
+    start = Pose2D(-2.0, 0.0, 0.0)
+    assert Carrying(model, _PACE).posture(room, way, start, ready, stance, _TIMES) is None
 
 
 def test_a_way_is_looked_at_everywhere_and_where_the_base_turns_on_the_spot():

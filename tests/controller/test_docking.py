@@ -1,0 +1,149 @@
+"""Into a shelf: the base goes straight in from where the arm had room to unfold."""
+
+from collections.abc import Generator
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from motion import State, move
+from pinocchio import SE3
+from test_floor_map import box
+
+from controller import (
+    Command,
+    HolisticController,
+    PoseGoal,
+    RobotModel,
+    SelfCollision,
+    Surroundings,
+    robot_model,
+)
+from controller.collision.collision_model import CollisionModel, CollisionModels
+from controller.floor import FloorMap, Pose2D
+from controller.stance import Stance, StanceFinder
+from controller.stance.carrying import Carrying
+from controller.stance.docking import PARTS, ROOM, YIELD, moved, with_docking
+from controller.stance.free_space import FreeSpace, se3_of
+from controller.stance_settings import StanceSettings
+from robots import Box, Geom
+
+
+def shelf(wTs: SE3, width: float, depth: float, boards: tuple[float, ...]) -> tuple[Geom, ...]:
+    """Boards between two sides, before a back; open towards -x."""
+    thin, tall = 0.01, boards[-1] / 2.0 + 0.01
+    parts = [("board", (depth / 2, width / 2, thin), (0.0, 0.0, z)) for z in boards]
+    parts += [("side", (depth / 2, thin, tall), (0.0, y, tall)) for y in (-width / 2, width / 2)]
+    parts += [("back", (thin, width / 2, tall), (depth / 2, 0.0, tall))]
+    return tuple(
+        Geom(Box(half), wTs * SE3(np.eye(3), np.array(centre)), f"shelf/{name}")
+        for name, half, centre in parts
+    )
+
+
+def upright(x: float, y: float, yaw: float) -> SE3:
+    return SE3(pin.utils.rotate("z", yaw), np.array([x, y, 0.0]))
+
+
+TURNED = shelf(upright(-2.103, -0.375, -2.361), 1.34, 0.306, (0.075, 0.484, 0.845, 1.27, 1.719))
+"""Turned away from the start, so that the base drives round it and comes from the side."""
+LOW = SE3(
+    np.array([[0.6651, 0.6155, -0.423], [-0.3041, -0.2941, -0.9061], [-0.6821, 0.7312, -0.0084]]),
+    np.array([-2.212, -0.279, 0.226]),
+)
+FACING = shelf(upright(2.615, 1.172, 0.049), 0.803, 0.379, (0.112, 0.592, 1.063, 1.443))
+MIDDLE = SE3(
+    np.array([[-0.1195, 0.1291, 0.9844], [-0.1889, 0.9703, -0.1502], [-0.9746, -0.2039, -0.0915]]),
+    np.array([2.520, 1.086, 0.933]),
+)
+
+
+def rigid(wTe: SE3) -> SE3:
+    """The same with a rotation that is one to the last digit."""
+    return SE3(pin.Quaternion(wTe.rotation).normalized().toRotationMatrix(), wTe.translation)
+
+
+def found_stance(model: RobotModel, around: tuple[Geom, ...]) -> tuple[FreeSpace, Stance]:
+    """From the origin for the hand in the middle of the shelf."""
+    finder = StanceFinder(model, StanceSettings(), SelfCollision(model), CollisionModels(model))
+    finder.meet(Surroundings(fixtures=around))
+    ready = model.description.arm.ready
+    stance = finder.search(rigid(MIDDLE), Pose2D(0.0, 0.0, 0.0), ready).finish()
+    assert finder.space is not None
+    assert stance is not None
+    return finder.space, stance
+
+
+def all_of(work: Generator[None, None, Stance]) -> Stance:
+    """What a generator returns."""
+    while True:
+        try:
+            next(work)
+        except StopIteration as done:
+            return done.value
+
+
+@pytest.mark.parametrize(
+    ("robot", "around", "wTe"), [("omni", TURNED, LOW), ("frankie", FACING, MIDDLE)]
+)
+def test_the_hand_goes_into_its_compartment_at_the_first_attempt(robot, around, wTe):
+    """Coming from the side with the arm stretched out, both were caught by a board for good."""
+    model = robot_model(robot)
+    controller, state, last = HolisticController(model), State(), Command.stop()
+    surroundings = Surroundings(fixtures=around)
+    judge = CollisionModel(model, surroundings)
+    goal = PoseGoal(wTe=rigid(wTe))
+    for step in range(1000):
+        last, report = controller.step(state, goal, last, surroundings)
+        move(state, last)
+        if step % 5 == 0:
+            assert judge.clearance(state.q, state.wTb) > 0.0
+        assert not report.detour
+        if report.arrived:
+            return
+    pytest.fail("not there after 10 s")
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+def test_where_the_base_goes_in_the_arm_has_room_and_keeps_it(robot):
+    model = robot_model(robot)
+    space, stance = found_stance(model, FACING)
+    wTe = rigid(MIDDLE)
+    base = stance.base_for(wTe)
+    start = moved(base, stance.dock)
+    assert space.nearest(se3_of(start), stance.q, PARTS, ROOM).distance == ROOM
+    room = space.nearest(se3_of(base), stance.q, PARTS, ROOM).distance
+    for share in np.linspace(0.0, 1.0, 9):
+        place = moved(base, tuple(share * np.array(stance.dock)))
+        assert space.nearest(se3_of(place), stance.q, PARTS, ROOM).distance > room - 2.0 * YIELD
+    if robot == "frankie":
+        assert abs(stance.dock[1]) < 1e-9  # it cannot drive sideways
+
+
+def test_without_a_free_line_there_is_no_place_to_go_in_from():
+    """Something stands right behind the base."""
+    model = robot_model("frankie")
+    stance = found_stance(model, FACING)[1]
+    base = stance.base_for(rigid(MIDDLE))
+    behind = moved(base, (-0.45, 0.0))
+    post = box(behind.x, behind.y, 0.04, 0.04)
+    space = FreeSpace(model, FloorMap((*FACING, post), model.description))
+    found = all_of(with_docking(model, space, base, stance._replace(dock=None)))
+    assert found.dock is None
+
+
+def test_an_arm_that_waits_unfolds_only_where_it_has_room():
+    """At its end the way is past the post, but the arm would swing into it."""
+    model = robot_model("omni")
+    ready = model.description.arm.ready
+    left = ready + np.array([np.pi / 2.0, 0.6, 0.0, 0.6, 0.0, 0.0, 0.0])
+    stance = Stance(left, model.bTe(left), reverse=False)
+    space = FreeSpace(model, FloorMap((box(0.45, 0.5, 0.1, 0.1, height=1.6),), model.description))
+    way = np.array([[x, 0.0, 0.0] for x in np.linspace(1.2, 0.0, 25)])
+    for waits in (True, False):
+        carrying = Carrying(model, 0.4)
+        held = [
+            carrying.posture(space, way, Pose2D(*pose), ready, stance, (3.0, 1.0), waits=waits)
+            for pose in way.tolist()
+        ]
+        assert held[-5] is not None
+        assert (held[-1] is not None) == waits
