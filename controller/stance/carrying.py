@@ -105,7 +105,7 @@ class Carrying:
         It hurries as `bias_towards` has it: by a share of the time that the base has left.
         """
         end = len(self._poses) - 1
-        left: float = (end - number) / max(1, end - self._at)
+        left = (end - number) / max(1, end - self._at)
         passed = (1.0 - left) * base_time
         at_most = passed / arm_time if arm_time > 0.0 else 1.0
         late: float = left ** (1.0 / self._pace)
