@@ -23,15 +23,21 @@ from robots import reach
 
 
 def slots(region: Region, pitch: float) -> list[np.ndarray]:
-    """Centres (3,) of the places on the floor of a region, in rows, in the world [m]."""
-    columns, rows = (max(1, int((edge + 1e-9) // pitch)) for edge in region.size[:2])
+    """Centres (3,) of the places on the floor of a region, spread in rows, in the world [m].
+
+    Args:
+        region: whose floor.
+        pitch: least distance between neighbouring places [m].
+    """
+    length, width, height = region.size
+    columns, rows = (max(1, int((edge + 1e-9) // pitch)) for edge in (length, width))
     return [
         region.wTr.act(
             np.array(
                 [
-                    (column - (columns - 1) / 2.0) * pitch,
-                    (row - (rows - 1) / 2.0) * pitch,
-                    -region.size[2] / 2.0,
+                    (column - (columns - 1) / 2.0) * length / columns,
+                    (row - (rows - 1) / 2.0) * width / rows,
+                    -height / 2.0,
                 ]
             )
         )
@@ -53,7 +59,7 @@ class Place(Leaf):
 
     Args:
         on: region of the task file whose floor is the surface to place on.
-        pitch_m: distance between neighbouring places [m].
+        pitch_m: distance between neighbouring places, at least [m].
     """
 
     key: ClassVar[str] = "place"
@@ -68,7 +74,8 @@ class Place(Leaf):
     @property
     def phase(self) -> str:
         """`approach` until the hand is over the place, then `lower`, `release` and `rise`."""
-        later = {self._lower: "lower", self._open: "release", self._rise: "rise"}
+        later = {self._lower: "lower", self._open: "release"}
+        later |= dict.fromkeys((self._rise, self._done), "rise")
         return later.get(self._step, "approach")
 
     def initialise(self) -> None:
@@ -220,11 +227,10 @@ class Place(Leaf):
         return self.running("letting go")
 
     def _open(self) -> Status:
-        if (waiting := self.fingers("letting go")) is not None:
+        grip = self.context.log.grip
+        has_let_go = grip is not None and grip.moved > self.settings.place.let_go
+        if not has_let_go and (waiting := self._wait_for_fingers("letting go")) is not None:
             return waiting
-        if not self.gripper_is_open:
-            width = 1000 * self.context.state.gripper_width
-            return self.failure(f"not let go: the fingers stopped at {width:.0f} mm")
         self._note(self.context.log.places_used)
         self.context.log.place(self.context.clock.now())
         self.context.set_down.add(self._let_go, self.context.wTe)
@@ -236,7 +242,18 @@ class Place(Leaf):
         return self._move("rising", self._above, s.rise_speed, s.rise_tolerance, self._done)
 
     def _done(self) -> Status:
+        if (waiting := self._wait_for_fingers("opening")) is not None:
+            return waiting
         return self.success(f"placed on {self._on.name}, place {self._number}")
+
+    def _wait_for_fingers(self, what: str) -> Status | None:
+        """None once they are open."""
+        if self.gripper_is_open:
+            return None
+        if (waiting := self.fingers(what)) is not None:
+            return waiting
+        width = 1000 * self.context.state.gripper_width
+        return self.failure(f"not let go: the fingers stopped at {width:.0f} mm")
 
     @property
     def _place(self) -> str:

@@ -102,6 +102,8 @@ class PlaceSettings(Checked):
     """[m/s]."""
     lower_tolerance: float = 0.004
     """[m]."""
+    let_go: float = 0.02
+    """The hand rises as soon as the fingers have opened by this much [m]."""
     rise_speed: float = 0.5
     """[m/s]."""
     rise_tolerance: float = 0.03

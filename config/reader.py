@@ -101,14 +101,23 @@ def validate(
         return model.model_validate_json(text, strict=True, context=context)
     except ValidationError as invalid:
         seen = set()
-        for error in invalid.errors(include_url=False):
-            at = _Position(value, location or value.location, error["loc"])
-            if at.keys not in seen:  # a union complains once for each of its members
+        errors = [
+            (error, _Position(value, location or value.location, error))
+            for error in invalid.errors(include_url=False)
+        ]
+        for error, at in errors:
+            # A union complains once for each of its members; the one that fits best goes deepest.
+            is_deepest = not any(_is_below(other.keys, at.keys) for _, other in errors)
+            if is_deepest and at.keys not in seen:
                 seen.add(at.keys)
                 known = _known_keys(model, error["loc"][:-1])
                 where, message, hint = at.explain(error, name, known)
                 diagnostics.error(where, message, hint)
     return None
+
+
+def _is_below(keys: _Keys, above: _Keys) -> bool:
+    return len(keys) > len(above) and keys[: len(above)] == above
 
 
 class _Position:
@@ -117,16 +126,20 @@ class _Position:
     Args:
         root: the validated value.
         location: of its name.
-        path: keys and indices; tags of union members among them are left out.
+        error: of pydantic; tags of union members among its keys and indices are left out.
     """
 
-    def __init__(self, root: YamlValue, location: Location, path: _Keys) -> None:
+    def __init__(self, root: YamlValue, location: Location, error: Any) -> None:
+        path: _Keys = error["loc"]
         self.value = root
         self.key_location = location
         self.parent = ""
         self.keys: _Keys = ()
-        for key in path:
+        for place, key in enumerate(path, 1):
             if isinstance(self.value, YamlMap) and isinstance(key, str):
+                is_told = place == len(path) and error["type"] in ("missing", "extra_forbidden")
+                if key not in self.value.entries and not is_told:
+                    continue
                 self.keys += (key,)
                 if key not in self.value.entries:
                     break

@@ -148,3 +148,8 @@ class TaskClock:
 def stopwatch() -> float:
     """Real seconds from an arbitrary start, to measure how long a computation took [s]."""
     return time.perf_counter()
+
+
+def epoch() -> float:
+    """Seconds since 1970, as the drivers of cameras stamp with; a person may set it [s]."""
+    return time.time()

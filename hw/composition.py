@@ -54,7 +54,7 @@ class ComposedRobot:
         background: Callable[[], Executor] = one_thread,
     ) -> None:
         self.description = description
-        self._arm, self._base, self._gripper = arm, base, gripper
+        self._arm, self._base, self._gripper, self._camera = arm, base, gripper, camera
         self._parts = (arm, base, gripper, camera)
         self._arms = History(interpolate_arm)
         self._bases = History(interpolate_base)
@@ -91,7 +91,13 @@ class ComposedRobot:
             gripper_width=gripper.width,
             gripper_moving=gripper.moving or self._is_under_way("grip"),
             recovering=self._is_under_way("recovery"),
-            faults=(*arm.faults, *base.faults, *gripper.faults, *self._failures()),
+            faults=(
+                *arm.faults,
+                *base.faults,
+                *gripper.faults,
+                *self._camera.faults(),
+                *self._failures(),
+            ),
             battery=base.battery,
             stamps=PartStamps(arm.stamp, base.stamp, gripper.stamp),
         )
@@ -106,7 +112,7 @@ class ComposedRobot:
         self._operations["grip"] = self._grips.submit(self._gripper.grip, width, force)
 
     def recover(self) -> None:
-        """Start a recovery of arm and base, unless one is under way."""
+        """Start a recovery of all parts, unless one is under way."""
         if not self._is_under_way("recovery"):
             under_way = {name: f for name, f in self._operations.items() if not f.done()}
             self._operations = under_way | {"recovery": self._recoveries.submit(self._recover)}
@@ -133,8 +139,8 @@ class ComposedRobot:
         self.close()
 
     def _recover(self) -> None:
-        self._arm.recover()
-        self._base.recover()
+        for part in (self._arm, self._base, self._gripper, self._camera):
+            part.recover()
 
     def _is_under_way(self, operation: str) -> bool:
         future = self._operations.get(operation)

@@ -9,6 +9,7 @@ never scales or repairs a command: one that does not fit is refused, and the rob
 from __future__ import annotations
 
 from enum import Enum
+from math import inf
 
 import numpy as np
 
@@ -73,6 +74,7 @@ class Gate:
         self._judged: RobotState | None = None
         self._doubted: float | None = None
         self._sent: float | None = None
+        self._read = -inf
         self._saved = _SAVED * period
         self._untrusted: UntrustedRobotError | None = None
         self.latched = False
@@ -108,10 +110,15 @@ class Gate:
     def continue_from(self, state: RobotState, now: float) -> Command:
         """The velocities that the coming command has to continue (see `controller.step`).
 
-        They are those applied last; after a gap in the commands those measured.
+        They are those applied last; after a gap in the commands those measured. What was applied
+        and not reached yet, because the robot follows late, is no reason to take braking back.
         """
         if self._is_after_gap(now):
-            self.applied = Command(base_twist=state.base_twist, qd=state.qd)
+            last = self.applied
+            self.applied = Command(
+                base_twist=_braked(last.base_twist, state.base_twist),
+                qd=_braked(last.qd, state.qd),
+            )
         return self.applied
 
     def send(self, command: Command, state: RobotState, now: float) -> Command:
@@ -180,7 +187,9 @@ class Gate:
                 raise UntrustedRobotError(f"{self.doubt.value}, for {_PATIENCE:g} s")
             return Refusal.READING
         self._doubted = None
-        if self.latched or state.faults or self._is_after_gap(now):
+        before, self._read = self._read, state.stamp
+        is_after_gap = state.stamp - before > _GAP * self._period or self._is_after_gap(now)
+        if self.latched or state.faults or is_after_gap:
             self._following.forget()
         elif mismatch := self._following.mismatch(state, self.applied):
             raise UntrustedRobotError(mismatch)
@@ -246,6 +255,12 @@ class Gate:
             raise UntrustedRobotError("the robot tells no finite velocities for what it applied")
         self.applied, self._sent = applied, now
         return applied
+
+
+def _braked(applied: Array, measured: Array) -> Array:
+    """The measured velocities, or those applied where they are slower in the same direction."""
+    slower = (applied * measured > 0.0) & (np.abs(applied) < np.abs(measured))
+    return np.where(slower, applied, measured)
 
 
 def _exceeds(values: Array, limits: Array) -> bool:

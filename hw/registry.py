@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from config import UserError, suggest
 from hw.background import InlineExecutor, one_thread
 from hw.clock import Clock, SimClock
 from hw.robot import Robot
 from hw.truth import Truth
-from robots import RobotDescription, load_robot
-
-if TYPE_CHECKING:
-    pass
+from robots import RealRobot, RobotDescription, load_real_robot, load_robot
 
 
 class WorldError(UserError):
@@ -29,6 +25,12 @@ class Backend:
     clock: Clock
     truth: Truth | None
     """None where nobody knows the world."""
+    world: str = ""
+    """What moves the robot; empty where nothing does."""
+    map: str | None = None
+    """A scene that says what stands around, where the robot's file names one."""
+    note: str = ""
+    """What a person should know before it moves."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,13 +45,15 @@ class WorldOptions:
     """In real time instead of as fast as it goes."""
     beside: bool = False
     """Whether images and operations take their time beside the loop, as on hardware."""
+    armed: bool = False
+    """Whether a person has said that a real robot may move."""
 
 
 def _kinematic(description: RobotDescription, options: WorldOptions) -> Backend:
     """The kinematic simulator."""
     from hw.sim import kinematic_robot
 
-    return _simulated(description, options, kinematic_robot)
+    return _simulated("kinematic", description, options, kinematic_robot)
 
 
 def _physics(description: RobotDescription, options: WorldOptions) -> Backend:
@@ -62,11 +66,11 @@ def _physics(description: RobotDescription, options: WorldOptions) -> Backend:
         raise WorldError(
             'the world `physics` needs an extra: pip install "frankie-task[physics]"'
         ) from None
-    return _simulated(description, options, physical_robot)
+    return _simulated("physics", description, options, physical_robot)
 
 
 def _simulated(
-    description: RobotDescription, options: WorldOptions, make: Callable[..., Robot]
+    name: str, description: RobotDescription, options: WorldOptions, make: Callable[..., Robot]
 ) -> Backend:
     """A robot in the world of a scene file."""
     from hw.sim import load_scene
@@ -80,7 +84,18 @@ def _simulated(
         seed=options.seed,
         background=one_thread if options.beside else InlineExecutor,
     )
-    return Backend(robot=robot, clock=clock, truth=world)
+    return Backend(robot=robot, clock=clock, truth=world, world=name)
+
+
+def _real(real: RealRobot, world: str, options: WorldOptions) -> Backend:
+    """A real robot, or one that is emulated."""
+    from hw.hardware import open_hardware
+
+    robot, clock, truth, note = open_hardware(
+        real, world=world, scene=options.scene, seed=options.seed, armed=options.armed
+    )
+    name = "hardware" if truth is None else "emulated"
+    return Backend(robot=robot, clock=clock, truth=truth, world=name, map=real.map, note=note)
 
 
 _WORLDS: dict[str, Callable[[RobotDescription, WorldOptions], Backend]] = {
@@ -99,12 +114,16 @@ def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:
 
     Args:
         robot: the body: name of a shipped robot, or a robot file.
-        world: what moves it; `world_names` lists them.
+        world: what moves it, where it is not real; `world_names` lists them.
         options: of the world.
 
     Raises:
-        UserError: there is no such robot, world or scene, or its file has a mistake.
+        UserError: there is no such robot, world or scene, or its file has a mistake; a real robot
+            is not armed, or commanded by another program.
+        HardwareError: the emulators of a robot do not begin.
     """
     if world not in _WORLDS:
         raise WorldError(f"no world is called `{world}`; {suggest(world, _WORLDS)}")
+    if (real := load_real_robot(robot)) is not None:
+        return _real(real, world, options)
     return _WORLDS[world](load_robot(robot), options)

@@ -6,7 +6,7 @@ from typing import Protocol, Self
 
 from controller import Command
 from hw.frame import DepthFrame, DepthImage
-from hw.state import ArmState, Array, BaseState, GripperState, RobotState
+from hw.state import ArmState, Array, BaseState, Fault, GripperState, RobotState
 from robots import RobotDescription
 
 
@@ -148,9 +148,26 @@ class Gripper(Part, Protocol):
             HardwareError: the gripper does not do it.
         """
 
+    def recover(self) -> None:
+        """Clear the faults that a program may clear; takes the time that it takes.
+
+        Raises:
+            HardwareError: they cannot be cleared.
+        """
+
 
 class DepthCamera(Part, Protocol):
     """A depth camera."""
 
     def latest(self) -> DepthImage | None:
         """The newest image, the same object until there is a newer one; None before the first."""
+
+    def faults(self) -> tuple[Fault, ...]:
+        """What keeps it from delivering images; empty when healthy."""
+
+    def recover(self) -> None:
+        """Have it deliver images again; takes the time that it takes.
+
+        Raises:
+            HardwareError: it does not.
+        """

@@ -15,7 +15,16 @@ from robots.description import (
     with_base_speed,
     with_reverse_speed,
 )
-from robots.load import load_robot, robot_names
+from robots.load import RealRobot, load_real_robot, load_robot, robot_names
+from robots.schema_hardware import (
+    ArclFile,
+    FullScaleFile,
+    HandFile,
+    HardwareFile,
+    OmronFile,
+    PandaFile,
+    RealSenseFile,
+)
 from robots.shapes import (
     GREY,
     Array,
@@ -42,6 +51,7 @@ from robots.shapes import (
 
 __all__ = [
     "GREY",
+    "ArclFile",
     "ArmDescription",
     "Array",
     "BaseDescription",
@@ -50,12 +60,19 @@ __all__ = [
     "Capsule",
     "Colour",
     "Cylinder",
+    "FullScaleFile",
     "Geom",
     "GripperDescription",
+    "HandFile",
+    "HardwareFile",
     "Hull",
     "Intrinsics",
     "Limits",
+    "OmronFile",
+    "PandaFile",
     "Plane",
+    "RealRobot",
+    "RealSenseFile",
     "RobotDescription",
     "Shape",
     "Sphere",
@@ -66,6 +83,7 @@ __all__ = [
     "from_rounded_boxes",
     "half_extents",
     "hull_of",
+    "load_real_robot",
     "load_robot",
     "reach",
     "robot_names",

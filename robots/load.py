@@ -1,11 +1,13 @@
 """Robots by name or file.
 
 A robot file describes the base and names the files of arm, gripper and camera. Those are looked for
-next to it, in a folder `parts` next to it, and among the shipped parts.
+next to it, in a folder `parts` next to it, and among the shipped parts. The file of a real robot
+names a description instead, says what differs on this one, and how its parts are reached.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
 from os.path import isfile
@@ -13,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from config import ConfigError, read_config, suggest
+from config import ConfigError, Diagnostics, YamlMap, read_config, read_yaml, suggest
 from robots.description import (
     ArmDescription,
     BaseDescription,
@@ -25,6 +27,7 @@ from robots.description import (
 )
 from robots.schema import N_LINKS, ArmFile, BaseFile, CameraFile, GripperFile, RobotFile
 from robots.schema_geometry import PoseFile
+from robots.schema_hardware import HardwareFile, RealRobotFile
 from robots.shapes import Colour
 
 SHIPPED = Path(__file__).parent
@@ -41,9 +44,23 @@ _RUBBER: Colour = (40, 40, 44)
 _BLACK: Colour = (38, 40, 45)
 
 
+@dataclass(frozen=True, kw_only=True)
+class RealRobot:
+    """What the file of a real robot says beyond its description."""
+
+    path: Path
+    body: str
+    """The description that it started from: a shipped robot or a robot file."""
+    hardware: HardwareFile
+    map: str | None
+    """A scene that says what stands around; None for nothing."""
+    calibrated: tuple[str, ...]
+    """Which of `arm_mount` and `camera_mount` are those of this robot."""
+
+
 def robot_names() -> list[str]:
-    """Names of the shipped robots."""
-    return sorted(path.stem for path in SHIPPED.glob("*.yaml"))
+    """Names of the shipped descriptions."""
+    return sorted(path.stem for path in SHIPPED.glob("*.yaml") if not _is_real(path))
 
 
 def load_robot(robot: str | Path) -> RobotDescription:
@@ -55,12 +72,87 @@ def load_robot(robot: str | Path) -> RobotDescription:
     Raises:
         ConfigError: there is no such robot, or one of its files says something impossible.
     """
+    path = _path(robot)
+    if not _is_real(path):
+        return _load(path)
+    file = read_config(path, RealRobotFile, context=path.parent)
+    return _as_it_is(load_robot(_body(path, file)), file, path.stem)
+
+
+def load_real_robot(robot: str | Path) -> RealRobot | None:
+    """How a robot is reached; None for one that is described only.
+
+    Args:
+        robot: name of a shipped robot, or path of a robot file.
+
+    Raises:
+        ConfigError: there is no such robot, or its file says something impossible.
+    """
+    path = _path(robot)
+    if not _is_real(path):
+        return None
+    file = read_config(path, RealRobotFile, context=path.parent)
+    beside = path.parent / (file.map or "")
+    site = str(beside) if file.map and isfile(beside) else file.map
+    mounts = {"arm_mount": file.arm_mount, "camera_mount": file.camera_mount}
+    return RealRobot(
+        path=path,
+        body=_body(path, file),
+        hardware=file.hardware,
+        map=site,
+        calibrated=tuple(name for name, mount in mounts.items() if mount is not None),
+    )
+
+
+def _path(robot: str | Path) -> Path:
     shipped = SHIPPED / f"{robot}.yaml"
     path = shipped if isfile(shipped) else Path(robot)
     if not isfile(path):
         hint = suggest(str(robot), robot_names())
         raise ConfigError(f"no robot is called `{robot}`; {hint} (or give a robot file)")
-    return _load(path.resolve())
+    return path.resolve()
+
+
+def _is_real(path: Path) -> bool:
+    """Whether a file is that of a real robot; mistakes are told by who reads all of it."""
+    read = read_yaml(Diagnostics(path))
+    return read is not None and isinstance(read[1], YamlMap) and "hardware" in read[1].entries
+
+
+def _body(path: Path, file: RealRobotFile) -> str:
+    """The description that a real robot is of: next to its file, or a shipped one.
+
+    Raises:
+        ConfigError: there is none, or that is a real robot, too.
+    """
+    beside = path.parent / file.robot
+    body = beside if isfile(beside) else _path(file.robot)
+    if _is_real(Path(body)):
+        raise ConfigError(
+            f"{path}: robot: `{file.robot}` is a real robot; name the description of one"
+        )
+    return str(beside) if isfile(beside) else file.robot
+
+
+def _as_it_is(described: RobotDescription, file: RealRobotFile, name: str) -> RobotDescription:
+    """A description with what differs on one real robot."""
+    limits, base, arm, camera = described.limits, described.base, described.arm, described.camera
+    if (ours := file.base_limits) is not None:
+        limits = replace(
+            limits,
+            base_twist=np.array(ours.speed),
+            base_reverse=ours.reverse,
+            base_acceleration=np.array(ours.acceleration),
+            base_emergency=np.array(ours.emergency),
+        )
+    if file.base_lag is not None:
+        base = replace(base, lag=file.base_lag)
+    if file.arm_lag is not None:
+        arm = replace(arm, lag=file.arm_lag)
+    if isinstance(file.camera_mount, PoseFile):
+        camera = replace(camera, eTc=file.camera_mount.pose())
+    bTa = file.arm_mount.pose() if isinstance(file.arm_mount, PoseFile) else described.bTa
+    return replace(described, name=name, limits=limits, base=base, arm=arm, camera=camera, bTa=bTa)
 
 
 @cache

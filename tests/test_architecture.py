@@ -26,8 +26,12 @@ ROOMS = (
     "hw.sim.physics",
     "hw.omron",
     "hw.panda",
+    "hw.realsense",
     "hw.emulators.omron",
     "hw.emulators.panda",
+    "hw.emulators.realsense",
+    "hw.emulators.frankie",
+    "hw.hardware",
     "behaviours",
     "trees.language",
     "trees",
@@ -42,6 +46,7 @@ ROOMS = (
     "app.lab",
     "app.lab.grasps",
     "app.lab.bench",
+    "app.lab.calibration",
     "app.commands",
     "app",
     "frankie_task",
@@ -58,6 +63,8 @@ SIDE_BY_SIDE = {
         ("hw.omron", "hw.emulators.omron"),
         ("app.authoring", "app.lab"),
         ("app.lab.grasps", "app.lab.bench"),
+        ("app.lab.grasps", "app.lab.calibration"),
+        ("app.lab.bench", "app.lab.calibration"),
     )
 }
 """Rooms of one floor, which do not know each other."""

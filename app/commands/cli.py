@@ -8,10 +8,12 @@ import typer
 
 from app.commands.authoring import authoring
 from app.commands.bench import bench
+from app.commands.calibrate import app as calibrate
+from app.commands.doctor import doctor
 from app.commands.emulate import app as emulate
 from app.commands.grasp import app as grasp
 from app.commands.refuse import RefusingGroup, find_tree
-from app.commands.review import explain, replay, runs, view
+from app.commands.review import delays, explain, replay, runs, view
 from app.commands.run import run
 from app.terminal import Terminal
 
@@ -25,11 +27,12 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, runs, view, explain, replay):
+for command in (run, runs, view, explain, replay, delays, doctor):
     app.command()(command)
 app.add_typer(bench, name="bench")
 app.add_typer(grasp, name="grasp")
 app.add_typer(emulate, name="emulate")
+app.add_typer(calibrate, name="calibrate")
 
 
 @app.command()

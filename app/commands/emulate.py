@@ -74,3 +74,60 @@ def panda(
         console.say(f"{name}: {what}")
     with suppress(KeyboardInterrupt):
         serve(host, version=version, lines=sys.stdin, say=console.say)
+
+
+@app.command()
+def frankie(
+    robot: Annotated[
+        str, typer.Option(help="A robot file with `emulated`: addresses, accounts, site.")
+    ] = "emulated",
+    world: Annotated[
+        str, typer.Option(help="What moves it: `kinematic` or `physics`.")
+    ] = "kinematic",
+    scene: Annotated[str, typer.Option(help="A shipped scene or a scene file.")] = "household",
+    seed: Annotated[int, typer.Option(help="Of objects and camera noise.", min=0)] = 0,
+) -> None:
+    """A whole Frankie in one simulated world, until Ctrl-C or the end of the input.
+
+    Base, arm, hand and camera speak the protocols of the real ones. Type words, and things happen
+    to it; they are listed when it starts.
+    """
+    from hw.emulators.frankie import WORDS, FrankieEmulator, serve
+
+    console = Terminal()
+    for name, (_, what) in WORDS.items():
+        console.say(f"{name}: {what}")
+    emulator = FrankieEmulator.of(robot, world=world, scene=scene, seed=seed)
+    with suppress(KeyboardInterrupt):
+        serve(emulator, lines=sys.stdin, say=console.say)
+
+
+@app.command()
+def realsense(
+    port: Annotated[int, typer.Option(help="To listen on; 0: any.", min=0, max=65535)] = 7435,
+    host: Annotated[str, typer.Option(help="The address to listen on.")] = "127.0.0.1",
+    scene: Annotated[str, typer.Option(help="What it sees: a shipped scene or a file.")] = "single",
+    seed: Annotated[int, typer.Option(help="Of the scene, the noise and the faults.")] = 0,
+    fault: Annotated[
+        list[str] | None, typer.Option(help="What is wrong with it; `list` names all.")
+    ] = None,
+) -> None:
+    """A RealSense D435 on a robot that stands in a scene, until Ctrl-C.
+
+    It sends images to the driver, which feeds a software device of the vendor's library with them.
+    """
+    from hw.emulators.realsense import FAULTS, Options, RealSenseEmulator, of_scene
+
+    console = Terminal()
+    faults = tuple(fault or ())
+    if "list" in faults:
+        for name, what in FAULTS.items():
+            console.say(f"{name}: {what}")
+        return
+    options = Options(host=host, port=port, seed=seed)
+    with (
+        RealSenseEmulator(of_scene(scene, seed), options, faults) as emulator,
+        suppress(KeyboardInterrupt),
+    ):
+        console.say(f"RealSense at {emulator.address}, scene {scene}")
+        Event().wait()

@@ -1,4 +1,4 @@
-"""`frankie-task runs`, `view`, `explain` and `replay`: commands about finished runs."""
+"""`frankie-task runs`, `view`, `explain`, `replay` and `delays`: about finished runs."""
 
 from __future__ import annotations
 
@@ -68,3 +68,18 @@ def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:
     result = replay_run(find_run(run, runs))
     Terminal().say(str(result))
     raise typer.Exit(0 if result.identical else 1)
+
+
+def delays(run: Run = "last", runs: Runs = Path("runs")) -> None:
+    """Measure how late a robot followed its commands in a run."""
+    import numpy as np
+
+    from app.review import delays as measured
+    from app.review import find_run
+
+    console, found = Terminal(), measured(find_run(run, runs))
+    for one in found:
+        console.say(str(one))
+    for key, part in (("base_lag", "base"), ("arm_lag", "joint")):
+        if totals := [one.total for one in found if one.axis.startswith(part)]:
+            console.say(f"{key}: {np.median(totals):.2f}")

@@ -57,6 +57,9 @@ def run(
     world: Annotated[
         str, typer.Option(help="What moves the robot: `kinematic` or `physics`.")
     ] = "kinematic",
+    armed: Annotated[
+        bool, typer.Option("--arm-the-robot", help="A real robot moves only with this.")
+    ] = False,
     scene: Annotated[
         str | None,
         typer.Option(help="A shipped scene or a scene file; default: what the task names."),
@@ -184,13 +187,15 @@ def run(
     from app.live import ControlOptions, View, ViewOptions
     from config import UserError
     from hw import HardwareError
+    from robots import load_real_robot
 
-    paced = speed is Speed.REAL
+    paced = speed is Speed.REAL or load_real_robot(robot) is not None
     usual = VisionChoice.BESIDE if paced else VisionChoice.STEP
     options = RunOptions(
         tree=find_tree(tree),
         robot=robot,
         world=world,
+        armed=armed,
         vision=VisionForm((vision or usual).value),
         obstacles=ObstacleSource(obstacles.value),
         map=site,

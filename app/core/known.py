@@ -20,7 +20,7 @@ class Known(NamedTuple):
     """What moves by itself at a time on the session's clock [s]."""
 
 
-def known_of(truth: Truth | None, site: Path | None = None) -> Known:
+def known_of(truth: Truth | None, site: Path | str | None = None) -> Known:
     """The map of a site, or that of a simulated world; and its walkers, as a tracker would tell.
 
     Args:

@@ -78,6 +78,7 @@ def run_task(
         seed=options.seed,
         paced=options.paced,
         beside=options.vision is VisionForm.BESIDE,
+        armed=options.armed,
     )
     gripper = load_robot(options.robot).gripper
     detector = GraspDetector(options.weights, options.network, gripper=gripper)
@@ -92,6 +93,8 @@ def run_task(
         options.obstacles,
         options.map,
     ) as setup:
+        if setup.note:
+            _tell(setup.note)
         nodes = nodes_in_order(build(task, setup.context))
         for warning in unsupported_places(task, setup.truth.fixtures) if setup.truth else ():
             _tell(warning)
@@ -156,6 +159,7 @@ def _run(
             server=viewer.server,
         )
     begun, observers, terminal = stopwatch(), Observers(), terminal_settings()
+    began = setup.clock.now()
     with (
         viewer.showing(folder / VIEWER_LOG),
         room.open(),
@@ -200,13 +204,13 @@ def _run(
             abandon=abandon,
         ).run()
         real_seconds = stopwatch() - begun - measurements.paused_s
-        duration = setup.clock.now().seconds
+        duration = setup.clock.now() - began
         outputs.end(outcome, setup.clock.session.now())
         warnings = [*observers.failures, *_closed(recorder), *outputs.close()]
         summary = summarise(
             task=task.name,
             robot=setup.robot.description.name,
-            world=options.world,
+            world=setup.world,
             scene=scene,
             seed=options.seed,
             outcome=outcome,

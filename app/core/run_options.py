@@ -19,7 +19,9 @@ class RunOptions:
     robot: str = "frankie"
     """The body: a shipped robot or a robot file."""
     world: str = "kinematic"
-    """What moves it."""
+    """What moves it, where it is not real."""
+    armed: bool = False
+    """Whether a person has said that a real robot may move."""
     vision: VisionForm = VisionForm.STEP
     """How images are searched for grasps."""
     obstacles: ObstacleSource = ObstacleSource.MAP

@@ -109,6 +109,7 @@ class Session:
 
     def run(self) -> Outcome:
         """Tick until the tree ends or something else does, and bring the robot to rest."""
+        self._origin = self._clock.session.now()
         with settled_memory(), self._watchdog:
             outcome = self._guarded(self._run_tree)
             rest = outcome

@@ -67,12 +67,16 @@ class Setup:
     clock: TaskClock
     truth: Truth | None
     """What is known of the world; None on hardware."""
+    world: str
+    """What moves the robot."""
     controller: HolisticController
     gate: Gate
     vision: Vision
     context: Context
     problems: list[str]
     """What goes wrong when all is closed."""
+    note: str
+    """What a person should know before the robot moves."""
 
     @property
     def model(self) -> RobotModel:
@@ -108,7 +112,7 @@ def open_setup(
         HardwareError: the robot cannot be connected.
     """
     backend = open_backend(robot, world, options)
-    known = known_of(backend.truth, site)
+    known = known_of(backend.truth, site or backend.map)
     with set_up(
         backend,
         detector,
@@ -167,6 +171,7 @@ def set_up(
             recorded=robot,
             clock=clock,
             truth=backend.truth,
+            world=backend.world,
             controller=controller,
             gate=Gate(robot, robot.description, controller.settings.period),
             vision=vision,
@@ -181,6 +186,7 @@ def set_up(
                 obstacles=known.obstacles,
             ),
             problems=problems,
+            note=backend.note,
         )
 
 

@@ -1,5 +1,6 @@
-"""Finished runs: find and list them, explain how they ended, read images from their recordings."""
+"""Finished runs: find, list and explain them, and what their recordings tell."""
 
+from app.review.delays import Delay, NoMotionError, delays
 from app.review.event_log import DamagedRunError
 from app.review.explanation import explain
 from app.review.finished import find_run, read_run, run_folders, runs_table
@@ -7,6 +8,9 @@ from app.review.recorded_images import recorded_depth
 
 __all__ = [
     "DamagedRunError",
+    "Delay",
+    "NoMotionError",
+    "delays",
     "explain",
     "find_run",
     "read_run",

@@ -63,6 +63,9 @@ class Dampers:
         self._delay[PairKind.SELF] = robot.arm.lag + wait
         deceleration = np.full(len(PairKind), _LEAST_DECELERATION)
         deceleration[PairKind.SELF] = collision.max_deceleration
+        drives = model.description.base.axes[2] == 0.0
+        braking = collision.braking * float(model.acceleration_limits[: model.n_base][drives].min())
+        deceleration[PairKind.BASE] = min(_LEAST_DECELERATION, braking)
         most = np.full(len(PairKind), collision.influence_distance)
         most[PairKind.SELF] = collision.self_influence_distance
         self._far = np.full(len(PairKind), collision.stop_distance)
@@ -148,7 +151,7 @@ class Dampers:
 
 
 _LEAST_DECELERATION = 1.0
-"""Of base and arm, to judge which pairs matter; where the limits allow less, the pair is slower
-than is assumed of it, too [m/s^2]."""
+"""Of base and arm, to judge which pairs matter; where the limits of an arm allow less, the pair is
+slower than is assumed of it, too. A heavy base is not [m/s^2]."""
 _MOST_GAINED = 0.05
 """By how much the lag may make a distance larger than it is [m]."""

@@ -50,6 +50,8 @@ class OmronBase:
         self._arcl: Arcl | None = None
         self._link: Link | None = None
         self._catalogue = Catalogue()
+        self.protocol = ""
+        """Version that the base announces; empty before it is connected."""
 
     @property
     def catalogue(self) -> Catalogue:
@@ -70,6 +72,13 @@ class OmronBase:
     def localisation_score(self) -> float | None:
         """0 to 1; None where it is not told, or its scale is not known."""
         return self._connected.score
+
+    @property
+    def pose_age(self) -> float:
+        """How long ago the newest pose arrived [s]."""
+        pose = self._connected.telemetry.pose
+        assert pose is not None  # `connect` waited for it
+        return stopwatch() - pose.at
 
     def connect(self) -> None:
         """Log in, and wait for the first readings.
@@ -168,7 +177,7 @@ class OmronBase:
             link = self._connected
         if self._arcl is not None and self._arcl.state.motors is not Motors.ENABLED:
             self._arcl.enable_motors()
-        if link.obedience.finding or link.telemetry.locked:
+        if link.obedience.finding or link.telemetry.locked or self._clearable_faults(link):
             self.stop()
             if not self._wait(lambda: is_at_rest(link.telemetry.velocity), _RECOVERY):
                 raise HardwareError("the base still moves under somebody else's command")
@@ -216,7 +225,7 @@ class OmronBase:
         connection = open_connection(settings)
         try:
             with said_of(settings):
-                self._catalogue = connection.catalogue
+                self._catalogue, self.protocol = connection.catalogue, connection.protocol
                 telemetry = first_readings(connection, settings, claim=claim)
                 self._link = Link(connection, telemetry, settings, self._arcl)
         except BaseException:

@@ -35,6 +35,8 @@ class Connection:
     catalogue: Catalogue = field(default_factory=Catalogue)
     pending: list[Packet] = field(default_factory=list)
     """Packets that have arrived and were not looked at."""
+    protocol: str = ""
+    """Version that the server announces."""
 
     def send(self, frames: bytes) -> None:
         """While connecting: waits until the system has taken them."""
@@ -111,6 +113,7 @@ def _introduce(connection: Connection, settings: OmronSettings) -> None:
         raise HardwareError(
             f"it speaks protocol version {greeting.protocol!r}; this driver knows {known}"
         )
+    connection.protocol = greeting.protocol
     connection.send(introduction(greeting, settings.user, settings.password))
     verdict = _expect(
         connection,

@@ -59,6 +59,10 @@ def _since(before: float | None, holds: bool, now: float) -> float | None:
     return now if before is None else before
 
 
+_BUMPED = ("Bumped", "Stalled")
+"""What the base says of itself when it has run into something [read in the source]."""
+
+
 def connection_lost(cause: str) -> Fault:
     """The connection is gone; the base stops by its own timeout if nothing else reaches it."""
     return Fault(
@@ -89,6 +93,12 @@ def telemetry_faults(
         yield _unlocalised("the base does not know where it is on its map")
     elif score is not None and settings.least_score is not None and score < settings.least_score:
         yield _unlocalised(f"localisation score {score:.2f}")
+    if telemetry.status in _BUMPED:
+        yield Fault(
+            kind=FaultKind.BUMPER,
+            text=f"the base says {telemetry.status!r}: it has met something; free it, then recover",
+            clearable=True,
+        )
     if telemetry.locked or telemetry.docking in (Docking.DOCKING, Docking.UNDOCKING):
         yield Fault(
             kind=FaultKind.NOT_READY,

@@ -10,9 +10,10 @@ import numpy as np
 
 from hw.clock import Clock, stopwatch
 from hw.panda.arm_process import MEMORY
-from hw.panda.mailbox import Mailbox
-from hw.panda.process import DriverProcess
+from hw.panda.generation import missing
 from hw.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
+from hw.processes.mailbox import Mailbox
+from hw.processes.process import DriverProcess
 from hw.robot import HardwareError
 from hw.state import ArmState, Array, Fault, FaultKind
 
@@ -57,7 +58,7 @@ class PandaArm:
         self._clock, self._offset = clock, 0.0
         contacts = {"torques": settings.torques, "forces": settings.forces}
         self._process = DriverProcess(
-            "hw.panda.arm_process", "Panda", address, contacts, MEMORY, settings.connecting
+            "hw.panda.arm_process", "Panda", address, contacts, MEMORY, settings.connecting, missing
         )
         self._commands = Mailbox(self._process.memory, 0, ARM_COMMAND)
         self._readings = Mailbox(self._process.memory, 1, ARM_READING)
@@ -87,18 +88,20 @@ class PandaArm:
         Raises:
             HardwareError: there never was one.
         """
-        reading = ArmReading.get(self._readings)
-        if reading is None:
-            raise HardwareError(f"the {self._process.what}: {self._process.end_of_it()}")
-        return reading
+        return self._process.told(ArmReading.get(self._readings))
 
     def read(self) -> ArmState:
-        """The newest reading, stamped when it arrived."""
+        """The newest reading, stamped when it arrived.
+
+        From an arm that does not answer it is the last one, at rest, with a fault and the stamp of
+        now: a recovery gets its chance.
+        """
         reading = self.reading()
+        is_silent = bool(self._silence(reading))
         return ArmState(
-            stamp=reading.stamp + self._offset,
+            stamp=self._clock.now() if is_silent else reading.stamp + self._offset,
             q=np.array(reading.q),
-            qd=np.array(reading.qd),
+            qd=np.zeros(7) if is_silent else np.array(reading.qd),
             faults=tuple(self._faults(reading)),
         )
 
@@ -129,13 +132,16 @@ class PandaArm:
     def recover(self) -> None:
         """Clear a reflex; connect again if the arm or its driver does not answer.
 
+        A healthy arm, which may be in a motion, is left alone.
+
         Raises:
             HardwareError: that cannot be done now.
         """
-        if self._silence(self.reading()):
+        reading = self.reading()
+        if self._silence(reading):
             self._process.kill()
             self.connect()
-        else:
+        elif self._faults(reading):
             self._process.ask(_RECOVERY, do="recover")
 
     def stop(self) -> None:

@@ -14,12 +14,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from hw.clock import stopwatch
-from hw.panda.child import Parent, Request, claim, hurry, leave
 from hw.panda.explanations import explain
 from hw.panda.generation import PANDA, load_library
-from hw.panda.mailbox import Mailbox, open_memory
 from hw.panda.records import ARM_COMMAND, ARM_READING, Mode
-from hw.panda.streaming import FRESH, Streaming, reading_of, still_alive
+from hw.panda.streaming import FRESH, Streaming, reading_of
+from hw.processes.child import Parent, Request, claim, hurry, leave, still_alive
+from hw.processes.mailbox import Mailbox, open_memory
 
 _NAP = 0.004
 """Between two readings while the arm is not in a motion [s]."""

@@ -12,7 +12,7 @@ import sys
 from dataclasses import dataclass
 from types import ModuleType
 
-from hw.panda.light import light_package
+from hw.processes.light import light_package
 
 Joints = tuple[float, ...]
 """One value for each of the seven joints."""
@@ -66,7 +66,9 @@ def is_installed(generation: Generation = PANDA) -> bool:
 
 
 def missing(generation: Generation = PANDA) -> str:
-    """What to tell a person where the library is not there."""
+    """What to tell a person if the library is not there; empty if it is."""
+    if is_installed(generation):
+        return ""
     return (
         f"the driver of the {generation.name} is not installed: "
         'pip install "frankie-task[hardware]"'

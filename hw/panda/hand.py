@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hw.clock import Clock, stopwatch
+from hw.panda.generation import missing
 from hw.panda.hand_process import MEMORY
-from hw.panda.mailbox import Mailbox
-from hw.panda.process import DriverProcess
 from hw.panda.records import HAND_READING, HandReading
-from hw.robot import HardwareError
+from hw.processes.mailbox import Mailbox
+from hw.processes.process import DriverProcess
 from hw.state import Fault, FaultKind, GripperState
 
 _SILENT = 0.5
@@ -49,6 +49,7 @@ class PandaHand:
             {"speed": settings.speed},
             MEMORY,
             settings.connecting,
+            missing,
         )
         self._readings = Mailbox(self._process.memory, 0, HAND_READING)
         self._gripping = 0
@@ -68,10 +69,7 @@ class PandaHand:
         Raises:
             HardwareError: there never was one.
         """
-        reading = HandReading.get(self._readings)
-        if reading is None:
-            raise HardwareError(f"the {self._process.what}: {self._process.end_of_it()}")
-        return reading
+        return self._process.told(HandReading.get(self._readings))
 
     def read(self) -> GripperState:
         """The newest reading, stamped when it arrived."""
@@ -100,6 +98,16 @@ class PandaHand:
             self._process.ask(_LONGEST, do="grip", width=float(width), force=float(force))
         finally:
             self._gripping -= 1
+
+    def recover(self) -> None:
+        """Connect again if the hand or its driver does not answer.
+
+        Raises:
+            HardwareError: it cannot be reached.
+        """
+        if self.read().faults:
+            self._process.kill()
+            self.connect()
 
     def stop(self) -> None:
         """The fingers stop where they are."""

@@ -13,12 +13,11 @@ import time
 from typing import Any
 
 from hw.clock import stopwatch
-from hw.panda.child import Parent, Request, claim, leave
 from hw.panda.explanations import explain
 from hw.panda.generation import load_library
-from hw.panda.mailbox import Mailbox, open_memory
 from hw.panda.records import HAND_READING, HandReading
-from hw.panda.streaming import still_alive
+from hw.processes.child import Parent, Request, claim, leave, still_alive
+from hw.processes.mailbox import Mailbox, open_memory
 
 _NAP = 0.02
 """Between two readings [s]."""

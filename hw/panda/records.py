@@ -8,7 +8,7 @@ from enum import IntEnum
 from typing import Self
 
 from hw.panda.generation import Joints
-from hw.panda.mailbox import Mailbox
+from hw.processes.mailbox import Mailbox
 
 _ZERO = (0.0,) * 7
 

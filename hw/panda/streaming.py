@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from hw.clock import stopwatch
 from hw.panda.generation import JointLimits
 from hw.panda.limiter import PERIOD, VelocityLimiter, speed_at
-from hw.panda.mailbox import Mailbox
 from hw.panda.records import ArmReading, Mode
+from hw.processes.child import still_alive
+from hw.processes.mailbox import Mailbox
 
 FRESH = 0.08
 """A velocity command counts for this long; then the arm comes to rest [s]."""
@@ -18,8 +18,6 @@ _IDLE = 0.5
 """An arm that rests for so long without a command leaves the motion [s]."""
 _RESTS = 1e-5
 """[rad/s]"""
-_HUNG = 2.0
-"""A process that does nothing for so long is ended by the system [s]."""
 _ZERO = (0.0,) * 7
 _SOFT = 1.5
 """Acceleration on the way to a goal [rad/s^2]."""
@@ -27,11 +25,6 @@ _ARRIVED = 2e-3
 """[rad]"""
 
 Publish = Callable[[Any, Sequence[float]], None]
-
-
-def still_alive(patience: float = _HUNG) -> None:
-    """Put off the end of this process, which comes by itself if it hangs, whatever hangs."""
-    signal.setitimer(signal.ITIMER_REAL, patience)
 
 
 class Streaming:

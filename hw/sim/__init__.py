@@ -5,10 +5,11 @@ closing the fingers does; it knows nothing of time. `DepthRenderer` and `D435Noi
 images of it.
 """
 
-from hw.sim.body import Dynamics
+from hw.sim.body import Dynamics, SimBody
 from hw.sim.furniture import Container, Fixture, Objects, Table
 from hw.sim.grasp_contact import Reason
 from hw.sim.hand import Hand
+from hw.sim.kinematic import KinematicBody
 from hw.sim.layout import build_world, load_fixtures, load_scene
 from hw.sim.noise import D435Noise
 from hw.sim.objects import HELDOUT, HOUSEHOLD, OBJECT_CLASSES, TRAIN
@@ -31,11 +32,13 @@ __all__ = [
     "Fixture",
     "GraspOutcome",
     "Hand",
+    "KinematicBody",
     "Motion",
     "Objects",
     "Reason",
     "Scene",
     "SceneError",
+    "SimBody",
     "SimObject",
     "Table",
     "Walker",

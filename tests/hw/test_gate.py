@@ -183,6 +183,28 @@ def test_after_a_gap_the_command_continues_what_is_measured(stand):
     assert stand.gate.applied.base_twist[0] < 0.02
 
 
+def test_after_a_gap_braking_that_has_begun_is_not_taken_back(stand):
+    """A heavy base follows late: what it still does is more than what it was told last."""
+    stand.spin_up()
+    stand.now += 0.05
+    late = {"base_twist": np.array([0.25, 0.0, -0.1]), "qd": np.full(7, 0.5)}
+    last = stand.gate.continue_from(stand.reading(**late), stand.now)
+    np.testing.assert_allclose(last.base_twist, [0.15, 0.0, -0.1])
+    np.testing.assert_allclose(last.qd, 0.3)
+
+
+def test_what_happens_between_two_readings_that_are_far_apart_is_held_against_nobody(stand):
+    """One tick takes long; the arm goes on for a while, and the command after it is another."""
+    for _ in range(3):
+        state = stand.reading()
+        assert stand.gate.judge(state, stand.now) is None
+        going = command((0.0, 0.0, 0.0), 0.06)
+        stand.q = stand.q + 0.4  # of what a driver, too, goes on for without a command
+        stand.now += 0.25
+        stand.gate.send(going, state, stand.now)
+        stand.now += DT
+
+
 def test_a_command_that_took_too_long_to_compute_does_not_pass(stand):
     state = stand.reading()
     assert stand.gate.judge(state, 0.0) is None

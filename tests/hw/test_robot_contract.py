@@ -14,7 +14,7 @@ from math import inf
 import numpy as np
 import pytest
 
-from controller import Command, robot_model
+from controller import Command, RobotModel
 from hw import Backend, HardwareError, Robot, WorldOptions, open_backend, world_names
 from robots import robot_names
 
@@ -183,7 +183,7 @@ def test_the_fingers_open_again(driven):
 def test_a_grip_does_not_keep_the_robot_from_moving(driven):
     start = driven.robot.read().wTb
     driven.robot.grip(0.0, 20.0)
-    driven.run(0.5, forward(driven.robot))
+    driven.run(0.8, forward(driven.robot))
     assert start.actInv(driven.robot.read().wTb).translation[0] > 0.03
 
 
@@ -224,7 +224,7 @@ def test_a_frame_stays_the_same_object_until_there_is_a_newer_one(driven):
 
 def test_a_frame_knows_where_it_was_captured(driven):
     """Also when it comes late: the pose is that of the stamp, not of now."""
-    model = robot_model(driven.robot.description.name)
+    model = RobotModel(driven.robot.description)
     first = wait_for_frame(driven)
     states = [driven.robot.read()]
     for _ in range(40):

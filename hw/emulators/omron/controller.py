@@ -12,6 +12,9 @@ from math import atan2, copysign, cos, hypot, inf, radians, remainder, sin, sqrt
 
 from hw.emulators.omron.drive import Drive
 
+BUMPED = "Bumped"
+"""Status of a base that has run into something."""
+
 
 @dataclass
 class Teleop:
@@ -84,7 +87,7 @@ class Controller:
 
     def ratio_drive(self, translation: float, rotation: float, throttle: float, now: float) -> None:
         """The command; without effect in a locked mode, or while it comes to a stop."""
-        if self.locked or not self.motors_on or self.status == "Stopping":
+        if self.locked or not self.motors_on or self.status in ("Stopping", BUMPED):
             return
         self.ratios = (
             max(-100.0, min(100.0, translation)),
@@ -120,6 +123,15 @@ class Controller:
         self.docking = 3 if leave else 1
         self.mode, self.locked, self._docks_at = "Dock", True, now + self.motion.docking
         self.status = "Undocking" if leave else "Docking"
+
+    def bump(self) -> None:
+        """It has run into something: wheels stand at once, until a `stop`."""
+        if self.status != BUMPED:
+            self._interrupt()
+            self.v = self.w = 0.0
+            self.ratios, self.status = (0.0, 0.0, 100.0), BUMPED
+            self.drive.command(0.0, 0.0)
+            self.say(BUMPED)
 
     def press(self) -> None:
         """The emergency stop: wheels stand at once, motors are off."""

@@ -8,12 +8,14 @@ place. `ACTIONS` is what can be done to it while it runs.
 from hw.emulators.panda.arm import EmulatedArm, Seen
 from hw.emulators.panda.console import ACTIONS
 from hw.emulators.panda.hand import EmulatedHand
+from hw.emulators.panda.linked import ArmLink, Wanted
 from hw.emulators.panda.parts import Fingers, FreeFingers, Joints, LaggedJoints
 from hw.emulators.panda.serving import PortTakenError, serve
 from hw.emulators.panda.wire import MotionCommand
 
 __all__ = [
     "ACTIONS",
+    "ArmLink",
     "EmulatedArm",
     "EmulatedHand",
     "Fingers",
@@ -23,5 +25,6 @@ __all__ = [
     "MotionCommand",
     "PortTakenError",
     "Seen",
+    "Wanted",
     "serve",
 ]

@@ -144,10 +144,13 @@ class EmulatedArm:
             self._recovery -= 1
             if self._recovery <= 0:
                 self.mode, self.errors, self.recovered = Mode.IDLE, frozenset(), True
+                self.joints.release()
         joints, limits = self.joints, self._limits
         met = joints.follow(self.qd_d)
         self.still = self.still + 1 if max(map(abs, self.qd_d)) < _ENDS else 0
         self.resting = self.resting + 1 if max(map(abs, joints.qd)) < _RESTS else 0
+        if met and self.mode is Mode.IDLE:
+            self.reflex(met)
         if self.mode is Mode.MOVE:
             rows = zip(joints.q, limits.q_min, limits.q_max, strict=True)
             if met:

@@ -9,6 +9,8 @@ from hw.emulators.panda.wire import HandCommand, HandStatus
 
 _HOMING_SPEED = 0.05
 """[m/s]"""
+_MOVING_FORCE = 20.0
+"""Of a motion that is no grasp [N]."""
 _TOLERANCE = 1e-3
 """Distance from its goal at which a move has failed [m]."""
 
@@ -20,6 +22,7 @@ class _Motion:
     speed: float
     inner: float = 0.0
     outer: float = 0.0
+    force: float = _MOVING_FORCE
 
 
 class EmulatedHand:
@@ -54,7 +57,7 @@ class EmulatedHand:
             width, inner, outer, speed, force = arguments
             if not force > 0.0:
                 return HandStatus.FAIL
-            motion = _Motion(command, width, speed, inner, outer)
+            motion = _Motion(command, width, speed, inner, outer, force)
         else:
             motion = _Motion(command, *arguments)
         if not (0.0 <= motion.width <= OPENING and motion.speed > 0.0):
@@ -65,6 +68,7 @@ class EmulatedHand:
     def stop(self) -> None:
         """End a motion where the fingers are."""
         self._motion = None
+        self.fingers.stop()
 
     def tick(self) -> HandStatus | None:
         """One millisecond; how a motion has ended, if it has."""
@@ -74,7 +78,7 @@ class EmulatedHand:
             return None
         # A grasp closes until something resists, and then looks at the width.
         goal = 0.0 if motion.command is HandCommand.GRASP else motion.width
-        if not self.fingers.close_to(goal, motion.speed * PERIOD):
+        if not self.fingers.close_to(goal, motion.speed * PERIOD, motion.force):
             return None
         self._motion = None
         width = self.fingers.width

@@ -30,15 +30,26 @@ class Joints(Protocol):
             The error with which the arm stops because it has met something, of `ERRORS`; or empty.
         """
 
+    def release(self) -> None:
+        """The arm was recovered: what it has met is forgotten."""
+
 
 class Fingers(Protocol):
     """Two fingers, and perhaps something between them."""
 
-    width: float
-    """Between the pads [m]."""
+    @property
+    def width(self) -> float:
+        """Between the pads [m]."""
 
-    def close_to(self, width: float, step: float) -> bool:
-        """Go on towards a width by at most a step [m]; whether they can come no closer."""
+    def close_to(self, width: float, step: float, force: float) -> bool:
+        """Go on towards a width by at most a step [m], pressing with a force [N].
+
+        Returns:
+            Whether they can come no closer.
+        """
+
+    def stop(self) -> None:
+        """Stay where they are."""
 
 
 class LaggedJoints:
@@ -61,6 +72,9 @@ class LaggedJoints:
         self.q = tuple([p + PERIOD * v for p, v in zip(self.q, self.qd, strict=True)])
         return ""
 
+    def release(self) -> None:
+        """There is nothing to forget."""
+
 
 class FreeFingers:
     """Fingers with nothing between them, or a block of some width.
@@ -73,7 +87,10 @@ class FreeFingers:
     def __init__(self, block: float | None = None, width: float = OPENING) -> None:
         self.block, self.width = block, width
 
-    def close_to(self, width: float, step: float) -> bool:
+    def stop(self) -> None:
+        """They do not move by themselves."""
+
+    def close_to(self, width: float, step: float, force: float) -> bool:
         """A step of the fingers."""
         least = width
         if self.block is not None and self.width >= self.block:

@@ -185,6 +185,9 @@ class Still:
 
     def latest(self) -> None: ...
 
+    def faults(self) -> tuple[()]:
+        return ()
+
 
 class StillArm(Still):
     def read(self) -> ArmState:

@@ -37,6 +37,9 @@ class Standing:
     def latest(self) -> DepthImage | None:
         return None
 
+    def faults(self) -> tuple[()]:
+        return ()
+
 
 @pytest.fixture
 def emulator():

@@ -1,4 +1,4 @@
-"""What the processes of arm and hand have in common: requests, answers, and when to end.
+"""What the processes of drivers have in common: requests, answers, and when to end.
 
 A process is asked by lines of JSON on its standard input and answers on its standard output. It
 ends when its parent is gone or suspended.
@@ -10,6 +10,7 @@ import fcntl
 import json
 import os
 import queue
+import signal
 import sys
 import tempfile
 import threading
@@ -25,6 +26,8 @@ _LOOK = 0.1
 _SUSPENDED = 0.5
 """A parent that is suspended for so long is given up [s]."""
 
+_HUNG = 2.0
+"""A process that does nothing for so long is ended by the system [s]."""
 _PRIORITY = 20
 """Of those processes that the system runs before all others."""
 
@@ -115,6 +118,11 @@ def claim(what: str, address: str) -> str:
     os.ftruncate(descriptor, 0)
     os.write(descriptor, str(os.getppid()).encode())
     return ""
+
+
+def still_alive(patience: float = _HUNG) -> None:
+    """Put off the end of this process, which comes by itself if it hangs, whatever hangs."""
+    signal.setitimer(signal.ITIMER_REAL, patience)
 
 
 def hurry() -> None:

@@ -1,7 +1,7 @@
-"""Run a module of this room alone: `python light.py MODULE ARGUMENTS`.
+"""Run a module of a driver alone: `python light.py MODULE ARGUMENTS`.
 
 A process with a loop at 1 kHz has no use for the rest of the project, which takes a second to
-import, nor for the web clients that the front of the vendor's package brings with it.
+import, nor for the web clients that the front of a vendor's package brings with it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ def light_package(name: str, places: Iterable[str]) -> None:
 
 
 if __name__ == "__main__":
-    room = Path(__file__).resolve().parent
-    light_package("hw", [str(room.parent)])
-    light_package("hw.panda", [str(room)])
-    importlib.import_module(sys.argv.pop(1)).main()
+    hardware = Path(__file__).resolve().parents[1]
+    module = sys.argv.pop(1)
+    room = module.split(".")[1]
+    light_package("hw", [str(hardware)])
+    light_package(f"hw.{room}", [str(hardware / room)])
+    importlib.import_module(module).main()

@@ -14,14 +14,16 @@ import subprocess
 import sys
 import tempfile
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 from hw.clock import stopwatch
-from hw.panda.generation import is_installed, missing
-from hw.panda.mailbox import open_memory, share_memory
+from hw.processes.mailbox import open_memory, share_memory
 from hw.robot import HardwareError
+
+Record = TypeVar("Record")
 
 _LOADING = 30.0
 """[s]"""
@@ -38,6 +40,7 @@ class DriverProcess:
         settings: for it, as JSON.
         mailboxes: that it shares with this one.
         connecting: how long it may take to connect [s].
+        missing: what to tell a person if its library is not installed; empty if it is.
     """
 
     def __init__(
@@ -48,12 +51,13 @@ class DriverProcess:
         settings: dict[str, Any],
         mailboxes: int,
         connecting: float,
+        missing: Callable[[], str],
     ) -> None:
         self.what = f"{what} at {address}"
         self._command = [sys.executable, "-P", _LIGHT, module, address, json.dumps(settings)]
         self._memory = share_memory(mailboxes)
         self.memory = open_memory(self._memory)
-        self._connecting = connecting
+        self._connecting, self._missing = connecting, missing
         self._process: subprocess.Popen[bytes] | None = None
         self._stderr: IO[bytes] | None = None
         self._buffer = b""
@@ -72,8 +76,8 @@ class DriverProcess:
         Raises:
             HardwareError: it cannot be; the text says why and what to do.
         """
-        if not is_installed():
-            raise HardwareError(missing())
+        if missing := self._missing():
+            raise HardwareError(missing)
         self.end()
         self._last_words, self._buffer = "", b""
         self._stderr = tempfile.TemporaryFile()  # noqa: SIM115
@@ -111,6 +115,16 @@ class DriverProcess:
                     if message["error"]:
                         raise HardwareError(f"the {self.what}: {message['error']}")
                     return
+
+    def told(self, record: Record | None) -> Record:
+        """The newest record of the process.
+
+        Raises:
+            HardwareError: there never was one.
+        """
+        if record is None:
+            raise HardwareError(f"the {self.what}: {self.end_of_it()}")
+        return record
 
     def say(self, **request: Any) -> None:
         """Send a request; if nobody is there any more, nothing happens."""

@@ -1,0 +1,69 @@
+"""`frankie-task doctor`: what is installed, reachable and calibrated; nothing moves."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from app.commands.refuse import refuse
+from app.terminal import Terminal
+
+if TYPE_CHECKING:
+    from robots import RealRobot
+
+
+def doctor(
+    robot: Annotated[
+        str | None, typer.Option(help="A robot file with hardware; without it the computer alone.")
+    ] = None,
+    write_site: Annotated[
+        Path | None,
+        typer.Option(help="Write the full-scale values that the base tells, for `full_scale`."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="A JSON object a line.")] = False,
+) -> None:
+    """Look at computer, drivers and robot; nothing moves. Ends with 3 if something is bad."""
+    from app.core import End
+    from hw.hardware import UNSETTLED, Verdict, emulating, examine
+    from robots import load_real_robot
+
+    console, bad = Terminal(stderr=as_json), 0
+    real = None if robot is None else load_real_robot(robot)
+    if robot is not None and real is None:
+        console.say(f"{robot}: it is described only, there is no `hardware` to look at")
+    if write_site is not None and real is None:
+        refuse("--write-site: is for a robot; add --robot FILE")
+    with emulating(real):
+        for one in examine(real):
+            bad += one.verdict is Verdict.BAD
+            if as_json:
+                told = {"about": one.about, "verdict": one.verdict.value, "text": one.text}
+                sys.stdout.write(json.dumps(told) + "\n")
+            else:
+                console.say(f"{one.verdict.value:5} {one.about}: {one.text}")
+        if write_site is not None and real is not None:
+            bad += not _write(real, write_site, console)
+    if real is not None and real.hardware.emulated is None:
+        console.say("what only the robot can settle:")
+        for what, how in UNSETTLED:
+            console.say(f"  {what}: {how}")
+    if bad:
+        raise typer.Exit(End.HARDWARE.exit_code)
+
+
+def _write(real: RealRobot, path: Path, console: Terminal) -> bool:
+    """Write what the base tells of itself; whether that went well."""
+    from hw import HardwareError
+    from hw.hardware import write_full_scale
+
+    try:
+        write_full_scale(real, path)
+    except (HardwareError, OSError) as error:
+        console.say(f"--write-site: {error}")
+        return False
+    console.say(f"write `full_scale: {path}` below `hardware.base` of {real.path.name}")
+    return True

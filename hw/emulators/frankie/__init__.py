@@ -1,0 +1,22 @@
+"""The whole Frankie, emulated: base, arm, hand and camera over one simulated world, in real time.
+
+`world` is the simulated robot that the emulated parts move, `emulator` the parts together, `words`
+what can be done to them, `serving` the port at which that is said and at which images are fetched,
+`link` the other end of it.
+"""
+
+from hw.emulators.frankie.emulator import EmulatedPlaces, FrankieEmulator
+from hw.emulators.frankie.link import EmulatorLink, RemoteTruth, SilentEmulatorError
+from hw.emulators.frankie.serving import PortTakenError, serve
+from hw.emulators.frankie.words import WORDS
+
+__all__ = [
+    "WORDS",
+    "EmulatedPlaces",
+    "EmulatorLink",
+    "FrankieEmulator",
+    "PortTakenError",
+    "RemoteTruth",
+    "SilentEmulatorError",
+    "serve",
+]

@@ -1,0 +1,15 @@
+"""`python -m hw.emulators.frankie ROBOT WORLD SCENE SEED`: an emulated robot of a file.
+
+Words come in, lines of JSON go out; it ends with its input.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from hw.emulators.frankie import FrankieEmulator, serve
+
+if __name__ == "__main__":
+    robot, world, scene, seed = sys.argv[1:5]
+    emulator = FrankieEmulator.of(robot, world=world, scene=scene, seed=int(seed))
+    serve(emulator, lines=sys.stdin, say=lambda text: print(text, flush=True))

@@ -1,0 +1,211 @@
+"""Base, arm, hand and camera of one emulated Frankie."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from math import radians
+from typing import Any, Self
+
+from config import UserError
+from hw.emulators.frankie.world import EmulatedWorld
+from hw.emulators.omron import OmronEmulator, Options, Teleop
+from hw.emulators.panda import ArmLink
+from hw.emulators.realsense import Options as CameraOptions
+from hw.emulators.realsense import RealSenseEmulator, Shot
+from robots import FullScaleFile, load_real_robot
+
+_TIMEOUT = 0.3
+"""Of the base, without a new command [s]."""
+
+
+class NotEmulatedError(UserError):
+    """A robot file is not that of an emulated robot."""
+
+
+class ArmTakenError(UserError):
+    """The address of the emulated arm is not free."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EmulatedPlaces:
+    """Where the parts of one emulated robot listen."""
+
+    base: str = "127.0.0.1"
+    port: int = 7272
+    arcl_port: int = 7171
+    user: str = "frankie"
+    password: str = ""
+    arcl_password: str = "adept"
+    arm: str = "127.0.0.1"
+    teleop: Teleop = field(default_factory=Teleop)
+    """How the base is set up."""
+    steering: int = 7270
+    """Of the base's address: where all is steered; the camera is at the next one."""
+    rate: int = 30
+    """Of the camera [Hz]."""
+
+
+class FrankieEmulator:
+    """All parts over one world; use it in a `with` statement.
+
+    Args:
+        places: where they listen.
+        robot: its description, by name or file.
+        world: what moves it: `kinematic` or `physics`.
+        scene: what is around it.
+        seed: of objects and camera noise.
+    """
+
+    def __init__(
+        self,
+        places: EmulatedPlaces,
+        *,
+        robot: str = "frankie",
+        world: str = "kinematic",
+        scene: str = "household",
+        seed: int = 0,
+    ) -> None:
+        link = ArmLink()
+        self.robot, self.places = robot, places
+        self.world = EmulatedWorld(robot, world, scene, seed, link)
+        users = {places.user: (places.password, Options().users["frankie"][1])}
+        options = Options(
+            host=places.base,
+            port=places.port,
+            arcl_port=places.arcl_port,
+            users=users,
+            arcl_password=places.arcl_password,
+            teleop=places.teleop,
+        )
+        self.base = OmronEmulator(options, self.world)
+        self.world.on_bump = self._bump
+        camera = self.world.body.description.camera
+        self.camera = RealSenseEmulator(
+            self._shoot,
+            CameraOptions(
+                host=places.base,
+                port=places.steering + 1,
+                rate=places.rate,
+                intrinsics=camera.intrinsics,
+                baseline=camera.baseline,
+                seed=seed,
+            ),
+        )
+        self._arm_at, self._link = places.arm, link
+        self._arm: subprocess.Popen[str] | None = None
+        self._asking = threading.Lock()
+        self._shots = 0
+
+    @classmethod
+    def of(cls, robot: str, *, world: str, scene: str, seed: int) -> Self:
+        """The emulator of a robot file.
+
+        Raises:
+            UserError: the file is not that of an emulated robot, or the scene is not there.
+        """
+        real = load_real_robot(robot)
+        if real is None or real.hardware.emulated is None:
+            raise NotEmulatedError(f"{robot}: `hardware: {{emulated: PORT}}` is missing")
+        base, arm = real.hardware.base, real.hardware.arm
+        places = EmulatedPlaces(
+            base=base.address,
+            port=base.port,
+            arcl_port=base.arcl.port if base.arcl else 7171,
+            user=base.user,
+            password=base.password,
+            arcl_password=base.arcl.password if base.arcl else "",
+            arm=arm.address,
+            teleop=_teleop(base.scale),
+            steering=real.hardware.emulated,
+            rate=real.hardware.camera.rate,
+        )
+        return cls(places, robot=real.body, world=world, scene=scene, seed=seed)
+
+    def __enter__(self) -> Self:
+        """Begin.
+
+        Raises:
+            UserError: somebody else listens there.
+        """
+        self._arm = subprocess.Popen(
+            [sys.executable, "-m", "hw.emulators.panda", self._arm_at, "5", str(self._link.memory)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            pass_fds=(self._link.memory,),
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            start_new_session=True,  # Ctrl-C is for the program that emulates
+        )
+        assert self._arm.stdout is not None
+        if not self._arm.stdout.readline():
+            self._end_arm()
+            raise ArmTakenError(f"no arm can be emulated at {self._arm_at}: its ports are taken")
+        with ExitStack() as undo:
+            undo.callback(self._end_arm)
+            self.world.start()
+            undo.callback(self.world.close)
+            undo.enter_context(self.base)
+            undo.enter_context(self.camera)
+            self._undo = undo.pop_all()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._undo.close()
+
+    def do_to_arm(self, words: str) -> dict[str, Any]:
+        """Do something to the arm; what it tells then."""
+        with self._asking:
+            if self._arm is None or self._arm.poll() is not None:
+                return {"error": "the emulated arm has ended"}
+            assert self._arm.stdin is not None
+            assert self._arm.stdout is not None
+            self._arm.stdin.write(words + "\n")
+            self._arm.stdin.flush()
+            told: dict[str, Any] = json.loads(self._arm.stdout.readline() or "{}")
+            return told
+
+    def blind(self, seconds: float) -> None:
+        """Pull the cable of the camera, and put it back later."""
+        self.camera.unplug()
+        timer = threading.Timer(seconds, self.camera.plug_in)
+        timer.daemon = True
+        timer.start()
+
+    def _bump(self) -> None:
+        with self.base.held() as base:
+            base.bump()
+
+    def _shoot(self) -> Shot:
+        self._shots += 1
+        image = self.world.capture(self._shots)
+        return Shot(depth=image.depth, stamp=image.stamp)
+
+    def _end_arm(self) -> None:
+        if self._arm is not None:
+            for stream in (self._arm.stdin, self._arm.stdout, self._arm.stderr):
+                if stream is not None:
+                    stream.close()
+            self._arm.terminate()
+            self._arm.wait()
+
+
+def _teleop(file: FullScaleFile) -> Teleop:
+    """An emulated base is set up as its file says."""
+    forward, reverse = file.turn_at_forward_deg, file.turn_at_reverse_deg
+    return Teleop(
+        timeout=_TIMEOUT,
+        forwards=file.forward,
+        backwards=file.reverse,
+        turn_at_rest=radians(file.turn_deg),
+        turn_forwards=radians(file.turn_deg if forward is None else forward),
+        turn_backwards=radians(file.turn_deg if reverse is None else reverse),
+        dead_translation=file.dead_translation,
+        dead_rotation=file.dead_rotation,
+    )

@@ -1,0 +1,163 @@
+"""The other end of an emulated Frankie: what is done to it, and what is true of its world."""
+
+from __future__ import annotations
+
+import json
+import socket
+import threading
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from pinocchio import SE3, XYZQUATToSE3
+
+from controller import Obstacle
+from hw.clock import stopwatch
+from hw.robot import HardwareError
+from hw.sim import SimObject, load_scene
+from hw.truth import Touch
+from robots import Geom
+
+_PATIENCE = 3.0
+"""[s]"""
+_LOOK = 0.1
+"""How often the world is looked at [s]."""
+
+
+class SilentEmulatorError(HardwareError):
+    """The emulator is not there, or does not answer."""
+
+
+class EmulatorLink:
+    """One connection to an emulated Frankie; may be used by several threads.
+
+    Args:
+        address: of the emulated base.
+        port: at which all is steered.
+
+    Raises:
+        SilentEmulatorError: nobody listens there.
+    """
+
+    def __init__(self, address: str, port: int) -> None:
+        self._lock = threading.Lock()
+        try:
+            self._socket = socket.create_connection((address, port), _PATIENCE)
+        except OSError as error:
+            raise SilentEmulatorError(f"no robot is emulated at port {port}: {error}") from None
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._file = self._socket.makefile("rwb")
+
+    def do(self, words: str) -> dict[str, Any]:
+        """Do something to it; what it tells then.
+
+        Raises:
+            SilentEmulatorError: it does not answer.
+            ValueError: it does not know the words.
+        """
+        with self._lock:
+            told = self._ask(words)
+        if "error" in told:
+            raise ValueError(told["error"])
+        return told
+
+    def close(self) -> None:
+        """Leave."""
+        with suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+        self._socket.close()
+
+    def _ask(self, words: str) -> dict[str, Any]:
+        try:
+            self._file.write(words.encode() + b"\n")
+            self._file.flush()
+            line = self._file.readline()
+        except (OSError, ValueError) as error:
+            raise SilentEmulatorError(f"the emulator does not answer: {error}") from None
+        if not line:
+            raise SilentEmulatorError("the emulator has ended")
+        told: dict[str, Any] = json.loads(line)
+        return told
+
+
+class RemoteTruth:
+    """The world behind an emulated Frankie, for scoring and drawing.
+
+    Args:
+        link: to it.
+    """
+
+    def __init__(self, link: EmulatorLink) -> None:
+        self._link = link
+        told = link.do("tell")
+        self.scene, self.seed = str(told["scene"]), int(told["seed"])
+        self.world = str(told["world"])
+        self._world = load_scene(self.scene, self.seed)
+        self._over = threading.Event()
+        self._update(told)
+        self._thread = threading.Thread(target=self._follow, name="truth", daemon=True)
+        self._thread.start()
+
+    @property
+    def fixtures(self) -> Sequence[Geom]:
+        """What never moves."""
+        return self._world.fixtures
+
+    @property
+    def mapped(self) -> Sequence[Geom]:
+        """What of it is on the map."""
+        return self._world.mapped
+
+    @property
+    def objects(self) -> Sequence[SimObject]:
+        """What can be picked up, where it was a moment ago."""
+        return self._world.objects
+
+    @property
+    def walkers(self) -> Sequence[Any]:
+        """What moves by itself."""
+        return self._world.walkers
+
+    @property
+    def touches(self) -> Sequence[Touch]:
+        """What the robot has hit so far."""
+        self._look()
+        return self._touches
+
+    def moving(self) -> Sequence[Obstacle]:
+        """The walkers, as a tracker would tell of them now."""
+        now = self._now + stopwatch() - self._at
+        for walker in self._world.walkers:
+            walker.move_to(now)
+        return self._world.moving()
+
+    def supports(self) -> Mapping[str, str]:
+        """What carries each object."""
+        self._look()
+        return self._supports
+
+    def put(self, name: str, wTo: SE3) -> None:
+        """Put an object somewhere; it falls onto what is below."""
+        x, y, z = wTo.translation
+        self._link.do(f"put {name} {x} {y} {z}")
+
+    def close(self) -> None:
+        """Look no more."""
+        self._over.set()
+        self._thread.join()
+
+    def _follow(self) -> None:
+        while not self._over.wait(_LOOK):
+            self._look()
+
+    def _look(self) -> None:
+        with suppress(SilentEmulatorError):
+            self._update(self._link.do("tell"))
+
+    def _update(self, told: dict[str, Any]) -> None:
+        for obj in self._world.objects:
+            obj.pose = XYZQUATToSE3(np.array(told["poses"][obj.name]))
+        self._now, self._at = told["now"], told["stamp"]
+        self._supports: dict[str, str] = told["supports"]
+        self._touches = [Touch(**one) for one in told["touches"]]

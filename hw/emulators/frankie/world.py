@@ -1,0 +1,181 @@
+"""One simulated robot, moved by what emulated wheels, joints and fingers are commanded."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from hw.clock import WallClock, stopwatch
+from hw.emulators.panda import ArmLink, Wanted
+from hw.frame import DepthArray
+from hw.sim import D435Noise, DepthRenderer, Dynamics, KinematicBody, SimBody, load_scene
+from robots import Array, load_robot
+
+STEP = 0.005
+"""Of the world [s]."""
+_LATE = 0.05
+"""Commands hold while the world is late by less than this [s]."""
+_CATCH_UP, _MOST_LACKING = 8.0, 0.02
+"""Joints make up for the way that they lack at this rate [1/s], but for no more than this [rad]:
+what a busy computer has cost is lost."""
+_RELEASED = 0.1
+"""A bumper is released when the base was told to rest for so long [s]."""
+
+
+class Image(NamedTuple):
+    """What the camera saw."""
+
+    depth: DepthArray
+    """(height, width) [m]."""
+    stamp: float
+    """[s of `stopwatch`]"""
+
+
+class EmulatedWorld:
+    """A simulated robot in a thread of its own; the drive of an emulated base.
+
+    Args:
+        robot: its description, by name or file.
+        world: what moves it: `kinematic` or `physics`.
+        scene: what is around it.
+        seed: of objects and camera noise.
+        link: to the emulated arm.
+    """
+
+    def __init__(self, robot: str, world: str, scene: str, seed: int, link: ArmLink) -> None:
+        description = load_robot(robot)
+        self.name, self.scene, self.seed = world, scene, seed
+        self.truth = load_scene(scene, seed, description.base.size[:2])
+        self.clock = WallClock()
+        make: type[SimBody] = KinematicBody
+        if world == "physics":
+            from hw.sim.physics import PhysicalBody
+
+            make = PhysicalBody
+        self.body = make(description, self.truth, self.clock, Dynamics(period=_LATE))
+        self.lock = threading.RLock()
+        """Of all that moves."""
+        self.bumped = ""
+        """What the base has run into; empty while it may move."""
+        self.on_bump: Callable[[], None] = lambda: None
+        """Called when it does."""
+        self._link = link
+        self._twist = (0.0, 0.0)
+        self._rests_since = 0.0
+        self._before: Wanted | None = None
+        self._qd: Array = np.zeros(7)
+        self._lacks: Array = np.zeros(7)
+        self._releases = self._grips = self._ended = 0
+        self._renderer = DepthRenderer(description.camera.intrinsics)
+        self._noise = D435Noise()
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="emulated world", daemon=True)
+        self._tell()
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End."""
+        self._over.set()
+        self._thread.join()
+
+    # the drive of the base
+
+    def command(self, v: float, w: float) -> None:
+        """Move at these velocities from now on [m/s, rad/s]."""
+        self._twist = (v, w)
+
+    def pose(self) -> tuple[float, float, float]:
+        """x, y and heading [m, m, rad]."""
+        wTb = self.body.wTb
+        x, y, _ = wTb.translation
+        return (float(x), float(y), float(np.arctan2(wTb.rotation[1, 0], wTb.rotation[0, 0])))
+
+    def twist(self) -> tuple[float, float]:
+        """Velocities [m/s, rad/s]."""
+        vx, _, w = self.body.base_twist
+        return (float(vx), float(w))
+
+    # the camera
+
+    def capture(self, number: int) -> Image:
+        """An image of this moment; its number decides its noise."""
+        camera = self.body.description.camera
+        with self.lock:
+            shapes, wTc, stamp = self.body.shapes(), self.body.wTe * camera.eTc, stopwatch()
+        rng = np.random.default_rng((self.seed, number))
+        depth = self._noise.apply(self._renderer.render(shapes, wTc), camera, rng)
+        return Image(depth, stamp)
+
+    # its own time
+
+    def _run(self) -> None:
+        due = stopwatch()
+        while not self._over.is_set():
+            with self.lock:
+                self._step()
+            due = max(due + STEP, stopwatch())
+            time.sleep(max(0.0, due - stopwatch()))
+
+    def _step(self) -> None:
+        body, before = self.body, self.body.now
+        wanted = self._link.wanted()
+        body.advance()
+        self._lacks -= self._qd * (body.now - before)
+        if wanted is not None:
+            self._heed(wanted)
+        v, w = self._twist
+        body.follow(base_twist=np.array([v, 0.0, w]), qd=self._qd)
+        self._feel_bumper()
+        self._tell()
+
+    def _heed(self, wanted: Wanted) -> None:
+        """Turn the joints and fingers as the arm wants them."""
+        body, before = self.body, self._before
+        self._before = wanted
+        if wanted.releases != self._releases:
+            self._releases = wanted.releases
+            body.reflex.clear()
+        is_silent = stopwatch() - wanted.at > _LATE
+        if before is None or is_silent or body.reflex.reason is not None:
+            self._qd, self._lacks = np.zeros(7), np.zeros(7)
+        elif wanted.at > before.at:
+            way = np.subtract(wanted.way, before.way)
+            self._lacks += way
+            fastest = body.description.limits.qd
+            late = np.clip(self._lacks - way, -_MOST_LACKING, _MOST_LACKING)
+            self._lacks = way + late
+            wish = way / (wanted.at - before.at) + _CATCH_UP * late
+            self._qd = np.clip(wish, -fastest, fastest)
+        if wanted.grips != self._grips:
+            self._grips = wanted.grips
+            body.grip(body.width if wanted.stops else wanted.width, wanted.force)
+        if not body.fingers_move:
+            self._ended = self._grips
+
+    def _feel_bumper(self) -> None:
+        bumper = self.body.bumper
+        if self._twist != (0.0, 0.0):
+            self._rests_since = stopwatch()
+        elif bumper.reason is not None and stopwatch() - self._rests_since > _RELEASED:
+            bumper.clear()
+        if bumper.reason and not self.bumped:
+            self.on_bump()
+        self.bumped = bumper.reason or ""
+
+    def _tell(self) -> None:
+        body = self.body
+        self._link.tell(
+            body.q.tolist(),
+            body.qd.tolist(),
+            body.width,
+            is_stopped=body.reflex.reason is not None,
+            releases=self._releases,
+            grips=self._ended,
+        )

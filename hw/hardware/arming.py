@@ -1,0 +1,107 @@
+"""Who may move a real robot, and how fast.
+
+A robot file goes at a tenth of its speeds until a run with it has ended without a hardware fault.
+From then on the speeds are those that the file asks for. One that says something else of the robot,
+its calibration included, begins anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from contextlib import suppress
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+
+from config import UserError
+from robots import RealRobot, RobotDescription, load_robot
+
+FIRST_START = 10.0
+"""Of the speeds of a robot file that was never driven [%]."""
+
+
+class NotArmedError(UserError):
+    """Nobody has said that the robot may move."""
+
+
+def check_armed(real: RealRobot, armed: bool) -> None:
+    """See that a person wants a real robot to move.
+
+    Raises:
+        NotArmedError: nobody has said so.
+    """
+    if real.hardware.emulated is None and not armed:
+        raise NotArmedError(
+            f"{real.path.name} is a real robot, and it moves only with --arm-the-robot; "
+            "first see that nobody is near it and the emergency stop is at hand"
+        )
+
+
+def speed_percent(real: RealRobot) -> float:
+    """Of the speeds of the description, for the next run [%]."""
+    asked = real.hardware.speed_percent
+    if real.hardware.emulated is not None or is_proven(real):
+        return asked
+    return min(asked, FIRST_START)
+
+
+def speed_note(real: RealRobot) -> str:
+    """What a person should know of the speed of the next run; empty where there is nothing."""
+    asked, percent = real.hardware.speed_percent, speed_percent(real)
+    if real.hardware.emulated is not None:
+        return ""
+    if percent < asked:
+        return (
+            f"{real.path.name} moves for the first time as it is now: at {percent:g} % of its "
+            f"speeds; after a run without a fault at the {asked:g} % that it asks for"
+        )
+    more = "; `speed_percent` in the file says more" if asked <= FIRST_START else ""
+    return f"{real.path.name} moves at {percent:g} % of its speeds{more}"
+
+
+def slowed(description: RobotDescription, percent: float) -> RobotDescription:
+    """The same robot at a share of its speeds; its accelerations, and its brakes, stay."""
+    share, limits = percent / 100.0, description.limits
+    return replace(
+        description,
+        limits=replace(
+            limits,
+            qd=share * limits.qd,
+            base_twist=share * limits.base_twist,
+            base_reverse=share * limits.base_reverse,
+        ),
+    )
+
+
+def is_proven(real: RealRobot) -> bool:
+    """Whether the robot was driven with this file as it is now."""
+    with suppress(OSError):
+        return _mark(real).is_file()
+    return False
+
+
+def prove(real: RealRobot) -> None:
+    """Note that a run with this file has ended without a hardware fault."""
+    with suppress(OSError):  # the next run is slow again
+        mark = _mark(real)
+        mark.parent.mkdir(parents=True, exist_ok=True)
+        mark.touch()
+
+
+def _mark(real: RealRobot) -> Path:
+    state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
+    return Path(state) / "frankie-task" / "driven" / _digest(real)
+
+
+def _digest(real: RealRobot) -> str:
+    """Of all that decides how the robot moves, wherever it stands, but for `speed_percent`."""
+    robot = load_robot(real.path)
+    limits = [getattr(robot.limits, one.name) for one in fields(robot.limits)]
+    mounts = [robot.bTa.homogeneous, robot.camera.eTc.homogeneous]
+    numbers = [*limits, *mounts, robot.base.lag, robot.arm.lag, robot.arm.ready]
+    digest = hashlib.sha256(real.hardware.model_dump_json(exclude={"speed_percent"}).encode())
+    for number in numbers:
+        digest.update(np.round(number, 9).tobytes())
+    return digest.hexdigest()[:24]

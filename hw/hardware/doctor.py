@@ -1,0 +1,67 @@
+"""What is installed, reachable and calibrated of a robot, and how good computer and lines are.
+
+Nothing moves: the drivers connect, read and let go.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import degrees
+
+from hw.hardware import parts
+from hw.hardware.arming import is_proven, speed_note, speed_percent
+from hw.hardware.computer import computer, installed
+from hw.hardware.findings import Finding, Verdict
+from hw.hardware.lock import CommandedError, RobotLock
+from robots import RealRobot, load_robot
+
+
+def examine(real: RealRobot | None) -> Iterator[Finding]:
+    """Look at the computer, and at a robot where there is one; what is found, as it is found.
+
+    Args:
+        real: a robot, whose emulators run if it is emulated; None for the computer alone.
+    """
+    yield from installed()
+    yield from computer()
+    if real is None:
+        return
+    yield from _file(real)
+    try:
+        lock = RobotLock(real.hardware).take()
+    except CommandedError as error:
+        yield Finding("commander", Verdict.BAD, str(error))
+        return
+    try:
+        yield Finding("commander", Verdict.GOOD, "nobody else on this computer commands the robot")
+        for part in (parts.base, parts.arm, parts.hand, parts.camera):
+            yield from part(real)
+    finally:
+        lock.release()
+
+
+def _file(real: RealRobot) -> Iterator[Finding]:
+    name = real.path.name
+    if real.hardware.emulated is not None:
+        yield Finding("file", Verdict.GOOD, f"{name}: an emulated robot")
+    else:
+        driven = "was driven" if is_proven(real) else "was never driven as it is now"
+        text = f"{name} {driven}; {speed_note(real)}"
+        yield Finding("file", Verdict.GOOD if is_proven(real) else Verdict.OPEN, text)
+    for mount, command in (("camera_mount", "hand-eye"), ("arm_mount", "base-arm")):
+        if mount in real.calibrated:
+            yield Finding("calibration", Verdict.GOOD, f"{mount} is that of this robot")
+        else:
+            text = f"{mount} is that of the description; frankie-task calibrate {command}"
+            yield Finding("calibration", Verdict.OPEN, text)
+    limits = load_robot(real.path).limits
+    share = speed_percent(real) / 100.0
+    forward, _, turn = share * limits.base_twist
+    text = (
+        f"at {100.0 * share:g} % of its speeds: {forward:.2f} m/s, {degrees(turn):.0f} deg/s, "
+        f"brakes at {limits.base_acceleration[0]:g} m/s^2"
+    )
+    full = real.hardware.base.scale
+    fits = forward <= full.forward + 1e-9 and share * limits.base_reverse <= full.reverse + 1e-9
+    hint = "" if fits else "; the base cannot: full_scale is less"
+    yield Finding("speed", Verdict.GOOD if fits else Verdict.BAD, text + hint)

@@ -1,0 +1,91 @@
+"""The drivers of one robot, as its file says."""
+
+from __future__ import annotations
+
+from math import radians
+
+from hw.clock import Clock
+from hw.omron import ArclSettings, OmronBase, OmronSettings, Site
+from hw.panda import ArmSettings, HandSettings, PandaArm, PandaHand
+from hw.realsense import RealSenseCamera, RealSenseSettings
+from robots import CameraDescription, FullScaleFile, HardwareFile, Limits
+
+
+def base_of(hardware: HardwareFile, limits: Limits, clock: Clock) -> OmronBase:
+    """The driver of the base, not yet connected."""
+    file = hardware.base
+    arcl = None
+    if file.arcl is not None:
+        arcl = ArclSettings(password=file.arcl.password, port=file.arcl.port)
+    settings = OmronSettings(
+        host=file.address,
+        port=file.port,
+        user=file.user,
+        password=file.password,
+        arcl=arcl,
+        site=_site(file.scale),
+        acceleration=float(limits.base_acceleration[0]),
+        turn_acceleration=float(limits.base_acceleration[2]),
+        pose_delay=file.pose_delay,
+        least_score=file.least_score,
+        score_scale=file.score_scale,
+    )
+    return OmronBase(settings, clock)
+
+
+def arm_of(hardware: HardwareFile, clock: Clock) -> PandaArm:
+    """The driver of the arm, not yet connected."""
+    file = hardware.arm
+    return PandaArm(file.address, clock, ArmSettings(torques=file.torques, forces=file.forces))
+
+
+def hand_of(hardware: HardwareFile, clock: Clock) -> PandaHand:
+    """The driver of the hand, not yet connected."""
+    return PandaHand(hardware.arm.address, clock, HandSettings(speed=hardware.gripper.speed))
+
+
+def camera_of(
+    hardware: HardwareFile,
+    description: CameraDescription,
+    clock: Clock,
+    *,
+    for_calibration: bool = False,
+) -> RealSenseCamera:
+    """The driver of the camera, not yet connected.
+
+    Args:
+        hardware: as the robot file says.
+        description: of the camera.
+        clock: session time.
+        for_calibration: whether it takes infrared images, too, with its projector off.
+    """
+    file = hardware.camera
+    emulator = ""
+    if hardware.emulated is not None:
+        emulator = f"{hardware.base.address}:{hardware.emulated + 1}"
+    settings = RealSenseSettings(
+        serial="" if emulator else file.serial,
+        emulator=emulator,
+        rate=file.rate,
+        preset=file.preset,
+        delay=file.delay,
+        infrared=for_calibration,
+        emitter=not for_calibration,
+    )
+    return RealSenseCamera(description, clock, settings)
+
+
+def _site(file: FullScaleFile) -> Site:
+    def turn(degrees: float | None) -> float | None:
+        return None if degrees is None else radians(degrees)
+
+    return Site(
+        forward=file.forward,
+        reverse=file.reverse,
+        turn=radians(file.turn_deg),
+        turn_at_forward=turn(file.turn_at_forward_deg),
+        turn_at_reverse=turn(file.turn_at_reverse_deg),
+        dead_translation=file.dead_translation,
+        dead_rotation=file.dead_rotation,
+        throttle=file.throttle,
+    )

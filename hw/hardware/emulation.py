@@ -1,0 +1,94 @@
+"""A robot that is not there: its emulators, started when they are not running."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from hw.emulators.frankie import EmulatorLink, RemoteTruth, SilentEmulatorError
+from hw.robot import HardwareError
+from hw.sim import load_scene
+from robots import RealRobot
+
+_PATIENCE = 30.0
+"""For emulators to begin [s]."""
+
+
+class Emulation:
+    """The emulators of one robot file.
+
+    Args:
+        real: the robot.
+        world: what is to move it, if the emulators are started here.
+        scene: the same; None for theirs, if they run, or the usual one.
+        seed: the same.
+    """
+
+    def __init__(self, real: RealRobot, world: str, scene: str, seed: int) -> None:
+        self._real, self._wanted = real, (world, scene, str(seed))
+        self._process: subprocess.Popen[str] | None = None
+        try:
+            self.link = link_to(real)
+        except SilentEmulatorError:
+            self._start()
+            self.link = link_to(real)
+        self.truth = RemoteTruth(self.link)
+
+    def close(self) -> None:
+        """End what was started here."""
+        self.truth.close()
+        self.link.close()
+        if self._process is not None:
+            assert self._process.stdin is not None
+            self._process.stdin.close()
+            try:
+                self._process.wait(5.0)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+            self._process = None
+
+    def _start(self) -> None:
+        _, scene, seed = self._wanted
+        load_scene(scene, int(seed))  # a mistake in it is told here
+        self._process = process = subprocess.Popen(
+            [sys.executable, "-m", "hw.emulators.frankie", str(self._real.path), *self._wanted],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            start_new_session=True,  # Ctrl-C is for the program that commands
+        )
+        assert process.stdout is not None
+        assert process.stderr is not None
+        if not process.stdout.readline():
+            lines = [line for line in process.stderr.read().splitlines() if line.strip()]
+            process.wait()
+            reason = lines[-1] if lines else "no reason"
+            raise HardwareError(f"the emulators do not begin: {reason}")
+
+
+@contextmanager
+def emulating(real: RealRobot | None) -> Iterator[None]:
+    """Have the emulators of a robot run, if it is emulated."""
+    if real is None or real.hardware.emulated is None:
+        yield
+        return
+    emulation = Emulation(real, "kinematic", "single", 0)
+    try:
+        yield
+    finally:
+        emulation.close()
+
+
+def link_to(real: RealRobot) -> EmulatorLink:
+    """A connection to the emulators of a robot file.
+
+    Raises:
+        SilentEmulatorError: they do not run.
+    """
+    assert real.hardware.emulated is not None
+    return EmulatorLink(real.hardware.base.address, real.hardware.emulated)

@@ -1,0 +1,229 @@
+"""What the parts of a robot tell: each is connected, read and let go of; nothing moves."""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import pairwise
+from math import degrees
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from hw.clock import WallClock, stopwatch
+from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of
+from hw.hardware.findings import Finding, Verdict
+from hw.omron import OmronBase
+from hw.panda import PANDA, PandaArm, PandaHand
+from hw.realsense import RealSenseCamera
+from hw.robot import HardwareError
+from robots import RealRobot, load_robot
+
+_LOOKS, _PERIOD = 200, 0.01
+"""How often a part is read, and how often a second [s]."""
+_ARM_PORT, _HAND_PORT = 1337, 1338
+_TRIES, _PAUSE = 5, 0.05
+"""Connections that are made to measure a line, and the time between them [s]."""
+_SAME = 1e-3
+"""Values that differ by less than this share of them are the same."""
+_OLD_POSE, _OLD_STATE, _OLD_IMAGE = 150.0, 50.0, 100.0
+"""Older than this, what a part tells comes too late [ms]."""
+
+
+def base(real: RealRobot) -> Iterator[Finding]:
+    """Line, protocol, faults, localisation, battery, age of poses, settings."""
+    hardware = real.hardware
+    yield _line("base", hardware.base.address, hardware.base.port)
+    drive = base_of(hardware, load_robot(real.path).limits, WallClock())
+    with _connected("base", drive) as error:
+        if error is not None:
+            yield error
+            return
+        yield Finding("base", Verdict.GOOD, f"ArNetworking {drive.protocol}, everything is offered")
+        if hardware.base.arcl is None:
+            text = "no ARCL in the file: nobody tells that the emergency stop is pressed"
+            yield Finding("base", Verdict.BAD, text)
+        faults = [fault.text for fault in drive.read().faults]
+        yield from (Finding("base", Verdict.BAD, text) for text in faults)
+        score, battery = drive.localisation_score, drive.read().battery
+        if score is not None:
+            yield Finding("base", Verdict.GOOD, f"localisation score {score:.2f}")
+        if battery is not None:
+            low = Verdict.GOOD if battery > 0.2 else Verdict.BAD
+            yield Finding("base", low, f"battery {100.0 * battery:.0f} %")
+        yield from _poses(drive)
+        yield from _settings(drive, real)
+
+
+def _poses(base: OmronBase) -> Iterator[Finding]:
+    ages = []
+    for _ in range(_LOOKS):
+        ages.append(1000.0 * base.pose_age)
+        time.sleep(_PERIOD)
+    text = f"poses are {np.median(ages):.0f} ms old in the middle, {max(ages):.0f} ms at worst"
+    yield Finding("base", Verdict.GOOD if max(ages) < _OLD_POSE else Verdict.BAD, text)
+
+
+def _settings(base: OmronBase, real: RealRobot) -> Iterator[Finding]:
+    """The full-scale values that the base keeps, against those of the file."""
+    try:
+        told = full_scale_of(base)
+    except HardwareError as error:
+        text = f"its full-scale values cannot be read ({error}): compare `full_scale` by hand"
+        yield Finding("base", Verdict.OPEN, text)
+        return
+    says = dict(real.hardware.base.scale)
+    for way in ("forward", "reverse"):
+        says[f"turn_at_{way}_deg"] = says[f"turn_at_{way}_deg"] or says["turn_deg"]
+    wrong = {
+        name: value for name, value in told.items() if abs(says[name] - value) > _SAME * abs(value)
+    }
+    if not wrong:
+        yield Finding("base", Verdict.GOOD, "full_scale of the file is what the base tells")
+        return
+    lines = ", ".join(f"{name}: {value:.4g}" for name, value in wrong.items())
+    yield Finding("base", Verdict.BAD, f"the base tells otherwise; write below full_scale: {lines}")
+
+
+def full_scale_of(base: OmronBase) -> dict[str, float]:
+    """What a connected base says of itself, by the keys of `full_scale` in a robot file.
+
+    Raises:
+        HardwareError: it does not tell.
+    """
+    site = base.read_site()
+    forward, reverse = site.turn_at_forward, site.turn_at_reverse
+    return {
+        "forward": site.forward,
+        "reverse": site.reverse,
+        "turn_deg": degrees(site.turn),
+        "turn_at_forward_deg": degrees(site.turn if forward is None else forward),
+        "turn_at_reverse_deg": degrees(site.turn if reverse is None else reverse),
+        "dead_translation": site.dead_translation,
+        "dead_rotation": site.dead_rotation,
+    }
+
+
+def write_full_scale(real: RealRobot, path: Path) -> None:
+    """Read the full-scale values of a base, and write them for `full_scale: FILE`.
+
+    Raises:
+        HardwareError: the base cannot be reached, or does not tell.
+        OSError: the file cannot be written.
+    """
+    base = base_of(real.hardware, load_robot(real.path).limits, WallClock())
+    base.connect()
+    try:
+        told = full_scale_of(base)
+    finally:
+        base.close()
+    lines = [f"# As the base at {real.hardware.base.address} tells; m/s, deg/s and %."]
+    lines += [f"{name}: {round(value, 4)}" for name, value in told.items()]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def arm(real: RealRobot) -> Iterator[Finding]:
+    """Line, protocol, faults, age of states."""
+    hardware = real.hardware
+    yield _line("arm", hardware.arm.address, _ARM_PORT)
+    driver = arm_of(hardware, WallClock())
+    with _connected("arm", driver) as error:
+        if error is not None:
+            yield error
+            return
+        yield Finding("arm", Verdict.GOOD, f"interface version {PANDA.interface}, ready to move")
+        yield from (Finding("arm", Verdict.BAD, fault.text) for fault in driver.read().faults)
+        yield from _states(driver)
+
+
+def _states(arm: PandaArm) -> Iterator[Finding]:
+    ages, times = [], []
+    for _ in range(_LOOKS):
+        reading = arm.reading()
+        ages.append(1000.0 * (stopwatch() - reading.stamp))
+        times.append(reading.time)
+        time.sleep(_PERIOD)
+    gaps = [b - a for a, b in pairwise(times)]
+    text = (
+        f"states are {np.median(ages):.1f} ms old in the middle, {max(ages):.1f} ms at worst; "
+        f"at most {max(gaps)} ms of its clock between two looks"
+    )
+    yield Finding("arm", Verdict.GOOD if max(ages) < _OLD_STATE else Verdict.BAD, text)
+
+
+def hand(real: RealRobot) -> Iterator[Finding]:
+    """Line, width, temperature."""
+    yield _line("hand", real.hardware.arm.address, _HAND_PORT)
+    fingers = hand_of(real.hardware, WallClock())
+    with _connected("hand", fingers) as error:
+        if error is not None:
+            yield error
+            return
+        reading = fingers.reading()
+        text = f"{1000.0 * reading.width:.0f} mm open, {reading.temperature} degrees C"
+        yield Finding("hand", Verdict.GOOD, text)
+
+
+def camera(real: RealRobot) -> Iterator[Finding]:
+    """Which it is, images, their age."""
+    description = load_robot(real.path).camera
+    eye = camera_of(real.hardware, description, WallClock())
+    with _connected("camera", eye) as error:
+        if error is not None:
+            yield error
+            return
+        before = eye.report()
+        time.sleep(_LOOKS * _PERIOD)
+        report = eye.report()
+        status, images = report.status, report.images - before.images
+        lost = report.lost - before.lost
+        usb = f", USB {status.usb}" if status.usb else ""
+        yield Finding("camera", Verdict.GOOD, f"{status.name} {status.serial}{usb}")
+        rate = images / (_LOOKS * _PERIOD)
+        text = f"{rate:.0f} images/s, {lost} lost, {1000.0 * report.age:.0f} ms old on arrival"
+        good = rate > 0.8 * real.hardware.camera.rate and 1000.0 * report.age < _OLD_IMAGE
+        yield Finding("camera", Verdict.GOOD if good else Verdict.BAD, text)
+
+
+# the lines
+
+
+def _line(what: str, address: str, port: int) -> Finding:
+    """How quickly connections are made, which takes one way there and one back."""
+    took, failed = [], ""
+    for _ in range(_TRIES):
+        time.sleep(_PAUSE)
+        begun = stopwatch()
+        try:
+            socket.create_connection((address, port), 1.0).close()
+        except OSError as error:
+            failed = error.strerror or str(error)
+            continue
+        took.append(1000.0 * (stopwatch() - begun))
+    if not took:
+        return Finding(what, Verdict.BAD, f"{address}:{port} does not answer: {failed}")
+    lost = _TRIES - len(took)
+    text = f"{address}:{port}: {np.median(took):.2f} ms there and back, {max(took):.1f} ms at worst"
+    good = not lost and max(took) < 100.0
+    text += f", {lost} of {_TRIES} lost" if lost else ""
+    return Finding(what, Verdict.GOOD if good else Verdict.BAD, text)
+
+
+Part = TypeVar("Part", OmronBase, PandaArm, PandaHand, RealSenseCamera)
+
+
+@contextmanager
+def _connected(what: str, part: Part) -> Iterator[Finding | None]:
+    """Connect a part and let go of it; why it cannot be connected, if so."""
+    try:
+        part.connect()
+    except HardwareError as error:
+        yield Finding(what, Verdict.BAD, str(error))
+        return
+    try:
+        yield None
+    finally:
+        part.close()

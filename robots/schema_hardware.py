@@ -1,0 +1,206 @@
+"""What the file of one real robot may contain: a description, what differs, and how to reach it."""
+
+from __future__ import annotations
+
+from ipaddress import ip_address
+from os.path import isfile
+from pathlib import Path
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
+
+from config import StrictModel, read_config
+from robots.schema import BaseLimitsFile
+from robots.schema_geometry import NotNegative, PoseFile, Positive
+
+Text: TypeAlias = Annotated[str, Field(min_length=1, max_length=200)]
+Port: TypeAlias = Annotated[int, Field(ge=1, le=65535)]
+Percent: TypeAlias = Annotated[float, Field(ge=1.0, le=100.0)]
+Share: TypeAlias = Annotated[float, Field(ge=0.0, le=1.0)]
+Six: TypeAlias = tuple[Positive, Positive, Positive, Positive, Positive, Positive]
+SevenPositive: TypeAlias = tuple[
+    Positive, Positive, Positive, Positive, Positive, Positive, Positive
+]
+
+
+class ArclFile(StrictModel):
+    """The text interface of the base."""
+
+    password: str
+    port: Port = 7171
+
+
+class FullScaleFile(StrictModel):
+    """The "Teleop settings" of the base: what 100 % are, and what it takes for rest."""
+
+    forward: Positive = 1.0
+    """[m/s]."""
+    reverse: Positive = 0.25
+    """[m/s]."""
+    turn_deg: Positive = 50.0
+    """At rest [deg/s]."""
+    turn_at_forward_deg: Positive | None = None
+    turn_at_reverse_deg: Positive | None = None
+    dead_translation: NotNegative = 10.0
+    """[%]."""
+    dead_rotation: NotNegative = 5.0
+    """[%]."""
+    throttle: bool = True
+
+
+def _scale(value: FullScaleFile | str, info: ValidationInfo) -> FullScaleFile:
+    """The values, or those of a file; the context is the folder of the robot file."""
+    if not isinstance(value, str):
+        return value
+    path = Path(info.context or ".") / value
+    if not isfile(path):
+        raise ValueError(f"there is no file {path}; `frankie-task doctor --write-site` writes one")
+    return read_config(path, FullScaleFile)
+
+
+ScaleFile: TypeAlias = Annotated[FullScaleFile | str, AfterValidator(_scale)]
+
+
+class OmronFile(StrictModel):
+    """An Omron LD-60."""
+
+    driver: Literal["omron"]
+    address: Text
+    port: Port = 7272
+    user: Text
+    password: str = ""
+    arcl: ArclFile | None = None
+    full_scale: ScaleFile = FullScaleFile()
+    """Or the file that `frankie-task doctor --write-site` has written."""
+    pose_delay: NotNegative = 0.0
+    """How old a pose is on arrival [s]."""
+    least_score: Share | None = None
+    score_scale: Literal[100, 1000] | None = None
+
+    @property
+    def scale(self) -> FullScaleFile:
+        """The values of `full_scale`, wherever they stand."""
+        assert isinstance(self.full_scale, FullScaleFile)  # once it is read
+        return self.full_scale
+
+
+class PandaFile(StrictModel):
+    """A Franka Panda."""
+
+    driver: Literal["panda"]
+    address: Text
+    torques: SevenPositive = (20.0, 20.0, 18.0, 18.0, 16.0, 14.0, 12.0)
+    """Of a contact at which the arm stops [Nm]."""
+    forces: Six = (20.0, 20.0, 20.0, 25.0, 25.0, 25.0)
+    """[N, Nm]."""
+
+
+class HandFile(StrictModel):
+    """A Franka Hand, at the address of the arm."""
+
+    driver: Literal["franka_hand"]
+    speed: Positive = 0.1
+    """[m/s]."""
+
+
+class RealSenseFile(StrictModel):
+    """An Intel RealSense D435."""
+
+    driver: Literal["realsense"]
+    serial: str = ""
+    """Empty: the only one that is there."""
+    rate: Literal[6, 15, 30, 60, 90] = 30
+    """[Hz]."""
+    preset: str = "High Density"
+    delay: NotNegative = 0.0
+    """How old an image is at the stamp that the camera gives it [s]."""
+
+
+class HardwareFile(StrictModel):
+    """How the parts of one robot are reached."""
+
+    emulated: Port | None = None
+    """The port at the address of the base at which the emulators of all parts are steered, and the
+    camera is at the next one; None for a robot that is there."""
+    speed_percent: Percent = 10.0
+    """Of the speeds of the description."""
+    base: OmronFile
+    arm: PandaFile
+    gripper: HandFile
+    camera: RealSenseFile
+
+    @model_validator(mode="after")
+    def _emulators_are_here(self) -> HardwareFile:
+        addresses = (self.base.address, self.arm.address)
+        if self.emulated is not None and not all(map(_is_here, addresses)):
+            raise ValueError("an emulated robot has addresses 127.x.y.z only")
+        return self
+
+
+class SpreadFile(StrictModel):
+    """How sure a calibration is."""
+
+    mm: NotNegative
+    deg: NotNegative
+    views: int | None = None
+
+
+class QualityFile(StrictModel):
+    """How good a calibration is."""
+
+    views: int
+    residual: NotNegative
+    uncertainty: SpreadFile
+    held_out: SpreadFile
+
+
+class CalibrationFile(StrictModel):
+    """What `frankie-task calibrate` has written."""
+
+    arm_mount: PoseFile | None = None
+    camera_mount: PoseFile | None = None
+    quality: QualityFile
+
+
+def _mount(value: PoseFile | str | None, info: ValidationInfo) -> PoseFile | None:
+    """A pose, or that in a file of a calibration; the context is the folder of the robot file."""
+    if not isinstance(value, str):
+        return value
+    path = Path(info.context or ".") / value
+    if not isfile(path):
+        raise ValueError(f"there is no file {path}; `frankie-task calibrate` writes one")
+    name = info.field_name or ""
+    pose: PoseFile | None = getattr(read_config(path, CalibrationFile), name)
+    if pose is None:
+        raise ValueError(f"{path} has no `{name}`; it is of another calibration")
+    return pose
+
+
+MountFile: TypeAlias = Annotated[PoseFile | str | None, AfterValidator(_mount)]
+"""Once it is read, a pose or None."""
+
+
+class RealRobotFile(StrictModel):
+    """One real robot."""
+
+    robot: Text
+    """Its description: a shipped robot, or a robot file."""
+    hardware: HardwareFile
+    arm_mount: MountFile = None
+    """Foot of the arm on the base, or the file of its calibration."""
+    camera_mount: MountFile = None
+    """Camera on the end effector, or the file of its calibration."""
+    base_limits: BaseLimitsFile | None = None
+    base_lag: Positive | None = None
+    """Time constant of its velocity [s]."""
+    arm_lag: Positive | None = None
+    """Time constant of the joint velocities [s]."""
+    map: Text | None = None
+    """A scene that says what stands around."""
+
+
+def _is_here(address: str) -> bool:
+    try:
+        return ip_address(address).is_loopback
+    except ValueError:
+        return address == "localhost"

@@ -1,0 +1,63 @@
+"""An emulated Frankie at addresses of its own, as its file says it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from emulated_panda import IN_TIME, free_address
+
+from hw.emulators.frankie import EmulatorLink
+from hw.panda import is_installed
+from robots import load_real_robot
+
+ROOT = Path(__file__).parents[3]
+needs_drivers = pytest.mark.skipif(
+    not is_installed(), reason='panda-python is not installed: pip install "frankie-task[hardware]"'
+)
+
+
+def robot_file(folder: Path, name: str = "robot", **changes: str) -> Path:
+    """The shipped file of the emulated robot, with addresses that no other test uses."""
+    text = (ROOT / "robots" / "emulated.yaml").read_text()
+    text = text.replace("127.0.60.1", free_address())
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / f"{name}.yaml"
+    path.write_text(text)
+    return path
+
+
+@contextmanager
+def emulated(path: Path, scene: str = "single", seed: int = 1):
+    """Run the emulators of a file; the link to them."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "hw.emulators.frankie", str(path), "kinematic", scene, str(seed)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    )
+    assert process.stdin is not None
+    assert process.stdout is not None
+    try:
+        assert "begin" in process.stdout.readline()
+        link = link_to(path)
+        if not IN_TIME:
+            link.do("arm patience 1000")
+        yield link
+        link.close()
+    finally:
+        process.stdin.close()
+        process.wait(10.0)
+
+
+def link_to(path: Path) -> EmulatorLink:
+    real = load_real_robot(path)
+    assert real is not None
+    assert real.hardware.emulated is not None
+    return EmulatorLink(real.hardware.base.address, real.hardware.emulated)

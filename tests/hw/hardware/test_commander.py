@@ -1,0 +1,156 @@
+"""Who may move a real robot: it is armed, slow at first, and has one commander."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from emulated_robot import ROOT
+
+from controller import Command
+from hw import WorldOptions, open_backend
+from hw.hardware import CommandedError, NotArmedError, RobotLock, commander_of
+from hw.hardware.arming import is_proven, prove, slowed, speed_note, speed_percent
+from hw.hardware.opening import CommandedRobot
+from hw.state import Fault, FaultKind
+from robots import RealRobot, load_real_robot, load_robot
+from robots.load import SHIPPED
+
+HOLD = """
+import sys, time
+from hw.hardware import RobotLock
+from robots import load_real_robot
+lock = RobotLock(load_real_robot(sys.argv[1]).hardware).take()
+print("taken", flush=True)
+sys.stdin.readline()
+"""
+
+
+@pytest.fixture
+def real(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RealRobot:
+    """A robot with addresses that lead nowhere, which was never driven."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    path = tmp_path / "ours.yaml"
+    text = (SHIPPED / "frankie_site.yaml").read_text()
+    path.write_text(text.replace("10.10.10.10", f"127.9.{os.getpid() % 250}.1"))
+    robot = load_real_robot(path)
+    assert robot is not None
+    return robot
+
+
+def test_a_real_robot_that_is_not_armed_is_refused_in_one_line(real: RealRobot) -> None:
+    with pytest.raises(NotArmedError, match="--arm-the-robot") as error:
+        open_backend(str(real.path), "kinematic", WorldOptions(scene="single"))
+    assert "\n" not in str(error.value)
+    assert commander_of(real.hardware) is None
+
+
+def test_the_first_start_is_at_a_tenth_until_a_run_has_gone_well(real: RealRobot) -> None:
+    assert speed_percent(real) == 10.0
+    assert "first time" in speed_note(real)
+    prove(real)
+    assert is_proven(real)
+    assert speed_percent(real) == 25.0
+    text = real.path.read_text()
+    real.path.write_text(text + "arm_mount: {xyz: [0.16, 0.0, 0.38]}\n")
+    assert speed_percent(real) == 10.0, "a file that says something else begins anew"
+    real.path.write_text(text + "# nothing new\n")
+    assert speed_percent(real) == 25.0
+    real.path.write_text(text.replace("speed_percent: 25", "speed_percent: 40"))
+    faster = load_real_robot(real.path)
+    assert faster is not None
+    assert speed_percent(faster) == 40.0, "who has seen it move may let it move faster"
+
+
+def test_a_slow_robot_keeps_its_brakes() -> None:
+    full = load_robot("frankie").limits
+    slow = slowed(load_robot("frankie"), 10.0).limits
+    np.testing.assert_allclose(slow.qd, 0.1 * full.qd)
+    np.testing.assert_allclose(slow.base_twist, 0.1 * full.base_twist)
+    assert slow.base_reverse == pytest.approx(0.1 * full.base_reverse)
+    np.testing.assert_array_equal(slow.base_emergency, full.base_emergency)
+    np.testing.assert_array_equal(slow.qdd, full.qdd)
+
+
+def test_a_second_commander_is_told_who_the_first_is(real: RealRobot) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(real.path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    )
+    assert process.stdin is not None
+    assert process.stdout is not None
+    assert process.stdout.readline() == "taken\n"
+    with pytest.raises(CommandedError, match=f"process {process.pid} of .*end that one first"):
+        RobotLock(real.hardware).take()
+    who = commander_of(real.hardware)
+    assert who is not None
+    assert who.pid == process.pid
+    process.kill()
+    process.wait()
+    assert commander_of(real.hardware) is None, "the lock of a dead process holds nobody up"
+    RobotLock(real.hardware).take().release()
+
+
+def test_a_commander_that_commands_nothing_is_told_to_be_silent(real: RealRobot) -> None:
+    lock = RobotLock(real.hardware).take()
+    who = commander_of(real.hardware)
+    assert who is not None
+    assert "silent" not in str(who)
+    who.beat -= 60.0
+    assert "silent for 60 s" in str(who)
+    lock.beat()
+    lock.release()
+    lock.release()
+
+
+def test_a_damaged_lock_file_is_no_reason_to_crash(real: RealRobot) -> None:
+    lock = RobotLock(real.hardware).take()
+    lock._path.write_text(json.dumps({"pid": "x"}))
+    with pytest.raises(CommandedError, match="another program"):
+        RobotLock(real.hardware).take()
+    lock.release()
+
+
+class Toy:
+    """A robot that has faults when it is told to."""
+
+    def __init__(self) -> None:
+        self.faults: tuple[Fault, ...] = ()
+
+    def connect(self) -> None: ...
+    def close(self) -> None: ...
+
+    def read(self):
+        return self
+
+    def send(self, command: Command) -> Command:
+        return command
+
+
+GO = Command(base_twist=np.array([0.1, 0.0, 0.0]), qd=np.zeros(7))
+REFLEX = Fault(kind=FaultKind.REFLEX, text="reflex", clearable=True)
+
+
+@pytest.mark.parametrize(
+    ("command", "faults", "proven"),
+    [(GO, (), True), (Command.stop(), (), False), (GO, (REFLEX,), False)],
+)
+def test_a_file_is_proven_by_motion_that_ends_without_a_fault(real, command, faults, proven):
+    toy = Toy()
+    robot = CommandedRobot(toy, real, RobotLock(real.hardware), lambda: None)
+    robot.connect()
+    assert commander_of(real.hardware) is not None
+    robot.send(command)
+    toy.faults = faults
+    robot.read()
+    robot.close()
+    assert commander_of(real.hardware) is None
+    assert is_proven(real) is proven

@@ -1,0 +1,152 @@
+"""Whole tasks by the drivers of the real robot, on emulators of all its parts, in real time."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from emulated_robot import ROOT, emulated, needs_drivers, robot_file
+
+from hw.hardware import commander_of
+from robots import load_real_robot
+
+pytestmark = needs_drivers
+
+SHORT = """\
+task: short
+poses:
+  near: {xyz: [1.2, 0.1, 0.7], rpy_deg: [180, 0, 0]}
+tree:
+  sequence:
+    - recover: {arm: ready}
+    - open_gripper
+    - navigate: {to: near}
+"""
+
+
+def begin(path: Path, task: object, *options: str, record: Path) -> subprocess.Popen[str]:
+    """`frankie-task run` in a process of its own."""
+    command = ["run", str(task), "--robot", str(path), "--record", str(record), "--json"]
+    return subprocess.Popen(
+        [sys.executable, "-m", "frankie_task_cli", *command, "--view", "none", *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    )
+
+
+def summary(process: subprocess.Popen[str]) -> dict:
+    out, err = process.communicate(timeout=1200.0)
+    assert out, err
+    return json.loads(out)
+
+
+def test_a_run_starts_the_emulators_and_ends_them(tmp_path):
+    """A short task, from its file to sockets and back."""
+    path, task = robot_file(tmp_path), tmp_path / "short.yaml"
+    task.write_text(SHORT)
+    told = summary(begin(path, task, "--scene", "single", record=tmp_path))
+    assert (told["outcome"], told["world"], told["robot"]) == ("success", "emulated", "robot")
+    assert told["contacts"] == told["limit_violations"] == 0
+    assert not any(str(path) in line for line in running())
+
+
+def running() -> list[str]:
+    """Command lines of all processes."""
+    lines = []
+    for place in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            lines.append(place.read_bytes().replace(b"\0", b" ").decode(errors="replace"))
+        except OSError:
+            continue
+    return lines
+
+
+@pytest.mark.parametrize(
+    "how", [signal.SIGKILL, pytest.param(signal.SIGSTOP, marks=pytest.mark.slow)]
+)
+def test_base_and_arm_come_to_rest_when_the_program_is_killed_or_suspended(tmp_path, how):
+    """Commanded to rest within 0.25 s of the last good command, by the emulators' own clocks."""
+    path, task = robot_file(tmp_path), tmp_path / "short.yaml"
+    task.write_text(SHORT)
+    with emulated(path) as link:
+        process = begin(path, task, "--scene", "single", "--seed", "1", record=tmp_path)
+        moves = wait_until(link, lambda told: told["wanted"][0] > 0.2, process)
+        process.send_signal(how)
+        killed = moves["stamp"]
+        rests = wait_until(link, lambda told: told["wanted"] == [0.0, 0.0])
+        # Beside the 0.25 s: two looks, and the base takes a new set-point every 0.1 s.
+        assert rests["stamp"] - killed < 0.25 + 0.2
+        wait_until(link, lambda told: max(map(abs, (*told["twist"], *told["qd"]))) < 0.01)
+        assert link.do("arm tell")["still"] > 0.0
+        process.send_signal(signal.SIGCONT)
+        process.kill()
+        process.communicate()
+        assert commander_of(load_real_robot(path).hardware) is None
+
+
+def wait_until(link, done, process=None, patience: float = 60.0):
+    """Until the emulators tell something; what they tell."""
+    until = time.monotonic() + patience
+    while not done(told := link.do("tell")):
+        assert process is None or process.poll() is None, process.communicate()
+        assert time.monotonic() < until, told
+        time.sleep(0.005)
+    return told
+
+
+def on_the_table(link) -> int:
+    return sum(support == "table" for support in link.do("tell")["supports"].values())
+
+
+def wait_for(link, objects: int, process: subprocess.Popen[str], patience: float = 400.0) -> None:
+    """Until so many objects stand on the table."""
+    until = time.monotonic() + patience
+    while on_the_table(link) < objects:
+        assert process.poll() is None, "the run has ended"
+        assert time.monotonic() < until
+        time.sleep(0.2)
+
+
+def test_emulators_of_another_world_are_named(tmp_path):
+    path = robot_file(tmp_path)
+    with emulated(path, "single", 1):
+        process = begin(path, "pick_one", record=tmp_path)
+        _, err = process.communicate(timeout=60.0)
+    assert process.returncode == 2
+    assert err.count("\n") == 1
+    assert "--world kinematic --scene single --seed 1" in err
+
+
+@pytest.mark.slow
+def test_pick_place_puts_all_ten_objects_on_the_table(tmp_path):
+    path = robot_file(tmp_path)
+    with emulated(path, "household", 0) as link:
+        told = summary(begin(path, "pick_place", "--speed", "real", record=tmp_path))
+        assert (told["outcome"], told["placed"]) == ("success", 10), told
+        assert on_the_table(link) == 10
+
+
+@pytest.mark.slow
+def test_pick_place_goes_on_after_what_goes_wrong(tmp_path):
+    """Packets of arm and base that are late, a reflex, the emergency stop, and no camera."""
+    path = robot_file(tmp_path)
+    with emulated(path, "household", 0) as link:
+        link.do("delay 0.01 0.005")
+        process = begin(path, "pick_place", "--acknowledge-after", "1", record=tmp_path)
+        wait_for(link, 1, process)
+        link.do("arm reflex")
+        wait_for(link, 2, process)
+        link.do("stop")
+        time.sleep(3.0)
+        link.do("release")
+        wait_for(link, 3, process)
+        link.do("blind 3")
+        told = summary(process)
+        assert (told["outcome"], told["placed"]) == ("success", 10), told

@@ -1,0 +1,86 @@
+"""An emulated camera and the driver on it, in real time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hw import WallClock
+from hw.clock import stopwatch
+from hw.emulators.realsense import Options, RealSenseEmulator, Shot, still
+from hw.realsense import RealSenseCamera, RealSenseSettings, is_installed
+from robots import load_robot
+
+D435 = load_robot("frankie").camera
+needs_library = pytest.mark.skipif(
+    not is_installed(),
+    reason='pyrealsense2 is not installed: pip install "frankie-task[hardware]"',
+)
+
+
+def picture() -> np.ndarray:
+    """Depth in whole millimetres with something else at every pixel, and some missing."""
+    v, u = np.mgrid[:480, :640]
+    depth = ((500 + (u + 3 * v) % 1999) / 1000.0).astype(np.float32)
+    depth[100:140, 200:260] = np.nan
+    return depth
+
+
+class Counting:
+    """A source whose images say which they are, and that notes when they were taken."""
+
+    def __init__(self) -> None:
+        self.stamps: list[float] = []
+
+    def __call__(self) -> Shot:
+        stamp = stopwatch()
+        self.stamps.append(stamp)
+        depth = np.full((480, 640), 0.5 + len(self.stamps) / 1000.0, np.float32)
+        return Shot(depth=depth, stamp=stamp)
+
+    def number(self, depth: np.ndarray) -> int:
+        """Which image that is, from 0."""
+        return round((float(depth[0, 0]) - 0.5) * 1000.0) - 1
+
+
+@contextmanager
+def plugged_in(
+    source: Any = None,
+    options: Options | None = None,
+    faults: tuple[str, ...] = (),
+    **settings: Any,
+) -> Iterator[tuple[RealSenseEmulator, RealSenseCamera, WallClock]]:
+    """A connected camera."""
+    clock = WallClock()
+    with RealSenseEmulator(source or still(picture()), options, faults) as emulator:
+        told = RealSenseSettings(emulator=emulator.address, **settings)
+        camera = RealSenseCamera(D435, clock, told)
+        camera.connect()
+        try:
+            yield emulator, camera, clock
+        finally:
+            camera.close()
+
+
+def until(done: Callable[[], Any], patience: float = 10.0) -> float:
+    """Wait for something; how long that took [s]."""
+    begun = time.monotonic()
+    while not done():
+        assert time.monotonic() < begun + patience, f"not within {patience:g} s"
+        time.sleep(0.002)
+    return time.monotonic() - begun
+
+
+def new_images(camera: RealSenseCamera, seconds: float) -> list[Any]:
+    """The images that come in some time."""
+    images, end = [camera.latest()], time.monotonic() + seconds
+    while time.monotonic() < end:
+        if (image := camera.latest()) is not images[-1]:
+            images.append(image)
+        time.sleep(0.002)
+    return images

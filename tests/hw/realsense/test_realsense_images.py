@@ -1,0 +1,133 @@
+"""Images of the driver: the right pixels, at the right places, with the right stamps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from emulated_camera import D435, Counting, needs_library, new_images, picture, plugged_in, until
+
+from hw import HardwareError, WallClock
+from hw.clock import stopwatch
+from hw.emulators.realsense import Options, still
+from hw.realsense import RealSenseCamera, RealSenseSettings
+from robots import Intrinsics
+
+pytestmark = needs_library
+
+
+def test_depth_arrives_exactly_with_what_is_missing():
+    with plugged_in() as (_, camera, clock):
+        image = camera.latest()
+        assert image.depth.dtype == np.float32
+        np.testing.assert_allclose(image.depth, picture(), atol=1e-6)
+        assert camera.faults() == ()
+        assert 0.0 <= clock.now() - image.stamp < 0.3
+        assert camera.latest_grey() is None
+
+
+def test_depths_out_of_the_range_of_the_camera_are_missing():
+    depth = np.full((480, 640), 0.5, np.float32)
+    depth[0, 0], depth[0, 1] = D435.min_range - 0.01, D435.max_range + 0.01
+    with plugged_in(still(depth)) as (_, camera, _):
+        seen = camera.latest().depth
+        assert np.isnan(seen[0, :2]).all()
+        assert np.isfinite(seen[1:]).all()
+
+
+def test_the_infrared_image_belongs_to_the_depth_image():
+    grey = np.arange(480 * 640, dtype=np.uint32).reshape(480, 640).astype(np.uint8)
+    options = Options(infrared=True)
+    with plugged_in(still(picture(), grey), options, infrared=True) as (_, camera, _):
+        np.testing.assert_array_equal(camera.latest_grey().grey, grey)
+        images = [(camera.latest(), camera.latest_grey()) for _ in range(20)]
+        assert any(depth.stamp == image.stamp for depth, image in images)
+
+
+def test_images_come_at_the_rate_of_the_camera_and_as_new_objects():
+    with plugged_in(Counting()) as (_, camera, _):
+        images = new_images(camera, 2.0)
+        assert 40 <= len(images) <= 62
+        stamps = [image.stamp for image in images]
+        assert stamps == sorted(set(stamps))
+
+
+@pytest.mark.parametrize("fault", [None, "delay", "jitter", "drops"])
+def test_a_stamp_is_that_of_the_capture_however_late_the_image_comes(fault):
+    source = Counting()
+    faults = () if fault is None else (fault,)
+    with plugged_in(source, faults=faults) as (_, camera, clock):
+        offset = clock.now() - stopwatch()
+        before = camera.report()
+        images = new_images(camera, 1.5)
+        for image in images:
+            taken = source.stamps[source.number(image.depth)] + offset
+            assert image.stamp == pytest.approx(taken, abs=5e-3)
+        report = camera.report()
+        assert report.age > (0.05 if fault == "delay" else 0.0)
+        # Whatever was lost, by this fault or on a busy computer, is counted.
+        counted = report.images + report.lost - before.images - before.lost
+        numbers = [source.number(image.depth) for image in images]
+        assert counted == pytest.approx(numbers[-1] - numbers[0], abs=2)
+        if fault == "drops":
+            assert report.lost > 0
+
+
+def test_another_camera_is_brought_to_the_intrinsics_of_the_description():
+    """A plane that is not parallel to the image, seen by two pinhole cameras at one place."""
+
+    def tilted(one: Intrinsics) -> np.ndarray:
+        x = (np.arange(one.width) - one.cx) / one.fx
+        y = (np.arange(one.height) - one.cy) / one.fy
+        return (0.8 / (1.0 + 0.2 * x[None, :] - 0.1 * y[:, None])).astype(np.float32)
+
+    own = Intrinsics(width=640, height=480, fx=388.1, fy=387.6, cx=314.2, cy=244.9)
+    with plugged_in(still(tilted(own)), Options(intrinsics=own)) as (_, camera, _):
+        depth = camera.latest().depth
+        inner = (slice(20, -20), slice(20, -20))
+        np.testing.assert_allclose(depth[inner], tilted(D435.intrinsics)[inner], atol=1.5e-3)
+        assert camera.report().status.intrinsics == pytest.approx((388.1, 387.6, 314.2, 244.9))
+
+
+def test_the_filters_of_the_vendor_smooth_noise_and_keep_edges():
+    rng = np.random.default_rng(0)
+    depth = np.full((480, 640), 0.6, np.float32)
+    depth[:, 320:] = 0.9
+    depth += rng.normal(0.0, 0.004, depth.shape).astype(np.float32)
+    left, right = (slice(50, 430), slice(50, 270)), (slice(50, 430), slice(370, 590))
+    with plugged_in(still(depth), spatial=True) as (_, camera, _):
+        smooth = camera.latest().depth
+        assert np.nanstd(smooth[left]) < 0.5 * np.std(depth[left])
+        assert np.nanmedian(smooth[left]) == pytest.approx(0.6, abs=2e-3)
+        assert np.nanmedian(smooth[right]) == pytest.approx(0.9, abs=2e-3)
+
+
+def test_a_description_of_another_size_is_served_too():
+    small = replace(
+        D435, intrinsics=Intrinsics(width=320, height=240, fx=191.5, fy=191.5, cx=159.5, cy=119.5)
+    )
+    with plugged_in() as (emulator, _, _):
+        camera = RealSenseCamera(small, WallClock(), RealSenseSettings(emulator=emulator.address))
+        camera.connect()
+        try:
+            assert camera.latest().depth.shape == (240, 320)
+        finally:
+            camera.close()
+
+
+def test_asking_never_waits():
+    with plugged_in(Counting()) as (emulator, camera, _):
+        slowest = 0.0
+        for frozen in (False, True):
+            emulator.freeze(frozen)
+            for _ in range(200):
+                begun = stopwatch()
+                camera.latest()
+                camera.faults()
+                slowest = max(slowest, stopwatch() - begun)
+                until(lambda begun=begun: stopwatch() - begun > 2e-3)
+        assert slowest < 0.05
+
+
+def test_one_camera_is_named_in_one_way():
+    with pytest.raises(HardwareError, match="one of these, not all"):
+        RealSenseCamera(D435, WallClock(), RealSenseSettings(serial="1", file="a.db3"))

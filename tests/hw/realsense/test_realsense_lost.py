@@ -1,0 +1,197 @@
+"""Cameras that are not there, go, come back or hang; programs that are killed."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from emulated_camera import D435, Counting, needs_library, picture, plugged_in, until
+
+from hw import FaultKind, HardwareError, WallClock
+from hw.emulators.realsense import NoFaultError, Options, PortTakenError, RealSenseEmulator, still
+from hw.realsense import RealSenseCamera, RealSenseSettings
+
+ROOT = Path(__file__).parents[3]
+
+
+def refusal(**settings) -> str:
+    camera = RealSenseCamera(D435, WallClock(), RealSenseSettings(**settings))
+    with pytest.raises(HardwareError) as caught:
+        camera.connect()
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_without_the_library_it_says_what_to_install(monkeypatch):
+    monkeypatch.setattr("hw.realsense.library.is_installed", lambda: False)
+    assert 'pip install "frankie-task[hardware]"' in refusal()
+
+
+@needs_library
+def test_without_a_camera_it_says_so_at_once():
+    begun = time.monotonic()
+    assert "no camera is plugged in" in refusal()
+    assert time.monotonic() - begun < 5.0  # the library alone would wait for 15 s
+
+
+@needs_library
+@pytest.mark.parametrize(
+    ("address", "why"),
+    [
+        ("127.0.0.1:1", "no emulated camera answers at 127.0.0.1:1: Connection refused"),
+        ("127.0.0.1", "no emulated camera answers at 127.0.0.1"),
+        ("127.0.0.1:999999", "no emulated camera answers"),
+        ("nowhere.invalid:80", "no emulated camera answers"),
+    ],
+)
+def test_a_wrong_address_is_named(address, why):
+    assert why in refusal(emulator=address)
+
+
+@needs_library
+def test_something_else_that_listens_there_is_no_camera():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server.settimeout(20.0)
+        port = server.getsockname()[1]
+        camera = RealSenseCamera(D435, WallClock(), RealSenseSettings(emulator=f"127.0.0.1:{port}"))
+        import threading
+
+        def answer() -> None:
+            connection, _ = server.accept()
+            connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n")
+            time.sleep(0.5)
+            connection.close()
+
+        threading.Thread(target=answer, daemon=True).start()
+        with pytest.raises(HardwareError, match="what answers there is no emulated camera"):
+            camera.connect()
+
+
+@needs_library
+def test_what_the_camera_cannot_do_is_said():
+    with RealSenseEmulator(still(picture())) as emulator:
+        assert "has no infrared images" in refusal(emulator=emulator.address, infrared=True)
+        text = refusal(emulator=emulator.address, width=1280, height=720)
+        assert "it has no depth of 1280 x 720 at 30 Hz here" in text
+
+
+@needs_library
+def test_a_camera_that_sends_nothing_is_no_camera():
+    with RealSenseEmulator(still(picture()), faults=("frozen",)) as emulator:
+        assert "it is plugged in and sends no images" in refusal(emulator=emulator.address)
+
+
+@needs_library
+@pytest.mark.parametrize("how", ["unplugged", "frozen"])
+def test_a_camera_that_is_lost_is_a_fault_with_its_cause_and_comes_back_by_itself(how):
+    with plugged_in(Counting()) as (emulator, camera, _):
+        last = camera.latest()
+        if how == "unplugged":
+            emulator.unplug()
+        else:
+            emulator.freeze()
+        noticed = until(camera.faults)
+        assert 0.3 < noticed < 0.7
+        (fault,) = camera.faults()
+        assert fault.kind is FaultKind.CONNECTION
+        assert fault.clearable
+        assert ("unplugged" if how == "unplugged" else "sends no images") in fault.text
+        time.sleep(0.5)
+        assert camera.faults() != ()
+        emulator.plug_in()
+        emulator.freeze(False)
+        back = until(lambda: not camera.faults())
+        assert back < 1.0
+        until(lambda: camera.latest() is not last)
+        assert camera.latest().stamp > last.stamp + noticed
+        print(f"{how}: noticed after {noticed:.2f} s, back after {back:.2f} s")
+
+
+@needs_library
+def test_a_recovery_waits_for_the_camera_and_fails_with_the_cause():
+    with plugged_in(recovering=0.5) as (emulator, camera, _):
+        camera.recover()  # nothing to do
+        emulator.unplug()
+        until(camera.faults)
+        with pytest.raises(HardwareError, match="unplugged"):
+            camera.recover()
+        emulator.plug_in()
+        camera.recover()
+        assert camera.faults() == ()
+
+
+@needs_library
+def test_a_process_that_dies_is_a_fault_and_a_recovery_starts_another():
+    with plugged_in(Counting()) as (_, camera, _):
+        os.kill(camera._process.process.pid, signal.SIGKILL)
+        until(camera.faults)
+        assert "its driver has ended" in camera.faults()[0].text
+        last = camera.latest()
+        camera.recover()
+        assert camera.faults() == ()
+        until(lambda: camera.latest() is not last)
+
+
+@needs_library
+def test_a_process_that_hangs_is_ended_by_a_recovery_and_replaced_by_the_next():
+    with plugged_in(Counting(), recovering=0.3) as (_, camera, _):
+        os.kill(camera._process.process.pid, signal.SIGSTOP)
+        until(camera.faults)
+        assert "it has sent no image for" in camera.faults()[0].text
+        with pytest.raises(HardwareError, match="look at its cable"):
+            camera.recover()
+        camera.recover()
+        assert camera.faults() == ()
+
+
+@needs_library
+@pytest.mark.parametrize("how", ["killed", "suspended"])
+def test_the_process_of_the_driver_ends_with_the_program(how):
+    program = """
+import sys, time
+from hw import WallClock
+from hw.realsense import RealSenseCamera, RealSenseSettings
+from robots import load_robot
+camera = RealSenseCamera(
+    load_robot("frankie").camera, WallClock(), RealSenseSettings(emulator=sys.argv[1])
+)
+camera.connect()
+print(camera._process.process.pid, flush=True)
+time.sleep(60)
+"""
+    with RealSenseEmulator(still(picture())) as emulator:
+        parent = subprocess.Popen(
+            [sys.executable, "-c", program, emulator.address],
+            stdout=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)])},
+        )
+        try:
+            child = int(parent.stdout.readline())
+            parent.send_signal(signal.SIGKILL if how == "killed" else signal.SIGSTOP)
+            ended = until(lambda: not _runs(child), 5.0)
+            print(f"{how}: ended after {ended:.2f} s")
+        finally:
+            parent.kill()
+            parent.wait()
+            parent.stdout.close()
+
+
+def _runs(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_the_emulator_says_what_it_cannot_do():
+    with pytest.raises(NoFaultError, match="did you mean `frozen`"):
+        RealSenseEmulator(still(picture()), faults=("frozn",))
+    with RealSenseEmulator(still(picture())) as first:
+        port = int(first.address.rpartition(":")[2])
+        with pytest.raises(PortTakenError, match=f"port {port} of 127.0.0.1"):
+            RealSenseEmulator(still(picture()), Options(port=port)).__enter__()
