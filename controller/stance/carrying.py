@@ -108,7 +108,8 @@ class Carrying:
         left = (end - number) / max(1, end - self._at)
         passed = (1.0 - left) * base_time
         at_most = passed / arm_time if arm_time > 0.0 else 1.0
-        return max(left ** (1.0 / self._pace), 1.0 - at_most)
+        late: float = left ** (1.0 / self._pace)
+        return max(late, 1.0 - at_most)
 
     def _distance(self, space: FreeSpace, number: int, q: Array) -> float:
         """From the arm to what is around, the base at a pose of the way; at most `ROOM`."""

@@ -23,10 +23,12 @@ from hw.realsense.images import Filters, Rectifier, Wanted, metres
 from hw.realsense.records import STATUS, Status
 from hw.realsense.settings import RealSenseSettings
 from hw.realsense.stamps import CameraClock
-from hw.realsense.stream import EndedError, LostError, Stream, open_stream
+from hw.realsense.stream import EndedError, Stream, open_stream
 
 _STARTING = 30.0
 """What the library may take to start or stop a camera [s]."""
+_HUNG = 5.0
+"""A camera from which nothing comes, not even that nothing comes, hangs [s]."""
 _AGAIN = 0.2
 """Between two attempts to open a camera that is lost [s]."""
 
@@ -62,7 +64,7 @@ class CameraProcess:
         """Until nobody wants images any more.
 
         Raises:
-            LostError: the camera cannot be opened at first.
+            RuntimeError: the camera cannot be opened at first.
             EndedError: the recording is over.
         """
         while self._parent.commands():
@@ -70,8 +72,7 @@ class CameraProcess:
             try:
                 with open_stream(self._library, self._settings) as stream:
                     self._deliver(stream)
-                    still_alive(_STARTING)
-            except LostError as error:
+            except RuntimeError as error:
                 if not self._has_begun:
                     raise
                 self._tell(Status(trouble=str(error)))
@@ -89,7 +90,7 @@ class CameraProcess:
         while self._parent.commands():
             frames = stream.next()
             arrived, calendar = stopwatch(), epoch()
-            still_alive(_STARTING)
+            still_alive(_HUNG)
             depth = frames.get_depth_frame()
             grey = frames.get_infrared_frame(1) if settings.infrared else None
             if not depth or (settings.infrared and not grey):

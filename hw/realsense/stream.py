@@ -15,8 +15,11 @@ _SHARE = 0.8
 """Of the silence after which a camera is lost: then the reason is sought, to be there in time."""
 
 
-class LostError(Exception):
-    """The camera delivers no images; the text says why and what to do."""
+class LostError(RuntimeError):
+    """The camera delivers no images; the text says why and what to do.
+
+    A kind of what the library raises itself, whenever a camera goes.
+    """
 
 
 class EndedError(Exception):

@@ -19,7 +19,7 @@ from robots import Array, Geom, coal_geometry, half_extents
 TOUCH = 2e-5
 """Largest gap that counts as a touch [m]."""
 
-_GRAZE = 0.1
+GRAZE = 0.1
 """Smallest cosine between normal and motion at a touch; shapes that slide past do not touch."""
 
 _STEPS = 60
@@ -110,7 +110,7 @@ def _travel(moving: Geom, direction: Array, still: Geom, limit: float) -> float 
         gap, normal = _separation(geometry, here, still, there)
         closing = float(normal @ direction)
         if gap <= TOUCH:
-            return gone if closing > _GRAZE else None
+            return gone if closing > GRAZE else None
         if closing <= 1e-4:
             return None
         gone += gap / closing

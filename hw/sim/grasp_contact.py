@@ -1,10 +1,9 @@
 """Contacts of a closing gripper with an object: held, or why not.
 
 There are no dynamics. The fingers close until a pad touches an object; that object slides along the
-closing axis until both pads press on it; while the pads cannot hold it there they turn it, always
-towards a smaller width. It is held when two contact points see each other from within both friction
-cones (antipodal grasp: Nguyen, "Constructing force-closure grasps", 1988), and friction carries its
-weight.
+closing axis until both pads press on it; while they cannot hold it there they turn and push it,
+always towards a smaller width. It is held when forces within friction can press it and carry its
+weight (`grip_forces`).
 """
 
 from __future__ import annotations
@@ -12,18 +11,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import TypeAlias
 
 import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim.contact import patch, separation, travel
+from hw.sim.grip_forces import GRAVITY, Contact, carried
 from hw.sim.hand import SIDES, Hand
 from hw.sim.sim_object import SimObject
 from robots import Array, Geom
-
-GRAVITY = 9.81
-"""[m/s²]."""
 
 MAX_DRAG = 0.025
 """Farthest that a single pad drags an object before it rolls or tips away [m]."""
@@ -34,16 +30,23 @@ _MARGIN = 0.003
 _PRESS = 5e-4
 """Depth by which the pads yield when they press [m]."""
 
-_TURN_STEP = np.deg2rad(3.0)
-_MAX_TURNS = 15
+_FRICTION_FOR_SURE = 0.8
+"""Share of the friction that is counted on. In physics a grasp comes to lie a little aside of what
+is computed here: of 900 random grasps that both worlds judged, 4 % instead of 6 % are held here
+alone with this share."""
+
+_TURN_STEP, _SLIDE_STEP = np.deg2rad(3.0), 0.001
+"""First steps in which an object is moved [rad, m]; they are halved until ..."""
+_FINEST = 0.3
+"""... they are less than this share."""
+_MOST_MOVES = 40
+_MIN_GAIN = 2e-5
+"""What a step must take away from the width [m]."""
+
 _SINKS = 1e-6
 _DOWN = np.array([0.0, 0.0, -1.0])
-_MIN_GAIN = 2e-5
-_MIN_OVERLAP = 0.001
 _BLOCK = 0.001
 _NEIGHBOUR_MARGIN = 5e-4
-
-Contact: TypeAlias = tuple[Array, Array]
 
 
 class Reason(Enum):
@@ -56,8 +59,8 @@ class Reason(Enum):
     TOO_WIDE = "too wide for the fingers"
     NOT_ANTIPODAL = "the pads slip off: their faces do not oppose each other"
     BLOCKED = "the push is blocked"
-    TIP_CONTACT = "only the very tips touch"
     TOO_HEAVY = "too heavy for the grip"
+    TURNS = "its weight turns it out of the grip"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -109,17 +112,17 @@ def grasp_contact(
         return GraspContact(reason=Reason.BLOCKED, width=halted, object=target)
 
     slid = fit.wTo
-    fit, angle = _turned_flush(hand, opening, target, fit)
+    fit, times = _seated(hand, opening, force, target, fit)
     neighbours = [*fixtures, *(p for o in objects if o is not target for p in o.placed())]
     if _pushed_into(target, fit.wTo, neighbours):
         return GraspContact(reason=Reason.BLOCKED, width=halted, object=target)
-    if angle > np.arctan(target.friction):
-        return GraspContact(reason=Reason.NOT_ANTIPODAL, width=fit.width, object=target, wTo=slid)
-    if _overlap(hand, fit) < _MIN_OVERLAP:
-        return GraspContact(reason=Reason.TIP_CONTACT, width=fit.width, object=target, wTo=slid)
-    if target.mass * GRAVITY > 2.0 * target.friction * force:
-        return GraspContact(reason=Reason.TOO_HEAVY, width=fit.width, object=target, wTo=slid)
-    return GraspContact(reason=Reason.HELD, width=fit.width, object=target, wTo=fit.wTo)
+    if times is not None and times >= 1.0:
+        return GraspContact(reason=Reason.HELD, width=fit.width, object=target, wTo=fit.wTo)
+    reason = Reason.NOT_ANTIPODAL
+    if times is not None:
+        lifts = _FRICTION_FOR_SURE * target.friction * 2.0 * force
+        reason = Reason.TOO_HEAVY if target.mass * GRAVITY > lifts else Reason.TURNS
+    return GraspContact(reason=reason, width=fit.width, object=target, wTo=slid)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -167,71 +170,56 @@ def _fit(hand: Hand, opening: float, target: SimObject, wTo: SE3) -> _Fit | None
         ]
         for side in SIDES
     )
-    contacts = ((*left, *_resultant(left)), (*right, *_resultant(right)))
+    contacts = (tuple(left), tuple(right))
     return _Fit(wTo=slid, width=width, drag=abs(offset), contacts=contacts)
 
 
-def _resultant(patches: Sequence[Contact]) -> list[Contact]:
-    """The mean contact of several patches on one pad, as on the inner rim of a cup."""
-    if len(patches) < 2:
-        return []
-    normal = np.sum([n for _, n in patches], axis=0)
-    length = float(np.linalg.norm(normal))
-    if length < 1e-6:
-        return []
-    return [(np.mean([p.mean(axis=0) for p, _ in patches], axis=0)[None], normal / length)]
-
-
-def _turned_flush(hand: Hand, opening: float, target: SimObject, fit: _Fit) -> tuple[_Fit, float]:
-    """Let the pads turn an object, downhill in width, until it can be held or turns no further.
+def _seated(
+    hand: Hand, opening: float, force: float, target: SimObject, fit: _Fit
+) -> tuple[_Fit, float | None]:
+    """Let the pads turn and push an object, downhill in width, until they hold it or it rests.
 
     What it lies on does not give way: if it has sunk in by that, it rises between the pads.
 
     Returns:
-        The object as it was turned, and the angle of `_opposition` there [rad].
+        The object as it was moved, and what `_carried` says of it there.
     """
-    enough = np.arctan(target.friction)
-    for _ in range(_MAX_TURNS):
-        if _opposition(fit) <= enough:
+    lateral, _, approach = hand.wTe.rotation.T
+    ways = [sign * way for way in (approach, lateral) for sign in (1.0, -1.0)]
+    step = 1.0
+    for _ in range(_MOST_MOVES):
+        if step < _FINEST or _carried(hand, force, target, fit) is not None:
             break
-        turned = [
-            candidate
-            for axis in (hand.wTe.rotation[:, 2], hand.wTe.rotation[:, 0])
-            for sign in (1.0, -1.0)
-            if (candidate := _fit(hand, opening, target, _turn(fit, sign * _TURN_STEP * axis)))
-            is not None
-        ]
-        best = min(turned, key=lambda candidate: candidate.width, default=fit)
-        if best.width > fit.width - _MIN_GAIN:
-            break
-        fit = best
+        moves = [_turned(fit, step * _TURN_STEP * way) for way in ways]
+        moves += [_shifted(fit, step * _SLIDE_STEP * way) for way in ways]
+        moved = [one for wTo in moves if (one := _fit(hand, opening, target, wTo)) is not None]
+        best = min(moved, key=lambda candidate: candidate.width, default=fit)
+        if best.width < fit.width - step * _MIN_GAIN:
+            fit = best
+        else:
+            step /= 2.0
     sunk = target.reach(_DOWN, fit.wTo) - target.reach(_DOWN)
     if sunk > _SINKS:
-        raised = SE3(fit.wTo.rotation, fit.wTo.translation - sunk * _DOWN)
-        fit = _fit(hand, opening, target, raised) or fit
-    return fit, _opposition(fit)
+        fit = _fit(hand, opening, target, _shifted(fit, -sunk * _DOWN)) or fit
+    return fit, _carried(hand, force, target, fit)
 
 
-def _turn(fit: _Fit, rotation: Array) -> SE3:
+def _carried(hand: Hand, force: float, target: SimObject, fit: _Fit) -> float | None:
+    """How many times its weight an object is carried; None if the pads do not oppose each other."""
+    axes = [hand.inwards(side) for side in SIDES]
+    friction = _FRICTION_FOR_SURE * target.friction
+    return carried(fit.contacts, axes, fit.wTo.translation, target.mass, friction, force)
+
+
+def _turned(fit: _Fit, rotation: Array) -> SE3:
     """The object turned by a rotation vector [rad] about the middle of its contacts."""
     points = np.vstack([p for side in fit.contacts for p, _ in side] or [fit.wTo.translation])
     centre, turn = points.mean(axis=0), exp3(rotation)
     return SE3(turn @ fit.wTo.rotation, centre + turn @ (fit.wTo.translation - centre))
 
 
-def _opposition(fit: _Fit) -> float:
-    """Smallest angle between a line joining the two sides and the worse of its normals [rad]."""
-    left, right = fit.contacts
-    return min((_angle(a, b) for a in left for b in right), default=np.pi)
-
-
-def _angle(left: Contact, right: Contact) -> float:
-    (p, n), (q, m) = left, right
-    p, q = np.vstack([p, p.mean(axis=0)]), np.vstack([q, q.mean(axis=0)])
-    lines = (q[None] - p[:, None]).reshape(-1, 3)
-    lines = lines / np.maximum(np.linalg.norm(lines, axis=1, keepdims=True), 1e-12)
-    cosine = np.minimum(lines @ n, -(lines @ m)).max()
-    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+def _shifted(fit: _Fit, way: Array) -> SE3:
+    return SE3(fit.wTo.rotation, fit.wTo.translation + way)
 
 
 def _pushed_into(target: SimObject, wTo: SE3, neighbours: Sequence[Geom]) -> bool:
@@ -243,13 +231,3 @@ def _pushed_into(target: SimObject, wTo: SE3, neighbours: Sequence[Geom]) -> boo
             if gap < -_BLOCK and sideways and gap < separation(before, neighbour)[0] - _BLOCK:
                 return True
     return False
-
-
-def _overlap(hand: Hand, fit: _Fit) -> float:
-    """Overlap of pads and object along the approach, on the side where it is less [m]."""
-    approach = hand.wTe.rotation[:, 2]
-    tips = approach @ hand.wTe.translation + hand.gripper.tip
-    return min(
-        max((float((tips - points @ approach).max()) for points, _ in side), default=-np.inf)
-        for side in fit.contacts
-    )

@@ -49,7 +49,7 @@ def _of_mesh(
 ) -> SimObject:
     assert item.mesh is not None
     mesh = item.read()
-    parts = convex_parts(mesh)
+    parts = convex_parts(mesh, Path(item.mesh).name)
     volumes = np.array([volume(part.shape) for part in parts])
     centre = volumes @ [part.pose.act(centroid(part.shape)) for part in parts] / volumes.sum()
     name = f"{Path(item.mesh).stem[:40]} {number}"

@@ -178,7 +178,7 @@ def _fixture(fixture: Fixture, number: int) -> tuple[list[Geom], list[Surface]]:
         return [Geom(Box((x / 2.0, y / 2.0, z / 2.0)), pose, fixture.name, _STONE)], []
     try:
         mesh = fixture.read()
-        parts = convex_parts(mesh)
+        parts = convex_parts(mesh, Path(fixture.mesh or "").name)
     except MeshError as error:
         raise LayoutError(
             f"fixtures.{number}.mesh: {error}", ("fixtures", number, "mesh")

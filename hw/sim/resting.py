@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from pinocchio import SE3
 
-from hw.sim.contact import TOUCH, Vicinity, separation, travel
+from hw.sim.contact import GRAZE, TOUCH, Vicinity, separation, travel
 from hw.sim.sim_object import SimObject
 from robots import Array, Geom
 
@@ -115,8 +115,9 @@ def _overlapping(a: Geom, b: Geom) -> bool:
 
 
 def _presses_down(a: Geom, b: Geom) -> bool:
+    """Whether b carries a: what stops a fall does, however steep it is."""
     gap, normal = separation(a, b)
-    return gap < 0.0 and normal[2] < -0.3
+    return gap < 0.0 and normal[2] < -GRAZE
 
 
 def _moved(pose: SE3, way: Array) -> SE3:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
+from functools import partial
 
 import numpy as np
 from pinocchio import SE3
@@ -172,7 +173,8 @@ class SimCamera(_SimPart):
         return DepthImage(depth=noisy, stamp=stamp)
 
 
-def kinematic_robot(
+def simulated_robot(
+    body: type[SimBody],
     description: RobotDescription,
     world: World,
     clock: Clock,
@@ -182,11 +184,12 @@ def kinematic_robot(
     noise: D435Noise | None = None,
     background: Callable[[], Executor] = InlineExecutor,
 ) -> ComposedRobot:
-    """A robot made of numbers: everything it does is a function of world, commands and seed.
+    """A robot out of the parts of one simulated body.
 
     Args:
+        body: what moves them.
         description: which robot.
-        world: what is around it.
+        world: what is around it; what is held, and where everything is, is kept up to date in it.
         clock: simulated time.
         seed: of the camera's noise.
         dynamics: how it answers; None for the usual way.
@@ -194,33 +197,17 @@ def kinematic_robot(
         background: where images are rendered and what takes time is done; inline, a run is
             the same every time.
     """
-    body = KinematicBody(description, world, clock, dynamics or Dynamics())
-    return simulated_robot(body, clock, seed=seed, noise=noise, background=background)
-
-
-def simulated_robot(
-    body: SimBody,
-    clock: Clock,
-    *,
-    seed: int = 0,
-    noise: D435Noise | None = None,
-    background: Callable[[], Executor] = InlineExecutor,
-) -> ComposedRobot:
-    """A robot out of the parts of one simulated body.
-
-    Args:
-        body: what moves them.
-        clock: simulated time.
-        seed: of the camera's noise.
-        noise: of the camera; None for that of a D435.
-        background: where images are rendered and what takes time is done.
-    """
+    made = body(description, world, clock, dynamics or Dynamics())
     return ComposedRobot(
-        body.description,
-        arm=SimArm(body),
-        base=SimBase(body),
-        gripper=SimGripper(body),
-        camera=SimCamera(body, noise or D435Noise(), seed, background()),
+        description,
+        arm=SimArm(made),
+        base=SimBase(made),
+        gripper=SimGripper(made),
+        camera=SimCamera(made, noise or D435Noise(), seed, background()),
         clock=clock,
         background=background,
     )
+
+
+kinematic_robot = partial(simulated_robot, KinematicBody)
+"""A robot made of numbers: everything it does is a function of world, commands and seed."""

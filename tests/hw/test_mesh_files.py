@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pinocchio import SE3
 
-from hw.sim import SceneError, load_scene
+from hw.sim import DepthRenderer, SceneError, load_scene
 from hw.sim.meshes import MeshError, convex_parts, fewer, parts, read_mesh
 from hw.sim.meshes.shaping import volume_and_centre
 from hw.sim.surface import Mesh, Surface
-from robots import hull_of, volume
+from robots import Intrinsics, hull_of, volume
 
 trimesh = pytest.importorskip("trimesh", reason="needs the extra `meshes`")
 pytest.importorskip("vhacdx", reason="needs the extra `meshes`")
@@ -109,13 +110,14 @@ def test_triangles_that_face_inwards_are_turned(tmp_path: Path) -> None:
 
 
 def test_a_hollow_body_stays_hollow_and_is_split_once(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     body = tray()
     assert body.is_watertight
     body.export(tmp_path / "tray.stl")
     mesh = read_mesh(str(tmp_path / "tray.stl"), "m", 1.0, None, SIZES)
-    made = convex_parts(mesh)
+    made = convex_parts(mesh, "tray.stl")
+    assert capsys.readouterr().err == "tray.stl is cut into convex parts; only this once\n"
     total = sum(volume(part.shape) for part in made)
     assert 0.9 * body.volume < total < 1.25 * body.volume
     assert body.convex_hull.volume > 1.9 * body.volume
@@ -124,7 +126,8 @@ def test_a_hollow_body_stays_hollow_and_is_split_once(
         raise AssertionError("it is made again")
 
     monkeypatch.setattr(parts, "_split", never)
-    again = convex_parts(mesh)
+    again = convex_parts(mesh, "tray.stl")
+    assert capsys.readouterr().err == ""
     assert [part.shape.vertices.tolist() for part in again] == [
         part.shape.vertices.tolist() for part in made
     ]
@@ -158,6 +161,32 @@ def test_a_scan_without_a_bottom_can_be_used(tmp_path: Path) -> None:
     assert 0.8 * whole < sum(volume(part.shape) for part in convex_parts(mesh)) < 1.1 * whole
     drawn = fewer(mesh)
     assert len(drawn.triangles) <= 2500 < len(mesh.triangles)
+
+
+def test_a_vessel_without_thickness_is_seen_as_solid_as_it_is_touched(tmp_path: Path) -> None:
+    can = trimesh.creation.cylinder(0.03, 0.1, sections=32)
+    can.update_faces(np.abs(can.face_normals[:, 2]) < 0.5)
+    can.export(tmp_path / "can.stl")
+    mesh = read_mesh(str(tmp_path / "can.stl"), "m", 1.0, None, SIZES)
+    assert not mesh.closed
+    drawn = fewer(mesh)
+    assert drawn.closed
+    renderer = DepthRenderer(Intrinsics(width=21, height=21, fx=40.0, fy=40.0, cx=10.0, cy=10.0))
+    above = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 0.3]))
+    seen = renderer.render([Surface(drawn, SE3.Identity(), "can")], above)
+    assert seen[10, 10] == pytest.approx(0.25, abs=1e-3)
+
+
+def test_triangles_the_wrong_way_round_are_no_holes(tmp_path: Path) -> None:
+    ring = trimesh.creation.torus(0.04, 0.01, major_sections=24, minor_sections=12)
+    mixed = ring.faces.copy()
+    mixed[::3] = mixed[::3, ::-1]
+    trimesh.Trimesh(ring.vertices, mixed, process=False).export(tmp_path / "ring.ply")
+    mesh = read_mesh(str(tmp_path / "ring.ply"), "m", 1.0, None, SIZES)
+    assert len(fewer(mesh).triangles) == len(ring.faces)
+    total = sum(volume(part.shape) for part in convex_parts(mesh))
+    assert total < 1.4 * ring.volume
+    assert ring.convex_hull.volume > 1.8 * ring.volume
 
 
 def test_items_of_a_scene_lie_where_the_file_says(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from pinocchio import SE3, exp3
 
 from hw.sim import GraspOutcome, Hand, Reason, SimObject, World
 from hw.sim.contact import separation
+from hw.sim.objects import OBJECT_CLASSES, make_object
 from robots import Box, Capsule, Cylinder, Geom, Plane, Shape, Sphere, load_robot
 
 FLOOR = Geom(Plane(), SE3.Identity(), "floor")
@@ -229,14 +230,50 @@ def test_fingers_that_skim_the_floor_are_not_blocked_by_it() -> None:
     assert outcome.reason is Reason.HELD
 
 
-@pytest.mark.parametrize(("depth", "reason"), [(0.0005, Reason.TIP_CONTACT), (0.003, Reason.HELD)])
-def test_the_tips_must_reach_down_beside_the_object(depth: float, reason: Reason) -> None:
-    tip_height = 0.05 - depth
+def test_the_very_tips_hold_a_box() -> None:
+    tip_height = 0.05 - 0.0005
     outcome, _ = close(hand_at(tip_height + 0.008), [thing(Box((0.03, 0.02, 0.025)), 0.025)])
+    assert outcome.reason is Reason.HELD
+
+
+@pytest.mark.parametrize(("mass", "reason"), [(0.05, Reason.HELD), (0.6, Reason.TURNS)])
+def test_a_long_bar_is_held_at_its_end_only_if_it_is_light(mass: float, reason: Reason) -> None:
+    bar = thing(Box((0.15, 0.01, 0.01)), 0.01, x=0.14, mass=mass)
+    outcome, world = close(hand_at(0.01), [bar])
     assert outcome.reason is reason
+    assert (world.held is None) == (reason is Reason.TURNS)
 
 
-@pytest.mark.parametrize(("mass", "reason"), [(1.9, Reason.HELD), (2.2, Reason.TOO_HEAVY)])
+def test_the_same_bar_is_held_at_its_middle() -> None:
+    outcome, _ = close(hand_at(0.01), [thing(Box((0.15, 0.01, 0.01)), 0.01, mass=0.6)])
+    assert outcome.reason is Reason.HELD
+
+
+def test_the_rim_of_a_vessel_is_held_by_its_wall() -> None:
+    bowl = make_object(
+        "bowl", OBJECT_CLASSES["bowl"], (0.006, 0.006), (0.2, 0.2), np.random.default_rng(0)
+    )
+    rim = bowl.reach(np.array([1.0, 0.0, 0.0])) - 0.003
+    top = bowl.reach(np.array([0.0, 0.0, 1.0]))
+    outcome, _ = close(hand_at(top - 0.004, x=rim, yaw=np.pi / 2.0), [bowl], opening=0.06)
+    assert outcome.reason is Reason.HELD
+    assert outcome.width < 0.012
+
+
+def test_a_ball_at_the_end_of_a_shaft_slides_until_the_pads_press_on_the_shaft() -> None:
+    parts = (
+        Geom(Cylinder(0.01, 0.04), SE3(LYING_ALONG_X, np.zeros(3))),
+        Geom(Sphere(0.02), SE3(UPRIGHT, np.array([0.04, 0.0, 0.0]))),
+    )
+    dumbbell = SimObject(
+        name="dumbbell", parts=parts, mass=0.1, pose=SE3(UPRIGHT, np.array([0.0, 0.0, 0.02]))
+    )
+    outcome, _ = close(hand_at(0.02, x=0.018), [dumbbell])
+    assert outcome.reason is Reason.HELD
+    assert outcome.width == pytest.approx(0.02, abs=4e-3)
+
+
+@pytest.mark.parametrize(("mass", "reason"), [(1.5, Reason.HELD), (1.75, Reason.TOO_HEAVY)])
 def test_friction_must_carry_the_weight(mass: float, reason: Reason) -> None:
     box = thing(Box((0.03, 0.02, 0.025)), 0.025, mass=mass)
     outcome, _ = close(hand_at(0.025), [box], force=20.0)

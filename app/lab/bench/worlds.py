@@ -8,6 +8,7 @@ was lifted.
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 
@@ -41,6 +42,8 @@ class Decision:
     """How it ends by the rules of the kinematic world: `held`, or why not."""
     ruled: str | None
     """The object that it holds by them."""
+    touched: str | None
+    """The object that the pads press on by them, held or not."""
     held: str | None
     """The object that was in the hand when physics had its way."""
 
@@ -48,6 +51,12 @@ class Decision:
     def agrees(self) -> bool:
         """Whether both hold something, or neither does."""
         return (self.ruled is None) == (self.held is None)
+
+    @property
+    def kind(self) -> str:
+        """Of the object, which is its name without its number."""
+        name = self.held or self.touched
+        return "nothing" if name is None else name.rstrip("0123456789").strip()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +119,7 @@ def worlds_table(runs: Sequence[WorldRun]) -> Table:
 
 
 def worlds_notes(runs: Sequence[WorldRun]) -> list[str]:
-    """What the runs say together, and every grasp that the worlds disagree on."""
+    """What the runs say together, and the kinds and grasps that the worlds disagree on."""
     ours = [run.summary for run in runs[::2]]
     theirs = [run.summary for run in runs[1::2]]
     objects = sum(one.objects for one in ours)
@@ -126,6 +135,9 @@ def worlds_notes(runs: Sequence[WorldRun]) -> list[str]:
         f"false holds {share * false_holds:.1f} %, "
         f"false drops {share * (len(decisions) - agree - false_holds):.1f} %",
     ]
+    for kind, count in Counter(one.kind for one in decisions if not one.agrees).most_common():
+        of_kind = sum(one.kind == kind for one in decisions)
+        notes.append(f"{kind}: {of_kind - count} of {of_kind} agree")
     for one in decisions:
         if not one.agrees:
             fate = f"holds {one.held}" if one.held else f"does not hold {one.ruled}"
@@ -177,7 +189,12 @@ class _BothSay(Instruments):
         objects = [replace(one) for one in self._truth.objects if isinstance(one, SimObject)]
         told = World(self._truth.fixtures, objects).close_fingers(hand, opening, force, width)
         self._asked = Decision(
-            seed=self._seed, stamp_s=stamp, rule=told.reason.value, ruled=told.holding, held=None
+            seed=self._seed,
+            stamp_s=stamp,
+            rule=told.reason.value,
+            ruled=told.holding,
+            touched=told.touched,
+            held=None,
         )
 
     def look(self) -> None:

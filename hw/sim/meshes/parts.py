@@ -28,7 +28,7 @@ from hw.sim.meshes.shaping import (
 from hw.sim.surface import Mesh
 from robots import Array, Geom, Triangles, hull_of, volume
 
-_RECIPE = "1"
+_RECIPE = "2"
 """Changes when the same mesh shall get other parts."""
 _CONVEX = 1.02
 """A body is convex if its hull is larger by less than this factor ..."""
@@ -44,10 +44,14 @@ _PATIENCE = 180.0
 """How long splitting may take [s]."""
 
 
-def convex_parts(mesh: Mesh) -> tuple[Geom, ...]:
+def convex_parts(mesh: Mesh, name: str = "a mesh") -> tuple[Geom, ...]:
     """Hulls that together fill what a mesh encloses, in the frame of the mesh.
 
     They are kept in the user's cache folder, by the content of the mesh.
+
+    Args:
+        mesh: in metres.
+        name: for the line on standard error that tells why it takes seconds, if it does.
 
     Raises:
         MeshError: it cannot be split, or an extra that it needs is missing.
@@ -58,16 +62,17 @@ def convex_parts(mesh: Mesh) -> tuple[Geom, ...]:
     file = _cache() / f"{content.hexdigest()[:32]}.npz"
     hulls = _kept(file)
     if hulls is None:
-        hulls = _made(mesh.vertices / size, mesh.triangles)
+        hulls = _made(mesh.vertices / size, mesh.triangles, name)
         _keep(file, hulls)
     return tuple(hull_of(size * corners) for corners in hulls)
 
 
-def _made(vertices: Array, triangles: Triangles) -> list[Array]:
+def _made(vertices: Array, triangles: Triangles, name: str) -> list[Array]:
     """Corners of the hulls of a mesh whose size is 1."""
     bodies = components(vertices, triangles)
     if len(bodies) <= _MOST_BODIES and all(_is_convex(*body) for body in bodies):
         return [_few(corners) for corners, _ in bodies]
+    print(f"{name} is cut into convex parts; only this once", file=sys.stderr, flush=True)
     filled = with_holes_filled(*simplified(vertices, triangles, _SIMPLE))
     pieces = [corners for corners in _split(*filled) if _has_volume(corners)]
     if not pieces:

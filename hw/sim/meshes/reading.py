@@ -10,7 +10,13 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from config import UserError, quoted
-from hw.sim.meshes.shaping import is_closed, simplified, volume_and_centre, welded
+from hw.sim.meshes.shaping import (
+    is_closed,
+    simplified,
+    volume_and_centre,
+    welded,
+    with_holes_filled,
+)
 from hw.sim.surface import Mesh
 from robots import Array, Triangles
 
@@ -96,8 +102,12 @@ def _check_size(extents: Array, units: Units, scale: float, sizes: tuple[float, 
 
 
 def fewer(mesh: Mesh) -> Mesh:
-    """What is drawn of a mesh: fewer triangles, which differ by a fraction of a millimetre."""
-    vertices, triangles = simplified(mesh.vertices, mesh.triangles, _MOST_DRAWN)
+    """What is drawn of a mesh: fewer triangles, which differ by a fraction of a millimetre.
+
+    Its holes are closed, as they are for what touches it: else a camera would look into a solid.
+    """
+    filled = with_holes_filled(mesh.vertices, mesh.triangles)
+    vertices, triangles = simplified(*filled, _MOST_DRAWN)
     return Mesh(vertices, triangles, is_closed(triangles))
 
 

@@ -66,8 +66,11 @@ def volume_and_centre(vertices: Array, triangles: Triangles) -> tuple[float, Arr
 
 
 def with_holes_filled(vertices: Array, triangles: Triangles) -> tuple[Array, Triangles]:
-    """A fan from its middle over every hole, so that a flood from outside does not get in."""
-    rim = _rim(triangles)
+    """A fan from its middle over every hole, so that a flood from outside does not get in.
+
+    Which way round the triangles go does not matter.
+    """
+    rim = _lone(triangles)
     if not len(rim):
         return vertices, triangles
     hole = _connected(rim, len(vertices))[rim[:, 0]]
@@ -93,6 +96,16 @@ def components(vertices: Array, triangles: Triangles) -> list[tuple[Array, Trian
 def _area(vertices: Array, triangles: Triangles) -> float:
     a, b, c = vertices[triangles].transpose(1, 0, 2)
     return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2.0
+
+
+def _lone(triangles: Triangles) -> npt.NDArray[np.int64]:
+    """(E, 2) edges that only one triangle has."""
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    _, first, count = np.unique(
+        np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    lone: npt.NDArray[np.int64] = edges[first[count == 1]].astype(np.int64)
+    return lone
 
 
 def _rim(triangles: Triangles) -> npt.NDArray[np.int64]:

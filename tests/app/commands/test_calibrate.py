@@ -118,3 +118,12 @@ def test_a_robot_file_takes_the_file_of_a_calibration(site, tmp_path):
     site.write_text(text + "camera_mount: hand_eye.yaml\n")
     with pytest.raises(ConfigError, match=r"hand_eye\.yaml:"):
         load_robot(site)
+
+
+def test_a_pose_in_a_robot_file_is_checked_where_it_stands(site):
+    text = site.read_text()
+    site.write_text(text + "camera_mount: {xyz: [0.05, 0.0, -0.09], rpy_deg: [0, 0, 91]}\n")
+    assert load_robot(site).camera.eTc.translation[2] == -0.09
+    site.write_text(text + "camera_mount: {xyz: [0.05, 0.0, much]}\n")
+    with pytest.raises(ConfigError, match=r"site\.yaml:8:33: camera_mount\.xyz"):
+        load_robot(site)

@@ -1,11 +1,13 @@
 """The bench of worlds runs both, and asks the rules of the kinematic one about physical grasps."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 from typer.testing import CliRunner
 
 from app.commands import app
+from app.lab.bench.worlds import Decision, WorldRun, worlds_notes
 
 pytest.importorskip("mujoco", reason="needs the extra `physics`")
 
@@ -39,6 +41,30 @@ def test_every_seed_runs_in_both_worlds(tmp_path):
     ]
     assert told.count("0 / 0 of 1") == 2
     assert "0 of 0 agree" in told
+
+
+def test_disagreements_are_told_by_kind_and_one_by_one():
+    def grasp(stamp: float, rule: str, ruled: str | None, held: str | None) -> Decision:
+        touched = ruled or held
+        return Decision(seed=4, stamp_s=stamp, rule=rule, ruled=ruled, touched=touched, held=held)
+
+    decisions = (
+        grasp(1.0, "held", "coffee mug 3", "coffee mug 3"),
+        grasp(2.0, "only one pad touches", None, "coffee mug 12"),
+        grasp(3.0, "held", "drill 1", None),
+        grasp(4.0, "nothing between the fingers", None, None),
+    )
+    summary = SimpleNamespace(objects=2, placed=2, duration_s=10.0)
+    notes = worlds_notes(
+        [WorldRun(summary=summary), WorldRun(summary=summary, decisions=decisions)]
+    )
+    assert notes[1:] == [
+        "grasps: 2 of 4 agree (50.0 %); false holds 25.0 %, false drops 25.0 %",
+        "coffee mug: 1 of 2 agree",
+        "drill: 0 of 1 agree",
+        "seed 4, 2.0 s: by rule only one pad touches; physics holds coffee mug 12",
+        "seed 4, 3.0 s: by rule held; physics does not hold drill 1",
+    ]
 
 
 @pytest.mark.slow

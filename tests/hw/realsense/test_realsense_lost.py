@@ -137,6 +137,18 @@ def test_a_process_that_dies_is_a_fault_and_a_recovery_starts_another():
 
 
 @needs_library
+def test_a_process_that_hangs_is_ended_by_a_recovery_and_replaced_by_the_next():
+    with plugged_in(Counting(), recovering=0.3) as (_, camera, _):
+        os.kill(camera._process.process.pid, signal.SIGSTOP)
+        until(camera.faults)
+        assert "it has sent no image for" in camera.faults()[0].text
+        with pytest.raises(HardwareError, match="look at its cable"):
+            camera.recover()
+        camera.recover()
+        assert camera.faults() == ()
+
+
+@needs_library
 @pytest.mark.parametrize("how", ["killed", "suspended"])
 def test_the_process_of_the_driver_ends_with_the_program(how):
     program = """

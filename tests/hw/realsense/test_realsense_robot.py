@@ -1,51 +1,19 @@
-"""A robot that sees with a RealSense keeps the contract of all robots; a lost camera is told."""
+"""A robot that sees with a RealSense tells when the camera is lost, and gets it back."""
 
 import numpy as np
 import pytest
 from emulated_camera import needs_library, until
-from test_robot_contract import *  # noqa: F403
 from test_robot_contract import PERIOD, Driven, wait_for_frame
 
-from hw import Backend, ComposedRobot, FaultKind, WallClock, one_thread
-from hw.emulators.realsense import RealSenseEmulator, of_camera
-from hw.realsense import RealSenseCamera, RealSenseSettings
-from hw.sim import D435Noise, Dynamics, load_scene
-from hw.sim.kinematic import KinematicBody
-from hw.sim.robot import SimArm, SimBase, SimCamera, SimGripper
-from robots import load_robot
+from hw import FaultKind
 
 pytestmark = needs_library
 
 
 @pytest.fixture
-def emulator_and_robot():
-    """A simulated robot whose images go over a socket and through the vendor's library."""
-    description, clock = load_robot("frankie"), WallClock()
-    world = load_scene("single", 1, description.base.size[:2])
-    body = KinematicBody(description, world, clock, Dynamics())
-    simulated = SimCamera(body, D435Noise(), 1, one_thread())
-    with RealSenseEmulator(of_camera(simulated, clock)) as emulator:
-        settings = RealSenseSettings(emulator=emulator.address)
-        robot = ComposedRobot(
-            description,
-            arm=SimArm(body),
-            base=SimBase(body),
-            gripper=SimGripper(body),
-            camera=RealSenseCamera(description.camera, clock, settings),
-            clock=clock,
-        )
-        yield emulator, Backend(robot=robot, clock=clock, truth=None)
-
-
-@pytest.fixture
-def unconnected(emulator_and_robot):
-    """Instead of the robots of the registry."""
-    return emulator_and_robot[1]
-
-
-@pytest.fixture
-def driven(unconnected):
+def driven(emulator_and_robot):
     """Its loop begins when the robot is connected: real time has gone on meanwhile."""
+    unconnected = emulator_and_robot[1]
     with unconnected.robot:
         begun = round(unconnected.clock.now() / PERIOD)
         yield Driven(backend=unconnected, ticks=begun)
