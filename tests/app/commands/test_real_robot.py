@@ -39,3 +39,24 @@ def test_a_robot_that_is_not_there_is_told_in_a_line(file: Path, tmp_path: Path)
     assert result.exit_code == 3
     assert "127.9.9.9" in result.stderr
     assert "Traceback" not in result.stderr
+
+
+def test_only_the_file_of_an_emulated_robot_can_be_emulated(file: Path) -> None:
+    for robot in ("frankie", file):
+        result = call("emulate", "frankie", "--robot", robot)
+        assert result.exit_code == 2
+        assert "emulated: PORT" in result.stderr
+
+
+def test_the_emulated_robot_takes_words_until_they_end(tmp_path: Path) -> None:
+    path = tmp_path / "emulated.yaml"
+    path.write_text((SHIPPED / "emulated.yaml").read_text().replace("127.0.60.1", "127.9.8.7"))
+    words = "tell\narm reflex\nfly\n"
+    result = CliRunner().invoke(
+        app, ["emulate", "frankie", "--robot", str(path), "--scene", "single"], input=words
+    )
+    assert result.exit_code == 0
+    lines = result.stdout.splitlines()
+    assert "container" in next(line for line in lines if '"supports"' in line)
+    assert any("cartesian_reflex" in line for line in lines)
+    assert any("no such thing as `fly`" in line for line in lines)

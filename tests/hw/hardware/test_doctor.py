@@ -83,7 +83,7 @@ def test_wrong_values_a_pressed_button_and_a_commander_are_named(place):
     assert "release it" in said(findings["arm"], Verdict.BAD)
     link.do("release")
     path.write_text(text)
-    with open_backend(str(path), "kinematic", WorldOptions(scene="single")).robot:
+    with open_backend(str(path), "kinematic", WorldOptions(scene="single", seed=1)).robot:
         findings = found(path)
     assert "commanded by process" in said(findings["commander"], Verdict.BAD)
     assert not set(PARTS) & set(findings)
