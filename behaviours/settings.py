@@ -20,8 +20,9 @@ class FingerSettings(Checked):
     """Force with which they open [N]."""
     least_motion: float = 0.0005
     """Fingers that have moved less than this have not moved [m]."""
-    slack: float = 0.002
-    """Fingers that open by more than this let go of what they hold [m]."""
+    slack: float = 0.008
+    """Fingers that open by more than this have let go; by less, what they hold has turned, or was
+    pressed against something [m]."""
     start_patience: float = 0.5
     """Fingers that have not moved this long after they were told to do not move [s]."""
     patience: float = 3.0
