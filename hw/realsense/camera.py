@@ -166,12 +166,13 @@ class RealSenseCamera:
         if ended := self._process.end_of_it():
             return ended
         arrived = self._album.arrival()
-        silent = stopwatch() - arrived if arrived is not None else np.inf
+        silent = np.inf if arrived is None else stopwatch() - arrived
         if silent <= self._settings.silence:
             return ""
         status = Status.get(self._status)
         cause = "" if status is None else status.trouble
-        return cause or f"it has sent no image for {silent:.1f} s: look at its cable"
+        since = "yet" if arrived is None else f"for {silent:.1f} s"
+        return cause or f"it has sent no image {since}: look at its cable"
 
     def _picture(self) -> Picture | None:
         return self._album.get(infrared=self._settings.infrared)
