@@ -93,6 +93,7 @@ def test_stop_is_quicker_than_no_command(arm, emulator):
     assert told["now"] - told["still"] - last < 0.15
 
 
+@pytest.mark.slow  # timed: it wants a computer without other work
 def test_velocities_are_tracked_within_5_percent(arm, emulator):
     """At 0.2 Hz, with references at 100 Hz; the lag of the joints is part of it."""
     clock = arm._clock
