@@ -74,8 +74,8 @@ class Place(Leaf):
     @property
     def phase(self) -> str:
         """`approach` until the hand is over the place, then `lower`, `release` and `rise`."""
-        later = {self._lower: "lower", self._open: "release"}
-        later |= dict.fromkeys((self._rise, self._done), "rise")
+        rise = dict.fromkeys((self._rise, self._done), "rise")
+        later = {self._lower: "lower", self._open: "release", **rise}
         return later.get(self._step, "approach")
 
     def initialise(self) -> None:

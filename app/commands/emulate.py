@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from threading import Event
 from typing import Annotated
@@ -37,8 +38,7 @@ def omron(
     console = Terminal()
     faults = tuple(fault or ())
     if "list" in faults:
-        for name, what in FAULTS.items():
-            console.say(f"{name}: {what}")
+        _list(console, FAULTS)
         return
     options = Options(
         host=host,
@@ -70,8 +70,7 @@ def panda(
     from hw.emulators.panda import ACTIONS, serve
 
     console = Terminal()
-    for name, (_, what) in ACTIONS.items():
-        console.say(f"{name}: {what}")
+    _list(console, {name: what for name, (_, what) in ACTIONS.items()})
     with suppress(KeyboardInterrupt):
         serve(host, version=version, lines=sys.stdin, say=console.say)
 
@@ -95,8 +94,7 @@ def frankie(
     from hw.emulators.frankie import WORDS, FrankieEmulator, serve
 
     console = Terminal()
-    for name, (_, what) in WORDS.items():
-        console.say(f"{name}: {what}")
+    _list(console, {name: what for name, (_, what) in WORDS.items()})
     emulator = FrankieEmulator.of(robot, world=world, scene=scene, seed=seed)
     with suppress(KeyboardInterrupt):
         serve(emulator, lines=sys.stdin, say=console.say)
@@ -121,8 +119,7 @@ def realsense(
     console = Terminal()
     faults = tuple(fault or ())
     if "list" in faults:
-        for name, what in FAULTS.items():
-            console.say(f"{name}: {what}")
+        _list(console, FAULTS)
         return
     options = Options(host=host, port=port, seed=seed)
     with (
@@ -131,3 +128,9 @@ def realsense(
     ):
         console.say(f"RealSense at {emulator.address}, scene {scene}")
         Event().wait()
+
+
+def _list(console: Terminal, meanings: Mapping[str, str]) -> None:
+    """Names, and what they mean."""
+    for name, what in meanings.items():
+        console.say(f"{name}: {what}")

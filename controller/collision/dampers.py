@@ -63,8 +63,8 @@ class Dampers:
         self._delay[PairKind.SELF] = robot.arm.lag + wait
         deceleration = np.full(len(PairKind), _LEAST_DECELERATION)
         deceleration[PairKind.SELF] = collision.max_deceleration
-        drives = model.description.base.axes[2] == 0.0
-        braking = collision.braking * float(model.acceleration_limits[: model.n_base][drives].min())
+        drive = self._acceleration[: model.n_base][~self._turns]
+        braking = collision.braking * float(drive.min())
         deceleration[PairKind.BASE] = min(_LEAST_DECELERATION, braking)
         most = np.full(len(PairKind), collision.influence_distance)
         most[PairKind.SELF] = collision.self_influence_distance

@@ -15,7 +15,7 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from app.lab.calibration.board import Array, Board, Grey, find_corners, pose_of
-from app.lab.calibration.fit import Poses, Problem, Spread, difference, split
+from app.lab.calibration.fit import Poses, Problem, Spread, difference
 from app.lab.calibration.result import Calibration, CalibrationError, Limits, require_views, worst
 from robots import Intrinsics
 
@@ -85,17 +85,18 @@ def solve(
     require_views(len(views), len(taken), FEWEST)
     middle = SE3(np.eye(3), board.centre)
     problem = Problem[View](lambda x, them: _misses(x, them, middle), (_ALL, _ON_THE_FLOOR), _SCALE)
-    used, held = ([views[k] for k in part] for part in split(len(views)))
-    poses = problem.solve((nominal, _on_the_floor(used, nominal, thickness)), used)
-    checks = [difference(SE3.Identity(), one) for one in _apart(poses, held, middle)]
-    poses = problem.solve(poses, views)
+    poses, checks = problem.solve_checked(
+        lambda used: (nominal, _on_the_floor(used, nominal, thickness)),
+        views,
+        lambda x, held: [difference(SE3.Identity(), one) for one in _apart(x, held, middle)],
+    )
     bTa, _ = poses
     return Calibration(
         key="arm_mount",
         what="bTa, the arm's foot on the base",
         transform=bTa,
         views=len(views),
-        held_out=len(held),
+        held_out=len(checks),
         residual=_rms(poses, views, middle),
         unit="mm",
         uncertainty=problem.uncertainty(poses, views),

@@ -74,6 +74,23 @@ class Problem(Generic[View]):
                 damping = 10.0 * damping
         return poses
 
+    def solve_checked(
+        self,
+        start: Callable[[Sequence[View]], Poses],
+        views: Sequence[View],
+        check: Callable[[Poses, Sequence[View]], list[Spread]],
+    ) -> tuple[Poses, list[Spread]]:
+        """The best poses; and how far off the views are that were held out of a first fit.
+
+        Args:
+            start: where the search begins, from the views that are used first.
+            views: all.
+            check: how far off views are, by poses.
+        """
+        used, held = ([views[k] for k in part] for part in split(len(views)))
+        poses = self.solve(start(used), used)
+        return self.solve(poses, views), check(poses, held)
+
     def rms(self, poses: Poses, views: Sequence[View]) -> float:
         """Of the residuals, each of them a point in the plane or in space."""
         residuals = self._residuals(poses, views)

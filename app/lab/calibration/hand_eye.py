@@ -15,7 +15,7 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from app.lab.calibration.board import Array, Board, Corners, Grey, find_corners, pose_of
-from app.lab.calibration.fit import Poses, Problem, Spread, difference, split
+from app.lab.calibration.fit import Poses, Problem, Spread, difference
 from app.lab.calibration.result import Calibration, Limits, require_views, worst
 from robots import Intrinsics
 
@@ -69,17 +69,16 @@ def solve(
     views = views_of(taken, board, camera)
     require_views(len(views), len(taken), FEWEST)
     problem = Problem[View](lambda x, them: _misses(x, them, camera), (_ALL, _ALL), _SCALE)
-    used, held = ([views[k] for k in part] for part in split(len(views)))
-    poses = problem.solve(start(used), used)
-    checks = [_check(view, poses, board) for view in held]
-    poses = problem.solve(poses, views)
+    poses, checks = problem.solve_checked(
+        start, views, lambda x, held: [_check(view, x, board) for view in held]
+    )
     eTc, _ = poses
     return Calibration(
         key="camera_mount",
         what="eTc, the camera on the end effector",
         transform=eTc,
         views=len(views),
-        held_out=len(held),
+        held_out=len(checks),
         residual=problem.rms(poses, views),
         unit="px",
         uncertainty=problem.uncertainty(poses, views),

@@ -12,7 +12,7 @@ from app.lab.calibration.board import Board, Grey, matrix
 from robots import Intrinsics
 
 _FINER = 4
-"""An image is drawn so many times larger, and averaged down."""
+"""How much larger an image is drawn before it is averaged down."""
 _PIXELS = 60
 """Of a square in the picture of the board."""
 

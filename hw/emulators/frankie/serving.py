@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import gc
 import json
-import os
 import socketserver
 import sys
 import threading
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 
-from config import UserError
+from hw.emulators.errors import PortTakenError
 from hw.emulators.frankie.emulator import FrankieEmulator
 from hw.emulators.frankie.words import act
+from hw.emulators.promptness import be_prompt
 
 _PRIORITY = 5
 """Below that of the emulated arm."""
-
-
-class PortTakenError(UserError):
-    """Something else listens there."""
 
 
 class _Visitor(socketserver.StreamRequestHandler):
@@ -67,10 +61,7 @@ def serve(
         UserError: something else listens at one of the places.
     """
     sys.setswitchinterval(1e-3)
-    with suppress(OSError):  # no real robot waits for what else this computer does
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
-    gc.collect()
-    gc.freeze()
+    be_prompt(_PRIORITY)
     try:
         visitors = _Port(emulator)
     except OSError as error:

@@ -6,10 +6,11 @@ offered, `controller` the on-board controller, `drive` the seam behind which a w
 `options` what can be set and go wrong, and `emulator` the whole.
 """
 
+from hw.emulators.errors import NoFaultError, PortTakenError
 from hw.emulators.omron.controller import Motion, Teleop
 from hw.emulators.omron.drive import Drive, Unicycle
-from hw.emulators.omron.emulator import OmronEmulator, PortTakenError
-from hw.emulators.omron.options import EVERYTHING, FAULTS, NoFaultError, Options
+from hw.emulators.omron.emulator import OmronEmulator
+from hw.emulators.omron.options import EVERYTHING, FAULTS, Options
 
 __all__ = [
     "EVERYTHING",

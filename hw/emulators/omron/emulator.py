@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Self
 
-from config import UserError
 from hw.clock import stopwatch
+from hw.emulators.errors import listen
 from hw.emulators.omron.arcl_client import ArclClient
 from hw.emulators.omron.client import Client, GoneError
 from hw.emulators.omron.controller import Controller
@@ -22,10 +22,6 @@ from hw.emulators.omron.requests import Requests
 
 _CYCLE = 0.01
 """Of the controller and of replies [s]."""
-
-
-class PortTakenError(UserError):
-    """Something else listens there."""
 
 
 @dataclass(frozen=True)
@@ -158,12 +154,7 @@ class OmronEmulator:
                 client.say_goodbye(stopwatch())
 
     def _listen(self, port: int, accept: Callable[[socket.socket], None]) -> None:
-        try:
-            listener = socket.create_server((self.options.host, port))
-        except OSError as error:
-            raise PortTakenError(
-                f"port {port} of {self.options.host}: {error.strerror}; choose another one"
-            ) from error
+        listener = listen(self.options.host, port)
         listener.setblocking(False)
         self._listeners.append(listener)
         self._selector.register(listener, selectors.EVENT_READ, lambda: accept(listener))

@@ -6,13 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from config import UserError, suggest
+from hw.emulators.errors import NoFaultError
 from hw.emulators.omron.controller import Motion, Teleop
-
-
-class NoFaultError(UserError):
-    """Nothing of this name can go wrong."""
-
 
 EVERYTHING = frozenset({"Movement", "Stop", "RobotInfo", "SensorInfo", "UnsafeMovement", "Config"})
 """All access groups."""
@@ -114,5 +109,5 @@ def with_fault(options: Options, name: str) -> Options:
         case "locked" | "emergency stop":
             pass  # of the base, not of the server
         case _:
-            raise NoFaultError(f"no fault is called `{name}`; {suggest(name, FAULTS)}")
+            raise NoFaultError(name, FAULTS)
     return options

@@ -5,12 +5,13 @@ Interface version 5 of the arm and 3 of the hand, over TCP and UDP on the ports 
 place. `ACTIONS` is what can be done to it while it runs.
 """
 
+from hw.emulators.errors import PortTakenError
 from hw.emulators.panda.arm import EmulatedArm, Seen
 from hw.emulators.panda.console import ACTIONS
 from hw.emulators.panda.hand import EmulatedHand
 from hw.emulators.panda.linked import ArmLink, Wanted
 from hw.emulators.panda.parts import Fingers, FreeFingers, Joints, LaggedJoints
-from hw.emulators.panda.serving import PortTakenError, serve
+from hw.emulators.panda.serving import serve
 from hw.emulators.panda.wire import MotionCommand
 
 __all__ = [

@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import gc
-import os
 import queue
 import threading
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 
-from config import UserError
+from hw.emulators.errors import PortTakenError
 from hw.emulators.panda.console import act, dumps
 from hw.emulators.panda.parts import Fingers, FreeFingers, Joints, LaggedJoints
 from hw.emulators.panda.server import PandaServer
 from hw.emulators.panda.wire import VERSION
+from hw.emulators.promptness import be_prompt
 
 _PRIORITY = 10
-
-
-class PortTakenError(UserError):
-    """The ports of the emulated robot are not free."""
 
 
 def serve(
@@ -71,10 +65,7 @@ def serve(
             say(dumps(act(server, line)))
 
     threading.Thread(target=listen, daemon=True).start()
-    with suppress(OSError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
-    gc.collect()
-    gc.freeze()
+    be_prompt(_PRIORITY)
     say(dumps({"did": "begin"}))
     try:
         server.run(lambda: over, answer)

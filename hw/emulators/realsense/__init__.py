@@ -7,8 +7,9 @@ intrinsics are then the vendor's, and firmware, cable and exposure are not there
 whole, `sources` where images come from, `options` what can be set and go wrong.
 """
 
-from hw.emulators.realsense.emulator import PortTakenError, RealSenseEmulator
-from hw.emulators.realsense.options import FAULTS, NoFaultError, Options
+from hw.emulators.errors import NoFaultError, PortTakenError
+from hw.emulators.realsense.emulator import RealSenseEmulator
+from hw.emulators.realsense.options import FAULTS, Options
 from hw.emulators.realsense.sources import Shot, Source, of_camera, of_scene, still
 
 __all__ = [

@@ -10,8 +10,8 @@ from typing import Self
 
 import numpy as np
 
-from config import UserError
 from hw.clock import epoch, stopwatch
+from hw.emulators.errors import listen
 from hw.emulators.realsense.options import Options, with_fault
 from hw.emulators.realsense.sources import Shot, Source
 from hw.realsense import HEAD, Introduction
@@ -20,10 +20,6 @@ _PATIENCE = 0.5
 """For a driver that does not take an image [s]."""
 _NAP = 0.005
 """Longest pause between two looks at what is to be sent [s]."""
-
-
-class PortTakenError(UserError):
-    """Something else listens there."""
 
 
 class RealSenseEmulator:
@@ -63,12 +59,7 @@ class RealSenseEmulator:
             PortTakenError: somebody else does.
         """
         options = self.options
-        try:
-            self._listener = socket.create_server((options.host, options.port))
-        except OSError as error:
-            raise PortTakenError(
-                f"port {options.port} of {options.host}: {error.strerror}; choose another one"
-            ) from error
+        self._listener = listen(options.host, options.port)
         for work in (self._accept, self._take):
             thread = threading.Thread(target=work, name="realsense emulator", daemon=True)
             thread.start()

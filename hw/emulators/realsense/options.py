@@ -6,12 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from config import UserError, suggest
+from hw.emulators.errors import NoFaultError
 from robots import Intrinsics
-
-
-class NoFaultError(UserError):
-    """Nothing of this name can go wrong."""
 
 
 def _d435() -> Intrinsics:
@@ -79,5 +75,5 @@ def with_fault(options: Options, name: str) -> Options:
         case "jitter":
             options.jitter = 0.04
         case _:
-            raise NoFaultError(f"no fault is called `{name}`; {suggest(name, FAULTS)}")
+            raise NoFaultError(name, FAULTS)
     return options

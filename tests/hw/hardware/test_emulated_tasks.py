@@ -108,7 +108,7 @@ def on_the_table(link) -> int:
 
 
 def wait_for(link, objects: int, process: subprocess.Popen[str], patience: float = 400.0) -> None:
-    """Until so many objects stand on the table."""
+    """Until that number of objects stand on the table."""
     until = time.monotonic() + patience
     while on_the_table(link) < objects:
         assert process.poll() is None, "the run has ended"
