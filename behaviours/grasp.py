@@ -67,7 +67,7 @@ class Grasp(Leaf):
         """Start to look."""
         self._begun = self._seen = self.context.clock.now()
         self._step = self._follow
-        self._progress = Progress(self.context)
+        self._progress = Progress(self.context, straight=True)
         self._target = np.full(3, np.inf)
         self.context.vision.tracker.lock_distance = self._lock_distance
         self.context.vision.reset()
@@ -101,7 +101,10 @@ class Grasp(Leaf):
             return self.running("looking for a grasp")
         self._seen = now
         if np.linalg.norm(grasp.wTg.translation - self._target) > settings.other_target:
-            self._target, self._progress = grasp.wTg.translation, Progress(self.context)
+            self._target, self._progress = (
+                grasp.wTg.translation,
+                Progress(self.context, straight=True),
+            )
         above = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -settings.standoff]))
         report = self.pursue(
             PoseGoal(wTe=above, speed=settings.follow_speed, straight=True, hand_may_touch=True),
@@ -120,7 +123,7 @@ class Grasp(Leaf):
             return self.running(f"locked, {report.position_error:.3f} m to go")
         self.grip(grasp.opening, self._force)
         self._locked = grasp
-        self._progress = Progress(self.context)
+        self._progress = Progress(self.context, straight=True)
         self._step = self._descend
         return self._descend()
 
