@@ -45,6 +45,11 @@ class Place(Leaf):
         super().__init__(name, context)
         self._on = on
         self._places = Places(context, on, pitch_m)
+        robot = context.robot.description
+        shoulder = (robot.bTa * robot.arm.joints[0]).translation[2]
+        self._goes_straight = bool(on.floor < shoulder)
+        """Over a higher surface the arm reaches only as its stance has it, and nor is the way
+        straight any longer where it was too narrow once."""
         room = min(pitch_m, *on.size[:2])
         self._radius = min(self.settings.surface.radius, self.settings.surface.pitch_share * room)
 
@@ -134,23 +139,24 @@ class Place(Leaf):
         speed, tolerance = s.approach_speed, s.approach_tolerance
         return self._move("over the place", self._above, speed, tolerance, self._arrive)
 
-    def _set_out(self, *, straight: bool = True) -> None:
+    def _set_out(self) -> None:
         """Go over the place: straight, or the base to another stance first."""
-        self._step, self._goes_straight = self._approach, straight
-        self._progress = Progress(self.context, straight=straight)
+        self._step = self._approach
+        self._progress = Progress(self.context, straight=self._goes_straight)
 
     def _less_high_or_elsewhere(self, report: StepReport) -> Status:
         """Come from less high if that is out of reach; else go to another place."""
         settings = self.settings.place
         if report.unreachable and self._up > settings.least_above:
-            self._come_from(max(settings.share_of_above * self._up, settings.least_above))
+            self._come_from(settings.least_above)
         else:
             away = f"over the place: stuck {report.position_error:.2f} m away"
-            self._note(self.context.log.places_blocked)
-            self._stuck += not report.unreachable
+            if not report.unreachable:
+                self._note(self.context.log.places_blocked)
+                self._stuck += 1
             if self._stuck > settings.most_stuck or self._pass_over():
                 return self.failure(away + self._progress.because)
-        self._set_out(straight=False)
+        self._set_out()
         return self.running(f"going to {self._place}")
 
     def _arrive(self) -> Status:
@@ -217,7 +223,8 @@ class Place(Leaf):
 
     def _rise(self) -> Status:
         s = self.settings.place
-        return self._move("rising", self._above, s.rise_speed, s.rise_tolerance, self._done)
+        tolerance = min(s.rise_tolerance, self._up / 3.0)
+        return self._move("rising", self._above, s.rise_speed, tolerance, self._done)
 
     def _done(self) -> Status:
         if (waiting := self._wait_for_fingers("opening")) is not None:
@@ -260,9 +267,10 @@ class Place(Leaf):
             position_tolerance=tolerance,
             orientation_tolerance=self.settings.place.tilt,
             straight=self._step != self._approach or self._goes_straight,
+            stance_if_near=True,
             hand_may_touch=self._step in (self._lower, self._rise),
         )
-        report = self.pursue(goal, what)
+        report = self.pursue(goal, f"{what} {self._number} from {self._up:.2f} m")
         if report is None:
             return self.running(what)
         if report.arrived:
@@ -271,7 +279,8 @@ class Place(Leaf):
         stuck = self._progress.is_stuck(report)
         if self._step == self._approach:
             if self._goes_straight and (stuck or report.clearance < self.settings.place.room):
-                self._set_out(straight=False)
+                self._goes_straight = False
+                self._set_out()
                 return self.running(f"{what}, from another stance")
             if stuck:
                 return self._less_high_or_elsewhere(report)

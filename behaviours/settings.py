@@ -97,10 +97,8 @@ class PlaceSettings(Checked):
     """How many places the hand goes on from because they were not seen."""
     above: float = 0.12
     """Height over the place that the hand comes from and goes back to [m]."""
-    least_above: float = 0.05
-    """The same at least, where the place is out of reach from higher up [m] ..."""
-    share_of_above: float = 0.65
-    """... and the share of the height from which it is tried next."""
+    least_above: float = 0.06
+    """The same where the place is out of reach from higher up [m]."""
     most_stuck: int = 1
     """How many places the hand goes on from because it did not get there."""
     room: float = 0.02
@@ -118,8 +116,8 @@ class PlaceSettings(Checked):
     """The hand rises as soon as the fingers have opened by this much [m]."""
     rise_speed: float = 0.5
     """[m/s]."""
-    rise_tolerance: float = 0.06
-    """The hand is clear of what it has set down, and what follows takes it on [m]."""
+    rise_tolerance: float = 0.03
+    """[m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
