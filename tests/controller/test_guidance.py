@@ -130,6 +130,15 @@ def test_a_goal_that_must_be_approached_straight_gets_no_detour():
     assert all(ask(goal, State()) is None for _ in range(300))
 
 
+def test_a_goal_that_is_near_gets_a_stance_where_that_is_asked_for():
+    guide, ask = guide_and_ask()
+    goal = PoseGoal(wTe=tool_pose(0.75, 0.05, 0.7), stance_if_near=True)
+    assert ask(goal, State()) is not None
+    assert guide.base is not None
+    ask(replace(goal, wTe=tool_pose(0.75, 0.25, 0.7), straight=True), State())
+    assert guide.base is None  # straight is straight
+
+
 def test_a_goal_that_creeps_keeps_its_stance_and_one_that_jumps_gets_another():
     _, ask = guide_and_ask()
     state, velocities = State(), []
