@@ -25,14 +25,15 @@ _KEPT = np.array([0.15, 0.5, HORIZON, 0.6, 1.3])
 """How long a velocity is kept [s]; then the base stops, or after the last ones goes where it is
 led."""
 _MISSING = 80.0
-"""What it costs to miss all of the margin."""
+"""What it costs to miss all of the margin: to miss half of it costs little."""
 _PER_SPEED = 0.1
 """More of the margin per speed of what moves [s]."""
 _BEHIND = 0.04
 """To where it is now, if the base stops at once [m]."""
 _TOUCH = 80.0
-"""What a contact costs per speed with which the base comes nearer [s/m], and per `MARGIN` of its
-depth."""
+"""What a contact costs per speed with which the base comes nearer [s/m] ..."""
+_DEEP = 240.0
+"""... and per `MARGIN` of its depth."""
 _BRAKING = 0.8
 """Share of the acceleration limits that is relied on."""
 _ARM = 0.08
@@ -110,7 +111,7 @@ class Courses:
             here = float(self._distance(np.zeros(3), centre, arm)) - own
             close = np.maximum(min(_BEHIND, here) - stops.min(axis=-1), 0.0) / MARGIN
             short = np.clip(wide - d.min(axis=-1), 0.0, wide) / wide
-            missing += _MISSING * (short**2 + close**2)
+            missing += _MISSING * (short**4 + close**2)
             inside = d < 0.0
             if inside.any():
                 first = np.maximum(inside.argmax(axis=-1), 1)
@@ -119,7 +120,7 @@ class Courses:
                 at_first = np.take_along_axis(d, first[..., None], 2)[..., 0]
                 closing = self._distance(before, there, arm) - own - at_first
                 closing = np.maximum(closing, 0.0) / _LENGTHS[first]
-                cost = _TOUCH * (closing - d.min(axis=-1) / MARGIN)
+                cost = _TOUCH * closing - _DEEP * d.min(axis=-1) / MARGIN
                 missing += np.where(inside.any(axis=-1), cost, 0.0)
         return missing
 
