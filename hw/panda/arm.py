@@ -17,7 +17,7 @@ from hw.processes.process import DriverProcess
 from hw.robot import HardwareError
 from hw.state import ArmState, Array, Fault, FaultKind
 
-_SILENT = 0.2
+_SILENT = 0.15
 """An arm that says nothing for so long does not answer [s]."""
 _ZERO = (0.0,) * 7
 _RECOVERY, _WAY = 20.0, 60.0

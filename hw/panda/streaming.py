@@ -12,7 +12,7 @@ from hw.panda.records import ArmReading, Mode
 from hw.processes.child import still_alive
 from hw.processes.mailbox import Mailbox
 
-FRESH = 0.08
+FRESH = 0.06
 """A velocity command counts for this long; then the arm comes to rest [s]."""
 _IDLE = 0.5
 """An arm that rests for so long without a command leaves the motion [s]."""

@@ -20,8 +20,8 @@ from hw.emulators.realsense import Options as CameraOptions
 from hw.emulators.realsense import RealSenseEmulator, Shot
 from robots import FullScaleFile, load_real_robot
 
-_TIMEOUT = 0.3
-"""Of the base, without a new command [s]."""
+_TIMEOUT = 0.14
+"""Of the base, without a new command; it looks every 0.1 s [s]."""
 
 
 class NotEmulatedError(UserError):

@@ -86,7 +86,7 @@ def test_a_joint_that_is_driven_to_its_end_stops_before_it(joint, way):
     assert abs(arm.joints.qd[joint]) < 1e-3
 
 
-@pytest.mark.parametrize(("speed", "longest"), [(0.3, 0.08), (0.9, 0.17), (2.0, 0.36)])
+@pytest.mark.parametrize(("speed", "longest"), [(0.3, 0.05), (0.9, 0.14), (2.0, 0.29)])
 def test_a_stop_takes_as_long_as_the_slowest_joint_needs(speed, longest):
     limiter = VelocityLimiter(LIMITS)
     q, qd, qdd = [0.0] * 3 + [-1.5, 0.0, 1.5, 0.0], [speed] * 7, [0.0] * 7
