@@ -93,6 +93,7 @@ class FrankieEmulator:
                 port=places.steering + 1,
                 rate=places.rate,
                 intrinsics=camera.intrinsics,
+                infrared=True,
                 baseline=camera.baseline,
                 seed=seed,
             ),
@@ -185,7 +186,7 @@ class FrankieEmulator:
     def _shoot(self) -> Shot:
         self._shots += 1
         image = self.world.capture(self._shots)
-        return Shot(depth=image.depth, stamp=image.stamp)
+        return Shot(depth=image.depth, stamp=image.stamp, infrared=image.infrared)
 
     def _end_arm(self) -> None:
         if self._arm is not None:

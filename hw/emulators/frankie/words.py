@@ -99,6 +99,11 @@ def _stare(emulator: FrankieEmulator, is_frozen: str = "yes") -> Told:
     return {}
 
 
+def _board(emulator: FrankieEmulator, path: str = "board.png", width: str = "0.28") -> Told:
+    emulator.world.show(path, float(width))
+    return {}
+
+
 def _put(emulator: FrankieEmulator, *words: str) -> Told:
     name, place = " ".join(words[:-3]), np.array([float(one) for one in words[-3:]])
     with emulator.world.lock:
@@ -121,6 +126,7 @@ WORDS: dict[str, tuple[Callable[..., Told], str]] = {
     "delay": (_delay, "[SHARE SECONDS]  of the arm's packets, and up to so long of the base's"),
     "blind": (_blind, "[SECONDS]  the camera is unplugged"),
     "stare": (_stare, "[yes|no]  the camera is plugged in and sends no images"),
+    "board": (_board, "[FILE WIDTH]  a printed picture lies before the camera, so wide [m]"),
     "put": (_put, "NAME X Y Z  an object is put elsewhere"),
 }
 """By name: what it does, and what to say of it."""

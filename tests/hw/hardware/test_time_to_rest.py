@@ -54,7 +54,16 @@ GOES_ON = {
     "arm drop 0.01": "arm drop 0",
 }
 """What it is to live through."""
-NOT_FAULTS = {"tell", "put", "release", "arm block", "arm patience", "arm forget", "arm tell"}
+NOT_FAULTS = {
+    "tell",
+    "put",
+    "board",
+    "release",
+    "arm block",
+    "arm patience",
+    "arm forget",
+    "arm tell",
+}
 SHORT = ("arm unplug 1.5",)
 
 
