@@ -223,14 +223,14 @@ class Place(Leaf):
     def _release(self) -> Status:
         self._let_go, self._is_down = self.context.held, False
         self.open_gripper()
-        self.context.log.when_let_go(self.settings.place.let_go, self._set_down)
+        self.context.log.when_let_go(self.opens_by(self.settings.place.let_go), self._set_down)
         self._step = self._open
         return self.running("letting go")
 
     def _open(self) -> Status:
+        if not self._is_down and (waiting := self._wait_for_fingers("letting go")) is not None:
+            return waiting
         if not self._is_down:
-            if (waiting := self._wait_for_fingers("letting go")) is not None:
-                return waiting
             self._set_down()
         self._step = self._rise
         return self.running("rising")

@@ -175,8 +175,10 @@ def test_fingers_that_open_half_way_have_not_let_go():
     assert harness.context.log.placed == 0
 
 
-def test_what_is_let_go_is_placed_though_a_reflex_ends_the_placing():
-    harness = held_block()
+@pytest.mark.parametrize("half_width", [0.02, 0.034])
+def test_what_is_let_go_is_placed_though_a_reflex_ends_the_placing(half_width):
+    """From a wide object the fingers cannot open far."""
+    harness = held_block(block(half=(0.02, half_width, 0.03)))
     leaf = place(harness)
     harness.run_into(leaf, "release")
     harness.robot.faults = (REFLEX,)
