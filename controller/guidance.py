@@ -198,7 +198,7 @@ class Guide:
         self.unreachable = "" if is_there else self._finder.obstacle_to(goal)
         if self.unreachable:
             self._set_stance(None)
-        elif distance > self._guidance.min_distance and not goal.straight:
+        elif not goal.straight and (goal.stance_if_near or distance > self._guidance.min_distance):
             self._look_for_a_stance(goal, wTb, q)
         else:
             self._set_stance(None)
