@@ -134,6 +134,12 @@ class Leaf(py_trees.behaviour.Behaviour):
         opening = self.context.robot.description.gripper.opening
         self.grip(opening, self.settings.fingers.opening_force)
 
+    def opens_by(self, enough: float) -> float:
+        """How far the fingers can open from here, or what is enough if that is less [m]."""
+        fingers, opening = self.settings.fingers, self.context.robot.description.gripper.opening
+        left = fingers.open_share * opening - self.context.state.gripper_width
+        return max(min(enough, left), fingers.least_motion)
+
     def grip(self, width: float, force: float) -> None:
         """Set the fingers moving to a width [m] by a force [N]; `fingers` tells when they rest."""
         self.context.log.gripped(width, self.context.state.gripper_width)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from pinocchio import SE3
@@ -71,6 +72,8 @@ class TaskLog:
     """The numbers of the places of every region that are taken; the first is 1."""
     places_blocked: dict[str, set[int]] = field(default_factory=dict)
     """Those at which lowering an object failed."""
+    _release: tuple[Grip, float, Callable[[], None]] | None = None
+    """The grip that lets go, from which opening on [m], and what is done then."""
 
     messages: list[tuple[TaskTime, str]] = field(default_factory=list)
     """What was told to people, and when."""
@@ -97,6 +100,20 @@ class TaskLog:
         for grip in (self.grip, self.closing):
             if grip is not None:
                 grip.note(width)
+        if self._release is not None:
+            letting_go, opened, then = self._release
+            if letting_go is self.grip and letting_go.moved > opened:
+                self._release = None
+                then()
+
+    def when_let_go(self, opened: float, then: Callable[[], None]) -> None:
+        """Do something once the fingers, just told to open, have opened so far [m].
+
+        That is so whatever becomes of the behaviour: fingers that open go on with it when the arm
+        has stopped. Another command to the fingers calls it off.
+        """
+        assert self.grip is not None
+        self._release = (self.grip, opened, then)
 
     def attempt(self, begun: TaskTime, now: TaskTime) -> None:
         """The fingers closed; `begun` is when this attempt began to look."""
@@ -104,7 +121,7 @@ class TaskLog:
         if self.in_hand is None:
             self.carried.append(Carried(begun=begun))
         self.carried[-1].attempts += 1
-        self.carried[-1].grasp_time = now - begun
+        self.carried[-1].grasp_time = now.seconds - begun.seconds
 
     def say(self, now: TaskTime, text: str) -> None:
         """Tell people something."""

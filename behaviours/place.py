@@ -205,21 +205,26 @@ class Place(Leaf):
         return self._approach()
 
     def _release(self) -> Status:
-        self._let_go = self.context.held
+        self._let_go, self._is_down = self.context.held, False
         self.open_gripper()
+        self.context.log.when_let_go(self.opens_by(self.settings.place.let_go), self._set_down)
         self._step = self._open
         return self.running("letting go")
 
     def _open(self) -> Status:
-        grip = self.context.log.grip
-        has_let_go = grip is not None and grip.moved > self.settings.place.let_go
-        if not has_let_go and (waiting := self._wait_for_fingers("letting go")) is not None:
+        if not self._is_down and (waiting := self._wait_for_fingers("letting go")) is not None:
             return waiting
+        if not self._is_down:
+            self._set_down()
+        self._step = self._rise
+        return self.running("rising")
+
+    def _set_down(self) -> None:
+        """It stands on its place, whatever comes of the hand."""
+        self._is_down = True
         self._note(self.context.log.places_used)
         self.context.log.place(self.context.clock.now())
         self.context.set_down.add(self._let_go, self.context.wTe)
-        self._step = self._rise
-        return self.running("rising")
 
     def _rise(self) -> Status:
         s = self.settings.place

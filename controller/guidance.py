@@ -226,6 +226,8 @@ class Guide:
             self._search = None
             self.unreachable = self._finder.why_none(search)
             self._set_stance(None if self.unreachable else search.best, self._stalled)
+        elif search.chosen and self.stance is None:
+            self._set_stance(search.best)
 
     def _is_new(self, wTe: SE3) -> bool:
         """Whether a goal has jumped, or crept to where its stance does not reach it."""

@@ -91,29 +91,34 @@ class WallClock:
 
 @dataclass(frozen=True, order=True, slots=True)
 class TaskTime:
-    """A moment of a task; only differences between two moments are seconds."""
+    """A moment of a task; only differences between two moments are seconds, of the task."""
 
     seconds: float
     """Since the session began, pauses left out [s]."""
+    pace: float = 1.0
+    """Seconds of the task in one of the session."""
 
     def __sub__(self, earlier: TaskTime) -> float:
-        return self.seconds - earlier.seconds
+        return self.pace * (self.seconds - earlier.seconds)
 
     def __add__(self, seconds: float) -> TaskTime:
-        return TaskTime(self.seconds + seconds)
+        return TaskTime(self.seconds + seconds / self.pace, self.pace)
 
 
 class TaskClock:
     """The clock of the tree and its leaves: one moment a tick, and no pause counts in a timeout.
 
-    Robot, gate and loop stay on the session's clock: they go on during a pause.
+    Robot, gate and loop stay on the session's clock: they go on during a pause. For a robot that
+    goes at a share of its speeds the clock goes at that share, so that every timeout, patience and
+    wait is as long as what it waits for.
 
     Args:
         session: the session's clock.
+        pace: seconds of the task in one of the session.
     """
 
-    def __init__(self, session: Clock) -> None:
-        self.session = session
+    def __init__(self, session: Clock, pace: float = 1.0) -> None:
+        self.session, self._pace = session, pace
         self._tick: float | None = None
         self._left_out = 0.0
         self._held_at: TaskTime | None = None
@@ -125,7 +130,7 @@ class TaskClock:
     def now(self) -> TaskTime:
         """The present moment of the task."""
         return (
-            TaskTime(self._session_now() - self._left_out)
+            TaskTime(self._session_now() - self._left_out, self._pace)
             if self._held_at is None
             else self._held_at
         )

@@ -61,6 +61,7 @@ class ComposedRobot:
         self._model = RobotModel(description)
         self._grips, self._recoveries = background(), background()
         self._operations: dict[str, Future[None]] = {}
+        self._has_fault = False
         self.camera = WristCamera(description, camera, clock, self._wTe_at)
 
     def connect(self) -> None:
@@ -82,6 +83,14 @@ class ComposedRobot:
         self._bases.add(base)
         stamp = min(arm.stamp, base.stamp)
         arm_then, base_then = self._arms.at(stamp), self._bases.at(stamp)
+        faults = (
+            *arm.faults,
+            *base.faults,
+            *gripper.faults,
+            *self._camera.faults(),
+            *self._failures(),
+        )
+        self._has_fault = bool(faults)
         return RobotState(
             stamp=stamp,
             wTb=base_then.wTb,
@@ -91,19 +100,19 @@ class ComposedRobot:
             gripper_width=gripper.width,
             gripper_moving=gripper.moving or self._is_under_way("grip"),
             recovering=self._is_under_way("recovery"),
-            faults=(
-                *arm.faults,
-                *base.faults,
-                *gripper.faults,
-                *self._camera.faults(),
-                *self._failures(),
-            ),
+            faults=faults,
             battery=base.battery,
             stamps=PartStamps(arm.stamp, base.stamp, gripper.stamp),
         )
 
     def send(self, command: Command) -> Command:
-        """Hand a command on to base and arm."""
+        """Hand a command on to base and arm.
+
+        On a reading with a fault, whichever part has it, all are told to rest at once: each brakes
+        as hard as its own limits allow, whatever else is commanded.
+        """
+        if self._has_fault:
+            command = Command.stop()
         twist = self._base.send(command.base_twist)
         return Command(base_twist=twist, qd=self._arm.send(command.qd))
 

@@ -164,6 +164,8 @@ class RobotDescription:
     gripper: GripperDescription
     camera: CameraDescription
     limits: Limits
+    pace: float = 1.0
+    """Share of its speeds at which it is to go for now; its limits are those of this share."""
 
 
 def with_base_speed(

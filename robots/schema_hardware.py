@@ -94,6 +94,8 @@ class PandaFile(StrictModel):
     """Of a contact at which the arm stops [Nm]."""
     forces: Six = (20.0, 20.0, 20.0, 25.0, 25.0, 25.0)
     """[N, Nm]."""
+    lead: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0
+    """By how much joints follow too late; the driver commands so much ahead [s]."""
 
 
 class HandFile(StrictModel):

@@ -162,7 +162,7 @@ def set_up(
         closing(_VISION[form](robot.camera, detector)) as vision,
         _seen(robot, form, obstacles) as seen,
     ):
-        clock = TaskClock(backend.clock)
+        clock = TaskClock(backend.clock, robot.description.pace)
         controller = HolisticController(RobotModel(robot.description))
         moving = tuple(known.obstacles(state.stamp))
         controller.prepare(Surroundings(fixtures=known.fixtures, moving=moving))

@@ -62,10 +62,14 @@ def speed_note(real: RealRobot) -> str:
 
 
 def slowed(description: RobotDescription, percent: float) -> RobotDescription:
-    """The same robot at a share of its speeds; its accelerations, and its brakes, stay."""
+    """The same robot at a share of its speeds; its accelerations, and its brakes, stay.
+
+    Its tasks take as much longer, and their clock knows it.
+    """
     share, limits = percent / 100.0, description.limits
     return replace(
         description,
+        pace=share,
         limits=replace(
             limits,
             qd=share * limits.qd,

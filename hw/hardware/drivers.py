@@ -36,7 +36,8 @@ def base_of(hardware: HardwareFile, limits: Limits, clock: Clock) -> OmronBase:
 def arm_of(hardware: HardwareFile, clock: Clock) -> PandaArm:
     """The driver of the arm, not yet connected."""
     file = hardware.arm
-    return PandaArm(file.address, clock, ArmSettings(torques=file.torques, forces=file.forces))
+    settings = ArmSettings(torques=file.torques, forces=file.forces, lead=file.lead)
+    return PandaArm(file.address, clock, settings)
 
 
 def hand_of(hardware: HardwareFile, clock: Clock) -> PandaHand:

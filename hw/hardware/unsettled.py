@@ -22,7 +22,7 @@ UNSETTLED: tuple[tuple[str, str], ...] = (
     ),
     (
         "base: how far it goes when the cable is pulled, and the program killed",
-        "both at 0.2 m/s in the open; set `Timeout` to 0.3 s before",
+        "both at 0.2 m/s in the open; set `Timeout` to 0.14 s before",
     ),
     (
         "base: how the emergency stop, bumpers and protective fields show",

@@ -10,14 +10,15 @@ import numpy as np
 
 from hw.clock import Clock, stopwatch
 from hw.panda.arm_process import MEMORY
-from hw.panda.generation import missing
+from hw.panda.generation import PANDA, missing
+from hw.panda.lead import Lead
 from hw.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
 from hw.processes.mailbox import Mailbox
 from hw.processes.process import DriverProcess
 from hw.robot import HardwareError
 from hw.state import ArmState, Array, Fault, FaultKind
 
-_SILENT = 0.2
+_SILENT = 0.15
 """An arm that says nothing for so long does not answer [s]."""
 _ZERO = (0.0,) * 7
 _RECOVERY, _WAY = 20.0, 60.0
@@ -37,6 +38,8 @@ class ArmSettings:
     """(7,) torques of a contact at which the arm stops [Nm]."""
     forces: tuple[float, ...] = (20.0, 20.0, 20.0, 25.0, 25.0, 25.0)
     """(6,) forces and torques at the hand at which the arm stops [N, Nm]."""
+    lead: float = 0.0
+    """By how much joints follow a velocity too late; they are commanded so much ahead of it [s]."""
     connecting: float = 6.0
     """How long the arm may take to answer at first [s]."""
 
@@ -63,6 +66,7 @@ class PandaArm:
         self._commands = Mailbox(self._process.memory, 0, ARM_COMMAND)
         self._readings = Mailbox(self._process.memory, 1, ARM_READING)
         self._writing = threading.Lock()
+        self._lead = Lead(settings.lead, PANDA.limits.qdd)
         self._given = 0
 
     def connect(self) -> None:
@@ -112,7 +116,8 @@ class PandaArm:
         """
         is_good = np.isfinite(qd).all() and not self._faults(self.reading())
         applied = np.array(qd, dtype=float) if is_good else np.zeros(7)
-        self._put(stopwatch(), applied)
+        now = stopwatch()
+        self._put(now, self._lead.of(applied, now))
         return applied
 
     def move_to(self, q: Sequence[float], speed: float = 0.3) -> None:

@@ -19,7 +19,7 @@ _EPSILON = 1e-3
 """Distance that commands keep from limits on velocity [rad/s], as the vendor's library does."""
 _MARGIN = 0.01
 """Distance at which joints come to rest before their limits [rad]."""
-_ACCELERATION, _JERK = 0.8, 0.25
+_ACCELERATION, _JERK = 0.95, 0.25
 """Shares of the limits that are used."""
 _GAIN = 20.0
 """Slope of the speed over the distance close to a limit or a goal [1/s]."""

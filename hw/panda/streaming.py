@@ -12,7 +12,7 @@ from hw.panda.records import ArmReading, Mode
 from hw.processes.child import still_alive
 from hw.processes.mailbox import Mailbox
 
-FRESH = 0.08
+FRESH = 0.06
 """A velocity command counts for this long; then the arm comes to rest [s]."""
 _IDLE = 0.5
 """An arm that rests for so long without a command leaves the motion [s]."""
@@ -38,6 +38,7 @@ class Streaming:
         velocities: makes the vendor's command of seven velocities [rad/s].
         goal: (7,) where to go instead of following commands [rad]; any newer command ends it.
         speed: of the fastest joint on the way to it [rad/s].
+        now: time of the stamps of commands [s].
     """
 
     def __init__(
@@ -49,13 +50,15 @@ class Streaming:
         velocities: Callable[[Sequence[float]], Any],
         goal: Sequence[float] | None = None,
         speed: float = 0.5,
+        now: Callable[[], float] = stopwatch,
     ) -> None:
+        self._now = now
         self._commands, self._publish = commands, publish
         self._limiter = VelocityLimiter(limits)
         self._over, self._velocities = over, velocities
         self._goal, self._speed = goal, speed
         self._before = (commands.get() or (0,))[0]
-        self._asked = stopwatch()
+        self._asked = now()
         self._ticks = 0
         self._ramp = 0.0
         self.lost = 0
@@ -65,7 +68,7 @@ class Streaming:
 
     def __call__(self, state: Any, period: Any) -> Any:
         """The velocities for the next millisecond, from the state of this one."""
-        now = stopwatch()
+        now = self._now()
         self._ticks += 1
         if self._ticks % 100 == 1:
             still_alive()

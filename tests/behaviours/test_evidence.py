@@ -175,6 +175,34 @@ def test_fingers_that_open_half_way_have_not_let_go():
     assert harness.context.log.placed == 0
 
 
+@pytest.mark.parametrize("half_width", [0.02, 0.034])
+def test_what_is_let_go_is_placed_though_a_reflex_ends_the_placing(half_width):
+    """From a wide object the fingers cannot open far."""
+    harness = held_block(block(half=(0.02, half_width, 0.03)))
+    leaf = place(harness)
+    harness.run_into(leaf, "release")
+    harness.robot.faults = (REFLEX,)
+    harness.tick(leaf)
+    assert leaf.status is Status.FAILURE
+    log = harness.context.log
+    assert log.placed == 0, "the fingers have not opened yet"
+    harness.robot.faults = ()
+    harness.run_for(None, 1.0)
+    assert log.placed == 1
+    assert log.in_hand is None
+    assert log.places_used == {"table": {2}}
+    assert len(harness.context.set_down.shapes) == 1
+
+
+def test_fingers_that_close_again_at_once_have_let_nothing_go():
+    harness = held_block()
+    leaf = place(harness)
+    harness.run_into(leaf, "release")
+    harness.grip(0.0)
+    harness.grip(0.08)
+    assert harness.context.log.placed == 0
+
+
 def lowest_pad(harness: Harness) -> float:
     """Height of the lower finger tip over the table in this tick [m]."""
     gripper, wTe = harness.context.robot.description.gripper, harness.context.wTe

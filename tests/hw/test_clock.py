@@ -60,3 +60,17 @@ def test_a_pause_is_left_out_of_task_time():
     task.release()
     session.sleep_until(6.0)
     assert task.now() - TaskTime(1.0) == pytest.approx(1.0)
+
+
+def test_the_clock_of_a_slow_robots_task_goes_slowly():
+    session = SimClock()
+    task = TaskClock(session, pace=0.1)
+    start = task.now()
+    session.sleep_until(20.0)
+    assert task.now() - start == pytest.approx(2.0)
+    assert task.now().seconds == 20.0
+    assert (start + 2.0).seconds == pytest.approx(20.0)
+    task.hold()
+    session.sleep_until(50.0)
+    task.release()
+    assert task.now() - start == pytest.approx(2.0)

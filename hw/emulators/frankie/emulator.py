@@ -20,8 +20,8 @@ from hw.emulators.realsense import Options as CameraOptions
 from hw.emulators.realsense import RealSenseEmulator, Shot
 from robots import FullScaleFile, load_real_robot
 
-_TIMEOUT = 0.3
-"""Of the base, without a new command [s]."""
+_TIMEOUT = 0.14
+"""Of the base, without a new command; it looks every 0.1 s [s]."""
 
 
 class NotEmulatedError(UserError):
@@ -93,6 +93,7 @@ class FrankieEmulator:
                 port=places.steering + 1,
                 rate=places.rate,
                 intrinsics=camera.intrinsics,
+                infrared=True,
                 baseline=camera.baseline,
                 seed=seed,
             ),
@@ -185,7 +186,7 @@ class FrankieEmulator:
     def _shoot(self) -> Shot:
         self._shots += 1
         image = self.world.capture(self._shots)
-        return Shot(depth=image.depth, stamp=image.stamp)
+        return Shot(depth=image.depth, stamp=image.stamp, infrared=image.infrared)
 
     def _end_arm(self) -> None:
         if self._arm is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ def _tell(emulator: FrankieEmulator) -> Told:
             "base": world.pose(),
             "twist": world.twist(),
             "wanted": emulator.base.controller.wanted,
+            "still": stopwatch() - emulator.base.controller.moved_at,
             "q": world.body.q.tolist(),
             "qd": world.body.qd.tolist(),
             "poses": {one.name: SE3ToXYZQUAT(one.pose).tolist() for one in truth.objects},
@@ -70,6 +72,18 @@ def _break(emulator: FrankieEmulator) -> Told:
     return {}
 
 
+def _noise(emulator: FrankieEmulator, is_noisy: str = "yes") -> Told:
+    options = emulator.base.options
+    options.pieces = options.garbage = is_noisy == "yes"
+    return {}
+
+
+def _dock(emulator: FrankieEmulator, *, leave: bool = False) -> Told:
+    with emulator.base.held() as base:
+        base.dock(stopwatch(), leave=leave)
+    return {}
+
+
 def _delay(emulator: FrankieEmulator, share: str = "0.01", seconds: str = "0.005") -> Told:
     emulator.base.options.jitter = float(seconds) if float(share) > 0.0 else 0.0
     return emulator.do_to_arm(f"delay {float(share)} {float(seconds)}")
@@ -77,6 +91,16 @@ def _delay(emulator: FrankieEmulator, share: str = "0.01", seconds: str = "0.005
 
 def _blind(emulator: FrankieEmulator, seconds: str = "1") -> Told:
     emulator.blind(float(seconds))
+    return {}
+
+
+def _stare(emulator: FrankieEmulator, is_frozen: str = "yes") -> Told:
+    emulator.camera.freeze(is_frozen == "yes")
+    return {}
+
+
+def _board(emulator: FrankieEmulator, path: str = "board.png", width: str = "0.28") -> Told:
+    emulator.world.show(path, float(width))
     return {}
 
 
@@ -96,8 +120,13 @@ WORDS: dict[str, tuple[Callable[..., Told], str]] = {
     "lost": (_lost, "[yes|no]  the base does not know where it is"),
     "freeze": (_freeze, "[yes|no]  the server of the base does nothing"),
     "break": (_break, "the connections of the base are reset"),
+    "noise": (_noise, "[yes|no]  what the base sends comes in pieces, with stray bytes between"),
+    "dock": (_dock, "the base is sent to its dock, and lets nobody else in"),
+    "undock": (partial(_dock, leave=True), "and away from it"),
     "delay": (_delay, "[SHARE SECONDS]  of the arm's packets, and up to so long of the base's"),
     "blind": (_blind, "[SECONDS]  the camera is unplugged"),
+    "stare": (_stare, "[yes|no]  the camera is plugged in and sends no images"),
+    "board": (_board, "[FILE WIDTH]  a printed picture lies before the camera, so wide [m]"),
     "put": (_put, "NAME X Y Z  an object is put elsewhere"),
 }
 """By name: what it does, and what to say of it."""

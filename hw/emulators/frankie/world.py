@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hw.clock import WallClock, stopwatch
+from hw.emulators.frankie.paper import Grey, Paper
 from hw.emulators.panda import ArmLink, Wanted
 from hw.frame import DepthArray
 from hw.sim import D435Noise, DepthRenderer, Dynamics, KinematicBody, SimBody, load_scene
@@ -33,6 +34,8 @@ class Image(NamedTuple):
     """(height, width) [m]."""
     stamp: float
     """[s of `stopwatch`]"""
+    infrared: Grey | None
+    """(height, width) brightness; None without a picture to be seen."""
 
 
 class EmulatedWorld:
@@ -72,6 +75,7 @@ class EmulatedWorld:
         self._releases = self._grips = self._ended = 0
         self._renderer = DepthRenderer(description.camera.intrinsics)
         self._noise = D435Noise()
+        self._paper: Paper | None = None
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name="emulated world", daemon=True)
         self._tell()
@@ -111,7 +115,19 @@ class EmulatedWorld:
             shapes, wTc, stamp = self.body.shapes(), self.body.wTe * camera.eTc, stopwatch()
         rng = np.random.default_rng((self.seed, number))
         depth = self._noise.apply(self._renderer.render(shapes, wTc), camera, rng)
-        return Image(depth, stamp)
+        paper = self._paper
+        grey = None if paper is None else paper.seen(wTc, camera.intrinsics, rng)
+        return Image(depth, stamp, grey)
+
+    def show(self, path: str, width: float) -> None:
+        """Put a printed picture straight before the camera; only infrared images show it.
+
+        Raises:
+            ValueError: there is no such picture.
+        """
+        with self.lock:
+            wTc = self.body.wTe * self.body.description.camera.eTc
+        self._paper = Paper(path, width, wTc)
 
     # its own time
 

@@ -76,6 +76,8 @@ class Controller:
     safe_drive: bool = True
     wanted: tuple[float, float] = (0.0, 0.0)
     """The set-point in force [m/s, rad/s]."""
+    moved_at: float = -inf
+    """When the set-point was last not zero [s]."""
     v: float = 0.0
     w: float = 0.0
     ratios: tuple[float, float, float] = (0.0, 0.0, 100.0)
@@ -164,6 +166,8 @@ class Controller:
         if now - self._latched_at >= self.motion.latch:
             self._latched_at = now
             self.wanted = self._set_point(now)
+        if any(self.wanted):
+            self.moved_at = now
         if not self.motors_on:
             return
         self.v = self._ramp(self.v, self.wanted[0], dt, turning=False)

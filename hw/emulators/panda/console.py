@@ -31,7 +31,8 @@ def _line(name: str) -> Callable[..., None]:
 
 
 def _freeze(server: PandaServer, seconds: str = "1") -> None:
-    server.frozen_until = stopwatch() + float(seconds)
+    server.frozen_at = stopwatch()
+    server.frozen_until = server.frozen_at + float(seconds)
 
 
 def _unplug(server: PandaServer, seconds: str = "1") -> None:
@@ -98,7 +99,7 @@ def act(server: PandaServer, line: str) -> dict[str, Any]:
         "last_errors": sorted(arm.last_errors),
         "has_commander": server.has_commander,
         "resting": arm.resting * PERIOD,
-        "still": arm.still * PERIOD,
+        "still": server.still,
         "q": arm.joints.q,
         "qd": arm.joints.qd,
         "width": server.hand.fingers.width,

@@ -63,7 +63,7 @@ class PandaServer:
     ) -> None:
         self.arm, self.hand = EmulatedArm(joints, PANDA.limits), EmulatedHand(fingers)
         self.line = Line()
-        self.frozen_until = 0.0
+        self.frozen_at = self.frozen_until = 0.0
         """The whole robot stands still until then [s of `stopwatch`]."""
         self.missed = 0
         """Milliseconds that this computer was too busy for; they are made up for, and lost packets
@@ -80,6 +80,12 @@ class PandaServer:
         self._late_states: list[tuple[int, int, bytes]] = []
         self._model, self._nowhere = robot_model("frankie"), SE3.Identity()
         self._from_foot = self._model.description.bTa.inverse()
+
+    @property
+    def still(self) -> float:
+        """For how long the joints were commanded to rest; a robot that is frozen stands [s]."""
+        now = stopwatch()
+        return now - self.frozen_at if now < self.frozen_until else self.arm.still * PERIOD
 
     @property
     def has_commander(self) -> bool:

@@ -67,9 +67,32 @@ def test_the_first_start_is_at_a_tenth_until_a_run_has_gone_well(real: RealRobot
     assert speed_percent(faster) == 40.0, "who has seen it move may let it move faster"
 
 
+QUALITY = (
+    "quality: {views: 9, residual: 0.2, uncertainty: {mm: 1, deg: 1}, held_out: {mm: 1, deg: 1}}"
+)
+
+
+@pytest.mark.parametrize("mount", ["arm_mount", "camera_mount"])
+def test_a_new_calibration_begins_anew_though_the_robot_file_only_names_it(real, mount):
+    calibration = real.path.with_name("ours_calibrated.yaml")
+
+    def calibrate(x: float) -> None:
+        calibration.write_text(f"{mount}: {{xyz: [{x}, 0.0, 0.1]}}\n{QUALITY}\n")
+
+    calibrate(0.1)
+    real.path.write_text(real.path.read_text() + f"{mount}: {calibration.name}\n")
+    prove(real)
+    assert is_proven(real)
+    calibrate(0.1001)
+    assert not is_proven(real)
+    calibrate(0.1)
+    assert is_proven(real)
+
+
 def test_a_slow_robot_keeps_its_brakes() -> None:
     full = load_robot("frankie").limits
     slow = slowed(load_robot("frankie"), 10.0).limits
+    assert slowed(load_robot("frankie"), 10.0).pace == pytest.approx(0.1)
     np.testing.assert_allclose(slow.qd, 0.1 * full.qd)
     np.testing.assert_allclose(slow.base_twist, 0.1 * full.base_twist)
     assert slow.base_reverse == pytest.approx(0.1 * full.base_reverse)

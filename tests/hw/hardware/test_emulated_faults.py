@@ -6,13 +6,12 @@ import time
 
 import numpy as np
 import pytest
+from driven_robot import GO, has, healthy, tick, until
 from emulated_robot import emulated, needs_drivers, robot_file
 
-from controller import Command
 from hw import FaultKind, Gate, Refusal, WorldOptions, open_backend
 
 pytestmark = needs_drivers
-GO = Command(base_twist=np.array([0.15, 0.0, 0.0]), qd=0.2 * np.eye(7)[5])
 
 
 def slow(*values):
@@ -37,44 +36,6 @@ def robot(place):
 @pytest.fixture
 def gate(robot):
     return Gate(robot, robot.description, 0.01)
-
-
-def tick(robot, gate, command=None):
-    """One turn of a loop; the reading, and why it allows no motion."""
-    state, now = robot.read(), robot.clock.now()
-    refusal = gate.judge(state, now)
-    if command is None or refusal is not None:
-        gate.brake(state, now)
-    else:
-        last = gate.continue_from(state, now)
-        gate.send(_towards(last, command, robot.description.limits), state, robot.clock.now())
-    time.sleep(0.01)
-    return state, refusal
-
-
-def _towards(last, command, limits):
-    step, steps = limits.base_acceleration * 0.01, limits.qdd * 0.01
-    return Command(
-        base_twist=last.base_twist + np.clip(command.base_twist - last.base_twist, -step, step),
-        qd=last.qd + np.clip(command.qd - last.qd, -steps, steps),
-    )
-
-
-def until(robot, gate, done, patience, command=None):
-    end = robot.clock.now() + patience
-    while robot.clock.now() < end:
-        state, refusal = tick(robot, gate, command)
-        if done(state):
-            return state
-    raise AssertionError(f"not within {patience:g} s: {state.faults}, {refusal}")
-
-
-def has(kind):
-    return lambda state: any(fault.kind is kind for fault in state.faults)
-
-
-def healthy(state) -> bool:
-    return not (state.faults or state.recovering)
 
 
 @pytest.mark.parametrize(

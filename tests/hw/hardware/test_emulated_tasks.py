@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from emulated_robot import ROOT, emulated, needs_drivers, robot_file
 
+from hw.clock import stopwatch
 from hw.hardware import commander_of
 from robots import load_real_robot
 
@@ -77,20 +78,27 @@ def test_base_and_arm_come_to_rest_when_the_program_is_killed_or_suspended(tmp_p
     task.write_text(SHORT)
     with emulated(path) as link:
         process = begin(path, task, "--scene", "single", "--seed", "1", record=tmp_path)
-        moves = wait_until(link, lambda told: told["wanted"][0] > 0.2, process)
+        wait_until(link, lambda told: told["wanted"][0] > 0.2 and brisk(told["qd"]), process)
         process.send_signal(how)
-        killed = moves["stamp"]
+        killed = stopwatch()
         rests = wait_until(link, lambda told: told["wanted"] == [0.0, 0.0])
-        # Beside the 0.25 s: two looks, and the base takes a new set-point every 0.1 s.
-        took = rests["stamp"] - killed
-        print(f"{how.name}: the base is told to rest after {took:.2f} s")
-        assert took < 0.25 + 0.2
         wait_until(link, lambda told: max(map(abs, (*told["twist"], *told["qd"]))) < 0.01)
-        assert link.do("arm tell")["still"] > 0.0
+        arm = link.do("arm tell")
+        base_after = rests["stamp"] - rests["still"] - killed
+        arm_after = arm["now"] - arm["still"] - killed
+        print(f"{how.name} | {base_after:.2f} | {arm_after:.2f}")
+        assert base_after < 0.25
+        assert arm["still"] > 0.0
+        assert arm_after < 0.25
         process.send_signal(signal.SIGCONT)
         process.kill()
         process.communicate()
         assert commander_of(load_real_robot(path).hardware) is None
+
+
+def brisk(qd) -> bool:
+    """Faster, joint 2 needs longer to brake than it may take here."""
+    return 0.3 < max(map(abs, qd)) < 1.0
 
 
 def wait_until(link, done, process=None, patience: float = 60.0):

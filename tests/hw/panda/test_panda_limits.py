@@ -1,8 +1,6 @@
-"""Whatever is commanded, the arm is never asked for more than it may do: no sample at 1 kHz is."""
+"""What limits the arm keeps: where joints end, how long a stop takes, and what breaks a limit."""
 
 from __future__ import annotations
-
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -12,61 +10,10 @@ from hw.panda import PANDA, VelocityLimiter
 from robots import load_robot
 
 LIMITS = PANDA.limits
-TICKS = 300
 
 
 def by_velocity(number: int, qd: tuple[float, ...]) -> MotionCommand:
     return MotionCommand(number, (0.0,) * 7, qd, False)
-
-
-def wild(rng: np.random.Generator) -> Iterator[tuple[float, ...]]:
-    """Velocities as a broken program may want them: steps, reversals, swings, enormous ones."""
-    fastest = np.array(LIMITS.qd) * rng.uniform(0.05, 1.5)
-    kind, swing = rng.integers(4), rng.uniform(1.0, 200.0)
-    hold = int(1000 // rng.choice([5, 20, 50, 100, 200]))
-    wanted = np.zeros(7)
-    for tick in range(TICKS):
-        if tick % hold == 0:
-            wanted = (
-                rng.uniform(-fastest, fastest),
-                np.sign(rng.uniform(-1.0, 1.0, 7)) * fastest,
-                fastest * np.sin(swing * tick * 0.001),
-                rng.choice([-1e300, -10.0, 0.0, 10.0, 1e300], 7),
-            )[kind]
-        yield tuple(map(float, wanted))
-
-
-def drive(seed: int) -> EmulatedArm:
-    """One stream, with or without lost packets, from anywhere in the range of the joints."""
-    rng = np.random.default_rng(seed)
-    low, high = np.array(LIMITS.q_min) + 0.002, np.array(LIMITS.q_max) - 0.002
-    arm = EmulatedArm(LaggedJoints(tuple(map(float, rng.uniform(low, high)))), LIMITS)
-    arm.begin_motion()
-    limiter, lost = VelocityLimiter(LIMITS), rng.choice([0.0, 0.01, 0.1])
-    for tick, wanted in enumerate(wild(rng)):
-        qd = tuple(limiter.step(arm.q_d, arm.qd_d, arm.qdd_d, wanted))
-        is_lost = rng.random() < lost
-        arm.tick(None if is_lost and tick > 0 else by_velocity(tick, qd))
-        rows = zip(arm.q_d, LIMITS.q_min, LIMITS.q_max, strict=True)
-        assert all(low <= q <= high for q, low, high in rows)
-    return arm
-
-
-def check(seeds: range) -> None:
-    for seed in seeds:
-        arm = drive(seed)
-        assert not arm.errors, f"stream {seed}: {arm.errors}"
-        assert max(arm.seen.speed, arm.seen.acceleration, arm.seen.jerk) <= 1.0
-        assert arm.seen.commands > 0.8 * TICKS
-
-
-def test_a_hundred_wild_streams_leave_no_limit():
-    check(range(100))
-
-
-@pytest.mark.slow
-def test_ten_thousand_wild_streams_leave_no_limit():
-    check(range(10_000))
 
 
 @pytest.mark.parametrize("joint", range(7))
@@ -86,7 +33,7 @@ def test_a_joint_that_is_driven_to_its_end_stops_before_it(joint, way):
     assert abs(arm.joints.qd[joint]) < 1e-3
 
 
-@pytest.mark.parametrize(("speed", "longest"), [(0.3, 0.08), (0.9, 0.17), (2.0, 0.36)])
+@pytest.mark.parametrize(("speed", "longest"), [(0.3, 0.05), (0.9, 0.14), (2.0, 0.29)])
 def test_a_stop_takes_as_long_as_the_slowest_joint_needs(speed, longest):
     limiter = VelocityLimiter(LIMITS)
     q, qd, qdd = [0.0] * 3 + [-1.5, 0.0, 1.5, 0.0], [speed] * 7, [0.0] * 7

@@ -1,0 +1,190 @@
+"""Whatever goes wrong with the whole robot: base and arm are told to rest within 0.25 s.
+
+The emulators keep since when each is told to rest. `pytest -rP` shows the times; those of
+docs/hardware.md were measured so, with `-m "slow or not slow"`.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from driven_robot import go_on, healthy, tick, until
+from emulated_panda import IN_TIME
+from emulated_robot import emulated, needs_drivers, robot_file
+
+from controller import Command
+from hw import Gate, WorldOptions, open_backend
+from hw.clock import stopwatch
+from hw.emulators.frankie import WORDS
+from hw.emulators.panda import ACTIONS
+
+pytestmark = [
+    needs_drivers,
+    pytest.mark.skipif(not IN_TIME, reason="the system grants no real-time priority"),
+]
+GO = Command(base_twist=np.array([0.3, 0.0, 0.0]), qd=0.4 * np.array([1.0, 0, 0, 0, 0, 1.0, 0]))
+"""A brisk motion of both."""
+LONGEST = 0.25
+"""From the last good command until both are told to rest [s]."""
+WATCHED = 1.2
+"""After the event [s]."""
+STOPS = {
+    "arm reflex": "",
+    "arm stop": "arm release",
+    "arm lock": "arm release",
+    "arm guide": "arm release",
+    "arm freeze 1.5": "",
+    "arm unplug 1.5": "",
+    "arm drop 1": "arm drop 0",
+    "arm delay 1 0.05": "arm delay 0",
+    "stop": "release",
+    "lost yes": "lost no",
+    "dock": "undock",
+    "freeze yes": "freeze no",
+    "break": "",
+    "blind 1.5": "",
+    "stare yes": "stare no",
+}
+"""What stops the robot, and what ends it."""
+GOES_ON = {
+    "delay 0.01 0.005": "delay 0",
+    "noise yes": "noise no",
+    "arm drop 0.01": "arm drop 0",
+}
+"""What it is to live through."""
+NOT_FAULTS = {
+    "tell",
+    "put",
+    "board",
+    "release",
+    "arm block",
+    "arm patience",
+    "arm forget",
+    "arm tell",
+}
+SHORT = ("arm unplug 1.5",)
+
+
+@pytest.fixture(scope="module")
+def link_and_backend(tmp_path_factory):
+    path = robot_file(tmp_path_factory.mktemp("robots"))
+    with emulated(path, "single") as link:
+        backend = open_backend(str(path), "kinematic", WorldOptions(scene="single", seed=1))
+        with backend.robot as robot:
+            robot.clock, robot.start = backend.clock, robot.read()
+            yield link, robot
+
+
+@pytest.fixture
+def link(link_and_backend):
+    return link_and_backend[0]
+
+
+@pytest.fixture
+def robot(link_and_backend):
+    return link_and_backend[1]
+
+
+@pytest.fixture
+def gate(robot):
+    """Healthy, and back where it was."""
+    if not healthy(robot.read()):
+        robot.recover()
+    gate = Gate(robot, robot.description, 0.01)
+    until(robot, gate, healthy, 30.0)
+    gate.acknowledge()
+    for _ in range(500):
+        state = tick(robot, gate, back(robot.read(), robot.start))[0]
+        if not back(state, robot.start).base_twist.any() and max(abs(state.qd)) < 0.01:
+            break
+    go_on(robot, gate, 0.3, None)
+    return gate
+
+
+def back(state, start) -> Command:
+    """Towards where the robot was at first."""
+    v = -0.2 if (start.wTb.inverse() * state.wTb).translation[0] > 0.03 else 0.0
+    return Command(
+        base_twist=np.array([v, 0.0, 0.0]), qd=np.clip(3.0 * (start.q - state.q), -0.5, 0.5)
+    )
+
+
+def set_off(robot, gate) -> None:
+    """Both move nearly as fast as they are wanted to."""
+    until(
+        robot,
+        gate,
+        lambda state: state.base_twist[0] > 0.25 and min(state.qd[0], state.qd[5]) > 0.35,
+        5.0,
+        GO,
+    )
+
+
+def rests(link) -> tuple[float, float]:
+    """When base and arm were told to rest, by the emulators [s]."""
+    asked = stopwatch()
+    base, arm = link.do("tell"), link.do("arm tell")
+    assert base["still"] > 0.0, "the base is told to move"
+    assert arm["still"] > 0.0, "the arm is told to move"
+    assert stopwatch() - asked < 0.05
+    return base["stamp"] - base["still"], arm["now"] - arm["still"]
+
+
+def told(what: str, event: float, given: float, base: float, arm: float) -> str:
+    """Times as a row of the table in docs/hardware.md."""
+    return (
+        f"{what} | {base - event:.2f} | {arm - event:.2f} "
+        f"| {given - event:.2f} | {max(base, arm) - given:.2f}"
+    )
+
+
+@pytest.mark.parametrize(
+    "words", [w if w in SHORT else pytest.param(w, marks=pytest.mark.slow) for w in STOPS]
+)
+def test_a_fault_of_one_part_stops_both_in_time(robot, gate, link, words):
+    set_off(robot, gate)
+    event = stopwatch()
+    link.do(words)
+    given = go_on(robot, gate, WATCHED, GO)
+    base, arm = rests(link)
+    time.sleep(0.5)
+    if STOPS[words]:
+        link.do(STOPS[words])
+    time.sleep(1.2 if words == "dock" else 0.3)
+    row = told(words, event, max(given, event), base, arm)
+    print(row)
+    assert max(base, arm) - max(given, event) < LONGEST, row
+    if words in ("freeze yes", "break"):  # of good commands it has heard nothing since
+        assert base - event < LONGEST, row
+
+
+def test_a_loop_that_commands_no_more_stops_both_in_time(robot, gate, link):
+    set_off(robot, gate)
+    given = go_on(robot, gate, 0.1, GO)
+    time.sleep(0.8)
+    row = told("no more commands", given, given, *rests(link))
+    print(row)
+    assert max(rests(link)) - given < LONGEST, row
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", GOES_ON)
+def test_what_happens_every_day_stops_nothing(robot, gate, link, words):
+    set_off(robot, gate)
+    link.do(words)
+    given = go_on(robot, gate, WATCHED, GO)
+    assert stopwatch() - given < 0.05
+    base, arm = link.do("tell"), link.do("arm tell")
+    link.do(GOES_ON[words])
+    assert base["still"] < 0.05
+    assert arm["still"] == 0.0
+    assert arm["violations"] == []
+
+
+def test_every_word_of_the_emulators_is_tried():
+    words = {*(set(WORDS) - {"arm"}), *(f"arm {name}" for name in ACTIONS)}
+    tried = {*STOPS, *GOES_ON, *STOPS.values()}
+    names = {" ".join(one.split()[: 2 if one.startswith("arm") else 1]) for one in tried if one}
+    assert words - NOT_FAULTS == names - NOT_FAULTS
