@@ -18,7 +18,8 @@ from behaviours.log import Carried, TaskLog
 from behaviours.look_at import LookAt
 from behaviours.move_arm import MoveArm
 from behaviours.navigate import Navigate
-from behaviours.place import Place, slots
+from behaviours.place import Place
+from behaviours.places import slots
 from behaviours.poses import BasePose, Posture, Region, ToolPose
 from behaviours.progress import Progress
 from behaviours.ranges import Bounds, Count, NotNegative, Percent, Positive

@@ -67,7 +67,7 @@ class Grasp(Leaf):
         """Start to look."""
         self._begun = self._seen = self.context.clock.now()
         self._step = self._follow
-        self._progress = Progress(self.context)
+        self._set_out(straight=True)
         self._target = np.full(3, np.inf)
         self.context.vision.tracker.lock_distance = self._lock_distance
         self.context.vision.reset()
@@ -101,15 +101,25 @@ class Grasp(Leaf):
             return self.running("looking for a grasp")
         self._seen = now
         if np.linalg.norm(grasp.wTg.translation - self._target) > settings.other_target:
-            self._target, self._progress = grasp.wTg.translation, Progress(self.context)
+            self._target, self._progress = (
+                grasp.wTg.translation,
+                Progress(self.context, straight=True),
+            )
         above = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -settings.standoff]))
-        report = self.pursue(
-            PoseGoal(wTe=above, speed=settings.follow_speed, straight=True, hand_may_touch=True),
-            "follow",
+        goal = PoseGoal(
+            wTe=above,
+            speed=settings.follow_speed,
+            straight=self._goes_straight,
+            stance_if_near=True,
+            hand_may_touch=self._goes_straight,
         )
+        report = self.pursue(goal, "follow" if self._goes_straight else "follow from elsewhere")
         if report is None:
             return self.running(f"following a grasp of quality {grasp.quality:.2f}")
         if self._stalled(report):
+            if self._goes_straight and vision.tracker.locked:  # it need not be seen any longer
+                self._set_out(straight=False)
+                return self.running("going above the grasp from another stance")
             vision.reject()
             short = f"cannot get above the grasp, {report.position_error:.3f} m short"
             return self.failure(short + self._progress.because)
@@ -120,9 +130,14 @@ class Grasp(Leaf):
             return self.running(f"locked, {report.position_error:.3f} m to go")
         self.grip(grasp.opening, self._force)
         self._locked = grasp
-        self._progress = Progress(self.context)
+        self._progress = Progress(self.context, straight=True)
         self._step = self._descend
         return self._descend()
+
+    def _set_out(self, *, straight: bool) -> None:
+        """Go above the grasp: straight, or the base to another stance first."""
+        self._goes_straight = straight
+        self._progress = Progress(self.context, straight=straight)
 
     def _descend(self) -> Status:
         """Straight down on the locked grasp."""

@@ -105,6 +105,12 @@ class Leaf(py_trees.behaviour.Behaviour):
         return self.context.state.gripper_width < self.settings.fingers.closed
 
     @property
+    def fingers_have_opened(self) -> bool:
+        """Whether something has pressed the fingers apart that were told to close."""
+        width, closing = self.context.state.gripper_width, self.context.log.closing
+        return closing is not None and width - closing.narrowest > self.settings.fingers.slack
+
+    @property
     def empty_hand(self) -> str | None:
         """Why the hand holds nothing, in words; None if all that is known says that it does.
 
@@ -119,7 +125,7 @@ class Leaf(py_trees.behaviour.Behaviour):
             return "the fingers are open" if self.gripper_is_open else None
         if closing.begun_at - closing.narrowest < least:
             return "the fingers did not move"
-        if width - closing.narrowest > self.settings.fingers.slack:
+        if self.fingers_have_opened:
             return "the fingers have opened"
         return "nothing stopped the fingers" if width - closing.target < least else None
 

@@ -13,37 +13,14 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf
+from behaviours.places import Places
 from behaviours.poses import Region
 from behaviours.progress import Progress
 from behaviours.ranges import Positive
 from behaviours.surface import Shows, SurfaceWatch
-from controller import PoseGoal
+from controller import PoseGoal, StepReport
 from hw import FaultKind, TaskTime
 from robots import reach
-
-
-def slots(region: Region, pitch: float) -> list[np.ndarray]:
-    """Centres (3,) of the places on the floor of a region, spread in rows, in the world [m].
-
-    Args:
-        region: whose floor.
-        pitch: least distance between neighbouring places [m].
-    """
-    length, width, height = region.size
-    columns, rows = (max(1, int((edge + 1e-9) // pitch)) for edge in (length, width))
-    return [
-        region.wTr.act(
-            np.array(
-                [
-                    (column - (columns - 1) / 2.0) * length / columns,
-                    (row - (rows - 1) / 2.0) * width / rows,
-                    -height / 2.0,
-                ]
-            )
-        )
-        for row in range(rows)
-        for column in range(columns)
-    ]
 
 
 class Place(Leaf):
@@ -67,7 +44,12 @@ class Place(Leaf):
     def __init__(self, name: str, context: Context, *, on: Region, pitch_m: Positive = 0.2) -> None:
         super().__init__(name, context)
         self._on = on
-        self._slots = slots(on, pitch_m)
+        self._places = Places(context, on, pitch_m)
+        robot = context.robot.description
+        shoulder = (robot.bTa * robot.arm.joints[0]).translation[2]
+        self._goes_straight = bool(on.floor < shoulder)
+        """Over a higher surface the arm reaches only as its stance has it, and nor is the way
+        straight any longer where it was too narrow once."""
         room = min(pitch_m, *on.size[:2])
         self._radius = min(self.settings.surface.radius, self.settings.surface.pitch_share * room)
 
@@ -83,8 +65,8 @@ class Place(Leaf):
         self._step = self._begin
         self._progress = Progress(self.context)
         self._relocalised = 0
-        self._passed_over: set[int] = set()
-        self._unseen = 0
+        self._places.begin()
+        self._unseen = self._stuck = 0
         x_axis = self.context.wTe.rotation[:, 0]
         self._rotation = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
         self._choose()
@@ -101,28 +83,17 @@ class Place(Leaf):
 
     def _choose(self) -> None:
         """Aim at the next place that is free, as far as is known."""
-        self._number = self._free_place()
-        slot = self._slots[(self._number or 1) - 1]
+        self._number = self._places.next_free()
+        slot = self._places.slots[(self._number or 1) - 1]
         self._down = SE3(self._rotation, slot + np.array([0.0, 0.0, self._release_height()]))
-        up = np.array([0.0, 0.0, self.settings.place.above])
-        self._above = SE3(self._rotation, self._down.translation + up)
+        self._come_from(self.settings.place.above)
         self._watch = SurfaceWatch(self.context, slot, self._radius, self._reach_down)
         self._looking_since: TaskTime | None = None
 
-    def _free_place(self) -> int | None:
-        """The number of the first place that is neither taken nor blocked nor passed over."""
-        log, name = self.context.log, self._on.name
-        gone = log.places_used.get(name, set()) | log.places_blocked.get(name, set())
-        gone |= self._passed_over
-        return next((n for n in self._far_rows_first() if n not in gone), None)
-
-    def _far_rows_first(self) -> list[int]:
-        """The numbers of all places: so the arm does not reach over what it has set down."""
-        wTr = self._on.wTr
-        base = wTr.actInv(self.context.state.wTb.translation)[:2]
-        axis = int((np.abs(base) - self._on.size[:2] / 2.0).argmax())
-        away = [-np.sign(base[axis]) * wTr.actInv(slot)[axis] for slot in self._slots]
-        return sorted(range(1, len(away) + 1), key=lambda n: round(-away[n - 1], 6))
+    def _come_from(self, height: float) -> None:
+        """Choose where the hand comes from, and goes back to: so high over the place [m]."""
+        self._up = height
+        self._above = SE3(self._rotation, self._down.translation + np.array([0.0, 0.0, height]))
 
     def _release_height(self) -> float:
         """Height of the hand over the surface at which it lets go [m].
@@ -141,17 +112,11 @@ class Place(Leaf):
     def _begin(self) -> Status:
         """Nothing moves before there is something to place, and a place for it."""
         if self._number is None:
-            return self.failure(self._none_free())
+            return self.failure(self._places.none_free())
         if reason := self.empty_hand or ("" if self.context.log.in_hand else "nothing was grasped"):
             return self.failure(f"nothing to place: {reason}")
-        self._step = self._approach
+        self._set_out()
         return self._approach()
-
-    def _none_free(self) -> str:
-        name = self._on.name
-        blocked = len(self.context.log.places_blocked.get(name, set()) | self._passed_over)
-        or_blocked = f" or blocked ({blocked})" if blocked else ""
-        return f"all {len(self._slots)} places on {name} are taken{or_blocked}"
 
     def _look(self) -> str | None:
         """See what there is at the place; why nothing can be placed, if so."""
@@ -164,16 +129,35 @@ class Place(Leaf):
 
     def _pass_over(self) -> str | None:
         """Go on to another place; why not, if so."""
-        if self._number is not None:
-            self._passed_over.add(self._number)
+        self._places.pass_over(self._number)
         self._choose()
-        self._step, self._progress = self._approach, Progress(self.context)
-        return self._none_free() if self._number is None else None
+        self._set_out()
+        return self._places.none_free() if self._number is None else None
 
     def _approach(self) -> Status:
         s = self.settings.place
         speed, tolerance = s.approach_speed, s.approach_tolerance
         return self._move("over the place", self._above, speed, tolerance, self._arrive)
+
+    def _set_out(self) -> None:
+        """Go over the place: straight, or the base to another stance first."""
+        self._step = self._approach
+        self._progress = Progress(self.context, straight=self._goes_straight)
+
+    def _less_high_or_elsewhere(self, report: StepReport) -> Status:
+        """Come from less high if that is out of reach; else go to another place."""
+        settings = self.settings.place
+        if report.unreachable and self._up > settings.least_above:
+            self._come_from(settings.least_above)
+        else:
+            away = f"over the place: stuck {report.position_error:.2f} m away"
+            if not report.unreachable:
+                self._note(self.context.log.places_blocked)
+                self._stuck += 1
+            if self._stuck > settings.most_stuck or self._pass_over():
+                return self.failure(away + self._progress.because)
+        self._set_out()
+        return self.running(f"going to {self._place}")
 
     def _arrive(self) -> Status:
         """Go down if the surface was seen on the way, else look for it."""
@@ -190,7 +174,7 @@ class Place(Leaf):
         """What is held may hide the place: let the camera look past it, and come back."""
         context, since = self.context, self._looking_since
         if self._watch.has_seen_surface:
-            self._step, self._progress = self._approach, Progress(context)
+            self._set_out()
             return self._approach()
         if since is not None and context.clock.now() - since > self.settings.view.patience:
             reason = context.vision.blindness(context.state.stamp)
@@ -217,7 +201,7 @@ class Place(Leaf):
         self._relocalised += 1
         if self._relocalised > self.settings.place.most_relocalisations:
             return self.failure(self.context.relocalised)
-        self._step, self._progress = self._approach, Progress(self.context)
+        self._set_out()
         return self._approach()
 
     def _release(self) -> Status:
@@ -244,7 +228,8 @@ class Place(Leaf):
 
     def _rise(self) -> Status:
         s = self.settings.place
-        return self._move("rising", self._above, s.rise_speed, s.rise_tolerance, self._done)
+        tolerance = min(s.rise_tolerance, self._up / 3.0)
+        return self._move("rising", self._above, s.rise_speed, tolerance, self._done)
 
     def _done(self) -> Status:
         if (waiting := self._wait_for_fingers("opening")) is not None:
@@ -278,22 +263,33 @@ class Place(Leaf):
     ) -> Status:
         """One tick of a straight motion of the hand, then the next phase."""
         if then != self._done and (reason := self.empty_hand):
+            if self._step == self._lower and self.fingers_have_opened:
+                return self._release()  # it stands already, and turns in the fingers
             return self.failure(f"nothing left to place: {reason}")
         goal = PoseGoal(
             wTe=wTe,
             speed=speed,
             position_tolerance=tolerance,
             orientation_tolerance=self.settings.place.tilt,
-            straight=True,
+            straight=self._step != self._approach or self._goes_straight,
+            stance_if_near=True,
             hand_may_touch=self._step in (self._lower, self._rise),
         )
-        report = self.pursue(goal, what)
+        report = self.pursue(goal, f"{what} {self._number} from {self._up:.2f} m")
         if report is None:
             return self.running(what)
         if report.arrived:
-            self._step, self._progress = then, Progress(self.context)
+            self._step, self._progress = then, Progress(self.context, straight=True)
             return then()
-        if self._progress.is_stuck(report):
+        stuck = self._progress.is_stuck(report)
+        if self._step == self._approach:
+            if self._goes_straight and (stuck or report.clearance < self.settings.place.room):
+                self._goes_straight = False
+                self._set_out()
+                return self.running(f"{what}, from another stance")
+            if stuck:
+                return self._less_high_or_elsewhere(report)
+        if stuck:
             self._block()
             away = f"{what}: stuck {report.position_error:.2f} m away"
             return self.failure(away + self._progress.because)

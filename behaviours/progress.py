@@ -14,18 +14,20 @@ class Progress:
 
     A motion gets on while the hand, the base or the arm comes nearer to where the controller wants
     it than it ever was. One that does not is stuck as soon as the robot has stood still for
-    `patience`; while it moves it may be on a way around, so that takes `detour_patience`. Only time
-    in which the motion was asked about counts: pauses and late ticks do not, nor does waiting for
-    somebody to pass. One to a goal that the
-    controller calls unreachable is stuck at once.
+    `patience`; while it moves it may be on a way around, so that takes `detour_patience`, or
+    `straight_patience` where it is to go straight and there is no way around. Only time in which
+    the motion was asked about counts: pauses and late ticks do not, nor does waiting for somebody
+    to pass. One to a goal that the controller calls unreachable is stuck at once.
 
     Args:
         context: what all leaves share.
+        straight: whether the goal is to be reached straight.
     """
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: Context, *, straight: bool = False) -> None:
         self._context = context
-        self._settings = context.settings.progress
+        self._settings = settings = context.settings.progress
+        self._patience = settings.straight_patience if straight else settings.detour_patience
         self._best = np.full(3, np.inf)
         self._last = context.clock.now()
         self._without = self._at_rest = 0.0
@@ -49,7 +51,7 @@ class Progress:
         if (left < self._best - settings.step).any():
             self._best = np.minimum(left, self._best)
             self._without = self._at_rest = 0.0
-        return self._at_rest > settings.patience or self._without > settings.detour_patience
+        return self._at_rest > settings.patience or self._without > self._patience
 
     def _left(self, report: StepReport) -> npt.NDArray[np.float64]:
         """(3,) what hand, base and arm have left [m, s and rad]."""

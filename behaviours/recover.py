@@ -54,7 +54,7 @@ class Recover(Leaf):
         self._faults = self._backed_off = 0
         self._behind: BaseGoal | None = None
         self._rising = self._arm is not None and not self._folded(self._arm)
-        self._progress = Progress(self.context)
+        self._progress = Progress(self.context, straight=True)
         here = self.context.wTe
         above = here.translation + np.array([0.0, 0.0, self._rise])
         self._above = SE3(here.rotation, above)

@@ -48,7 +48,7 @@ class RetreatCheck(Leaf):
             straight=True,
             hand_may_touch=True,
         )
-        self._progress = Progress(self.context)
+        self._progress = Progress(self.context, straight=True)
         self._up_since: TaskTime | None = None
 
     def update(self) -> Status:

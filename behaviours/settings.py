@@ -43,6 +43,8 @@ class ProgressSettings(Checked):
     """No improvement for this long, the robot at rest, is stuck [s]."""
     detour_patience: float = 12.0
     """The same while it moves: a base that swings round brings the hand no nearer at first [s]."""
+    straight_patience: float = 2.0
+    """The same where the hand is to go straight [s]."""
     longest_tick: float = 0.1
     """Of a longer time between two ticks only this much counts [s]."""
 
@@ -95,6 +97,13 @@ class PlaceSettings(Checked):
     """How many places the hand goes on from because they were not seen."""
     above: float = 0.12
     """Height over the place that the hand comes from and goes back to [m]."""
+    least_above: float = 0.06
+    """The same where the place is out of reach from higher up [m]."""
+    most_stuck: int = 1
+    """How many places the hand goes on from because it did not get there."""
+    room: float = 0.015
+    """Where the robot comes nearer than this to what stands around on the straight way over the
+    place, it goes there from another stance [m]."""
     approach_speed: float = 0.6
     """[m/s]."""
     approach_tolerance: float = 0.015

@@ -53,6 +53,9 @@ class PoseGoal:
     """... and turned less than this away [rad]."""
     straight: bool = False
     """Whether the end effector must go straight, as near obstacles: no detour even if it stalls."""
+    stance_if_near: bool = False
+    """Whether base and arm are led to a stance even where the goal is near, as where the end
+    effector alone would get stuck."""
     hand_may_touch: bool = False
     """Whether the hand and what it holds may come as near to what is around as they like, as to
     grasp from a container or to set something down. The palm comes near, but does not touch; the

@@ -198,7 +198,7 @@ class Guide:
         self.unreachable = "" if is_there else self._finder.obstacle_to(goal)
         if self.unreachable:
             self._set_stance(None)
-        elif distance > self._guidance.min_distance and not goal.straight:
+        elif not goal.straight and (goal.stance_if_near or distance > self._guidance.min_distance):
             self._look_for_a_stance(goal, wTb, q)
         else:
             self._set_stance(None)
@@ -226,6 +226,8 @@ class Guide:
             self._search = None
             self.unreachable = self._finder.why_none(search)
             self._set_stance(None if self.unreachable else search.best, self._stalled)
+        elif search.chosen and self.stance is None:
+            self._set_stance(search.best)
 
     def _is_new(self, wTe: SE3) -> bool:
         """Whether a goal has jumped, or crept to where its stance does not reach it."""

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from importlib import import_module
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
+from multiprocessing.synchronize import Event
+from signal import SIGTERM, signal
+from threading import current_thread, main_thread
+from types import FrameType
 from typing import TypeVar
 
 from config import UserError
@@ -43,6 +48,7 @@ def run_all(
 
     Raises:
         ClusterError: `distributed` is not installed, or no scheduler answers at the address.
+        KeyboardInterrupt: the process was told to end; so were the others.
     """
     batches = [range(i, min(i + batch, len(items))) for i in range(0, len(items), batch)]
     if cluster is not None:
@@ -50,15 +56,57 @@ def run_all(
     elif workers == 1:
         yield from ((number, work(item)) for number, item in enumerate(items))
     else:
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        context = get_context("spawn")
+        over = context.Event()
+        with (
+            ProcessPoolExecutor(
+                workers, mp_context=context, initializer=_begin, initargs=(over,)
+            ) as pool,
+            _terminated(),
+        ):
             futures = {
                 pool.submit(_batch, work, [items[i] for i in some]): some for some in batches
             }
-            for future in as_completed(futures):
-                yield from zip(futures[future], future.result(), strict=True)
+            try:
+                for future in as_completed(futures):
+                    yield from zip(futures[future], future.result(), strict=True)
+            except BaseException:  # nobody waits for the others any longer
+                over.set()
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
+
+
+@contextmanager
+def _terminated() -> Iterator[None]:
+    """Pass SIGTERM on to the processes and take it as Ctrl-C; the main thread alone can."""
+    if current_thread() is not main_thread():
+        yield
+        return
+
+    def end(_number: int, _frame: FrameType | None) -> None:
+        for process in active_children():
+            process.terminate()
+        raise KeyboardInterrupt
+
+    before = signal(SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal(SIGTERM, before)
+
+
+_over: Event | None = None
+"""In a process of a pool: whether nobody waits for results any longer."""
+
+
+def _begin(over: Event) -> None:
+    global _over
+    _over = over
 
 
 def _batch(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
+    if _over is not None and _over.is_set():  # the pool cannot take back what it has handed out
+        return []
     return [work(item) for item in items]
 
 

@@ -186,7 +186,10 @@ class CollisionModel:
         found: list[tuple[int, int, PairKind]] = []
         aliases = {"hand": ("hand", "camera", "held")}
         for one, other in self._model.description.arm.may_touch:
-            for second in aliases.get(other, (other,)):
+            seconds = aliases.get(other, (other,))
+            if one == "floor" and other == "hand":
+                seconds = (*seconds, "palm")  # the capsules around the hand leave its corners free
+            for second in seconds:
                 for a, b in product(numbers[one], numbers.get(second, [])):
                     found.append((b, a, PairKind.SELF))
         for name, some in numbers.items():

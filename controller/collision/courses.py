@@ -19,21 +19,21 @@ MARGIN = 0.10
 """What the base wants to keep from what moves [m]."""
 STOPPING = 3
 """How many courses of every velocity, the first ones, end with a stop."""
-_STEPS = 14
-"""Places on a course."""
+_LENGTHS = np.array([0.1] * 10 + [0.2125] * 8)
+"""Of the steps of a course [s]: what is near is looked at more often."""
 _KEPT = np.array([0.15, 0.5, HORIZON, 0.6, 1.3])
 """How long a velocity is kept [s]; then the base stops, or after the last ones goes where it is
 led."""
 _MISSING = 80.0
-"""What it costs to miss all of the margin."""
+"""What it costs to miss all of the margin: to miss half of it costs little."""
 _PER_SPEED = 0.1
 """More of the margin per speed of what moves [s]."""
 _BEHIND = 0.04
 """To where it is now, if the base stops at once [m]."""
 _TOUCH = 80.0
-"""What a contact costs per speed [s/m], and per `MARGIN` of its depth."""
-_CORNER = 0.4
-"""What a base that turns counts like [m]."""
+"""What a contact costs per speed with which the base comes nearer [s/m] ..."""
+_DEEP = 240.0
+"""... and per `MARGIN` of its depth."""
 _BRAKING = 0.8
 """Share of the acceleration limits that is relied on."""
 _ARM = 0.08
@@ -64,9 +64,8 @@ class Courses:
         self._half = np.array([length, width]) / 2.0
         self._foot = model.description.bTa.translation[:2]
         self._acceleration = _BRAKING * model.acceleration_limits[: model.n_base]
-        dt = HORIZON / _STEPS
-        self._times = dt * np.arange(1, _STEPS + 1)
-        self._middles = self._times - dt / 2.0 - model.description.base.lag
+        self._times = np.cumsum(_LENGTHS)
+        self._middles = self._times - _LENGTHS / 2.0 - model.description.base.lag
 
     def of(self, now: Array, velocities: Array, led: Array) -> Array:
         """Poses (V, T, K, 3) in the base frame of now.
@@ -87,7 +86,7 @@ class Courses:
             return np.asarray(start + np.clip(end - start, -limit, limit))
 
         there = changed(now, velocities[:, None, None], np.minimum(t, kept))
-        twists = (changed(there, later, t - kept) @ self._axes.T) * (HORIZON / _STEPS)
+        twists = (changed(there, later, t - kept) @ self._axes.T) * _LENGTHS[:, None]
         headings = np.cumsum(twists[..., 2], axis=-1)
         middle = headings - twists[..., 2] / 2.0
         c, s = np.cos(middle), np.sin(middle)
@@ -112,7 +111,17 @@ class Courses:
             here = float(self._distance(np.zeros(3), centre, arm)) - own
             close = np.maximum(min(_BEHIND, here) - stops.min(axis=-1), 0.0) / MARGIN
             short = np.clip(wide - d.min(axis=-1), 0.0, wide) / wide
-            missing += _MISSING * (short**2 + close**2) + _contact(courses, d)
+            missing += _MISSING * (short**4 + close**2)
+            inside = d < 0.0
+            if inside.any():
+                first = np.maximum(inside.argmax(axis=-1), 1)
+                before = np.take_along_axis(courses, first[..., None, None] - 1, 2)[:, :, 0]
+                there = centre + self._times[first][..., None] * velocity
+                at_first = np.take_along_axis(d, first[..., None], 2)[..., 0]
+                closing = self._distance(before, there, arm) - own - at_first
+                closing = np.maximum(closing, 0.0) / _LENGTHS[first]
+                cost = _TOUCH * closing - _DEEP * d.min(axis=-1) / MARGIN
+                missing += np.where(inside.any(axis=-1), cost, 0.0)
         return missing
 
     def _distance(self, courses: Array, there: Array, arm: Array) -> Array:
@@ -126,18 +135,6 @@ class Courses:
         for ax, ay in arm.tolist():
             d = np.minimum(d, np.hypot(x - ax, y - ay) - _ARM)
         return np.asarray(d)
-
-
-def _contact(courses: Array, d: Array) -> Array:
-    """(V, T) what contacts cost: the deeper, and the faster the base at that time, the more."""
-    inside = d < 0.0
-    if not inside.any():
-        return np.zeros(d.shape[:2])
-    first = np.maximum(inside.argmax(axis=-1), 1)[..., None, None]
-    step = np.take_along_axis(courses, first, 2) - np.take_along_axis(courses, first - 1, 2)
-    gone = np.abs(step[..., 0, :]) @ [1.0, 1.0, _CORNER] * (_STEPS / HORIZON)
-    cost = _TOUCH * (gone - d.min(axis=-1) / MARGIN)
-    return np.where(inside.any(axis=-1), cost, 0.0)
 
 
 def radius(shape: Shape) -> float:

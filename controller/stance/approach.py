@@ -23,7 +23,7 @@ from controller.stance.stance import Stance
 
 _AT_DOCK = 0.1
 """A base that is nearer than this to where the line begins goes in [m and rad] ..."""
-_UNFOLDED = 0.3
+_UNFOLDED = 0.5
 """... when no joint is farther than this from the posture of the stance [rad]."""
 
 

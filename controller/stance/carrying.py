@@ -52,6 +52,8 @@ class Carrying:
         self._unseen = 0
         """Poses before this one were not looked at yet."""
         self._carries = False
+        self._free = False
+        """Whether all the way was found free for an arm that unfolds from now on."""
 
     def posture(
         self,
@@ -85,19 +87,37 @@ class Carrying:
             self._unseen = len(self._poses) - 1
             self._room = self._distance(space, self._unseen, aim) - YIELD
         self._advance(wTb)
-        if self._unseen > self._at:
-            self._unseen -= 1
-            late = self._late(self._unseen, *times)
-            there = self._distance(space, self._unseen, aim + late * (q - aim))
-            if there < self._room:
-                self._last, self._unseen = self._unseen, 0
+        self._look_on(space, q, aim, times)
         if self._last > self._at:
             self._carries = True
         elif self._carries:
             ends = self._at + 1 == len(self._poses) and not waits
             now = space.nearest(se3_of(wTb), q, PARTS, _UNFOLDING_ROOM).distance
-            self._carries = not (ends or unfolds(space, wTb, q, aim, now - YIELD))
+            free = ends or self._free or unfolds(space, wTb, q, aim, now - YIELD)
+            self._carries = not free
         return carried(self._ready, aim) if self._carries else None
+
+    def _look_on(self, space: FreeSpace, q: Array, aim: Array, times: tuple[float, float]) -> None:
+        """Look at one more pose of the way, from its end, again and again while it carries.
+
+        The farther the base has come, the less the arm will have unfolded where something is.
+        """
+        end = len(self._poses) - 1
+        if self._unseen <= self._at:
+            if not self._carries:
+                return
+            self._unseen = end + 1
+        self._unseen -= 1
+        there = aim + self._late(self._unseen, *times) * (q - aim)
+        if self._unseen == end:
+            base, room = Pose2D(*self._poses[end].tolist()), min(self._room, _UNFOLDING_ROOM)
+            hits = not unfolds(space, base, there, aim, room)
+        else:
+            hits = self._distance(space, self._unseen, there) < self._room
+        if hits:
+            self._last, self._unseen, self._free = self._unseen, self._at, False
+        elif self._unseen <= self._at:
+            self._last, self._free = -1, True
 
     def _late(self, number: int, base_time: float, arm_time: float) -> float:
         """Share of the arm's way to its posture that is left when the base is at a pose.

@@ -127,6 +127,8 @@ class StanceSearch:
         """What keeps the stances that were looked at from standing free, for people."""
         self.base_stands = self.base_gets_there = False
         """Whether the base stands free in any of them, and whether there is a way to one."""
+        self.chosen = False
+        """Whether `best` stays, but for where it docks."""
         self.done = False
         """Whether the search is over: `best` is good enough, or nothing better was found."""
         self._cost = inf
@@ -155,6 +157,7 @@ class StanceSearch:
             return
         yield
         if self.best is not None:
+            self.chosen = True
             base = self.best.base_for(self.wTe)
             self.best = yield from with_docking(self._model, space, base, self.best)
             return

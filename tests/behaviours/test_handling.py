@@ -19,7 +19,8 @@ from py_trees.common import Status
 
 from behaviours import Region
 from behaviours.gripper import HoldingObject, OpenGripper
-from behaviours.place import Place, slots
+from behaviours.place import Place
+from behaviours.places import slots
 from behaviours.retreat_check import RetreatCheck
 from controller import PoseGoal
 from hw.sim.contact import separation

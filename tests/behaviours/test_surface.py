@@ -9,7 +9,8 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import BehaviourSettings, Region
-from behaviours.place import Place, slots
+from behaviours.place import Place
+from behaviours.places import slots
 from behaviours.surface import Shows, look_at
 from hw.sim import SimObject, World
 from robots import Box, Geom, Plane

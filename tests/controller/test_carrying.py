@@ -13,7 +13,8 @@ from controller import Command, HolisticController, PoseGoal, Surroundings, robo
 from controller.collision.collision_model import CollisionModel
 from controller.floor import FloorMap, Pose2D
 from controller.stance.carrying import Carrying, thinned
-from controller.stance.free_space import FreeSpace
+from controller.stance.docking import PARTS, ROOM
+from controller.stance.free_space import FreeSpace, se3_of
 from controller.stance.stance import Stance
 
 CORRIDOR = (
@@ -23,8 +24,8 @@ CORRIDOR = (
     box(1.7, -0.5, 0.1, 0.1, height=1.6),
 )
 """1.1 m wide, with a door of 0.9 m, between two rooms."""
-_PACE, _TIMES = 0.4, (5.0, 1.0)
-"""Share of the base's time that the arm takes, and what both take [s]."""
+_PACE = 0.4
+"""Share of the base's time that the arm takes."""
 TABLE = box(0.0, 1.6, 1.2, 0.6, height=0.5)
 
 
@@ -58,18 +59,22 @@ def test_the_arm_is_carried_up_to_the_door_and_no_farther(model):
     way = np.array([[x, 0.0, 0.0] for x in np.linspace(-2.0, 3.0, 101)])
     door = FreeSpace(model, FloorMap(CORRIDOR[2:], model.description))
     stance = Stance(sideways, model.bTe(sideways), reverse=False)
-    carrying, carried = Carrying(model, _PACE), {}
+    carrying, carried, q = Carrying(model, _PACE), {}, ready
     for pose in way:
-        posture = carrying.posture(door, way, Pose2D(*pose.tolist()), ready, stance, _TIMES)
+        base, times = Pose2D(*pose.tolist()), (3.0 - float(pose[0]), 1.0)
+        posture = carrying.posture(door, way, base, q, stance, times)
         if posture is not None:
             np.testing.assert_array_equal(posture, ready)
         carried[float(pose[0])] = posture is not None
+        aim = sideways if posture is None else posture
+        q = q + np.clip(aim - q, -0.08, 0.08)  # 1.6 rad/s, the base at 1 m/s
+        assert door.nearest(se3_of(base), q, PARTS, ROOM).distance == ROOM
     begun, ended = (f(x for x, is_carried in carried.items() if is_carried) for f in (min, max))
     assert begun < 0.0  # in time: the posts are at 1.6 m
-    assert 1.2 < ended < 2.0
+    assert 1.0 < ended < 2.0
     room = FreeSpace(model, FloorMap((), model.description))
     start = Pose2D(-2.0, 0.0, 0.0)
-    assert Carrying(model, _PACE).posture(room, way, start, ready, stance, _TIMES) is None
+    assert Carrying(model, _PACE).posture(room, way, start, ready, stance, (5.0, 1.0)) is None
 
 
 def test_a_way_is_looked_at_everywhere_and_where_the_base_turns_on_the_spot():

@@ -142,7 +142,7 @@ def test_an_arm_that_waits_unfolds_only_where_it_has_room():
     for waits in (True, False):
         carrying = Carrying(model, 0.4)
         held = [
-            carrying.posture(space, way, Pose2D(*pose), ready, stance, (3.0, 1.0), waits=waits)
+            carrying.posture(space, way, Pose2D(*pose), ready, stance, (pose[0], 1.0), waits=waits)
             for pose in way.tolist()
         ]
         assert held[-5] is not None

@@ -71,7 +71,8 @@ def could_have_left(
     The way of the walker is the strip that it sweeps, wider on both sides by the circle around the
     base. Since `SIGHT` before the contact, or since the walker took its present course, a robot
     beside the strip could have stopped there, if that is no farther than it brakes; and any could
-    have driven straight out of it: along its heading, an omnidirectional base sideways too.
+    have driven out of it, speeding up outwards as fast as it can after its lag: along its heading,
+    an omnidirectional base sideways at the same time.
 
     Args:
         robot: with its limits.
@@ -95,20 +96,26 @@ def could_have_left(
         inwards = -side * float(across @ moved) / max(speed, 1e-9)
         if abs(offset) - half >= braking * inwards:
             return True
-    heading = base[before, 2]
-    axes = [(np.array([np.cos(heading), np.sin(heading)]), 0)]
+    heading, lag = base[before, 2], min(time, robot.base.lag)
+    axes = [np.array([np.cos(heading), np.sin(heading)])]
     if limits.base_twist[1] > 0.0:
-        axes.append((np.array([-np.sin(heading), np.cos(heading)]), 1))
-    for axis, number in axes:
-        for way in (1.0, -1.0):
-            pace = way * float(axis @ across)
-            if beside and side * pace > 0.0:
-                continue  # it cannot stop before the strip: there is only the other side
-            to_go = (half - np.sign(pace) * offset) / max(abs(pace), 1e-9)
-            top = limits.base_speed(way * np.eye(3)[number])[number]
-            speed = min(way * float(axis @ moved), top)
-            if _driven(speed, float(top), float(limits.base_acceleration[number]), time) >= to_go:
-                return True
+        axes.append(np.array([-np.sin(heading), np.cos(heading)]))
+    for out in (1.0, -1.0):
+        if beside and out == side:
+            continue  # it cannot stop before the strip: there is only the other side
+        gone = out * float(across @ moved) * lag
+        for number, axis in enumerate(axes):
+            way = float(np.sign(out * float(axis @ across))) or 1.0
+            top = float(limits.base_speed(way * np.eye(3)[number])[number])
+            driven = _driven(
+                min(way * float(axis @ moved), top),
+                top,
+                float(limits.base_acceleration[number]),
+                time - lag,
+            )
+            gone += abs(float(axis @ across)) * driven
+        if gone >= half - out * offset:
+            return True
     return False
 
 

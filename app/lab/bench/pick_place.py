@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 
 from rich.table import Table
 
-from app.core import RunOptions, Summary, run_task
+from app.core import End, RunOptions, Summary, run_task
 from app.lab import machine
 from app.lab.workers import run_all
 
@@ -32,12 +32,17 @@ def run_pick_place(
 
     Returns:
         The summaries in the order of the seeds.
+
+    Raises:
+        KeyboardInterrupt: a person has ended a run, and with it the others.
     """
     runs = [replace(options, seed=seed) for seed in seeds]
     summaries = {}
     for number, summary in run_all(_run, runs, workers=workers, cluster=cluster, batch=1):
         summaries[number] = summary
         done(summary)
+        if summary.outcome == End.INTERRUPTED.value:
+            raise KeyboardInterrupt
     return [summaries[number] for number in range(len(runs))]
 
 

@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from rich.table import Table
 
-from app.core import Instruments, RunOptions, Setup, Summary, Tick, run_task
+from app.core import End, Instruments, RunOptions, Setup, Summary, Tick, run_task
 from app.lab import machine
 from app.lab.workers import run_all
 from controller import RobotModel
@@ -87,6 +87,9 @@ def run_in_worlds(
 
     Returns:
         The runs: of each seed first the kinematic, then the physical one.
+
+    Raises:
+        KeyboardInterrupt: a person has ended a run, and with it the others.
     """
     wanted = [
         replace(options, seed=seed, world=world) for seed in seeds for world in (KINEMATIC, PHYSICS)
@@ -95,6 +98,8 @@ def run_in_worlds(
     for number, run in run_all(_run, wanted, workers=workers, cluster=cluster, batch=1):
         runs[number] = run
         done(run.summary)
+        if run.summary.outcome == End.INTERRUPTED.value:
+            raise KeyboardInterrupt
     return [runs[number] for number in range(len(wanted))]
 
 

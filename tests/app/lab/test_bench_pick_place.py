@@ -1,6 +1,9 @@
 """The bench of the main job prints and writes what the runs measured."""
 
 import json
+import subprocess
+import sys
+import time
 
 import pytest
 from typer.testing import CliRunner
@@ -53,3 +56,24 @@ def test_runs_side_by_side_give_the_same_figures(tmp_path):
         assert result.exit_code == 0, result.output
         durations.append([run["duration_s"] for run in json.loads(figures.read_text())["runs"]])
     assert durations[0] == durations[1]
+
+
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_told_to_end_it_ends_the_run_and_begins_no_other(tmp_path, workers):
+    task, runs = tmp_path / "long.yaml", tmp_path / "runs"
+    task.write_text("task: long\ntree: {wait: {duration_s: 100000}}\n")
+    command = ["bench", "pick-place", task, "--seeds", "0-9", "--scene", "single"]
+    command += ["--workers", workers, "--record", runs]
+    bench = subprocess.Popen(
+        [sys.executable, "-m", "frankie_task_cli", *map(str, command)], stderr=subprocess.DEVNULL
+    )
+    try:
+        while sum('"RUNNING"' in e.read_text() for e in runs.glob("*/events.jsonl")) < workers:
+            assert bench.poll() is None
+            time.sleep(0.05)
+        bench.terminate()
+        assert bench.wait(60.0) == 130
+    finally:
+        bench.kill()
+    assert len(list(runs.glob("*/summary.json"))) == workers
+    assert len(list(runs.iterdir())) == workers

@@ -1,0 +1,100 @@
+"""Place where the straight way over a place does not get there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from harness import TABLE_TOP, Harness, block, held_block, looking_down, table_world
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours import Region
+from behaviours.navigate import Navigate
+from behaviours.place import Place
+from behaviours.poses import ToolPose
+from behaviours.progress import Progress
+from behaviours.retreat_check import RetreatCheck
+from controller import PoseGoal
+from hw import TaskTime
+from hw.sim import World
+from robots import Box, Geom
+
+HIGH = 0.9
+FAR = Region(
+    name="table",
+    wTr=SE3(np.eye(3), np.array([0.85, 0.0, TABLE_TOP + 0.1])),
+    size=np.array([0.3, 0.4, 0.2]),
+)
+ON_HIGH = Region(
+    name="high table",
+    wTr=SE3(np.eye(3), np.array([0.0, 2.0, HIGH + 0.1])),
+    size=np.array([0.6, 0.4, 0.2]),
+)
+
+
+def box(name: str, centre: tuple[float, float, float], half: tuple[float, float, float]) -> Geom:
+    return Geom(Box(half), SE3(np.eye(3), np.array(centre)), name)
+
+
+def held_among(*fixtures: Geom) -> Harness:
+    """The hand holds a block over a table, and other things stand around."""
+    before = table_world(block())
+    harness = Harness(World([*before.fixtures, *fixtures], before.objects))
+    harness.reach_over(looking_down(0.7, 0.0, TABLE_TOP + 0.12, yaw=np.pi / 2))
+    down = looking_down(0.7, 0.0, TABLE_TOP + 0.03, yaw=np.pi / 2)
+    harness.reach(PoseGoal(wTe=down, position_tolerance=0.002, straight=True))
+    harness.grip(0.0)
+    assert harness.world.held is not None
+    harness.context.log.grip_height = 0.03
+    harness.context.log.attempt(TaskTime(0.0), TaskTime(1.0))
+    harness.run(RetreatCheck("retreat_check", harness.context))
+    return harness
+
+
+def test_a_table_higher_than_the_shoulder_is_reached_from_a_stance():
+    legs = [
+        box("high table/leg", (x, y, HIGH / 2.0 - 0.02), (0.02, 0.02, HIGH / 2.0 - 0.02))
+        for x in (-0.57, 0.57)
+        for y in (1.73, 2.27)
+    ]
+    harness = held_among(box("high table/top", (0.0, 2.0, HIGH - 0.02), (0.6, 0.3, 0.02)), *legs)
+    there = ToolPose(name="at it", wTe=looking_down(0.0, 1.8, HIGH + 0.25, yaw=np.pi / 2))
+    harness.run(Navigate("navigate", harness.context, to=there, within_m=0.1))
+    leaf = Place("place", harness.context, on=ON_HIGH)
+    assert harness.run(leaf, seconds=40.0) is Status.SUCCESS, leaf.feedback_message
+    thing = harness.world.find("block")
+    assert harness.world.resting_on(thing) == "high table"
+    assert not harness.world.touches
+
+
+def test_a_place_out_of_reach_is_left_for_another_and_may_be_in_reach_the_next_time():
+    harness = held_among(box("shelf", (0.925, 0.0, TABLE_TOP + 0.2), (0.05, 0.06, 0.1)))
+    leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
+    assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message
+    assert leaf.feedback_message != "placed on table, place 4"  # below the shelf
+    assert harness.context.log.places_blocked == {}
+    assert not harness.world.touches
+
+
+def test_what_meets_the_surface_early_and_turns_in_the_fingers_is_let_go():
+    harness = held_block()
+    leaf = Place("place", harness.context, on=FAR, pitch_m=0.13)
+    harness.run_into(leaf, "lower")
+    harness.context.log.closing.narrowest -= 0.012  # as if they had been pressed apart since
+    harness.run_into(leaf, "release")
+    assert harness.run(leaf) is Status.SUCCESS
+    assert harness.world.resting_on(harness.world.find("block")) == "table"
+
+
+@pytest.mark.parametrize(("straight", "patience"), [(True, 2.0), (False, 12.0)])
+def test_a_straight_way_that_leads_nowhere_is_given_up_sooner(straight, patience):
+    harness = Harness(table_world())
+    goal = PoseGoal(wTe=looking_down(0.5, 0.0, 0.8))
+    state = harness.context.state
+    _, report = harness.controller.step(state, goal, harness.gate.applied)
+    harness.context.state = replace(state, qd=np.full(7, 0.1))
+    progress = Progress(harness.context, straight=straight)
+    begun = harness.clock.now()
+    while not progress.is_stuck(report):
+        harness.clock.sleep_until(harness.clock.now() + 0.05)
+    assert harness.clock.now() - begun == pytest.approx(patience, abs=0.2)
