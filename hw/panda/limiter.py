@@ -13,7 +13,7 @@ from hw.panda.generation import JointLimits
 
 PERIOD = 0.001
 """Of the loop of the arm [s]."""
-_LOST = 3
+_LOST = 4
 """Packets in a row that may be lost at the highest speed without leaving the limits."""
 _EPSILON = 1e-3
 """Distance that commands keep from limits on velocity [rad/s], as the vendor's library does."""
@@ -21,6 +21,8 @@ _MARGIN = 0.01
 """Distance at which joints come to rest before their limits [rad]."""
 _ACCELERATION, _JERK = 0.95, 0.25
 """Shares of the limits that are used."""
+_HARD = 0.98
+"""Share of the jerk for a joint that packets were lost for: it accelerates beyond its speed."""
 _GAIN = 20.0
 """Slope of the speed over the distance close to a limit or a goal [1/s]."""
 
@@ -39,7 +41,7 @@ class VelocityLimiter:
     ) -> None:
         self.qdd = tuple(acceleration * most for most in limits.qdd)
         """(7,) accelerations that it uses [rad/s^2]."""
-        self._qddd = tuple(jerk * most for most in limits.qddd)
+        self._qddd = tuple((jerk * most, _HARD * most) for most in limits.qddd)
         self._low = tuple(q + _MARGIN for q in limits.q_min)
         self._high = tuple(q - _MARGIN for q in limits.q_max)
         lost = _LOST * PERIOD
@@ -67,9 +69,14 @@ class VelocityLimiter:
         """
         return [
             _towards(
-                min(max(w, -fast, -speed_at(p - low, a)), fast, speed_at(high - p, a)), v, dv, a, j
+                min(max(w, -fast, -speed_at(p - low, a)), fast, speed_at(high - p, a)),
+                v,
+                dv,
+                a,
+                soft,
+                hard if abs(v + dv * abs(dv) / (2.0 * soft)) > fast + _EPSILON else soft,
             )
-            for p, v, dv, w, low, high, fast, a, j in zip(
+            for p, v, dv, w, low, high, fast, a, (soft, hard) in zip(
                 q,
                 qd,
                 qdd,
@@ -95,11 +102,17 @@ def speed_at(distance: float, qdd: float) -> float:
     return brake / _GAIN * (sqrt(1.0 + 2.0 * _GAIN * _GAIN * distance / brake) - 1.0)
 
 
-def _towards(wanted: float, qd: float, qdd: float, most: float, jerk: float) -> float:
-    """One joint, one period: the acceleration is the largest that can end in time."""
+def _towards(
+    wanted: float, qd: float, qdd: float, most: float, jerk: float, largest: float
+) -> float:
+    """One joint, one period: the acceleration is the largest that can end in time at this jerk.
+
+    It changes with the largest jerk at most.
+    """
     change, step = wanted - qd, jerk * PERIOD
     left = abs(change)
     goal = min(most, left / PERIOD, 0.5 * (sqrt(step * step + 8.0 * jerk * left) - step))
     if change < 0.0:
         goal = -goal
+    step = largest * PERIOD
     return qd + PERIOD * min(max(goal, qdd - step), qdd + step)
