@@ -281,16 +281,14 @@ class Place(Leaf):
         if report.arrived:
             self._step, self._progress = then, Progress(self.context, straight=True)
             return then()
-        stuck = self._progress.is_stuck(report)
+        if not self._progress.is_stuck(report):
+            return self.running(f"{what}, {report.position_error:.2f} m to go")
+        if self._step == self._approach and self._goes_straight:
+            self._goes_straight = False
+            self._set_out()
+            return self.running(f"{what}, from another stance")
         if self._step == self._approach:
-            if self._goes_straight and (stuck or report.clearance < self.settings.place.room):
-                self._goes_straight = False
-                self._set_out()
-                return self.running(f"{what}, from another stance")
-            if stuck:
-                return self._less_high_or_elsewhere(report)
-        if stuck:
-            self._block()
-            away = f"{what}: stuck {report.position_error:.2f} m away"
-            return self.failure(away + self._progress.because)
-        return self.running(f"{what}, {report.position_error:.2f} m to go")
+            return self._less_high_or_elsewhere(report)
+        self._block()
+        away = f"{what}: stuck {report.position_error:.2f} m away"
+        return self.failure(away + self._progress.because)

@@ -101,9 +101,6 @@ class PlaceSettings(Checked):
     """The same where the place is out of reach from higher up [m]."""
     most_stuck: int = 1
     """How many places the hand goes on from because it did not get there."""
-    room: float = 0.015
-    """Where the robot comes nearer than this to what stands around on the straight way over the
-    place, it goes there from another stance [m]."""
     approach_speed: float = 0.6
     """[m/s]."""
     approach_tolerance: float = 0.015

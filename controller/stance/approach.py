@@ -22,9 +22,11 @@ from controller.stance.free_space import FreeSpace
 from controller.stance.stance import Stance
 
 _AT_DOCK = 0.1
-"""A base that is nearer than this to where the line begins goes in [m and rad] ..."""
+"""A base that is nearer than this to the line on which it goes in does so [m and rad] ..."""
+_TURNED = 1.0
+"""... or, past the middle of that line, when it is turned by less than this [rad] ..."""
 _UNFOLDED = 0.5
-"""... when no joint is farther than this from the posture of the stance [rad]."""
+"""... and no joint is farther than this from the posture of the stance [rad]."""
 
 
 class Approach:
@@ -106,8 +108,11 @@ class Approach:
         )
 
     def _is_docked(self, stance: Stance, base: Pose2D, wTb: Pose2D, q: Array) -> bool:
-        """Whether the base is where the line begins, and the arm in its posture."""
+        """Whether the base is on the line, at its beginning or past it, the arm in its posture."""
         assert stance.dock is not None
-        x, y, turn = moved(base, stance.dock).relative_to(wTb)
-        near = hypot(x, y) < _AT_DOCK and abs(turn) < _AT_DOCK
-        return near and bool(np.abs(stance.q - q).max() < _UNFOLDED)
+        x, y, turn = wTb.relative_to(base)
+        dx, dy = stance.dock
+        share = min(1.0, max(0.0, (x * dx + y * dy) / (dx * dx + dy * dy)))
+        near = hypot(x - share * dx, y - share * dy) < _AT_DOCK
+        turned = _AT_DOCK if share > 0.5 else _TURNED
+        return near and abs(turn) < turned and bool(np.abs(stance.q - q).max() < _UNFOLDED)
