@@ -12,6 +12,7 @@ from pinocchio import SE3
 from app.lab.bench.contacts import ContactChecker
 from config import UserError
 from controller import Array, RobotModel
+from robots import reach
 
 PLACES = ("anywhere", "near", "far", "floor", "above")
 """Where goals can be: in the disc, within 1 m, between 3.5 and 4 m, low, or above the base."""
@@ -25,6 +26,9 @@ _MARGIN = 0.1
 """Drawn postures keep this distance from every joint limit [rad]."""
 _LOWEST = 0.05
 """Tool and flange are at least this far above the floor [m]."""
+_PALM, _DOWN = 0.005, np.array([0.0, 0.0, -1.0])
+"""The corners of the palm are at least this far above it where goals are low: the capsules around
+the hand leave them free [m]."""
 _POSE_TOLERANCE = 1e-4
 """Poses in a file may differ from a rigid motion by this much, as in single precision."""
 
@@ -62,6 +66,9 @@ def generate_goals(model: RobotModel, count: int, seed: int, where: str = "anywh
             continue
         flange = model.link_poses(SE3.Identity(), q)[-1].translation[2]
         if min(height, flange) < _LOWEST or np.hypot(radius, height) > DISC or contacts(q).any:
+            continue
+        palm = model.description.gripper.palm.moved(tool)
+        if where == "floor" and -reach(palm, _DOWN) < _PALM:
             continue
         place = np.array([radius * np.cos(bearing), radius * np.sin(bearing), height])
         goals.append(SE3(pin.utils.rotate("z", heading) @ tool.rotation, place))
