@@ -40,6 +40,8 @@ class ComposedRobot:
         camera: the camera on its wrist.
         clock: session time.
         background: makes an executor for one kind of operation that takes time.
+        rest_together: whether a fault of one part brings all to rest at once, whatever else is
+            commanded; else the parts that have none go on, until whoever commands them says so.
     """
 
     def __init__(
@@ -52,6 +54,7 @@ class ComposedRobot:
         camera: DepthCamera,
         clock: Clock,
         background: Callable[[], Executor] = one_thread,
+        rest_together: bool = False,
     ) -> None:
         self.description = description
         self._arm, self._base, self._gripper, self._camera = arm, base, gripper, camera
@@ -61,7 +64,7 @@ class ComposedRobot:
         self._model = RobotModel(description)
         self._grips, self._recoveries = background(), background()
         self._operations: dict[str, Future[None]] = {}
-        self._has_fault = False
+        self._rest_together, self._has_fault = rest_together, False
         self.camera = WristCamera(description, camera, clock, self._wTe_at)
 
     def connect(self) -> None:
@@ -108,10 +111,10 @@ class ComposedRobot:
     def send(self, command: Command) -> Command:
         """Hand a command on to base and arm.
 
-        On a reading with a fault, whichever part has it, all are told to rest at once: each brakes
-        as hard as its own limits allow, whatever else is commanded.
+        Where parts rest together, all are told to rest on a reading with a fault: each brakes as
+        hard as its own limits allow.
         """
-        if self._has_fault:
+        if self._rest_together and self._has_fault:
             command = Command.stop()
         twist = self._base.send(command.base_twist)
         return Command(base_twist=twist, qd=self._arm.send(command.qd))

@@ -130,6 +130,7 @@ def open_hardware(
         gripper=hand_of(hardware, clock),
         camera=camera_of(hardware, description.camera, clock),
         clock=clock,
+        rest_together=True,
     )
     after = emulation.close if emulation else lambda: None
     truth = emulation.truth if emulation else None
