@@ -42,10 +42,15 @@ class Places:
         context: of the tree.
         region: whose floor.
         pitch: least distance between neighbouring places [m].
+        far_first: whether rows far from the base are filled first, so that the arm does not reach
+            over what it has set down; else near ones, as where it does not reach far.
     """
 
-    def __init__(self, context: Context, region: Region, pitch: float) -> None:
+    def __init__(
+        self, context: Context, region: Region, pitch: float, *, far_first: bool = True
+    ) -> None:
         self._context, self._region = context, region
+        self._sign = -1.0 if far_first else 1.0
         self.slots = slots(region, pitch)
         """Centres (3,) in the world [m]; places are numbered from 1."""
         self.begin()
@@ -59,7 +64,7 @@ class Places:
         log, name = self._context.log, self._region.name
         gone = log.places_used.get(name, set()) | log.places_blocked.get(name, set())
         gone |= self._passed_over
-        return next((n for n in self._far_rows_first() if n not in gone), None)
+        return next((n for n in self._in_order() if n not in gone), None)
 
     def pass_over(self, number: int | None) -> None:
         """Do not choose a place for this object."""
@@ -73,10 +78,10 @@ class Places:
         or_blocked = f" or blocked ({blocked})" if blocked else ""
         return f"all {len(self.slots)} places on {name} are taken{or_blocked}"
 
-    def _far_rows_first(self) -> list[int]:
-        """The numbers of all places: so the arm does not reach over what it has set down."""
+    def _in_order(self) -> list[int]:
+        """The numbers of all places, row by row."""
         wTr = self._region.wTr
         base = wTr.actInv(self._context.state.wTb.translation)[:2]
         axis = int((np.abs(base) - self._region.size[:2] / 2.0).argmax())
         away = [-np.sign(base[axis]) * wTr.actInv(slot)[axis] for slot in self.slots]
-        return sorted(range(1, len(away) + 1), key=lambda n: round(-away[n - 1], 6))
+        return sorted(range(1, len(away) + 1), key=lambda n: round(self._sign * away[n - 1], 6))

@@ -73,6 +73,11 @@ class GraspSettings(Checked):
     """... and turned this little [rad]."""
     other_target: float = 0.03
     """A grasp that jumps this far is another one, and gets the full time to be reached [m]."""
+    nearer_standoff: float = 0.24
+    """Where a grasp is out of reach from here, the base takes a stance for this height over it,
+    from which the hand is free to go round [m] ..."""
+    nearer_tolerance: float = 0.03
+    """... and the hand follows the grasp again when it is this near to that [m]."""
     follow_speed: float = 0.5
     """[m/s]."""
     descend_speed: float = 0.25
@@ -153,6 +158,9 @@ class RetreatSettings(Checked):
     """Out of a fault, where something may be in the way [m/s]."""
     tolerance: float = 0.03
     """[m]."""
+    withdraw: float = 0.2
+    """Over a surface higher than the shoulder the hand comes back by this after placing, before the
+    arm goes down beside what stands there [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -41,15 +41,16 @@ class LeverArms:
             inside = workspace.contains(np.stack([x, y, heights[row, column]], axis=1))
             raised[row[~inside], column[~inside]] = False
             row, column, x, y = row[inside], column[inside], x[inside], y[inside]
-        count, self._things = cv2.connectedComponents(raised.astype(np.uint8), connectivity=8)
-        thing, above = self._things[row, column], heights[row, column] - lowest
+        count, things = cv2.connectedComponents(raised.astype(np.uint8), connectivity=8)
+        self._things = np.asarray(things, dtype=np.float32)
+        thing, above = things[row, column], heights[row, column] - lowest
         volume = np.maximum(np.bincount(thing, above, count), 1e-9)
         self._middle_x = np.bincount(thing, above * x, count) / volume
         self._middle_y = np.bincount(thing, above * y, count) / volume
 
     def at(self, x: Array, y: Array) -> Array:
         """Lever arms of grasps at (N,) positions in the world [m]; 0 where nothing stands."""
-        thing = look_up(self._things, self._origin, self._cell, x, y)
+        thing = look_up(self._things, self._origin, self._cell, x, y).astype(int)
         arm = np.hypot(x - self._middle_x[thing], y - self._middle_y[thing])
         return np.where(thing > 0, arm, 0.0)
 
