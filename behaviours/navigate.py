@@ -18,8 +18,8 @@ from controller import BaseGoal, MotionGoal, PoseGoal
 class Navigate(Leaf):
     """Move the end effector, or the base, to a named pose.
 
-    A robot that is stuck backs off once and tries again. Fails when it has a fault, no longer comes
-    nearer, or the time is over.
+    A robot that is stuck beside something backs off once and tries again. Fails when it has a
+    fault, no longer comes nearer, or the time is over.
 
     Args:
         to: a pose of the task file; a tool pose moves base and arm as one, a base pose the base.
@@ -72,7 +72,7 @@ class Navigate(Leaf):
             self._back_off = None
             self._approach = Approach(self, self._goal, self._to.name, self._timeout)
         status = self._approach.tick()
-        if status is Status.FAILURE and self._approach.is_stuck and not self._has_backed_off:
+        if status is Status.FAILURE and self._approach.is_blocked and not self._has_backed_off:
             self._back_off, self._has_backed_off = BackOff(self), True
             return self.running("backing off")
         return status

@@ -172,7 +172,7 @@ class RecoverSettings(Checked):
     most_faults: int = 3
     """Faults that come back more often are not cleared again."""
     in_the_way: float = 0.05
-    """Furniture nearer than this keeps the arm from its posture [m]."""
+    """Furniture nearer than this keeps the arm from its posture, or the base from its way [m]."""
     back_off: float = 0.3
     """The base backs off from it by this much at a time [m] ..."""
     most_back_offs: int = 2
