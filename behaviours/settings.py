@@ -158,9 +158,6 @@ class RetreatSettings(Checked):
     """Out of a fault, where something may be in the way [m/s]."""
     tolerance: float = 0.03
     """[m]."""
-    withdraw: float = 0.2
-    """Over a surface higher than the shoulder the hand comes back by this after placing, before the
-    arm goes down beside what stands there [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,7 +171,8 @@ class RecoverSettings(Checked):
     in_the_way: float = 0.05
     """Furniture nearer than this keeps the arm from its posture, or the base from its way [m]."""
     back_off: float = 0.3
-    """The base backs off from it by this much at a time [m] ..."""
+    """The base backs off from it by this much at a time [m]; also from what stands on a surface
+    higher than the shoulder, before the arm goes down beside it ..."""
     most_back_offs: int = 2
     """... and this often."""
 
