@@ -84,7 +84,7 @@ class GraspSettings(Checked):
     """[m/s]."""
     descend_tolerance: float = 0.004
     """The fingers close this near to the grasp [m] ..."""
-    closing_speed: float = 0.02
+    closing_speed: float = 0.015
     """... when the hand goes down slower than this: it presses what it holds on the floor [m/s]."""
 
 
