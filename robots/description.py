@@ -130,6 +130,11 @@ class Intrinsics:
     cx: float
     cy: float
 
+    @property
+    def matrix(self) -> Array:
+        """(3, 3) from a point in the camera's frame to homogeneous pixels [px]."""
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CameraDescription:

@@ -204,7 +204,7 @@ def _run(
             abandon=abandon,
         ).run()
         real_seconds = stopwatch() - begun - measurements.paused_s
-        duration = setup.clock.now().seconds - began.seconds
+        duration = setup.clock.now().since(began)
         outputs.end(outcome, setup.clock.session.now())
         warnings = [*observers.failures, *_closed(recorder), *outputs.close()]
         summary = summarise(

@@ -112,17 +112,24 @@ class Courses:
             close = np.maximum(min(_BEHIND, here) - stops.min(axis=-1), 0.0) / MARGIN
             short = np.clip(wide - d.min(axis=-1), 0.0, wide) / wide
             missing += _MISSING * (short**4 + close**2)
-            inside = d < 0.0
-            if inside.any():
-                first = np.maximum(inside.argmax(axis=-1), 1)
-                before = np.take_along_axis(courses, first[..., None, None] - 1, 2)[:, :, 0]
-                there = centre + self._times[first][..., None] * velocity
-                at_first = np.take_along_axis(d, first[..., None], 2)[..., 0]
-                closing = self._distance(before, there, arm) - own - at_first
-                closing = np.maximum(closing, 0.0) / _LENGTHS[first]
-                cost = _TOUCH * closing - _DEEP * d.min(axis=-1) / MARGIN
-                missing += np.where(inside.any(axis=-1), cost, 0.0)
+            missing += self._contact(courses, d, centre + self._times[:, None] * velocity, arm, own)
         return missing
+
+    def _contact(self, courses: Array, d: Array, path: Array, arm: Array, own: float) -> Array:
+        """(V, T) what contact costs: by the speed of approach where it begins, and by its depth.
+
+        `d` (V, T, K) is the distance to what goes along `path` (K, 2), of radius `own`.
+        """
+        inside = d < 0.0
+        if not inside.any():
+            return np.zeros(d.shape[:-1])
+        first = np.maximum(inside.argmax(axis=-1), 1)
+        before = np.take_along_axis(courses, first[..., None, None] - 1, 2)[:, :, 0]
+        at_first = np.take_along_axis(d, first[..., None], 2)[..., 0]
+        closing = self._distance(before, path[first], arm) - own - at_first
+        closing = np.maximum(closing, 0.0) / _LENGTHS[first]
+        cost = _TOUCH * closing - _DEEP * d.min(axis=-1) / MARGIN
+        return np.where(inside.any(axis=-1), cost, 0.0)
 
     def _distance(self, courses: Array, there: Array, arm: Array) -> Array:
         """(...) distances of base poses (..., 3) and the arm to points (..., 2) [m]."""
