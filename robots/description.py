@@ -63,8 +63,6 @@ class ArmDescription:
     may_touch: tuple[tuple[str, str], ...]
     """Pairs of `base`, `floor`, `link0` (the foot) to `link7` and `hand` that can meet within the
     joint limits; more joints move the second of a pair."""
-    reach: Array
-    """(7,) largest distance of a point of the arm or hand from each joint's axis [m]."""
     inertias: tuple[Inertia, ...]
     """Of the foot and the seven links, each in the frame of its link: 8."""
     torque: Array
