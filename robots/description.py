@@ -189,3 +189,21 @@ def with_base_speed(
 def with_reverse_speed(description: RobotDescription, speed: float) -> RobotDescription:
     """The same robot with another base speed along -x [m/s]."""
     return replace(description, limits=replace(description.limits, base_reverse=speed))
+
+
+def at_pace(description: RobotDescription, pace: float) -> RobotDescription:
+    """The same robot at a share of its speeds; its accelerations, and its brakes, stay.
+
+    Its tasks take as much longer, and their clock knows it.
+    """
+    limits = description.limits
+    return replace(
+        description,
+        pace=pace,
+        limits=replace(
+            limits,
+            qd=pace * limits.qd,
+            base_twist=pace * limits.base_twist,
+            base_reverse=pace * limits.base_reverse,
+        ),
+    )

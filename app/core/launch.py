@@ -135,9 +135,8 @@ def _run(
     behaviours = [place.node for place in nodes]
     faults = FaultSchedule(options.faults, setup.robot, behaviours, options.seed)
     instruments.begin(setup, nodes)
-    folder = make_folder(
-        options.record, task.name, _texts(task), asdict(options) | {"scene": scene}
-    )
+    known = asdict(options) | {"scene": scene, "pace": setup.robot.description.pace}
+    folder = make_folder(options.record, task.name, _texts(task), known)
     lossless = not options.paced
     outputs = Outputs(
         folder,
