@@ -11,6 +11,7 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
+from behaviours.back_off import BackOff
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.places import Places
@@ -36,7 +37,7 @@ class Place(Leaf):
 
     Args:
         on: region of the task file whose floor is the surface to place on.
-        pitch_m: distance between neighbouring places, at least [m].
+        pitch_m: distance between neighbouring places; 60 % of it when the rows are full [m].
     """
 
     key: ClassVar[str] = "place"
@@ -44,12 +45,13 @@ class Place(Leaf):
     def __init__(self, name: str, context: Context, *, on: Region, pitch_m: Positive = 0.2) -> None:
         super().__init__(name, context)
         self._on = on
-        self._places = Places(context, on, pitch_m)
         robot = context.robot.description
         shoulder = (robot.bTa * robot.arm.joints[0]).translation[2]
-        self._goes_straight = bool(on.floor < shoulder)
-        """Over a higher surface the arm reaches only as its stance has it, and nor is the way
-        straight any longer where it was too narrow once."""
+        self._is_high = bool(on.floor > shoulder)
+        """There the arm reaches only as its stance has it, and it goes down beside it next."""
+        self._goes_straight = not self._is_high
+        """As long as that was not too narrow."""
+        self._places = Places(context, on, pitch_m, far_first=not self._is_high)
         room = min(pitch_m, *on.size[:2])
         self._radius = min(self.settings.surface.radius, self.settings.surface.pitch_share * room)
 
@@ -222,6 +224,7 @@ class Place(Leaf):
     def _set_down(self) -> None:
         """It stands on its place, whatever comes of the hand."""
         self._is_down = True
+        self._back_off: BackOff | None = None
         self._note(self.context.log.places_used)
         self.context.log.place(self.context.clock.now())
         self.context.set_down.add(self._let_go, self.context.wTe)
@@ -234,6 +237,9 @@ class Place(Leaf):
     def _done(self) -> Status:
         if (waiting := self._wait_for_fingers("opening")) is not None:
             return waiting
+        self._back_off = self._back_off or BackOff(self)
+        if self._is_high and not self._back_off.tick():
+            return self.running("backing off")
         return self.success(f"placed on {self._on.name}, place {self._number}")
 
     def _wait_for_fingers(self, what: str) -> Status | None:
