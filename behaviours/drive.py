@@ -14,7 +14,7 @@ from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import BasePose
-from behaviours.ranges import Positive
+from behaviours.ranges import Seconds, Turn, Way
 from controller import BaseGoal
 
 
@@ -40,9 +40,9 @@ class Drive(Leaf):
         context: Context,
         *,
         to: BasePose | None = None,
-        forward_m: float = 0.0,
-        turn_deg: float = 0.0,
-        timeout_s: Positive = 60.0,
+        forward_m: Way = 0.0,
+        turn_deg: Turn = 0.0,
+        timeout_s: Seconds = 60.0,
     ) -> None:
         super().__init__(name, context)
         if (to is None) == (forward_m == 0.0 and turn_deg == 0.0):

@@ -16,7 +16,7 @@ from behaviours.leaf import Leaf
 from behaviours.places import Places
 from behaviours.poses import Region
 from behaviours.progress import Progress
-from behaviours.ranges import Positive
+from behaviours.ranges import Pitch
 from behaviours.surface import Shows, SurfaceWatch
 from controller import PoseGoal, StepReport
 from hw import FaultKind, TaskTime
@@ -41,7 +41,7 @@ class Place(Leaf):
 
     key: ClassVar[str] = "place"
 
-    def __init__(self, name: str, context: Context, *, on: Region, pitch_m: Positive = 0.2) -> None:
+    def __init__(self, name: str, context: Context, *, on: Region, pitch_m: Pitch = 0.2) -> None:
         super().__init__(name, context)
         self._on = on
         self._places = Places(context, on, pitch_m)

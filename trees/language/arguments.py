@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from config import YamlEntry, YamlMap, YamlScalar, YamlValue, describe, quoted, suggest
 from trees.language.mappings import WORD
+from trees.language.plausibility import meant, radians_for_degrees
 from trees.language.registry import SET, LeafType
 from trees.language.scope import Scope
 from trees.language.syntax import LeafNode
@@ -52,7 +53,7 @@ def read_leaf(
         elif key in leaf.parameters:
             parameter = leaf.parameters[key]
             arguments |= read_argument(
-                key, argument.value, parameter.type, parameter.description, scope
+                key, argument.value, parameter.type, parameter.description, scope, parameter.unit
             )
         else:
             message = f"`{leaf.key}` has no parameter `{key}`"
@@ -61,9 +62,17 @@ def read_leaf(
 
 
 def read_argument(
-    name: str, value: YamlValue, expected: ValueType, description: str, scope: Scope
+    name: str,
+    value: YamlValue,
+    expected: ValueType,
+    description: str,
+    scope: Scope,
+    unit: str = "",
 ) -> dict[str, Argument]:
-    """The argument for a parameter, by its name; empty, and an error, if it does not fit."""
+    """The argument for a parameter, by its name; empty, and an error, if it does not fit.
+
+    A number that only makes sense in another unit does not fit either.
+    """
     resolved = scope.resolve(value)
     if resolved is None:
         return {}
@@ -71,7 +80,14 @@ def read_argument(
         argument = convert(resolved, expected, scope.named.values)
     except MismatchError as mismatch:
         about = f" ({description})" if description else ""
-        scope.mismatch(resolved, f"`{name}`{about}: {mismatch.message}", mismatch.hint)
+        given = getattr(resolved, "value", None)
+        number = given if isinstance(given, float | int) and not isinstance(given, bool) else 0.0
+        hint = meant(number, unit, expected.within) or mismatch.hint
+        scope.mismatch(resolved, f"`{name}`{about}: {mismatch.message}", hint)
+        return {}
+    if unit == "°" and isinstance(argument, float) and (odd := radians_for_degrees(argument)):
+        message, _, hint = odd.partition("; ")
+        scope.diagnostics.error(value.location, f"`{name}`: {message}", hint)
         return {}
     scope.use(argument)
     return {name: argument}

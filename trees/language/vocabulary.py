@@ -20,8 +20,8 @@ from trees.language.ends import (
 from trees.language.value_types import ValueType
 from trees.language.word_types import CompositeWord, Counterpart, ModifierWord, Option
 
-_SECONDS = ValueType(types=(float,), above=0.0)
-_COUNT = ValueType(types=(int,), least=1)
+_SECONDS = ValueType(types=(float,), above=0.0, most=604_800.0)
+_COUNT = ValueType(types=(int,), least=1, most=100_000)
 _FLAG = ValueType(types=(bool,))
 _POLICY = Option(
     type=ValueType(types=(int,), choices=("all", "any"), least=1),
