@@ -19,6 +19,7 @@ class Equals(Condition):
     """
 
     key: ClassVar[str] = "equals"
+    alike: ClassVar[tuple[str, ...]] = ("value", "to")
 
     def __init__(
         self,

@@ -126,6 +126,7 @@ class ObjectVisible(Condition):
     """
 
     key: ClassVar[str] = "object_visible"
+    surfaces: ClassVar[tuple[str, ...]] = ("within",)
 
     def __init__(
         self, name: str, context: Context, *, within: Region, smallest_cm2: Area = 1.0

@@ -36,6 +36,7 @@ class Follow(Leaf):
     """
 
     key: ClassVar[str] = "follow"
+    surfaces: ClassVar[tuple[str, ...]] = ("within",)
 
     def __init__(
         self,

@@ -37,6 +37,7 @@ class Grasp(Leaf):
     """
 
     key: ClassVar[str] = "grasp"
+    surfaces: ClassVar[tuple[str, ...]] = ("within",)
 
     def __init__(
         self,

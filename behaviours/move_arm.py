@@ -28,6 +28,7 @@ class MoveArm(Leaf):
     """
 
     key: ClassVar[str] = "move_arm"
+    goes_to: ClassVar[tuple[str, ...]] = ("to",)
 
     def __init__(
         self,

@@ -28,6 +28,7 @@ class Navigate(Leaf):
     """
 
     key: ClassVar[str] = "navigate"
+    goes_to: ClassVar[tuple[str, ...]] = ("to",)
 
     def __init__(
         self,

@@ -40,6 +40,7 @@ class Place(Leaf):
     """
 
     key: ClassVar[str] = "place"
+    surfaces: ClassVar[tuple[str, ...]] = ("on",)
 
     def __init__(self, name: str, context: Context, *, on: Region, pitch_m: Pitch = 0.2) -> None:
         super().__init__(name, context)

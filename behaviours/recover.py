@@ -31,6 +31,7 @@ class Recover(Leaf):
     """
 
     key: ClassVar[str] = "recover"
+    goes_to: ClassVar[tuple[str, ...]] = ("arm",)
 
     def __init__(
         self, name: str, context: Context, *, arm: Posture | None = None, rise_m: Lift = 0.15

@@ -26,6 +26,8 @@ class RegionEmpty(Leaf):
     """
 
     key: ClassVar[str] = "region_empty"
+    moves: ClassVar[bool] = False
+    surfaces: ClassVar[tuple[str, ...]] = ("region",)
 
     def __init__(
         self,

@@ -36,6 +36,7 @@ class ScanForObjects(Leaf):
     """
 
     key: ClassVar[str] = "scan_for_objects"
+    surfaces: ClassVar[tuple[str, ...]] = ("region",)
 
     def __init__(
         self,

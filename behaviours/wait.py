@@ -19,6 +19,8 @@ class Wait(Leaf):
     """
 
     key: ClassVar[str] = "wait"
+    lasts: ClassVar[str] = "duration_s"
+    moves: ClassVar[bool] = False
 
     def __init__(self, name: str, context: Context, *, duration_s: Pause) -> None:
         super().__init__(name, context)

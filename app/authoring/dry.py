@@ -28,6 +28,7 @@ from trees.language import (
     ValueType,
     build,
     failed_node,
+    leaves_at,
     load,
     nodes_below,
     nodes_in_order,
@@ -169,12 +170,9 @@ def _outcome(word: str, text: str) -> Status:
 def _leaves(task: Task) -> Iterator[LeafNode]:
     """The leaves of a task that can be scripted, with guards and other files, without `set`."""
     for node in nodes_below(task.root):
-        guards = (value for value in node.modifiers.values() if isinstance(value, LeafNode))
-        yield from guards
+        yield from (leaf for leaf in leaves_at(node) if leaf.type is not SET)
         if isinstance(node, SubtreeNode):
             yield from _leaves(node.task)
-        elif isinstance(node, LeafNode) and node.type is not SET:
-            yield node
 
 
 class _DryLeaf(Behaviour):

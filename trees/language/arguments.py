@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from behaviours import Key
 from config import YamlEntry, YamlMap, YamlScalar, YamlValue, describe, quoted, suggest
 from trees.language.mappings import WORD
 from trees.language.plausibility import meant, radians_for_degrees
@@ -12,7 +13,7 @@ from trees.language.registry import SET, LeafType
 from trees.language.scope import Scope
 from trees.language.syntax import LeafNode
 from trees.language.value_types import NAMED_TYPES, ValueType
-from trees.language.values import Argument, KeyWrite, MismatchError, convert, described
+from trees.language.values import Argument, KeyRead, KeyWrite, MismatchError, convert, described
 from trees.language.vocabulary import MODIFIERS, NAME
 
 _ANYTHING = ValueType(types=(bool, int, float, str, *NAMED_TYPES))
@@ -58,7 +59,23 @@ def read_leaf(
         else:
             message = f"`{leaf.key}` has no parameter `{key}`"
             scope.diagnostics.error(argument.location, message, _parameter_hint(key, leaf))
+    if len(arguments) + len(outputs) == len(given):
+        _note_misfit(entry, leaf, arguments, scope)
     return replace(node, arguments=arguments, outputs=outputs)
+
+
+def _note_misfit(
+    entry: YamlEntry, leaf: LeafType, arguments: Mapping[str, Argument], scope: Scope
+) -> None:
+    """Ask the leaf whether its arguments fit each other."""
+    misfit = getattr(leaf.behaviour, "misfit", None)
+    known: dict[str, object] = {
+        name: Key(value.name) if isinstance(value, KeyRead) else value
+        for name, value in arguments.items()
+    }
+    if misfit is not None and (wrong := misfit(known)):
+        message, _, hint = wrong.partition("; ")
+        scope.diagnostics.error(entry.location, f"`{leaf.key}` {message}", hint or "change it")
 
 
 def read_argument(

@@ -66,6 +66,16 @@ class LeafType:
     """The paragraphs after that."""
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     outputs: Mapping[str, Output] = field(default_factory=dict)
+    goes_to: tuple[str, ...] = ()
+    """Its parameters that name where the robot has to get."""
+    surfaces: tuple[str, ...] = ()
+    """Its parameters that name a region with a surface below."""
+    alike: tuple[str, ...] = ()
+    """Its parameters that have values of one kind."""
+    lasts: str = ""
+    """Its parameter that says how long it takes at least; empty if none does."""
+    moves: bool = False
+    """Whether it may move the robot."""
     is_condition: bool
     takes_time: bool
     """Whether it may run for more than a tick."""
@@ -163,6 +173,11 @@ def _describe(key: str, leaf: type[Leaf]) -> LeafType:
         details=" ".join(details.split()),
         parameters={one.name: one for one in described if isinstance(one, Parameter)},
         outputs={one.name: one for one in described if isinstance(one, Output)},
+        goes_to=getattr(leaf, "goes_to", ()),
+        surfaces=getattr(leaf, "surfaces", ()),
+        alike=getattr(leaf, "alike", ()),
+        lasts=getattr(leaf, "lasts", ""),
+        moves=getattr(leaf, "moves", False),
         is_condition=issubclass(leaf, Condition),
         takes_time=not issubclass(leaf, Condition),
         can_fail=True,
