@@ -57,6 +57,8 @@ class Leaf(py_trees.behaviour.Behaviour):
     """The parameter that says how long it takes at least [s]; empty if none does."""
     moves: ClassVar[bool] = True
     """Whether it may leave a goal. Of those that run at the same time only one may."""
+    needs_robot: ClassVar[bool] = True
+    """Whether it needs more than its arguments, the time and the log: a dry run runs the others."""
     is_condition: ClassVar[bool] = False
     """Whether it is a question about the present state; see `Condition`."""
 

@@ -24,6 +24,7 @@ class Say(Leaf):
     """
 
     key: ClassVar[str] = "say"
+    needs_robot: ClassVar[bool] = False
     moves: ClassVar[bool] = False
 
     def __init__(

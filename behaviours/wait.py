@@ -19,6 +19,7 @@ class Wait(Leaf):
     """
 
     key: ClassVar[str] = "wait"
+    needs_robot: ClassVar[bool] = False
     lasts: ClassVar[str] = "duration_s"
     moves: ClassVar[bool] = False
 

@@ -10,6 +10,7 @@ from app.commands.authoring import authoring
 from app.commands.bench import bench
 from app.commands.calibrate import app as calibrate
 from app.commands.doctor import doctor
+from app.commands.dry import dry
 from app.commands.emulate import app as emulate
 from app.commands.grasp import app as grasp
 from app.commands.refuse import RefusingGroup, find_tree
@@ -27,7 +28,7 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, runs, view, explain, replay, delays, doctor):
+for command in (run, dry, runs, view, explain, replay, delays, doctor):
     app.command()(command)
 app.add_typer(bench, name="bench")
 app.add_typer(grasp, name="grasp")

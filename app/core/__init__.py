@@ -18,7 +18,7 @@ from app.core.footprint import Footprint, footprint
 from app.core.instruments import Instruments
 from app.core.launch import Result, run_task
 from app.core.measurements import Measurements
-from app.core.on_save import run_on_save
+from app.core.on_save import Saved, again_on_save, run_on_save
 from app.core.outcome import End, Outcome
 from app.core.replay import Replay, ReplayError, replay_run
 from app.core.run_options import RunOptions
@@ -46,6 +46,7 @@ __all__ = [
     "ReplayError",
     "Result",
     "RunOptions",
+    "Saved",
     "ScheduledFault",
     "Session",
     "Setup",
@@ -53,6 +54,7 @@ __all__ = [
     "Summary",
     "Tick",
     "VisionForm",
+    "again_on_save",
     "current_phases",
     "footprint",
     "open_setup",

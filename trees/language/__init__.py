@@ -6,7 +6,7 @@ other words of the language are defined in `vocabulary`.
 """
 
 from trees.language.branch import Branch, Ticking, failed_node
-from trees.language.builder import build
+from trees.language.builder import build, real_leaf
 from trees.language.documents import FILE_KEYS
 from trees.language.errors import LeafError, TaskFileError
 from trees.language.loader import check, examine, load
@@ -90,4 +90,5 @@ __all__ = [
     "nodes_below",
     "nodes_in_order",
     "plugin_problems",
+    "real_leaf",
 ]

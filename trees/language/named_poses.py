@@ -39,8 +39,8 @@ BUILT_IN: Mapping[str, NamedValue] = {READY.name: READY}
 _POSE_FORMS = (("xyz", "rpy_deg"), ("base", "heading_deg"), ("joints_deg",))
 
 
-_FARTHEST = 50.0
-"""Coordinates end here, as in scene files [m]."""
+_FARTHEST = 100.0
+"""Coordinates end here [m]."""
 _LONGEST = 10.0
 """Edge of a region [m]."""
 _MOST_DEGREES = 360.0

@@ -76,6 +76,8 @@ class LeafType:
     """Its parameter that says how long it takes at least; empty if none does."""
     moves: bool = False
     """Whether it may move the robot."""
+    needs_robot: bool = True
+    """Whether it needs more than its arguments, the time and the log."""
     is_condition: bool
     takes_time: bool
     """Whether it may run for more than a tick."""
@@ -178,6 +180,7 @@ def _describe(key: str, leaf: type[Leaf]) -> LeafType:
         alike=getattr(leaf, "alike", ()),
         lasts=getattr(leaf, "lasts", ""),
         moves=getattr(leaf, "moves", False),
+        needs_robot=getattr(leaf, "needs_robot", True),
         is_condition=issubclass(leaf, Condition),
         takes_time=not issubclass(leaf, Condition),
         can_fail=True,
