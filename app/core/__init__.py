@@ -26,6 +26,7 @@ from app.core.session import Session, Tick
 from app.core.setup import ObstacleSource, Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary
+from app.core.trial import BrokenTrialError, Trial, trial
 
 __all__ = [
     "COMMANDS",
@@ -34,6 +35,7 @@ __all__ = [
     "RECORDING",
     "STATES",
     "SUMMARY",
+    "BrokenTrialError",
     "End",
     "Event",
     "FolderError",
@@ -53,6 +55,7 @@ __all__ = [
     "Snapshots",
     "Summary",
     "Tick",
+    "Trial",
     "VisionForm",
     "again_on_save",
     "current_phases",
@@ -66,4 +69,5 @@ __all__ = [
     "run_on_save",
     "run_task",
     "scene_view",
+    "trial",
 ]

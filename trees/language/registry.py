@@ -196,16 +196,17 @@ def _parameters(
         if parameter.kind is inspect.Parameter.KEYWORD_ONLY
     ]
     # Only these are evaluated: other annotations may name what is imported for checkers alone.
-    carrier = type("Annotated", (), {})
-    carrier.__annotations__ = {parameter.name: parameter.annotation for parameter in declared}
     names = getattr(constructor, "__globals__", {})
-    try:
-        hints = typing.get_type_hints(carrier, globalns=names, include_extras=True)
-        for parameter in declared:
+    for parameter in declared:
+        carrier = type("Annotated", (), {})
+        carrier.__annotations__ = {parameter.name: parameter.annotation}
+        try:
+            hints = typing.get_type_hints(carrier, globalns=names, include_extras=True)
             yield _parameter(parameter, hints[parameter.name], texts.get(parameter.name, ""))
-    except (NameError, TypeError) as error:
-        hint = "use float, int, bool, str, Literal, poses, postures, regions, their unions or a Key"
-        raise LeafError(f"leaf `{key}`: {error}; {hint}") from error
+        except (NameError, TypeError) as error:
+            hint = "use float, int, bool, str, Literal, poses, regions, their unions or a Key"
+            whose = f"leaf `{key}`, parameter `{parameter.name}` of {constructor.__qualname__}"
+            raise LeafError(f"{whose}: {error}; {hint}") from error
 
 
 def _parameter(declared: inspect.Parameter, hint: object, text: str) -> Parameter | Output:
