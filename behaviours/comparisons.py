@@ -19,6 +19,8 @@ class Equals(Condition):
     """
 
     key: ClassVar[str] = "equals"
+    needs_robot: ClassVar[bool] = False
+    alike: ClassVar[tuple[str, ...]] = ("value", "to")
 
     def __init__(
         self,
@@ -49,6 +51,7 @@ class AtLeast(Condition):
     """
 
     key: ClassVar[str] = "at_least"
+    needs_robot: ClassVar[bool] = False
 
     def __init__(self, name: str, context: Context, *, value: float, least: float) -> None:
         super().__init__(name, context)

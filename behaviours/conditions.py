@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import degrees
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pinocchio import SE3, log3
@@ -13,7 +13,7 @@ from behaviours.context import Context
 from behaviours.leaf import Condition
 from behaviours.occupancy import Occupancy
 from behaviours.poses import BasePose, Posture, Region, ToolPose
-from behaviours.ranges import NotNegative, Percent
+from behaviours.ranges import Area, Bounds, Deviation, Percent
 from hw import DepthFrame
 
 
@@ -69,8 +69,8 @@ class Near(Condition):
         context: Context,
         *,
         pose: ToolPose | BasePose,
-        within_m: NotNegative = 0.1,
-        within_deg: NotNegative | None = None,
+        within_m: Annotated[float, Bounds(least=0.0, most=10.0)] = 0.1,
+        within_deg: Deviation | None = None,
     ) -> None:
         super().__init__(name, context)
         self._pose = pose
@@ -102,7 +102,7 @@ class ArmAt(Condition):
     key: ClassVar[str] = "arm_at"
 
     def __init__(
-        self, name: str, context: Context, *, posture: Posture, within_deg: NotNegative = 3.0
+        self, name: str, context: Context, *, posture: Posture, within_deg: Deviation = 3.0
     ) -> None:
         super().__init__(name, context)
         self._posture = posture
@@ -126,9 +126,10 @@ class ObjectVisible(Condition):
     """
 
     key: ClassVar[str] = "object_visible"
+    surfaces: ClassVar[tuple[str, ...]] = ("within",)
 
     def __init__(
-        self, name: str, context: Context, *, within: Region, smallest_cm2: NotNegative = 1.0
+        self, name: str, context: Context, *, within: Region, smallest_cm2: Area = 1.0
     ) -> None:
         super().__init__(name, context)
         self._within = within

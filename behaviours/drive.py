@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import radians
 from typing import ClassVar
 
@@ -14,7 +15,7 @@ from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import BasePose
-from behaviours.ranges import Positive
+from behaviours.ranges import Seconds, Turn, Way
 from controller import BaseGoal
 
 
@@ -33,6 +34,7 @@ class Drive(Leaf):
     """
 
     key: ClassVar[str] = "drive"
+    goes_to: ClassVar[tuple[str, ...]] = ("to",)
 
     def __init__(
         self,
@@ -40,17 +42,25 @@ class Drive(Leaf):
         context: Context,
         *,
         to: BasePose | None = None,
-        forward_m: float = 0.0,
-        turn_deg: float = 0.0,
-        timeout_s: Positive = 60.0,
+        forward_m: Way = 0.0,
+        turn_deg: Turn = 0.0,
+        timeout_s: Seconds = 60.0,
     ) -> None:
         super().__init__(name, context)
-        if (to is None) == (forward_m == 0.0 and turn_deg == 0.0):
-            raise ValueError("say either where `to`, or how far with `forward_m` and `turn_deg`")
+        if wrong := self.misfit({"to": to, "forward_m": forward_m, "turn_deg": turn_deg}):
+            raise ValueError(wrong)
         self._to = to
         self._forward = forward_m
         self._turn = turn_deg
         self._timeout = timeout_s
+
+    @classmethod
+    def misfit(cls, arguments: Mapping[str, object]) -> str:
+        """It needs one of both ways to say where."""
+        goes = [arguments.get(name) or 0.0 for name in ("forward_m", "turn_deg")]
+        if (arguments.get("to") is None) != (goes == [0.0, 0.0]):
+            return ""
+        return "says both or neither of where and how far; give `to`, or `forward_m` and `turn_deg`"
 
     def initialise(self) -> None:
         """Start anew, from where the base stands now."""

@@ -16,7 +16,7 @@ from behaviours.leaf import Leaf
 from behaviours.occupancy import Occupancy, Segment
 from behaviours.poses import Region
 from behaviours.progress import Progress
-from behaviours.ranges import NotNegative, Positive
+from behaviours.ranges import Distance, Pause, Seconds
 from controller import PoseGoal
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -36,6 +36,7 @@ class Follow(Leaf):
     """
 
     key: ClassVar[str] = "follow"
+    surfaces: ClassVar[tuple[str, ...]] = ("within",)
 
     def __init__(
         self,
@@ -43,9 +44,9 @@ class Follow(Leaf):
         context: Context,
         *,
         within: Region,
-        height_m: Positive = 0.3,
-        still_s: NotNegative | None = 2.0,
-        patience_s: Positive = 1.5,
+        height_m: Distance = 0.3,
+        still_s: Pause | None = 2.0,
+        patience_s: Seconds = 1.5,
     ) -> None:
         super().__init__(name, context)
         self._within = within

@@ -13,7 +13,7 @@ from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Region
 from behaviours.progress import Progress
-from behaviours.ranges import Positive
+from behaviours.ranges import Distance, Force, Seconds
 from controller import PoseGoal, StepReport
 from perception import GraspEstimate
 
@@ -41,6 +41,7 @@ class Grasp(Leaf):
     """
 
     key: ClassVar[str] = "grasp"
+    surfaces: ClassVar[tuple[str, ...]] = ("within",)
 
     def __init__(
         self,
@@ -48,10 +49,10 @@ class Grasp(Leaf):
         context: Context,
         *,
         within: Region,
-        lock_distance_m: Positive = 0.25,
-        force_n: Positive = 20.0,
-        patience_s: Positive = 1.5,
-        timeout_s: Positive = 20.0,
+        lock_distance_m: Distance = 0.25,
+        force_n: Force = 20.0,
+        patience_s: Seconds = 1.5,
+        timeout_s: Seconds = 20.0,
     ) -> None:
         super().__init__(name, context)
         self._within = within

@@ -16,6 +16,7 @@ class OpenGripper(Leaf):
     """
 
     key: ClassVar[str] = "open_gripper"
+    moves: ClassVar[bool] = False
 
     def initialise(self) -> None:
         """Start to open, unless the fingers are open already."""

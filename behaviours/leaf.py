@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import ClassVar
 
 import py_trees
@@ -45,6 +45,20 @@ class Leaf(py_trees.behaviour.Behaviour):
 
     key: ClassVar[str]
     """The node's key in a task file, for example `navigate`."""
+    goes_to: ClassVar[tuple[str, ...]] = ()
+    """The parameters that name where the hand, the base or the arm has to get: `check` makes sure
+    that the robot can be there."""
+    surfaces: ClassVar[tuple[str, ...]] = ()
+    """The parameters that name a region on whose floor something stands: `check` makes sure that
+    there is a surface."""
+    alike: ClassVar[tuple[str, ...]] = ()
+    """The parameters that are compared, and so have values of one kind."""
+    lasts: ClassVar[str] = ""
+    """The parameter that says how long it takes at least [s]; empty if none does."""
+    moves: ClassVar[bool] = True
+    """Whether it may leave a goal. Of those that run at the same time only one may."""
+    needs_robot: ClassVar[bool] = True
+    """Whether it needs more than its arguments, the time and the log: a dry run runs the others."""
     is_condition: ClassVar[bool] = False
     """Whether it is a question about the present state; see `Condition`."""
 
@@ -52,6 +66,18 @@ class Leaf(py_trees.behaviour.Behaviour):
         super().__init__(name)
         self.context = context
         self.settings = context.settings
+
+    @classmethod
+    def misfit(cls, arguments: Mapping[str, object]) -> str:
+        """What is wrong with arguments that are right one by one, then `; ` and a hint; or empty.
+
+        `check` asks it before a run.
+
+        Args:
+            arguments: those that are given, by name; a value that is known only while the task runs
+                is the `Key` that it comes from.
+        """
+        return ""
 
     @property
     def phase(self) -> str:
@@ -202,6 +228,7 @@ class Condition(Leaf):
     """
 
     is_condition: ClassVar[bool] = True
+    moves: ClassVar[bool] = False
 
     def tick(self) -> Iterator[py_trees.behaviour.Behaviour]:
         """Ask once.

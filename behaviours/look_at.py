@@ -11,7 +11,7 @@ from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Region, ToolPose
-from behaviours.ranges import Positive
+from behaviours.ranges import Distance, Seconds
 from controller import PoseGoal
 
 
@@ -36,8 +36,8 @@ class LookAt(Leaf):
         context: Context,
         *,
         at: ToolPose | Region,
-        distance_m: Positive | None = None,
-        timeout_s: Positive = 30.0,
+        distance_m: Distance | None = None,
+        timeout_s: Seconds = 30.0,
     ) -> None:
         super().__init__(name, context)
         self._at = at

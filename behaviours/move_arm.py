@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import radians
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from py_trees.common import Status
 
@@ -11,7 +11,7 @@ from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Posture
-from behaviours.ranges import Positive
+from behaviours.ranges import Bounds, Seconds
 from controller import PostureGoal
 
 
@@ -28,6 +28,7 @@ class MoveArm(Leaf):
     """
 
     key: ClassVar[str] = "move_arm"
+    goes_to: ClassVar[tuple[str, ...]] = ("to",)
 
     def __init__(
         self,
@@ -35,8 +36,8 @@ class MoveArm(Leaf):
         context: Context,
         *,
         to: Posture,
-        tolerance_deg: Positive = 0.6,
-        timeout_s: Positive = 20.0,
+        tolerance_deg: Annotated[float, Bounds(least=0.05, most=45.0)] = 0.6,
+        timeout_s: Seconds = 20.0,
     ) -> None:
         super().__init__(name, context)
         self._to = to

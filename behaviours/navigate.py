@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from py_trees.common import Status
 
@@ -11,7 +11,7 @@ from behaviours.back_off import BackOff
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import BasePose, ToolPose
-from behaviours.ranges import Positive
+from behaviours.ranges import Bounds, Seconds, Speed
 from controller import BaseGoal, MotionGoal, PoseGoal
 
 
@@ -30,6 +30,7 @@ class Navigate(Leaf):
     """
 
     key: ClassVar[str] = "navigate"
+    goes_to: ClassVar[tuple[str, ...]] = ("to",)
 
     def __init__(
         self,
@@ -37,9 +38,9 @@ class Navigate(Leaf):
         context: Context,
         *,
         to: ToolPose | BasePose,
-        speed_m_s: Positive = 1.0,
-        within_m: Positive = 0.01,
-        timeout_s: Positive = 60.0,
+        speed_m_s: Speed = 1.0,
+        within_m: Annotated[float, Bounds(least=0.001, most=1.0)] = 0.01,
+        timeout_s: Seconds = 60.0,
     ) -> None:
         super().__init__(name, context)
         self._to = to

@@ -17,7 +17,7 @@ from behaviours.leaf import Leaf
 from behaviours.places import Places
 from behaviours.poses import Region
 from behaviours.progress import Progress
-from behaviours.ranges import Positive
+from behaviours.ranges import Pitch
 from behaviours.surface import Shows, SurfaceWatch
 from controller import PoseGoal, StepReport
 from hw import FaultKind, TaskTime
@@ -29,11 +29,11 @@ class Place(Leaf):
 
     The camera has to see the region's floor at the place before the hand is lowered; a place on
     which something stands is passed over, and so is one that is not seen. Rows far from the base
-    are filled first. The hand stops as high above the floor as it was above
-    what the object stood on when it was grasped, and a little higher, so that neither the object
-    nor the finger tips touch it. A place at which lowering failed is not tried again. Fails when
-    nothing is held, no place is free, there is no surface at the place, it is not seen, the hand
-    does not get there, the fingers do not open, or the robot has a fault.
+    are filled first, on what is higher than the shoulder near ones. The hand stops as high above
+    the floor as it was above what the object stood on when it was grasped, and a little higher, so
+    that neither object nor finger tips touch it. A place at which lowering failed is not tried
+    again. Fails when nothing is held, no place is free, there is no surface at the place, it is not
+    seen, the hand does not get there, the fingers do not open, or the robot has a fault.
 
     Args:
         on: region of the task file whose floor is the surface to place on.
@@ -41,13 +41,13 @@ class Place(Leaf):
     """
 
     key: ClassVar[str] = "place"
+    surfaces: ClassVar[tuple[str, ...]] = ("on",)
 
-    def __init__(self, name: str, context: Context, *, on: Region, pitch_m: Positive = 0.2) -> None:
+    def __init__(self, name: str, context: Context, *, on: Region, pitch_m: Pitch = 0.2) -> None:
         super().__init__(name, context)
         self._on = on
         robot = context.robot.description
-        shoulder = (robot.bTa * robot.arm.joints[0]).translation[2]
-        self._is_high = bool(on.floor > shoulder)
+        self._is_high = bool(on.floor > (robot.bTa * robot.arm.joints[0]).translation[2])
         """There the arm reaches only as its stance has it, and it goes down beside it next."""
         self._goes_straight = not self._is_high
         """As long as that was not too narrow."""

@@ -14,7 +14,7 @@ from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Posture
 from behaviours.progress import Progress
-from behaviours.ranges import NotNegative
+from behaviours.ranges import Lift
 from controller import PoseGoal, PostureGoal
 
 
@@ -32,9 +32,10 @@ class Recover(Leaf):
     """
 
     key: ClassVar[str] = "recover"
+    goes_to: ClassVar[tuple[str, ...]] = ("arm",)
 
     def __init__(
-        self, name: str, context: Context, *, arm: Posture | None = None, rise_m: NotNegative = 0.15
+        self, name: str, context: Context, *, arm: Posture | None = None, rise_m: Lift = 0.15
     ) -> None:
         super().__init__(name, context)
         self._arm = arm

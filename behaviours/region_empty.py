@@ -10,7 +10,7 @@ from py_trees.common import Status
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Region
-from behaviours.ranges import Count, NotNegative, Positive
+from behaviours.ranges import Area, Count, Seconds
 
 
 class RegionEmpty(Leaf):
@@ -26,6 +26,8 @@ class RegionEmpty(Leaf):
     """
 
     key: ClassVar[str] = "region_empty"
+    moves: ClassVar[bool] = False
+    surfaces: ClassVar[tuple[str, ...]] = ("region",)
 
     def __init__(
         self,
@@ -33,9 +35,9 @@ class RegionEmpty(Leaf):
         context: Context,
         *,
         region: Region,
-        smallest_cm2: NotNegative = 1.0,
+        smallest_cm2: Area = 1.0,
         frames: Count = 3,
-        patience_s: Positive = 1.0,
+        patience_s: Seconds = 1.0,
     ) -> None:
         super().__init__(name, context)
         self._region = region

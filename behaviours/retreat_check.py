@@ -11,7 +11,7 @@ from py_trees.common import Status
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.progress import Progress
-from behaviours.ranges import NotNegative
+from behaviours.ranges import Lift
 from controller import PoseGoal
 from hw import TaskTime
 
@@ -31,7 +31,7 @@ class RetreatCheck(Leaf):
 
     key: ClassVar[str] = "retreat_check"
 
-    def __init__(self, name: str, context: Context, *, rise_m: NotNegative = 0.2) -> None:
+    def __init__(self, name: str, context: Context, *, rise_m: Lift = 0.2) -> None:
         super().__init__(name, context)
         self._rise = rise_m
 

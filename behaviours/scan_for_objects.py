@@ -15,7 +15,7 @@ from behaviours.key import Key
 from behaviours.leaf import Leaf
 from behaviours.occupancy import Occupancy
 from behaviours.poses import Region
-from behaviours.ranges import Count, NotNegative, Positive
+from behaviours.ranges import Area, Count, Distance, Seconds
 from controller import PoseGoal
 
 
@@ -36,6 +36,7 @@ class ScanForObjects(Leaf):
     """
 
     key: ClassVar[str] = "scan_for_objects"
+    surfaces: ClassVar[tuple[str, ...]] = ("region",)
 
     def __init__(
         self,
@@ -44,10 +45,10 @@ class ScanForObjects(Leaf):
         *,
         region: Region,
         count: Key[int],
-        height_m: Positive = 0.45,
+        height_m: Distance = 0.45,
         frames: Count = 3,
-        smallest_cm2: NotNegative = 1.0,
-        timeout_s: Positive = 30.0,
+        smallest_cm2: Area = 1.0,
+        timeout_s: Seconds = 30.0,
     ) -> None:
         super().__init__(name, context)
         self._region = region

@@ -8,7 +8,7 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.ranges import NotNegative
+from behaviours.ranges import Pause
 
 
 class Wait(Leaf):
@@ -19,8 +19,11 @@ class Wait(Leaf):
     """
 
     key: ClassVar[str] = "wait"
+    needs_robot: ClassVar[bool] = False
+    lasts: ClassVar[str] = "duration_s"
+    moves: ClassVar[bool] = False
 
-    def __init__(self, name: str, context: Context, *, duration_s: NotNegative) -> None:
+    def __init__(self, name: str, context: Context, *, duration_s: Pause) -> None:
         super().__init__(name, context)
         self._duration = duration_s
 

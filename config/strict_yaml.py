@@ -74,6 +74,8 @@ _SCALARS: tuple[tuple[re.Pattern[str], Callable[[str], Plain]], ...] = (
 
 _YAML_HINTS = {
     r"'\t'": "indent with spaces, not with tabs",
+    "could not find expected ':'": "a key beside others ends in `:`, as `open_gripper:`",
+    "got ':'": "quote text that contains `: `, or close the bracket before it",
     "mapping values are not allowed": "check the indentation, and quote text that contains `: `",
     "expected <block end>": "line the item up with the others of its list or mapping",
     "it nests deeper": "split it, or check that every bracket is closed",

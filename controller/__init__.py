@@ -23,6 +23,7 @@ from controller.parts import STEP_PARTS
 from controller.point_cloud import PointCloud
 from controller.report import StepReport
 from controller.settings import PAPER, PRESETS, ControllerSettings
+from controller.stance import out_of_reach
 from controller.surroundings import OPEN_FLOOR, Obstacle, Surroundings
 from controller.validation import GoalError
 
@@ -50,5 +51,6 @@ __all__ = [
     "StepReport",
     "Surroundings",
     "manipulability",
+    "out_of_reach",
     "robot_model",
 ]

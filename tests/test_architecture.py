@@ -34,6 +34,7 @@ ROOMS = (
     "hw.hardware",
     "behaviours",
     "trees.language",
+    "trees.site",
     "trees",
     "trees.draw",
     "trees.btcpp",

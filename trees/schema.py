@@ -44,6 +44,7 @@ _REFERENCE = rf"\${WORD.pattern}"
 """A parameter or key in place of a value."""
 
 _NODE: Schema = {"$ref": "#/definitions/node"}
+_CONDITION: Schema = {"$ref": "#/definitions/condition"}
 _TEXT: Schema = {"type": "string"}
 _NAMED_VALUE: Schema = {
     "pattern": f"^{_REFERENCE}$",
@@ -103,9 +104,15 @@ def _node(leaves: Mapping[str, LeafType]) -> Schema:
 def _condition(leaves: Mapping[str, LeafType]) -> Schema:
     """What may stand after `while` or `unless`."""
     conditions = {key: leaf for key, leaf in leaves.items() if leaf.is_condition}
+    asking = {key: word for key, word in COMPOSITES.items() if word.asks}
     return {
         **_bare(conditions),
-        **_table({key: _leaf(leaf) for key, leaf in conditions.items()}),
+        **_table(
+            {
+                **{key: _leaf(leaf) for key, leaf in conditions.items()},
+                **{key: _composite(word) for key, word in asking.items()},
+            }
+        ),
         "type": ["object", "string"],
         "minProperties": 1,
         "maxProperties": 1,
@@ -158,10 +165,11 @@ def _about(described: Parameter | Output) -> str:
 def _composite(word: CompositeWord) -> Schema:
     """A list of nodes, or, if the word allows, one node or a mapping of options and children."""
     least = {"minItems": word.least, **({} if word.most is None else {"maxItems": word.most})}
-    nodes: Schema = {"type": "array", "items": _NODE, **least}
+    node = _CONDITION if word.asks else _NODE
+    nodes: Schema = {"type": "array", "items": node, **least}
     about = {"description": f"{word.description} It takes {word.children}."}
     if word.most == 1:
-        return {**about, "if": {"type": "array"}, "then": nodes, "else": _NODE}
+        return {**about, "if": {"type": "array"}, "then": nodes, "else": node}
     if not word.options:
         return {**nodes, **about}
     options = {
@@ -175,7 +183,7 @@ def _composite(word: CompositeWord) -> Schema:
 def _modifier(word: ModifierWord) -> Schema:
     about = {"description": word.description}
     if word.type is None:
-        return {"allOf": [{"$ref": "#/definitions/condition"}], **about}
+        return {"allOf": [_CONDITION], **about}
     return {**_value(word.type), **about}
 
 

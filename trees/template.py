@@ -10,7 +10,7 @@ _TASK = """\
 # yaml-language-server: $schema={schema}
 # The line above lets an editor complete and explain what you write.
 # Check it, with line and column:    frankie-task check {name}.yaml
-# Try it without a robot:            frankie-task run {name}.yaml --dry
+# Try it without a robot:            frankie-task dry {name}.yaml
 # All that a task can be made of:    frankie-task nodes
 task: {name}
 description: Look at the container from above, then come back.

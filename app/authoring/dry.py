@@ -1,61 +1,49 @@
-"""`run --dry`: the tree in a world where every leaf ends at once, as a script says.
+"""The tree without a robot: comparisons and times are real, the other leaves end at once.
 
-Nothing of the robot, the simulator or the network is loaded. What is tried out is the task: which
-node runs after which outcome, what is attempted again, how the task ends.
+Nothing of the simulator or the network is loaded. What is tried out is the task: which node runs
+after which outcome, what is attempted again, what is halted, how the task ends.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, cast
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from app.authoring.script import Script, read_keys, read_script
 from app.core import End, Outcome
-from behaviours import Key, TaskLog
-from config import UserError, quoted, suggest
+from behaviours import BehaviourSettings, Context, Key, TaskLog
+from config import Plain
 from hw import SimClock, TaskClock
 from trees.language import (
     COMPOSITES,
-    SET,
     LeafNode,
-    SubtreeNode,
-    Task,
     ValueType,
     build,
     failed_node,
     load,
-    nodes_below,
     nodes_in_order,
+    real_leaf,
 )
 
 PERIOD = 0.1
 """Simulated time from tick to tick [s]."""
 
-OUTCOMES: Mapping[str, Status] = {
-    "success": Status.SUCCESS,
-    "failure": Status.FAILURE,
-    "running": Status.RUNNING,
-}
-"""What a leaf may be told to return."""
-
-_GLYPHS: Mapping[str, str] = {"success": "✔", "failure": "✗", "running": "▶", "invalid": "·"}
+_GLYPHS: Mapping[str, str] = {"success": "✔", "failure": "✗", "running": "▶", "invalid": "■"}
 
 _MOST_SHOWN = 200
 """More lines are not read by a person."""
 
 
-class ScriptError(UserError):
-    """An outcome cannot be scripted; the text says why and what to write."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """How a node ended in a tick, or that a leaf began to run."""
+    """How a node ended or was halted in a tick, or that a leaf began to run."""
 
     tick: int
     stamp: float
@@ -115,78 +103,22 @@ class DryRun:
         return "\n".join(lines)
 
 
-class Script:
-    """Which outcome is next for a leaf.
-
-    Args:
-        outcomes: by leaf key or node name, in turn; the last repeats. All nodes of this key or name
-            take from the same list. A name counts before a key; the other leaves succeed.
-    """
-
-    def __init__(self, outcomes: Mapping[str, Sequence[Status]]) -> None:
-        self._outcomes = outcomes
-        self._taken = dict.fromkeys(outcomes, 0)
-
-    def next(self, name: str, key: str) -> tuple[Status, str]:
-        """The outcome of the next tick of a leaf, and its reason."""
-        word = name if name in self._outcomes else key
-        if word not in self._outcomes:
-            return Status.SUCCESS, "not scripted"
-        statuses, number = self._outcomes[word], self._taken[word] + 1
-        self._taken[word] = number
-        again = ", again" if number > len(statuses) else ""
-        number = min(number, len(statuses))
-        return statuses[number - 1], f"scripted, {number} of {len(statuses)}{again}"
-
-
-def read_script(texts: Sequence[str], task: Task) -> Script:
-    """The script in texts such as `grasp=failure,failure,success`.
-
-    Raises:
-        ScriptError: it is written wrongly, or the tree has no such leaf.
-    """
-    words = sorted({word for leaf in _leaves(task) for word in (leaf.name, leaf.type.key)})
-    outcomes = {}
-    for text in texts:
-        word, equals, listed = text.rpartition("=")
-        if not equals or not word:
-            example = "for example --outcome grasp=failure,success"
-            raise ScriptError(f"--outcome {text}: write a node and its outcomes, {example}")
-        if word not in words:
-            hint = f"{suggest(word, words)} The tree has {quoted(words)}"
-            raise ScriptError(f"--outcome {text}: the tree has no leaf `{word}`; {hint}")
-        outcomes[word] = [_outcome(one.strip(), text) for one in listed.split(",")]
-    return Script(outcomes)
-
-
-def _outcome(word: str, text: str) -> Status:
-    if word not in OUTCOMES:
-        known = ", ".join(f"`{known}`" for known in OUTCOMES)
-        raise ScriptError(f"--outcome {text}: `{word}` is not an outcome; write {known}")
-    return OUTCOMES[word]
-
-
-def _leaves(task: Task) -> Iterator[LeafNode]:
-    """The leaves of a task that can be scripted, with guards and other files, without `set`."""
-    for node in nodes_below(task.root):
-        guards = (value for value in node.modifiers.values() if isinstance(value, LeafNode))
-        yield from guards
-        if isinstance(node, SubtreeNode):
-            yield from _leaves(node.task)
-        elif isinstance(node, LeafNode) and node.type is not SET:
-            yield node
-
-
 class _DryLeaf(Behaviour):
-    """Returns what the script says; when it succeeds, its outputs hold zeros and empty texts."""
+    """Returns what the script says; a success writes what is told, or zeros and empty texts."""
 
-    def __init__(self, node: LeafNode, script: Script, arguments: Mapping[str, object]) -> None:
+    def __init__(
+        self,
+        node: LeafNode,
+        script: Script,
+        keys: Mapping[str, Plain],
+        arguments: Mapping[str, object],
+    ) -> None:
         super().__init__(node.name)
         self.key = node.type.key
         self.is_condition = node.type.is_condition
         self._script = script
         self._outputs = {
-            key: _smallest(node.type.outputs[name].type)
+            key: keys.get(key.name, _smallest(node.type.outputs[name].type))
             for name, key in arguments.items()
             if isinstance(key, Key)
         }
@@ -209,13 +141,20 @@ def _smallest(expected: ValueType) -> object:
 
 
 def dry_run(
-    path: Path, *, outcomes: Sequence[str], overrides: Mapping[str, str], most_ticks: int
+    path: Path,
+    *,
+    outcomes: Sequence[str] = (),
+    keys: Sequence[str] = (),
+    overrides: Mapping[str, str] = MappingProxyType({}),
+    most_ticks: int = 1000,
 ) -> DryRun:
     """Tick a task without a robot.
 
     Args:
         path: the task file.
-        outcomes: what leaves return, each `NODE=OUTCOME,OUTCOME,...`.
+        outcomes: what leaves return, each `NODE=OUTCOME,OUTCOME,...`; without one, a leaf that
+            needs no robot runs, and another succeeds.
+        keys: what leaves write, each `KEY=VALUE`.
         overrides: values of task parameters, as texts.
         most_ticks: a tree that has not ended by then is stopped.
 
@@ -225,10 +164,16 @@ def dry_run(
         ScriptError: an outcome is written wrongly, or the tree has no such node.
     """
     task = load(path, overrides=overrides)
-    script = read_script(outcomes, task)
+    script, values = read_script(outcomes, task), read_keys(keys, task)
     clock = SimClock()
     context = cast(Any, _DryContext(clock=TaskClock(clock)))
-    root = build(task, context, lambda node, _, arguments: _DryLeaf(node, script, arguments))
+
+    def leaf(node: LeafNode, _: Context, arguments: Mapping[str, object]) -> Behaviour:
+        if node.type.needs_robot or script.tells(node.name, node.type.key):
+            return _DryLeaf(node, script, values, arguments)
+        return real_leaf(node, context, arguments)
+
+    root = build(task, context, leaf)
     paths = {entry.node: entry.path for entry in nodes_in_order(root)}
     steps: list[Step] = []
     were_running: set[Behaviour] = set()
@@ -239,17 +184,12 @@ def dry_run(
                 running.add(node)
                 if node.children or node in were_running:
                     continue
-            steps.append(
-                Step(
-                    tick=tick,
-                    stamp=round(clock.now(), 6),
-                    path=paths[node],
-                    name=node.name,
-                    key=str(getattr(node, "key", "")),
-                    status=node.status.value.lower(),
-                    reason=node.feedback_message,
-                )
-            )
+            steps.append(_step(tick, clock, paths[node], node))
+        halted = [node for node in were_running if node.status is Status.INVALID]
+        steps += [
+            _step(tick, clock, paths[node], node, "halted")
+            for node in sorted(halted, key=list(paths).index)
+        ]
         were_running = running
         if root.status is not Status.RUNNING:
             break
@@ -263,11 +203,24 @@ def dry_run(
     )
 
 
+def _step(tick: int, clock: SimClock, path: str, node: Behaviour, reason: str = "") -> Step:
+    return Step(
+        tick=tick,
+        stamp=round(clock.now(), 6),
+        path=path,
+        name=node.name,
+        key=str(getattr(node, "key", "")),
+        status=node.status.value.lower(),
+        reason=reason or node.feedback_message,
+    )
+
+
 @dataclass(frozen=True, kw_only=True)
 class _DryContext:
-    """All that a tree of dry leaves needs of a `Context`."""
+    """All that leaves need of a `Context` that need no robot."""
 
     clock: TaskClock
+    settings: BehaviourSettings = field(default_factory=BehaviourSettings)
     keys: dict[str, Key[object]] = field(default_factory=dict)
     log: TaskLog = field(default_factory=TaskLog)
 

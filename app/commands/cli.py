@@ -10,6 +10,7 @@ from app.commands.authoring import authoring
 from app.commands.bench import bench
 from app.commands.calibrate import app as calibrate
 from app.commands.doctor import doctor
+from app.commands.dry import dry
 from app.commands.emulate import app as emulate
 from app.commands.grasp import app as grasp
 from app.commands.refuse import RefusingGroup, find_tree
@@ -27,7 +28,7 @@ app = typer.Typer(
 )
 
 app.add_typer(authoring)
-for command in (run, runs, view, explain, replay, delays, doctor):
+for command in (run, dry, runs, view, explain, replay, delays, doctor):
     app.command()(command)
 app.add_typer(bench, name="bench")
 app.add_typer(grasp, name="grasp")
@@ -37,17 +38,22 @@ app.add_typer(calibrate, name="calibrate")
 
 @app.command()
 def check(
-    trees: Annotated[list[str], typer.Argument(help="Task files, or names of shipped tasks.")],
+    trees: Annotated[
+        list[str], typer.Argument(help="Files of tasks or scenes, or names of shipped tasks.")
+    ],
+    robot: Annotated[
+        str, typer.Option(help="Who is to do it: `frankie`, `omni`, or a robot file.")
+    ] = "frankie",
 ) -> None:
-    """Name every mistake in task files; ends with exit code 2 if there is one."""
+    """Name every mistake in tasks and scenes; ends with exit code 2 if there is one."""
     from config import Severity, UserError
-    from trees.language import check as mistakes_in
+    from trees.site import check as mistakes_in
 
     console = Terminal()
     errors = 0
     for tree in trees:
         path = find_tree(tree)
-        mistakes = mistakes_in(path)
+        mistakes = mistakes_in(path, robot=robot)
         for mistake in mistakes:
             console.say(str(mistake))
         bad = sum(mistake.severity is Severity.ERROR for mistake in mistakes)

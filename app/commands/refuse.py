@@ -53,3 +53,14 @@ def find_tree(tree: str) -> Path:
     from trees import find
 
     return find(tree)
+
+
+def task_parameters(values: list[str]) -> dict[str, str]:
+    """The values that a person gives to parameters of a task, each `key=value`."""
+    parameters = {}
+    for value in values:
+        key, equals, text = value.partition("=")
+        if not equals or not key:
+            refuse(f"-p {value}: a parameter is given as key=value, for example -p attempts=3")
+        parameters[key] = text
+    return parameters

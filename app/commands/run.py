@@ -11,8 +11,8 @@ from typing import IO, TYPE_CHECKING, Annotated
 
 import typer
 
-from app.commands.refuse import find_tree, refuse
-from app.terminal import Terminal, visible
+from app.commands.refuse import find_tree, refuse, task_parameters
+from app.terminal import Terminal
 
 if TYPE_CHECKING:
     from app.core import Result
@@ -155,25 +155,11 @@ def run(
     watch: Annotated[
         bool, typer.Option("--watch", help="Run anew whenever the task is saved.")
     ] = False,
-    dry: Annotated[
-        bool, typer.Option("--dry", help="Without a robot: every leaf ends at once.")
-    ] = False,
-    outcome: Annotated[
-        list[str] | None,
-        typer.Option(help="With --dry: what a leaf answers, as grasp=failure,failure,success."),
-    ] = None,
-    ticks: Annotated[int, typer.Option(help="With --dry: most ticks.", min=1)] = 1000,
 ) -> None:
     """Run a task; leaves a folder with a recording and a summary."""
-    parameters = _parameters(parameter or [])
+    parameters = task_parameters(parameter or [])
     if weights is not None and network is not None:
         refuse("--network: the file of --weights tells the network already; give one of both")
-    if outcome and not dry:
-        refuse("--outcome: is for a dry run; add --dry")
-    if dry and watch:
-        refuse("--watch: a dry run ends at once, and there is nothing to watch; leave it out")
-    if dry:
-        raise typer.Exit(_run_dry(find_tree(tree), parameters, outcome or [], ticks, as_json))
     from app.core import (
         End,
         ObstacleSource,
@@ -235,16 +221,6 @@ def run(
     raise typer.Exit(result.outcome.end.exit_code if result else UserError.exit_code)
 
 
-def _parameters(values: list[str]) -> dict[str, str]:
-    parameters = {}
-    for value in values:
-        key, equals, text = value.partition("=")
-        if not equals or not key:
-            refuse(f"-p {value}: a parameter is given as key=value, for example -p attempts=3")
-        parameters[key] = text
-    return parameters
-
-
 def _show(result: Result, as_json: bool) -> None:
     """What a run left, for people and for programs."""
     for_people = Terminal(stderr=as_json)
@@ -267,14 +243,3 @@ def _unless_closed(file: IO[str], write: Callable[[], object]) -> None:
         file.flush()
     except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
-
-
-def _run_dry(
-    tree: Path, parameters: dict[str, str], outcomes: list[str], ticks: int, as_json: bool
-) -> int:
-    """Run a task without a robot, say what happened; returns the exit code."""
-    from app.authoring import dry_run
-
-    result = dry_run(tree, outcomes=outcomes, overrides=parameters, most_ticks=ticks)
-    typer.echo(result.to_json() if as_json else visible(result.to_text()))
-    return result.outcome.end.exit_code

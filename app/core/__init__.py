@@ -18,7 +18,7 @@ from app.core.footprint import Footprint, footprint
 from app.core.instruments import Instruments
 from app.core.launch import Result, run_task
 from app.core.measurements import Measurements
-from app.core.on_save import run_on_save
+from app.core.on_save import Saved, again_on_save, run_on_save
 from app.core.outcome import End, Outcome
 from app.core.replay import Replay, ReplayError, replay_run
 from app.core.run_options import RunOptions
@@ -26,6 +26,7 @@ from app.core.session import Session, Tick
 from app.core.setup import ObstacleSource, Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary
+from app.core.trial import BrokenTrialError, Trial, trial
 
 __all__ = [
     "COMMANDS",
@@ -34,6 +35,7 @@ __all__ = [
     "RECORDING",
     "STATES",
     "SUMMARY",
+    "BrokenTrialError",
     "End",
     "Event",
     "FolderError",
@@ -46,13 +48,16 @@ __all__ = [
     "ReplayError",
     "Result",
     "RunOptions",
+    "Saved",
     "ScheduledFault",
     "Session",
     "Setup",
     "Snapshots",
     "Summary",
     "Tick",
+    "Trial",
     "VisionForm",
+    "again_on_save",
     "current_phases",
     "footprint",
     "open_setup",
@@ -64,4 +69,5 @@ __all__ = [
     "run_on_save",
     "run_task",
     "scene_view",
+    "trial",
 ]

@@ -23,7 +23,6 @@ from app.core.session import Session, Tick
 from app.core.setup import Setup, VisionForm, open_setup
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary, summarise
-from app.core.surfaces import unsupported_places
 from app.live import (
     AnyRecorder,
     NoRecorder,
@@ -36,11 +35,13 @@ from app.live import (
     tree_view,
 )
 from app.terminal import Terminal
+from config import Severity
 from controller import RobotModel
 from hw import Truth, WorldOptions, stopwatch
 from perception import GraspDetector
 from robots import load_robot
-from trees.language import Task, TreeNode, build, load, nodes_in_order
+from trees.language import Task, TaskFileError, TreeNode, build, load, nodes_in_order
+from trees.site import place_diagnostics, scene_of
 
 _SHORT_PATIENCE = 1.0
 """Time that the disk has for the rest of a run that is abandoned [s]."""
@@ -96,8 +97,7 @@ def run_task(
         if setup.note:
             _tell(setup.note)
         nodes = nodes_in_order(build(task, setup.context))
-        for warning in unsupported_places(task, setup.truth.fixtures) if setup.truth else ():
-            _tell(warning)
+        _check_places(options, task, setup)
         room = OperatorConsole(
             options.control,
             task=task.name,
@@ -114,6 +114,22 @@ def run_task(
     warnings = [*result.summary.warnings, *setup.problems]
     summary = replace(result.summary, warnings=warnings).kept(result.folder / SUMMARY)
     return result._replace(summary=summary)
+
+
+def _check_places(options: RunOptions, task: Task, setup: Setup) -> None:
+    """Refuse a task that the robot cannot do; warn of what another scene has than its own.
+
+    Raises:
+        TaskFileError: the robot cannot be where the task sends it.
+    """
+    fixtures = setup.truth.fixtures if setup.truth else ()
+    robot = setup.robot.description
+    own = options.scene is None or options.scene == task.scene
+    certain = place_diagnostics(task, robot, fixtures if own else ())
+    if errors := [one for one in certain if one.severity is Severity.ERROR]:
+        raise TaskFileError(errors)
+    for warning in place_diagnostics(task, robot, fixtures):
+        _tell(str(warning))
 
 
 def _run(
@@ -135,9 +151,8 @@ def _run(
     behaviours = [place.node for place in nodes]
     faults = FaultSchedule(options.faults, setup.robot, behaviours, options.seed)
     instruments.begin(setup, nodes)
-    folder = make_folder(
-        options.record, task.name, _texts(task), asdict(options) | {"scene": scene}
-    )
+    known = asdict(options) | {"scene": scene, "pace": setup.robot.description.pace}
+    folder = make_folder(options.record, task.name, _texts(task), known)
     lossless = not options.paced
     outputs = Outputs(
         folder,
@@ -204,7 +219,7 @@ def _run(
             abandon=abandon,
         ).run()
         real_seconds = stopwatch() - begun - measurements.paused_s
-        duration = setup.clock.now().seconds - began.seconds
+        duration = setup.clock.now().since(began)
         outputs.end(outcome, setup.clock.session.now())
         warnings = [*observers.failures, *_closed(recorder), *outputs.close()]
         summary = summarise(
@@ -253,7 +268,7 @@ def _tell(text: str) -> None:
 
 def _scene(options: RunOptions, task: Task) -> str:
     """The scene that a person asked for, or the task, or the usual one."""
-    return options.scene or task.scene or "household"
+    return options.scene or scene_of(task) or "household"
 
 
 def _texts(task: Task) -> dict[str, str]:

@@ -1,8 +1,8 @@
-"""`run --watch`: the task starts anew whenever one of its files is saved."""
+"""`--watch`: a task starts anew whenever one of its files is saved."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from app.core.launch import Result, run_task
@@ -42,6 +42,47 @@ def _stamp(path: Path) -> tuple[int, int] | None:
     return status.st_mtime_ns, status.st_size
 
 
+def again_on_save(
+    tree: Path,
+    overrides: Mapping[str, str],
+    *,
+    act: Callable[[Saved], bool],
+    say: Callable[[str], None],
+) -> None:
+    """Do something with a task, and anew each time it is saved, until a person stops it.
+
+    A file with mistakes is complained about and waited for.
+
+    Args:
+        tree: the task.
+        overrides: values of its parameters, as texts.
+        act: called with what notices the next save; returns whether to end.
+        say: called with the mistakes of a file, and with what is waited for.
+
+    Raises:
+        UserError: bad input other than the task.
+    """
+    files = {tree}
+    clock = WallClock()
+    try:
+        while True:
+            saved = Saved(files)
+            try:
+                files = set(load(tree, overrides=overrides).files)
+                saved = Saved(files)
+                if act(saved):
+                    return
+            except TaskFileError as error:
+                say(str(error))
+                files |= {mistake.path for mistake in error.diagnostics}
+            next_is = "saved, starts anew" if saved() else "save it to run it again; Ctrl-C ends"
+            say(f"{tree}: {next_is}")
+            while not saved():
+                clock.sleep_until(clock.now() + _LOOK_PERIOD)
+    except KeyboardInterrupt:  # between two runs; in a run the session takes it
+        return
+
+
 def run_on_save(
     options: RunOptions,
     *,
@@ -65,25 +106,13 @@ def run_on_save(
         SceneError, WeightsError, FolderError, RecorderError, LeafError: bad input other than the
             task; nothing moves.
     """
-    last: Result | None = None
-    files = {options.tree}
-    clock = WallClock()
-    try:
-        while True:
-            saved = Saved(files)
-            try:
-                files = set(load(options.tree, overrides=options.parameters).files)
-                saved = Saved(files)
-                last = run_task(options, interrupted=saved)
-                show(last)
-                if last.outcome.end is End.INTERRUPTED and not saved():
-                    return last
-            except TaskFileError as error:
-                say(str(error))
-                files |= {mistake.path for mistake in error.diagnostics}
-            next_is = "saved, starts anew" if saved() else "save it to run it again; Ctrl-C ends"
-            say(f"{options.tree}: {next_is}")
-            while not saved():
-                clock.sleep_until(clock.now() + _LOOK_PERIOD)
-    except KeyboardInterrupt:  # between two runs; in a run the session takes it
-        return last
+    results: list[Result] = []
+
+    def act(saved: Saved) -> bool:
+        result = run_task(options, interrupted=saved)
+        results.append(result)
+        show(result)
+        return result.outcome.end is End.INTERRUPTED and not saved()
+
+    again_on_save(options.tree, options.parameters, act=act, say=say)
+    return results[-1] if results else None

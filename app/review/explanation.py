@@ -132,11 +132,18 @@ def _innermost(trace: str) -> str:
 
 
 def _history(log: Log) -> Iterator[str]:
-    """What the leaves did, and faults and pauses, with times."""
+    """What the leaves did, which were halted, and faults and pauses, with times."""
     inner = {node.path.rpartition("/")[0] for node in log.nodes}
+    running: dict[int, str] = {}
     for event in sorted(log.events, key=_order):
         at = f"{event.time:8.2f} s  "
+        was_at = running.pop(event.node, "") if isinstance(event, NodeEvent) else ""
         match event:
+            case NodeEvent(status="RUNNING"):
+                running[event.node] = event.message or "running"
+            case NodeEvent(status="INVALID"):
+                if was_at and log.nodes[event.node].path not in inner:
+                    yield f"{at}■ {log.nodes[event.node].name}: halted"
             case NodeEvent(status="SUCCESS" | "FAILURE"):
                 node, failed = log.nodes[event.node], event.status == "FAILURE"
                 if node.path not in inner or (failed and node.kind in ("timeout", "retry")):

@@ -4,6 +4,7 @@ from controller.stance.approach import Approach
 from controller.stance.bias import Remaining, StanceBias, bias_towards
 from controller.stance.finder import StanceFinder
 from controller.stance.following import Follower
+from controller.stance.reachability import out_of_reach
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
 
@@ -16,4 +17,5 @@ __all__ = [
     "StanceFinder",
     "StanceSearch",
     "bias_towards",
+    "out_of_reach",
 ]

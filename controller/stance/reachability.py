@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
+from pinocchio import SE3
 
 from controller.command import Array, PoseGoal
 from controller.stance.free_space import FreeSpace
-from controller.stance.postures import Bank
+from controller.stance.postures import BANK, Bank, forward_kinematics
 from controller.stance.search import StanceSearch
+from robots import RobotDescription
 
 _SAME_TILT = 0.96
 """Postures whose vertical is this near to the goal's are tilted like it (a cosine)."""
 _BANK_GAP = 0.25
 """The bank's highest and lowest postures of any tilt are not this far from the arm's own [m]."""
+_FEW_GAP = 0.3
+"""The same for a quarter of the bank [m]."""
 _UNREACHED = 0.02
 """Height and tilt that are left to the best refined posture of a goal that cannot be reached [m +
 rad]; postures of goals that can be come within a thousandth."""
@@ -46,6 +52,23 @@ def obstacle_to(goal: PoseGoal, bank: Bank, space: FreeSpace | None) -> str:
         return f"inside {fixture}"
     part = _SPOKEN.get(hand.part, f"the {hand.part}")
     return f"{part} would be inside {hand.fixture}"
+
+
+def out_of_reach(robot: RobotDescription, wTe: SE3) -> str:
+    """Why the hand cannot have a height and tilt wherever the base stands; empty if it can.
+
+    Quick, for checks before a robot moves: it looks at a few of the bank's postures.
+    """
+    height, (low, high) = float(wTe.translation[2]), heights_in_tilt(_few(robot), wTe.rotation[2])
+    inside = low - _FEW_GAP <= height <= high + _FEW_GAP
+    return "" if inside else _out_of_reach(height, low, high)
+
+
+@lru_cache(maxsize=4)
+def _few(robot: RobotDescription) -> Bank:
+    q = np.load(BANK)[::4].astype(float)
+    q = q[((robot.limits.q_min <= q) & (q <= robot.limits.q_max)).all(axis=1)]
+    return Bank(q, forward_kinematics(robot, q))
 
 
 def why_no_stance(search: StanceSearch, bank: Bank) -> str:

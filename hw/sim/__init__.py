@@ -10,12 +10,13 @@ from hw.sim.furniture import Container, Fixture, Objects, Table
 from hw.sim.grasp_contact import Reason
 from hw.sim.hand import Hand
 from hw.sim.kinematic import KinematicBody
-from hw.sim.layout import build_world, load_fixtures, load_scene
+from hw.sim.layout import build_world, load_fixtures, load_scene, scene_mistakes
 from hw.sim.noise import D435Noise
 from hw.sim.objects import HELDOUT, HOUSEHOLD, OBJECT_CLASSES, TRAIN
+from hw.sim.photograph import Grey, photograph
 from hw.sim.render import DepthRenderer
 from hw.sim.robot import kinematic_robot
-from hw.sim.scene import Scene, SceneError, read_scene, scene_names
+from hw.sim.scene import Scene, SceneError, find_scene, read_scene, scene_names
 from hw.sim.sim_object import Motion, SimObject
 from hw.sim.walker import Walker
 from hw.sim.world import GraspOutcome, World
@@ -31,6 +32,7 @@ __all__ = [
     "Dynamics",
     "Fixture",
     "GraspOutcome",
+    "Grey",
     "Hand",
     "KinematicBody",
     "Motion",
@@ -44,9 +46,12 @@ __all__ = [
     "Walker",
     "World",
     "build_world",
+    "find_scene",
     "kinematic_robot",
     "load_fixtures",
     "load_scene",
+    "photograph",
     "read_scene",
+    "scene_mistakes",
     "scene_names",
 ]

@@ -47,6 +47,8 @@ class LayoutError(SceneError):
     def __init__(self, text: str, keys: Keys) -> None:
         super().__init__(text)
         self.keys = keys
+        self.all: tuple[LayoutError, ...] = (self,)
+        """This one and the others that were found with it."""
 
 
 class Area(NamedTuple):
@@ -113,12 +115,14 @@ def _items(wanted: Objects, area: Area, before: int, rng: np.random.Generator) -
     """The items, those with a place at their place."""
     items: list[SimObject] = []
     placed: list[SimObject] = []
+    problems: list[LayoutError] = []
     for number, item in enumerate(wanted.items):
         keys = (*area.keys, "items", number)
         try:
             obj = make_item(item, before + number + 1, wanted, rng)
         except MeshError as error:
-            raise LayoutError(f"items.{number}.mesh: {error}", (*keys, "mesh")) from error
+            problems.append(LayoutError(f"items.{number}.mesh: {error}", (*keys, "mesh")))
+            continue
         items.append(obj)
         if item.at is None:
             continue
@@ -126,17 +130,19 @@ def _items(wanted: Objects, area: Area, before: int, rng: np.random.Generator) -
         _put(obj, np.array(item.at) - (low + high) / 2.0, area)
         beyond = np.abs(np.array(item.at) - area.centre) + (high - low) / 2.0
         if (beyond > np.array(area.size) / 2.0).any():
-            raise LayoutError(
+            text = (
                 f"items.{number}: at {list(item.at)} it does not fit {area.name}, whose middle is "
-                f"at {list(area.centre)}; move it, or enlarge what it lies on",
-                (*keys, "at"),
+                f"at {list(area.centre)}; move it, or enlarge what it lies on"
             )
+            problems.append(LayoutError(text, (*keys, "at")))
         for other in placed:
             if not _apart(obj, other, 0.0):
-                raise LayoutError(
-                    f"items.{number}: it overlaps {other.name}; move one of them", (*keys, "at")
-                )
+                text = f"items.{number}: it overlaps {other.name}; move one of them"
+                problems.append(LayoutError(text, (*keys, "at")))
         placed.append(obj)
+    if problems:
+        problems[0].all = tuple(problems)
+        raise problems[0]
     return items
 
 

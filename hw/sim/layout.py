@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 from pinocchio import SE3, exp3
 
+from config import Diagnostic, Diagnostics, read_yaml, validate
 from hw.sim.furniture import Container, Fixture, SideTable, Table
 from hw.sim.laying import Area, LayoutError, lay_out
-from hw.sim.mesh_file import Footprint
+from hw.sim.mesh_file import Footprint, Reading
 from hw.sim.meshes import MeshError, convex_parts, fewer
-from hw.sim.scene import Scene, SceneError, place, read_scene
+from hw.sim.scene import Scene, SceneError, location_of, place, read_scene
 from hw.sim.sim_object import Motion, SimObject
 from hw.sim.surface import Surface
 from hw.sim.walker import Walker
@@ -39,7 +40,30 @@ def load_scene(scene: str | Path, seed: int, footprint: Footprint | None = None)
     try:
         return build_world(described, np.random.default_rng(seed))
     except LayoutError as error:
-        raise SceneError(f"{place(scene, error.keys)}: {error}") from error
+        lines = (f"{place(scene, one.keys)}: {one}" for one in error.all)
+        raise SceneError("\n".join(lines)) from error
+
+
+def scene_mistakes(path: Path, footprint: Footprint | None = None) -> list[Diagnostic]:
+    """All that is wrong with a scene file, in order.
+
+    Args:
+        path: the file.
+        footprint: of the robot that starts in it; None leaves the start unchecked.
+    """
+    diagnostics = Diagnostics(path)
+    read = read_yaml(diagnostics)
+    if read is None:
+        return diagnostics.in_order()
+    scene = validate(read[1], Scene, diagnostics, context=Reading(path.parent, footprint))
+    if scene is not None:
+        try:
+            build_world(scene, np.random.default_rng(0))
+        except LayoutError as error:
+            for one in error.all:
+                message, _, hint = str(one).partition("; ")
+                diagnostics.error(location_of(read[1], one.keys), message, hint or "change it")
+    return diagnostics.in_order()
 
 
 def build_world(scene: Scene, rng: np.random.Generator) -> World:
@@ -62,11 +86,12 @@ def build_world(scene: Scene, rng: np.random.Generator) -> World:
     return World(fixtures, objects, walkers, unmapped, surfaces)
 
 
-def load_fixtures(scene: str | Path) -> tuple[Geom, ...]:
+def load_fixtures(scene: str | Path, unmapped: bool = False) -> tuple[Geom, ...]:
     """What a scene says that stands around and never moves, as on a map.
 
     Args:
         scene: name of a shipped scene, or path of a scene file.
+        unmapped: whether what is not on the map belongs to it too.
 
     Raises:
         SceneError: there is no such scene, or its file is not valid.
@@ -75,7 +100,7 @@ def load_fixtures(scene: str | Path) -> tuple[Geom, ...]:
     fixtures = _furniture(described)
     try:
         for number, fixture in enumerate(described.fixtures):
-            fixtures += _fixture(fixture, number)[0] if fixture.on_map else []
+            fixtures += _fixture(fixture, number)[0] if fixture.on_map or unmapped else []
     except LayoutError as error:
         raise SceneError(f"{place(scene, error.keys)}: {error}") from error
     return tuple(fixtures)

@@ -12,10 +12,12 @@ from pydantic import AfterValidator, field_validator
 from config import (
     ConfigError,
     Diagnostics,
+    Location,
     StrictModel,
     UserError,
     YamlList,
     YamlMap,
+    YamlValue,
     quoted,
     read_config,
     read_yaml,
@@ -71,7 +73,7 @@ def read_scene(scene: str | Path, footprint: Footprint | None = None) -> Scene:
         SceneError: there is no such scene, or its file is not valid.
     """
     try:
-        path = _find(scene)
+        path = find_scene(scene)
         return read_config(path, Scene, context=Reading(path.parent, footprint))
     except ConfigError as error:
         raise SceneError(str(error)) from error
@@ -84,11 +86,16 @@ def place(scene: str | Path, keys: Sequence[str | int]) -> str:
         scene: name of a shipped scene, or path of a scene file.
         keys: on the way to it; those that the file leaves out are passed over.
     """
-    path = _find(scene)
+    path = find_scene(scene)
     read = read_yaml(Diagnostics(path))
     if read is None:
         return str(path)
-    value = read[1]
+    location = location_of(read[1], keys)
+    return f"{path}:{location.line}:{location.column}"
+
+
+def location_of(value: YamlValue, keys: Sequence[str | int]) -> Location:
+    """Where a file says something; keys that it leaves out are passed over."""
     location = value.location
     for key in keys:
         if isinstance(value, YamlMap) and key in value.entries:
@@ -96,10 +103,15 @@ def place(scene: str | Path, keys: Sequence[str | int]) -> str:
         elif isinstance(value, YamlList) and isinstance(key, int) and key < len(value.items):
             value = value.items[key]
             location = value.location
-    return f"{path}:{location.line}:{location.column}"
+    return location
 
 
-def _find(scene: str | Path) -> Path:
+def find_scene(scene: str | Path) -> Path:
+    """The file of a scene that is given by path or name.
+
+    Raises:
+        SceneError: it is neither.
+    """
     path = Path(scene)
     if isfile(path):
         return path

@@ -72,7 +72,7 @@ def test_a_task_says_things_to_people_and_not_to_their_terminal(tmp_path):
     options = ("--scene", "single", "--view", "none", "--record", str(runs))
     for code, arguments in (
         (0, ("run", str(task), *options)),
-        (0, ("run", str(task), "--dry")),
+        (0, ("dry", str(task))),
         (0, ("draw", str(task))),
         (0, ("explain", "--runs", str(runs))),
         (0, ("runs", str(runs))),

@@ -33,12 +33,13 @@ tree:
       while: {at_least: {value: $found, least: 1}}
       delay_s: 0.0005
       navigate: {to: $where}
-    - unless: arm_healthy
+    - unless: {any_of: [arm_healthy, {not: arm_healthy}]}
       invert: true
       repeat: 2
       cooldown_s: 3
       fallback:
         - arm_healthy
+        - all_of: [at_least: {value: $found, least: 2}, arm_healthy]
         - parallel: [holding_object, arm_healthy]
         - parallel: {policy: any, children: [holding_object, arm_healthy]}
         - parallel: {policy: 2, children: [holding_object, arm_healthy, arm_healthy]}
@@ -55,7 +56,7 @@ tree:
           - arm_healthy
           - reactive_fallback:
               - holding_object
-              - say: {text: "5", value: $found}
+              - say: {text: "5"}
     - until:
         - equals: {value: $start_count, to: 3}
         - equals: {value: $word, to: it is}

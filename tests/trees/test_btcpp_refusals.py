@@ -28,7 +28,7 @@ def write(folder: Path, tree: str, sections: str = "") -> Path:
 @pytest.mark.parametrize(
     ("tree", "location", "message"),
     [
-        ('say: {text: "{key}"}', "4:3", "read '{key}' as something else"),
+        ('equals: {value: "{key}", to: a}', "4:3", "read '{key}' as something else"),
         ('say: {text: "two\\nlines"}', "4:3", "as something else"),
         ("sequence:\n  - set: {k: it's}\n  - say: {text: $k}", "5:7", "a script cannot write"),
     ],

@@ -6,7 +6,7 @@ import pytest
 from py_trees.common import Status
 from tree_toys import ToyContext
 
-from trees.language import build, check, load
+from trees.language import TaskFileError, build, check, load
 
 
 @pytest.fixture
@@ -29,15 +29,19 @@ def outcome(tmp_path):
         ("left", "left", Status.SUCCESS),
         ("left", "right", Status.FAILURE),
         ("3", "3.0", Status.SUCCESS),
-        ("3", "'3'", Status.FAILURE),
         ("true", "true", Status.SUCCESS),
-        ("true", "1", Status.FAILURE),
-        ("0", "false", Status.FAILURE),
     ],
 )
 def test_equals(outcome, value, to, status):
     tree = f"{{sequence: [set: {{v: {value}}}, equals: {{value: $v, to: {to}}}]}}"
     assert outcome(tree)[0] is status
+
+
+@pytest.mark.parametrize(("value", "to"), [("3", "'3'"), ("true", "1"), ("0", "false")])
+def test_values_of_different_kinds_cannot_be_compared(outcome, value, to):
+    tree = f"{{sequence: [set: {{v: {value}}}, equals: {{value: $v, to: {to}}}]}}"
+    with pytest.raises(TaskFileError, match="which are never equal"):
+        outcome(tree)
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,7 @@ tree:
     "composites": """\
 regions: {box: {centre: [0, 0, 0.5], size: [1, 1, 0.2], yaw_deg: 5}}
 tree:
-  while: arm_healthy
+  while: {any_of: [arm_healthy, {not: {all_of: [holding_object]}}]}
   forever:
     sequence:
       - until: [holding_object, {repeat: 2, grasp: {within: box}}]

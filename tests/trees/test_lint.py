@@ -98,8 +98,8 @@ ODD = {
 
 @pytest.mark.parametrize(("tree", "message"), ODD.values(), ids=ODD)
 def test_what_is_odd_is_a_warning(tmp_path, tree, message):
-    [found] = warnings(tmp_path, tree)
-    assert found.split(": ", 1)[1] == message
+    found = [text for text in warnings(tmp_path, tree) if "cannot succeed:" not in text]
+    assert [text.split(": ", 1)[1] for text in found] == [message]
 
 
 SOUND = [

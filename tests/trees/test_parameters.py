@@ -131,7 +131,7 @@ def test_the_type_of_a_parameter_without_a_value_is_checked(path):
         "task: toy\nparams: {a: {type: text}}\ntree: {sequence: [{retry: $a, open_gripper: }]}\n"
     )
     assert [diagnostic.message for diagnostic in check(path, leaves=TOYS)] == [
-        "`retry`: expected a whole number of at least 1, got `$a`, which is text"
+        "`retry`: expected a whole number of at least 1 and at most 100000, got `$a`, which is text"
     ]
     path.write_text("task: toy\nparams: {a: {type: text}}\ntree: {grasp: {within: $a}}\n")
     assert [diagnostic.message for diagnostic in check(path, leaves=TOYS)] == [

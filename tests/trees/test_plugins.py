@@ -119,7 +119,7 @@ def test_a_good_package_adds_a_leaf(install, task):
     install(LEAF)
     assert check(path) == []
     assert plugin_problems() == []
-    code, _, err = call("run", path, "--dry")
+    code, _, err = call("dry", path)
     assert (code, err) == (0, "")
     assert "hello" in call("nodes")[1]
 
@@ -131,7 +131,7 @@ def test_a_broken_package_is_named_and_stops_only_who_uses_it(install, task, kin
     path = task(UNRELATED)
     for arguments in (
         ("check", path),
-        ("run", path, "--dry"),
+        ("dry", path),
         ("nodes",),
         ("schema",),
         ("draw", path),

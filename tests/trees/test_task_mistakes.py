@@ -12,10 +12,10 @@ TREE_MISTAKES = {
     ),
     "unknown node unlike any": (
         "- zzz",
-        "0:3: unknown node `zzz`; known: `ask`, `count`, `fallback`, `forever`, `grasp`, "
-        "`navigate`, `note`, `open_gripper`, `parallel`, `place`, `play`, `reactive_fallback`, "
-        "`reactive_sequence`, `recover`, `region_empty`, `retreat_check`, `sequence`, `set`, "
-        "`subtree`, `until`",
+        "0:3: unknown node `zzz`; known: `all_of`, `any_of`, `ask`, `count`, `fallback`, "
+        "`forever`, `grasp`, `navigate`, `not`, `note`, `open_gripper`, `parallel`, `place`, "
+        "`play`, `reactive_fallback`, `reactive_sequence`, `recover`, `region_empty`, "
+        "`retreat_check`, `sequence`, `set`, `subtree`, `until`",
     ),
     "unknown parameter": (
         "- grasp: {within: box, lock_distance: 0.2}",
@@ -98,7 +98,7 @@ TREE_MISTAKES = {
     ),
     "no node in an item": (
         "- name: pick",
-        "0:3: this item has no node; add a node key, for example `ask`, `count`, `fallback`",
+        "0:3: this item has no node; add a node key, for example `all_of`, `any_of`, `ask`",
     ),
     "list for a node": (
         "- [open_gripper]",
@@ -127,18 +127,18 @@ TREE_MISTAKES = {
     ),
     "no attempt": (
         "- open_gripper:\n  retry: 0",
-        "1:10: `retry`: expected a whole number of at least 1, got the number `0`;"
-        " write a whole number of at least 1",
+        "1:10: `retry`: expected a whole number of at least 1 and at most 100000, got the"
+        " number `0`; write a whole number of at least 1 and at most 100000",
     ),
     "half a round": (
         "- open_gripper:\n  repeat: 1.5",
-        "1:11: `repeat`: expected a whole number of at least 1, got the number `1.5`;"
-        " write a whole number of at least 1",
+        "1:11: `repeat`: expected a whole number of at least 1 and at most 100000, got the"
+        " number `1.5`; write a whole number of at least 1 and at most 100000",
     ),
     "no time": (
         "- open_gripper:\n  timeout_s: 0",
-        "1:14: `timeout_s`: expected a number greater than 0, got the number `0`;"
-        " write a number greater than 0",
+        "1:14: `timeout_s`: expected a number greater than 0 and at most 604800, got the"
+        " number `0`; write a number greater than 0 and at most 604800",
     ),
     "unusable name": (
         "- open_gripper:\n  name: a/b",
@@ -146,8 +146,9 @@ TREE_MISTAKES = {
     ),
     "parameter of the wrong type": (
         "- open_gripper:\n  retry: $speed",
-        "1:10: `retry`: expected a whole number of at least 1, got the number `1.5`,"
-        " the value of `$speed`; write a whole number of at least 1",
+        "1:10: `retry`: expected a whole number of at least 1 and at most 100000, got the"
+        " number `1.5`, the value of `$speed`; write a whole number of at least 1 and"
+        " at most 100000",
     ),
     "unknown task parameter": (
         "- open_gripper:\n  retry: $cuont",
@@ -228,7 +229,7 @@ FILE_MISTAKES = {
     ),
     "flat region": (
         "task: toy\nregions: {a: {centre: [0, 0, 0], size: [1, 0, 1]}}\n" + TREE,
-        "2:40: regions.a.size: an edge is not positive; give the full length of each edge [m]",
+        "2:44: regions.a.size.1: an edge is not positive; give the full length of each edge [m]",
     ),
     "region called as a pose": (
         "task: toy\nposes: {a: {base: [0, 0], heading_deg: 0}}\n"

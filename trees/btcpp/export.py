@@ -165,7 +165,7 @@ class _Writer:
             return above
         word = MODIFIERS[key]
         counterpart = word.counterpart
-        if isinstance(value, LeafNode):
+        if isinstance(value, LeafNode | CompositeNode):
             if counterpart is None:
                 self._export.add_word("Control", key, {})
             guard = SubElement(above, counterpart.tag if counterpart else key)

@@ -80,14 +80,15 @@ def boxes(node: Node) -> Box:
         outputs = {} if node.type is SET else node.outputs  # its arguments are its outputs
         arguments = [*_pairs(node.arguments), *_written_keys(outputs)]
     elif isinstance(node, CompositeNode):
-        category, key = Category.COMPOSITE, node.key
+        category = Category.CONDITION if COMPOSITES[node.key].asks else Category.COMPOSITE
+        key = node.key
         children = tuple(boxes(child) for child in node.children)
         arguments = [*_pairs(node.options)]
     else:
         category, key = Category.SUBTREE, SUBTREE
         children = (boxes(node.task.root),)
         arguments = [node.file, *_pairs(node.arguments), *_written_keys(node.outputs)]
-    symbol = COMPOSITES[key].symbol if category is Category.COMPOSITE else _SYMBOLS[category]
+    symbol = COMPOSITES[key].symbol if key in COMPOSITES else _SYMBOLS[category]
     return Box(
         category=category,
         key=key,
@@ -113,6 +114,8 @@ def _written_keys(outputs: Mapping[str, KeyWrite]) -> Iterable[str]:
 
 def _short(value: object) -> str:
     """A value as the task file has it, in short."""
+    if isinstance(value, CompositeNode):
+        return f"{value.key}({', '.join(map(_short, value.children))})"
     if isinstance(value, LeafNode):
         arguments = ", ".join(_pairs(value.arguments))
         return f"{value.type.key} {arguments}".strip()

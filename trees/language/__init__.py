@@ -6,10 +6,10 @@ other words of the language are defined in `vocabulary`.
 """
 
 from trees.language.branch import Branch, Ticking, failed_node
-from trees.language.builder import build
+from trees.language.builder import build, real_leaf
 from trees.language.documents import FILE_KEYS
 from trees.language.errors import LeafError, TaskFileError
-from trees.language.loader import check, load
+from trees.language.loader import check, examine, load
 from trees.language.mappings import NAMING_HINT, WORD
 from trees.language.named_poses import PoseSection, RegionSection
 from trees.language.parameters import ParameterSection, TaskParameter
@@ -23,11 +23,15 @@ from trees.language.registry import (
     plugin_problems,
 )
 from trees.language.syntax import (
+    SCENE,
     CompositeNode,
     LeafNode,
     Node,
     SubtreeNode,
     Task,
+    guards_of,
+    is_condition,
+    leaves_at,
     nodes_below,
 )
 from trees.language.tree_nodes import TreeNode, nodes_in_order
@@ -44,6 +48,7 @@ __all__ = [
     "NAME",
     "NAMING_HINT",
     "PARAMETER_TYPES",
+    "SCENE",
     "SET",
     "SUBTREE",
     "WORD",
@@ -75,10 +80,15 @@ __all__ = [
     "build",
     "check",
     "describe_leaves",
+    "examine",
     "failed_node",
+    "guards_of",
+    "is_condition",
     "known_leaves",
+    "leaves_at",
     "load",
     "nodes_below",
     "nodes_in_order",
     "plugin_problems",
+    "real_leaf",
 ]

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from behaviours import Key
 from config import YamlEntry, YamlMap, YamlScalar, YamlValue, describe, quoted, suggest
 from trees.language.mappings import WORD
+from trees.language.plausibility import meant, radians_for_degrees
 from trees.language.registry import SET, LeafType
 from trees.language.scope import Scope
 from trees.language.syntax import LeafNode
 from trees.language.value_types import NAMED_TYPES, ValueType
-from trees.language.values import Argument, KeyWrite, MismatchError, convert, described
+from trees.language.values import Argument, KeyRead, KeyWrite, MismatchError, convert, described
 from trees.language.vocabulary import MODIFIERS, NAME
 
 _ANYTHING = ValueType(types=(bool, int, float, str, *NAMED_TYPES))
@@ -52,18 +54,42 @@ def read_leaf(
         elif key in leaf.parameters:
             parameter = leaf.parameters[key]
             arguments |= read_argument(
-                key, argument.value, parameter.type, parameter.description, scope
+                key, argument.value, parameter.type, parameter.description, scope, parameter.unit
             )
         else:
             message = f"`{leaf.key}` has no parameter `{key}`"
             scope.diagnostics.error(argument.location, message, _parameter_hint(key, leaf))
+    if len(arguments) + len(outputs) == len(given):
+        _note_misfit(entry, leaf, arguments, scope)
     return replace(node, arguments=arguments, outputs=outputs)
 
 
+def _note_misfit(
+    entry: YamlEntry, leaf: LeafType, arguments: Mapping[str, Argument], scope: Scope
+) -> None:
+    """Ask the leaf whether its arguments fit each other."""
+    misfit = getattr(leaf.behaviour, "misfit", None)
+    known: dict[str, object] = {
+        name: Key(value.name) if isinstance(value, KeyRead) else value
+        for name, value in arguments.items()
+    }
+    if misfit is not None and (wrong := misfit(known)):
+        message, _, hint = wrong.partition("; ")
+        scope.diagnostics.error(entry.location, f"`{leaf.key}` {message}", hint or "change it")
+
+
 def read_argument(
-    name: str, value: YamlValue, expected: ValueType, description: str, scope: Scope
+    name: str,
+    value: YamlValue,
+    expected: ValueType,
+    description: str,
+    scope: Scope,
+    unit: str = "",
 ) -> dict[str, Argument]:
-    """The argument for a parameter, by its name; empty, and an error, if it does not fit."""
+    """The argument for a parameter, by its name; empty, and an error, if it does not fit.
+
+    A number that only makes sense in another unit does not fit either.
+    """
     resolved = scope.resolve(value)
     if resolved is None:
         return {}
@@ -71,7 +97,14 @@ def read_argument(
         argument = convert(resolved, expected, scope.named.values)
     except MismatchError as mismatch:
         about = f" ({description})" if description else ""
-        scope.mismatch(resolved, f"`{name}`{about}: {mismatch.message}", mismatch.hint)
+        given = getattr(resolved, "value", None)
+        number = given if isinstance(given, float | int) and not isinstance(given, bool) else 0.0
+        hint = meant(number, unit, expected.within) or mismatch.hint
+        scope.mismatch(resolved, f"`{name}`{about}: {mismatch.message}", hint)
+        return {}
+    if unit == "°" and isinstance(argument, float) and (odd := radians_for_degrees(argument)):
+        message, _, hint = odd.partition("; ")
+        scope.diagnostics.error(value.location, f"`{name}`: {message}", hint)
         return {}
     scope.use(argument)
     return {name: argument}

@@ -86,7 +86,8 @@ class _Builder:
         else:
             behaviour = self._leaf(node)
         for key, value in node.modifiers.items():
-            made = self.build(value) if isinstance(value, LeafNode) else value
+            guard = value if isinstance(value, LeafNode | CompositeNode) else None
+            made = self.build(guard) if guard is not None else value
             behaviour = MODIFIERS[key].wrap(behaviour, made, self.context.clock.now)
         return behaviour
 

@@ -22,6 +22,12 @@ GIVE_UP_AFTER = 5
 FAILURES_APART = 2.0
 """Failures of the same kind that follow each other faster than this count once [s]."""
 
+OPPOSITE: Mapping[Status, Status] = {
+    Status.SUCCESS: Status.FAILURE,
+    Status.FAILURE: Status.SUCCESS,
+}
+"""Of the outcomes that a node can have."""
+
 _NUMBER = re.compile(r"\d+(\.\d+)?")
 
 
@@ -78,6 +84,33 @@ class ReactiveFallback(ReactiveSequence):
 
     key = "reactive_fallback"
     proceeds_on = Status.FAILURE
+
+
+class AllOf(ReactiveSequence):
+    """A condition: succeeds if all the conditions below it do."""
+
+    key = "all_of"
+    is_condition = True
+
+
+class AnyOf(ReactiveFallback):
+    """A condition: succeeds if one of the conditions below it does."""
+
+    key = "any_of"
+    is_condition = True
+
+
+class Not(Branch):
+    """A condition: succeeds if the condition below it fails."""
+
+    key = "not"
+    is_condition = True
+
+    def advance(self) -> Ticking:
+        """Ask, and answer the opposite."""
+        status = yield from self.run(self.children[0])
+        self.feedback_message = f"not ({self.feedback_message})"
+        return OPPOSITE.get(status, status)
 
 
 class Parallel(Branch):

@@ -126,6 +126,13 @@ def side_by_side(children: Sequence[Child], options: Mapping[str, object], befor
     return Ends(success, before if can_fail else None)
 
 
+def opposite(children: Sequence[Child], options: Mapping[str, object], before: Keys) -> Ends:
+    """The one child succeeds, and it fails; and the other way round."""
+    [child] = children
+    ends = child(before)
+    return Ends(ends.failure, ends.success)
+
+
 def until_success(children: Sequence[Child], options: Mapping[str, object], before: Keys) -> Ends:
     """A failure of the one child starts it again, or ends it when it always fails alike."""
     [child] = children

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import pairwise
 from typing import NamedTuple
 
 from config import Diagnostics, Location, suggest
@@ -103,7 +104,7 @@ class _Flow:
         start = before
         for key, value in reversed(list(node.modifiers.items())):
             runs_on = MODIFIERS[key].runs_on
-            if runs_on is not None and isinstance(value, LeafNode):
+            if runs_on is not None and isinstance(value, LeafNode | CompositeNode):
                 start = runs_on.of(self.follow(value, start))
         if isinstance(node, CompositeNode):
             children = [partial(self.follow, child) for child in node.children]
@@ -129,7 +130,24 @@ class _Flow:
                 write,
                 self._type_of(node.arguments[name]) if is_set else node.type.outputs[name].type,
             )
+        self._compare(node)
         return Ends(_with(before, node.outputs), before if node.type.can_fail else None)
+
+    def _compare(self, node: LeafNode) -> None:
+        """Values of different kinds are never equal."""
+        kinds = [
+            (name, kind)
+            for name in node.type.alike
+            if name in node.arguments and (kind := _kind(self._type_of(node.arguments[name])))
+        ]
+        for (one, first), (other, second) in pairwise(kinds):
+            if first.isdisjoint(second):
+                message = (
+                    f"`{node.type.key}` compares {_words(first)} (`{one}`) with "
+                    f"{_words(second)} (`{other}`), which are never equal"
+                )
+                hint = "give values of one kind, without quotes for a number"
+                self.diagnostics.error(node.location, message, hint)
 
     def _subtree(self, node: SubtreeNode, before: Keys) -> Ends:
         for value in node.arguments.values():
@@ -175,6 +193,19 @@ class _Flow:
         elif not value.type.takes(self.types[name]):
             message = f"expected {value.type}, got `{value}`, which is {self.types[name]}"
             self.diagnostics.error(value.location, message, f"give {value.type}")
+
+
+def _kind(expected: ValueType | None) -> frozenset[str]:
+    """What kinds of values a type has; empty if it is not known."""
+    if expected is None:
+        return frozenset()
+    types = {*expected.types, *(type(choice) for choice in expected.choices)}
+    words = {bool: "a truth value", int: "a number", float: "a number", str: "a text"}
+    return frozenset(words.get(one, "something else") for one in types)
+
+
+def _words(kinds: frozenset[str]) -> str:
+    return " or ".join(sorted(kinds))
 
 
 def _with(before: Keys, outputs: Mapping[str, KeyWrite]) -> Keys:

@@ -10,18 +10,19 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from behaviours import BasePose, Posture, Region, ToolPose
-from config import Diagnostic, Diagnostics, TooManyErrorsError, YamlScalar
+from config import Diagnostic, Diagnostics, Location, TooManyErrorsError, YamlScalar
 from trees.language.documents import Document, read_document
 from trees.language.errors import TaskFileError
 from trees.language.flow import check_flow
 from trees.language.lint import lint
-from trees.language.named_poses import read_named_values
+from trees.language.meaning import check_meaning
+from trees.language.named_poses import NamedValues, read_named_values
 from trees.language.parameters import TaskParameter, override_values, with_values
 from trees.language.parse import read_node
 from trees.language.registry import Installed, LeafType, describe_leaves, installed
 from trees.language.scope import Scope
 from trees.language.subtrees import Subtrees
-from trees.language.syntax import Task
+from trees.language.syntax import SCENE, Task
 
 if TYPE_CHECKING:
     from behaviours import Leaf
@@ -70,8 +71,20 @@ def check(
     At most the first hundred errors. Parameters may lack a value. Arguments and LeafError as for
     `load`.
     """
-    _, diagnostics = _read(Path(path), leaves, overrides, _Mode.CHECK)
-    return diagnostics
+    return examine(path, leaves=leaves, overrides=overrides)[1]
+
+
+def examine(
+    path: Path | str,
+    *,
+    leaves: Mapping[str, type[Leaf]] | None = None,
+    overrides: Mapping[str, str] = NO_OVERRIDES,
+) -> tuple[Task | None, list[Diagnostic]]:
+    """The task, whose parameters may lack a value, and what `check` says of it.
+
+    None if there is an error.
+    """
+    return _read(Path(path), leaves, overrides, _Mode.CHECK)
 
 
 class _Mode(Enum):
@@ -174,6 +187,8 @@ class _Assembler:
             return None
         _warn_of_unused(scope)
         lint(root, flow.facts, diagnostics)
+        if not check_meaning(root, flow.facts, diagnostics):
+            return None
         return Task(
             name=document.name,
             description=document.description,
@@ -183,10 +198,17 @@ class _Assembler:
             parameters=parameters,
             poses=named.defined(ToolPose, BasePose, Posture),
             regions=named.defined(Region),
+            locations=_locations(document, named),
             outputs=flow.outputs,
             root=root,
             ends=flow.ends,
         )
+
+
+def _locations(document: Document, named: NamedValues) -> dict[str, Location]:
+    """Of what the file names; `scene:` cannot be the name of a pose."""
+    scene = document.entries.get("scene")
+    return named.locations | ({SCENE: scene.value.location} if scene else {})
 
 
 def _warn_of_unused(scope: Scope) -> None:

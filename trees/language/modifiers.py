@@ -5,14 +5,12 @@ The first line of each docstring is what `frankie-task nodes` and an editor show
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from hw import TaskTime
 from trees.language.branch import Branch, Now, Ticking, reason
-from trees.language.composites import ReactiveFallback, ReactiveSequence
+from trees.language.composites import OPPOSITE, ReactiveFallback, ReactiveSequence
 
 _ROUNDING = 1e-9
 """Stamps are sums of periods: this keeps the number of ticks independent of their rounding [s]."""
@@ -126,7 +124,6 @@ class Invert(Branch):
     """
 
     key = "invert"
-    outcomes: ClassVar = {Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS}
 
     def __init__(self, child: Behaviour) -> None:
         super().__init__(self.key, [child])
@@ -135,7 +132,7 @@ class Invert(Branch):
         """Tick the child and swap its outcome."""
         status = yield from self.run(self.children[0])
         self.feedback_message = f"inverted ({self.feedback_message})"
-        return self.outcomes.get(status, status)
+        return OPPOSITE.get(status, status)
 
 
 class Retry(Branch):

@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
 from behaviours import BasePose, Posture, Region, ToolPose
 from config import (
@@ -27,6 +27,7 @@ from config import (
 )
 from robots import load_robot
 from trees.language.mappings import ABSENT, named_entries
+from trees.language.plausibility import meant, radians_for_degrees
 from trees.language.value_types import NamedValue
 
 READY = Posture(name="ready", q=load_robot("frankie").arm.ready)
@@ -38,15 +39,56 @@ BUILT_IN: Mapping[str, NamedValue] = {READY.name: READY}
 _POSE_FORMS = (("xyz", "rpy_deg"), ("base", "heading_deg"), ("joints_deg",))
 
 
-def _positive(size: list[float]) -> list[float]:
-    if min(size) <= 0.0:
+_FARTHEST = 100.0
+"""Coordinates end here [m]."""
+_LONGEST = 10.0
+"""Edge of a region [m]."""
+_MOST_DEGREES = 360.0
+
+
+def _coordinate(number: float) -> float:
+    if abs(number) > _FARTHEST:
+        hint = meant(number, "m", lambda metres: abs(metres) <= _FARTHEST)
+        limit = f"write at most {_FARTHEST:g}"
+        raise ValueError(f"{number:g} m is far outside of the room; {hint or limit}")
+    return number
+
+
+def _edge(length: float) -> float:
+    if length <= 0.0:
         raise ValueError("an edge is not positive; give the full length of each edge [m]")
-    return size
+    if length > _LONGEST:
+        hint = meant(length, "m", lambda metres: metres <= _LONGEST)
+        limit = f"write at most {_LONGEST:g}"
+        raise ValueError(f"an edge of {length:g} m is longer than {_LONGEST:g} m; {hint or limit}")
+    return length
 
 
-_Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
-_Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
-_Joints = Annotated[list[float], Field(min_length=7, max_length=7)]
+def _angle(number: float) -> float:
+    if abs(number) > _MOST_DEGREES:
+        raise ValueError(f"{number:g}° is more than a turn; write -360 to 360")
+    if odd := radians_for_degrees(number):
+        raise ValueError(odd)
+    return number
+
+
+def _schema(**bounds: float) -> WithJsonSchema:
+    """What an editor is told of a number that is checked here."""
+    return WithJsonSchema({"type": "number"} | bounds)
+
+
+_Coordinate = Annotated[
+    float, AfterValidator(_coordinate), _schema(minimum=-_FARTHEST, maximum=_FARTHEST)
+]
+_Edge = Annotated[float, AfterValidator(_edge), _schema(exclusiveMinimum=0.0, maximum=_LONGEST)]
+_Angle = Annotated[
+    float, AfterValidator(_angle), _schema(minimum=-_MOST_DEGREES, maximum=_MOST_DEGREES)
+]
+_Pair = Annotated[list[_Coordinate], Field(min_length=2, max_length=2)]
+_Triple = Annotated[list[_Coordinate], Field(min_length=3, max_length=3)]
+_Angles = Annotated[list[_Angle], Field(min_length=3, max_length=3)]
+_Edges = Annotated[list[_Edge], Field(min_length=3, max_length=3)]
+_Joints = Annotated[list[_Angle], Field(min_length=7, max_length=7)]
 
 
 class PoseSection(StrictModel):
@@ -55,11 +97,11 @@ class PoseSection(StrictModel):
     xyz: _Triple = Field(
         default=ABSENT, description="Point between the finger tips, in the world [m]."
     )
-    rpy_deg: _Triple = Field(
+    rpy_deg: _Angles = Field(
         default=ABSENT, description="Roll, pitch and yaw of the hand [°]; roll 180 looks down."
     )
     base: _Pair = Field(default=ABSENT, description="x and y of the base on the floor [m].")
-    heading_deg: float = Field(
+    heading_deg: _Angle = Field(
         default=ABSENT, description="Where the base faces, from the world's x axis [°]."
     )
     joints_deg: _Joints = Field(
@@ -97,10 +139,8 @@ class RegionSection(StrictModel):
     """A box in a task file."""
 
     centre: _Triple = Field(description="Middle of the box in the world [m].")
-    size: Annotated[_Triple, AfterValidator(_positive)] = Field(
-        description="Full length of each edge [m]."
-    )
-    yaw_deg: float = Field(default=0.0, description="Turn about the vertical [°].")
+    size: _Edges = Field(description="Full length of each edge [m].")
+    yaw_deg: _Angle = Field(default=0.0, description="Turn about the vertical [°].")
 
     def make(self, name: str) -> Region:
         """The region."""

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
+from typing import TypeAlias
 
 from config import (
     Location,
@@ -24,11 +26,17 @@ from config import (
 from trees.language.arguments import read_leaf
 from trees.language.mappings import fields
 from trees.language.scope import Scope
-from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node
+from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node, is_condition
 from trees.language.value_types import NamedValue, ValueType
 from trees.language.values import KeyRead, MismatchError, convert
-from trees.language.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, SUBTREE
+from trees.language.vocabulary import CHILDREN, COMPOSITES, MEANT, MODIFIERS, NAME, SUBTREE
 from trees.language.word_types import CompositeWord
+
+_Given: TypeAlias = Plain | KeyRead | LeafNode | CompositeNode
+"""What a modifier may be given."""
+
+_ASKING = tuple(key for key, word in COMPOSITES.items() if word.asks)
+"""The composites that are conditions."""
 
 MAX_LEVELS = 100
 """Of nodes and modifiers one inside the other, over all files: a tick goes through all of them."""
@@ -88,7 +96,9 @@ def _node_key(location: Location, entries: Mapping[str, YamlEntry], scope: Scope
         if key in scope.problems:
             message, _, hint = scope.problems[key].rpartition("; ")
         elif not keys:
+            meant = MEANT.get(key.lower())
             message, hint = f"unknown node `{key}`", suggest(key, nodes)
+            hint = f"write {meant}" if meant else hint
         elif keys[0] in scope.leaves and key in scope.leaves[keys[0]].parameters:
             message = f"`{key}` stands beside `{keys[0]}`, and is a parameter of it"
             hint = f"indent it below `{keys[0]}:`"
@@ -119,12 +129,12 @@ def _read_name(entries: Mapping[str, YamlEntry], scope: Scope) -> str | None:
 
 
 def _read_modifiers(entries: Mapping[str, YamlEntry], scope: Scope) -> Modifiers:
-    modifiers: dict[str, Plain | KeyRead | LeafNode] = {}
+    modifiers: dict[str, _Given] = {}
     for key, word in MODIFIERS.items():
         if key in entries:
             value = entries[key].value
             if word.type is None:
-                given: Plain | KeyRead | LeafNode = _read_guard(key, value, scope)
+                given: _Given = _read_condition(key, value, scope)
             else:
                 given = _read_fixed(key, value, word.type, scope)
             if given is not None:
@@ -166,20 +176,25 @@ def _read_fixed(key: str, value: YamlValue, expected: ValueType, scope: Scope) -
     return None
 
 
-def _read_guard(key: str, value: YamlValue, scope: Scope) -> LeafNode | None:
-    """The condition of `while` or `unless`."""
+def _read_condition(key: str, value: YamlValue, scope: Scope) -> LeafNode | CompositeNode | None:
+    """What `while`, `unless`, `all_of`, ... ask."""
+    if isinstance(value, YamlList):
+        message = f"`{key}` asks one condition, not a list"
+        hint = f"write `{key}: {{all_of: [...]}}`, or `any_of`"
+        scope.diagnostics.error(value.location, message, hint)
+        return None
     node = read_node(value, scope)
     if node is None:
         return None
-    if not isinstance(node, LeafNode) or not node.type.is_condition:
+    if not isinstance(node, LeafNode | CompositeNode) or not is_condition(node):
         conditions = sorted(leaf.key for leaf in scope.leaves.values() if leaf.is_condition)
         message = f"`{key}` asks a condition, and `{_key(node)}` is not one"
-        hint = f"write one of {quoted(conditions)}, or put a `reactive_sequence` around"
+        hint = f"write one of {quoted([*conditions, *_ASKING])}"
         scope.diagnostics.error(node.location, message, hint)
         return None
     if node.modifiers:
         message = f"the condition of `{key}` takes no modifiers"
-        scope.diagnostics.error(node.location, message, "remove them; `unless` is `while` inverted")
+        scope.diagnostics.error(node.location, message, "remove them; `not` asks for the opposite")
         return None
     return node
 
@@ -251,5 +266,6 @@ def _read_children(
     elif word.most is not None and count > word.most:
         message = f"`{key}` takes {word.children}, got {count}"
         scope.diagnostics.error(location, message, "put them in a `sequence:` below it")
-    children = [read_node(item, scope) for item in value.items]
+    read = partial(_read_condition, key) if word.asks else read_node
+    children = [read(item, scope) for item in value.items]
     return tuple(child for child in children if child is not None)

@@ -66,6 +66,18 @@ class LeafType:
     """The paragraphs after that."""
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     outputs: Mapping[str, Output] = field(default_factory=dict)
+    goes_to: tuple[str, ...] = ()
+    """Its parameters that name where the robot has to get."""
+    surfaces: tuple[str, ...] = ()
+    """Its parameters that name a region with a surface below."""
+    alike: tuple[str, ...] = ()
+    """Its parameters that have values of one kind."""
+    lasts: str = ""
+    """Its parameter that says how long it takes at least; empty if none does."""
+    moves: bool = False
+    """Whether it may move the robot."""
+    needs_robot: bool = True
+    """Whether it needs more than its arguments, the time and the log."""
     is_condition: bool
     takes_time: bool
     """Whether it may run for more than a tick."""
@@ -163,6 +175,12 @@ def _describe(key: str, leaf: type[Leaf]) -> LeafType:
         details=" ".join(details.split()),
         parameters={one.name: one for one in described if isinstance(one, Parameter)},
         outputs={one.name: one for one in described if isinstance(one, Output)},
+        goes_to=getattr(leaf, "goes_to", ()),
+        surfaces=getattr(leaf, "surfaces", ()),
+        alike=getattr(leaf, "alike", ()),
+        lasts=getattr(leaf, "lasts", ""),
+        moves=getattr(leaf, "moves", False),
+        needs_robot=getattr(leaf, "needs_robot", True),
         is_condition=issubclass(leaf, Condition),
         takes_time=not issubclass(leaf, Condition),
         can_fail=True,
@@ -178,16 +196,17 @@ def _parameters(
         if parameter.kind is inspect.Parameter.KEYWORD_ONLY
     ]
     # Only these are evaluated: other annotations may name what is imported for checkers alone.
-    carrier = type("Annotated", (), {})
-    carrier.__annotations__ = {parameter.name: parameter.annotation for parameter in declared}
     names = getattr(constructor, "__globals__", {})
-    try:
-        hints = typing.get_type_hints(carrier, globalns=names, include_extras=True)
-        for parameter in declared:
+    for parameter in declared:
+        carrier = type("Annotated", (), {})
+        carrier.__annotations__ = {parameter.name: parameter.annotation}
+        try:
+            hints = typing.get_type_hints(carrier, globalns=names, include_extras=True)
             yield _parameter(parameter, hints[parameter.name], texts.get(parameter.name, ""))
-    except (NameError, TypeError) as error:
-        hint = "use float, int, bool, str, Literal, poses, postures, regions, their unions or a Key"
-        raise LeafError(f"leaf `{key}`: {error}; {hint}") from error
+        except (NameError, TypeError) as error:
+            hint = "use float, int, bool, str, Literal, poses, regions, their unions or a Key"
+            whose = f"leaf `{key}`, parameter `{parameter.name}` of {constructor.__qualname__}"
+            raise LeafError(f"{whose}: {error}; {hint}") from error
 
 
 def _parameter(declared: inspect.Parameter, hint: object, text: str) -> Parameter | Output:

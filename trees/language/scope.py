@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
@@ -17,6 +18,15 @@ from trees.language.values import Argument, KeyRead, Reference
 
 Include: TypeAlias = "Callable[[YamlEntry, Scope], SubtreeNode | None]"
 """Reads the node below `subtree:`."""
+
+
+def _meant(text: str) -> str:
+    """The hint about a `$` that no name alone follows."""
+    if braced := re.fullmatch(r"\$\{\s*(\w+)\s*\}", text):
+        return f"write `${braced[1]}`"
+    if re.match(r"\$\w+\s*[-+*/%<>=!]", text):
+        return "nothing is computed in a task: count with `add`, compare with `at_least`, `equals`"
+    return "write `$` and its name"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +60,7 @@ class Scope:
         parameter = self.parameters.get(name)
         if parameter is None and not WORD.fullmatch(name):
             message = f"`{text}` begins with `$` and is neither a parameter nor a key"
-            self.diagnostics.error(value.location, message, "write `$` and its name")
+            self.diagnostics.error(value.location, message, _meant(text))
             return None
         if parameter is None:
             return Reference(location=value.location, name=name)

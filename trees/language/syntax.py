@@ -13,8 +13,12 @@ from trees.language.parameters import TaskParameter
 from trees.language.registry import LeafType
 from trees.language.value_types import NamedValue, ValueType
 from trees.language.values import Argument, KeyRead, KeyWrite
+from trees.language.vocabulary import COMPOSITES
 
-Modifiers: TypeAlias = "Mapping[str, Plain | KeyRead | LeafNode]"
+SCENE = "scene:"
+"""Where a task names its scene, among its locations."""
+
+Modifiers: TypeAlias = "Mapping[str, Plain | KeyRead | LeafNode | CompositeNode]"
 """Values by key, in the order in which they wrap, innermost first; that of a guard is a condition.
 
 A `KeyRead` stands only in a task that was loaded with open parameters.
@@ -68,6 +72,28 @@ class SubtreeNode:
 Node: TypeAlias = LeafNode | CompositeNode | SubtreeNode
 
 
+def is_condition(node: Node) -> bool:
+    """Whether a node is a condition: a leaf that is one, or what asks several of them."""
+    if isinstance(node, LeafNode):
+        return node.type.is_condition
+    return isinstance(node, CompositeNode) and COMPOSITES[node.key].asks
+
+
+def guards_of(node: Node) -> Iterator[LeafNode | CompositeNode]:
+    """The conditions beside a node, outermost first."""
+    for value in reversed(list(node.modifiers.values())):
+        if isinstance(value, LeafNode | CompositeNode):
+            yield value
+
+
+def leaves_at(node: Node) -> Iterator[LeafNode]:
+    """The node itself, if it is a leaf, after the leaves of its guards."""
+    for guard in guards_of(node):
+        yield from (one for one in nodes_below(guard) if isinstance(one, LeafNode))
+    if isinstance(node, LeafNode):
+        yield node
+
+
 def nodes_below(node: Node) -> Iterator[Node]:
     """A node and all below it in its file, in order; guards are not among them."""
     yield node
@@ -101,6 +127,8 @@ class Task:
     poses: Mapping[str, NamedValue]
     """What the file defines: tool poses, base poses and postures."""
     regions: Mapping[str, NamedValue]
+    locations: Mapping[str, Location]
+    """Where each pose and region is defined, and the scene is named (`scene:`)."""
     outputs: Mapping[str, TaskOutput]
     root: Node
     ends: Ends

@@ -57,8 +57,9 @@ class ValueType:
         """Of its numbers, as the end of what is expected."""
         ends = (("at least", self.least), ("at most", self.most))
         bounds = " and ".join(f"{words} {bound:g}" for words, bound in ends if bound is not None)
-        above = "" if self.above is None else f" greater than {self.above:g}"
-        return above + (f" of {bounds}" if bounds else "")
+        if self.above is None:
+            return f" of {bounds}" if bounds else ""
+        return f" greater than {self.above:g}" + (f" and {bounds}" if bounds else "")
 
     @property
     def named_types(self) -> tuple[type, ...]:

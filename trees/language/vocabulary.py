@@ -1,264 +1,16 @@
-"""The words of the language: composites and modifiers, each with all that is known about it."""
+"""The words of the language: composites and modifiers, and the keys that are neither."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
-from py_trees.behaviour import Behaviour
+from trees.language.composite_words import COMPOSITES
+from trees.language.modifier_words import MODIFIERS
 
-from trees.language import composites, modifiers
-from trees.language.branch import Branch, Now
-from trees.language.ends import (
-    InOrder,
-    Need,
-    Outcome,
-    Source,
-    side_by_side,
-    until_first_succeeds,
-    until_success,
-)
-from trees.language.value_types import ValueType
-from trees.language.word_types import CompositeWord, Counterpart, ModifierWord, Option
-
-_SECONDS = ValueType(types=(float,), above=0.0)
-_COUNT = ValueType(types=(int,), least=1)
-_FLAG = ValueType(types=(bool,))
-_POLICY = Option(
-    type=ValueType(types=(int,), choices=("all", "any"), least=1),
-    default="all",
-    description="How many children have to succeed; it fails when this number is out of reach.",
-)
+__all__ = ["CHILDREN", "COMPOSITES", "MEANT", "MODIFIERS", "NAME", "RESERVED", "SUBTREE"]
 
 CHILDREN = "children"
 """The key of the children where a composite has options."""
-
-COMPOSITES: Mapping[str, CompositeWord] = {
-    word.node.key: word
-    for word in (
-        CompositeWord(
-            node=composites.Sequence,
-            ends=InOrder(Outcome.SUCCESS),
-            is_reactive=False,
-            takes_time=False,
-            needs=Need.NOTHING,
-            children="one or more nodes",
-            least=1,
-            most=None,
-            options={},
-            symbol="→",
-            counterpart=Counterpart("Sequence"),
-        ),
-        CompositeWord(
-            node=composites.Fallback,
-            ends=InOrder(Outcome.FAILURE),
-            is_reactive=False,
-            takes_time=False,
-            needs=Need.NOTHING,
-            children="one or more nodes",
-            least=1,
-            most=None,
-            options={},
-            symbol="?",
-            counterpart=Counterpart("Fallback"),
-        ),
-        CompositeWord(
-            node=composites.ReactiveSequence,
-            ends=InOrder(Outcome.SUCCESS),
-            is_reactive=True,
-            takes_time=False,
-            needs=Need.NOTHING,
-            children="one or more nodes",
-            least=1,
-            most=None,
-            options={},
-            symbol="⇉",
-            counterpart=Counterpart("ReactiveSequence"),
-        ),
-        CompositeWord(
-            node=composites.ReactiveFallback,
-            ends=InOrder(Outcome.FAILURE),
-            is_reactive=True,
-            takes_time=False,
-            needs=Need.NOTHING,
-            children="one or more nodes",
-            least=1,
-            most=None,
-            options={},
-            symbol="⁇",
-            counterpart=Counterpart("ReactiveFallback"),
-        ),
-        CompositeWord(
-            node=composites.Parallel,
-            ends=side_by_side,
-            is_reactive=False,
-            takes_time=False,
-            needs=Need.NOTHING,
-            children="one or more nodes",
-            least=1,
-            most=None,
-            options={"policy": _POLICY},
-            symbol="‖",
-            counterpart=Counterpart("Parallel"),
-        ),
-        CompositeWord(
-            node=composites.Forever,
-            ends=until_success,
-            is_reactive=False,
-            takes_time=True,
-            needs=Need.FAILURE,
-            children="one node",
-            least=1,
-            most=1,
-            options={},
-            symbol="∞",
-            counterpart=Counterpart("RetryUntilSuccessful", fixed=(("num_attempts", "-1"),)),
-        ),
-        CompositeWord(
-            node=composites.Until,
-            ends=until_first_succeeds,
-            is_reactive=False,
-            takes_time=True,
-            needs=Need.NOTHING,
-            children="a question, then the work to do",
-            least=2,
-            most=None,
-            options={},
-            symbol="↻",
-            counterpart=None,
-        ),
-    )
-}
-
-
-def _flag(make: Callable[[Behaviour], Branch]) -> Callable[[Behaviour, bool, Now], Behaviour]:
-    """A modifier that is there or not."""
-    return lambda node, wanted, now: make(node) if wanted else node
-
-
-MODIFIERS: Mapping[str, ModifierWord] = {
-    "timeout_s": ModifierWord(
-        node=modifiers.Timeout,
-        wrap=lambda node, seconds, now: modifiers.Timeout(node, seconds, now),
-        type=_SECONDS,
-        succeeds=(Source.SUCCESS,),
-        fails=(Source.FAILURE, Source.EARLY),
-        runs_on=None,
-        takes_time=False,
-        needs=Need.TIME,
-        counterpart=Counterpart("Timeout", port="msec", scale=1000),
-    ),
-    "delay_s": ModifierWord(
-        node=modifiers.Delay,
-        wrap=lambda node, seconds, now: modifiers.Delay(node, seconds, now),
-        type=_SECONDS,
-        succeeds=(Source.SUCCESS,),
-        fails=(Source.FAILURE,),
-        runs_on=None,
-        takes_time=True,
-        needs=Need.NOTHING,
-        counterpart=Counterpart("Delay", port="delay_msec", scale=1000),
-    ),
-    "invert": ModifierWord(
-        node=modifiers.Invert,
-        wrap=_flag(modifiers.Invert),
-        type=_FLAG,
-        succeeds=(Source.FAILURE,),
-        fails=(Source.SUCCESS,),
-        runs_on=None,
-        takes_time=False,
-        needs=Need.NOTHING,
-        counterpart=Counterpart("Inverter"),
-    ),
-    "retry": ModifierWord(
-        node=modifiers.Retry,
-        wrap=lambda node, attempts, now: modifiers.Retry(node, attempts),
-        type=_COUNT,
-        succeeds=(Source.SUCCESS,),
-        fails=(Source.FAILURE,),
-        runs_on=None,
-        takes_time=True,
-        needs=Need.FAILURE,
-        counterpart=Counterpart("RetryUntilSuccessful", port="num_attempts"),
-    ),
-    "repeat": ModifierWord(
-        node=modifiers.Repeat,
-        wrap=lambda node, rounds, now: modifiers.Repeat(node, rounds),
-        type=_COUNT,
-        succeeds=(Source.SUCCESS,),
-        fails=(Source.FAILURE,),
-        runs_on=None,
-        takes_time=True,
-        needs=Need.NOTHING,
-        counterpart=Counterpart("Repeat", port="num_cycles"),
-    ),
-    "once": ModifierWord(
-        node=modifiers.Once,
-        wrap=_flag(modifiers.Once),
-        type=_FLAG,
-        succeeds=(Source.SUCCESS,),
-        fails=(Source.FAILURE,),
-        runs_on=None,
-        takes_time=False,
-        needs=Need.NOTHING,
-        counterpart=Counterpart("RunOnce", fixed=(("then_skip", "false"),)),
-    ),
-    "cooldown_s": ModifierWord(
-        node=modifiers.Cooldown,
-        wrap=lambda node, seconds, now: modifiers.Cooldown(node, seconds, now),
-        type=_SECONDS,
-        succeeds=(Source.SUCCESS,),
-        fails=(Source.FAILURE, Source.EARLY),
-        runs_on=None,
-        takes_time=False,
-        needs=Need.NOTHING,
-        counterpart=None,
-    ),
-    "unless": ModifierWord(
-        node=modifiers.Unless,
-        wrap=lambda node, condition, now: modifiers.Unless(condition, node),
-        type=None,
-        succeeds=(Source.SUCCESS, Source.EARLY),
-        fails=(Source.FAILURE,),
-        runs_on=Outcome.FAILURE,
-        takes_time=False,
-        needs=Need.NOTHING,
-        counterpart=Counterpart("ReactiveFallback"),
-    ),
-    "while": ModifierWord(
-        node=modifiers.While,
-        wrap=lambda node, condition, now: modifiers.While(condition, node),
-        type=None,
-        succeeds=(Source.SUCCESS,),
-        fails=(Source.FAILURE, Source.EARLY),
-        runs_on=Outcome.SUCCESS,
-        takes_time=False,
-        needs=Need.NOTHING,
-        counterpart=Counterpart("ReactiveSequence"),
-    ),
-    "force_success": ModifierWord(
-        node=modifiers.ForceSuccess,
-        wrap=_flag(modifiers.ForceSuccess),
-        type=_FLAG,
-        succeeds=(Source.SUCCESS, Source.FAILURE),
-        fails=(),
-        runs_on=None,
-        takes_time=False,
-        needs=Need.FAILURE,
-        counterpart=Counterpart("ForceSuccess"),
-    ),
-    "force_failure": ModifierWord(
-        node=modifiers.ForceFailure,
-        wrap=_flag(modifiers.ForceFailure),
-        type=_FLAG,
-        succeeds=(),
-        fails=(Source.SUCCESS, Source.FAILURE),
-        runs_on=None,
-        takes_time=False,
-        needs=Need.SUCCESS,
-        counterpart=Counterpart("ForceFailure"),
-    ),
-}
-"""Innermost first: this order holds whatever the order in the file."""
 
 NAME = "name"
 """The key that names a node."""
@@ -268,3 +20,27 @@ SUBTREE = "subtree"
 
 RESERVED = frozenset({NAME, SUBTREE, *COMPOSITES, *MODIFIERS})
 """Words that no leaf may take as its key."""
+
+MEANT: Mapping[str, str] = {
+    "selector": "`fallback`",
+    "select": "`fallback`",
+    "priority": "`fallback` or `reactive_fallback`",
+    "inverter": "the modifier `invert: true`, or `not` for a condition",
+    "repeater": "the modifier `repeat`",
+    "loop": "`forever`, `until`, or the modifier `repeat`",
+    "if": "`unless` or `while` beside a node, `switch`, or a `fallback`",
+    "if_then_else": "`switch`, or a `fallback`",
+    "and": "`all_of`",
+    "or": "`any_of`",
+    "script": "`set` or `add`",
+    "delay": "`wait`, or the modifier `delay_s`",
+    "sleep": "`wait`",
+    "guard": "the modifier `while`",
+    "condition": "the key of the condition itself",
+    "action": "the key of the behaviour itself",
+    "timeout": "the modifier `timeout_s`",
+    "cooldown": "the modifier `cooldown_s`",
+    "force_fail": "the modifier `force_failure`",
+    "include": "`subtree`",
+}
+"""What people mean by words of other tree languages."""

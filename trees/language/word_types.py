@@ -15,6 +15,7 @@ from py_trees.behaviour import Behaviour
 from config import Plain
 from trees.language.branch import Branch, Now
 from trees.language.ends import Ends, Keys, Need, Outcome, Rule, Source, ends_from
+from trees.language.least_times import TimeRule, TimesRule
 from trees.language.value_types import ValueType
 
 
@@ -66,6 +67,12 @@ class CompositeWord(Word):
     With options it may also be a mapping of those and `children`.
     """
 
+    asks: bool
+    """Whether its children are conditions; it is one itself then."""
+    at_once: bool
+    """Whether several of its children run at the same time."""
+    lasts: TimesRule
+    """How long it takes at least until it succeeds."""
     ends: Rule
     """How its children follow each other, and how it can end."""
     is_reactive: bool
@@ -89,6 +96,8 @@ class ModifierWord(Word):
     """What it takes; None is a condition, written as a node."""
     wrap: Callable[[Behaviour, Any, Now], Behaviour]
     """(node, value or built condition, clock) to the wrapped node."""
+    lasts: TimeRule
+    """How long the node with it takes at least until it succeeds."""
     succeeds: tuple[Source, ...]
     """Where its success comes from; nowhere, if it never succeeds."""
     fails: tuple[Source, ...]

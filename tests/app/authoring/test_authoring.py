@@ -128,7 +128,7 @@ def test_a_new_task_is_sound_complete_for_the_editor_and_runs(tmp_path):
     assert call("check", task) == (0, f"{task}: good\n", "")
     assert task.read_text().startswith("# yaml-language-server: $schema=frankie-task.schema.json\n")
     assert json.loads((tmp_path / "frankie-task.schema.json").read_text())
-    code, out, _ = call("run", task, "--dry")
+    code, out, _ = call("dry", task)
     assert (code, "tidy_up, dry: success" in out) == (0, True)
 
 

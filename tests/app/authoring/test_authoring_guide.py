@@ -48,6 +48,10 @@ class Reader:
             output = f"{self._exit_code}\n"
         elif command.startswith("pip install "):
             output = self._install(command.removeprefix("pip install "))
+        elif command.startswith("pytest "):
+            tests = [sys.executable, "-m", *shlex.split(command), "-p", "no:cacheprovider"]
+            done = subprocess.run(tests, cwd=self._folder, capture_output=True, text=True)
+            output, self._exit_code = done.stdout, done.returncode
         else:
             program, *arguments = shlex.split(command)
             assert program == "frankie-task", f"the guide uses {program}"

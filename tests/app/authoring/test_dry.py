@@ -41,7 +41,7 @@ def dry(tmp_path):
     def run(text: str, *options: object) -> tuple[int, str, str]:
         path = tmp_path / "t.yaml"
         path.write_text(text, encoding="utf-8")
-        return call("run", path, "--dry", *options)
+        return call("dry", path, *options)
 
     return run
 
@@ -136,9 +136,9 @@ def test_keys_are_written_and_read(dry):
         "task: t\nregions: {table: {centre: [0, 0, 0], size: [1, 1, 1]}}\ntree:\n  sequence:\n"
         "    - scan_for_objects: {region: table, count: found}\n"
         "    - at_least: {value: $found, least: 1}\n"
-        "    - say: {text: there is something, value: $found}\n"
+        "    - say: {text: '{value} things', value: $found}\n"
     )
-    assert dry(text)[0] == 0
+    assert dry(text, "--key", "found=2")[0] == 0
     assert dry(text, "--outcome", "scan_for_objects=failure")[0] == 1
 
 
@@ -160,7 +160,6 @@ def test_json_has_every_step(dry):
         (["--outcome", "grasp=fails"], "`fails` is not an outcome; write `success`, `failure`"),
         (["--outcome", "grasp"], "write a node and its outcomes"),
         (["-p", "trys=3"], "no parameter `trys`"),
-        (["--watch"], "--watch"),
     ],
 )
 def test_a_wrong_option_is_one_line_that_helps(dry, options, said):
@@ -170,12 +169,74 @@ def test_a_wrong_option_is_one_line_that_helps(dry, options, said):
     assert err.count("\n") == 1
 
 
-def test_outcomes_are_for_dry_runs(tmp_path):
+def test_what_needs_no_robot_is_evaluated(dry):
+    text = (
+        "task: t\nparams: {n: {default: 3}}\n"
+        "regions: {table: {centre: [0, 0, 0], size: [1, 1, 1]}}\n"
+        "tree:\n  sequence:\n"
+        "    - set: {k: 2}\n"
+        "    - wait: {duration_s: 1.5}\n"
+        "    - scan_for_objects: {region: table, count: found}\n"
+        "    - say: {text: 'I see {value}', value: $found}\n"
+        "    - at_least: {value: $found, least: $n}\n"
+        "    - equals: {value: $k, to: 2}\n"
+    )
+    code, out, _ = dry(text, "--key", "found=3")
+    assert code == 0
+    assert "1.5 s  ✔ wait: waited" in out
+    assert "say: I see 3" in out
+    assert "at_least: 3 of at least 3" in out
+    code, out, _ = dry(text, "--key", "found=2")
+    assert (code, "(in at_least)" in out) == (1, True)
+    assert dry(text, "--key", "found=3", "-p", "n=4")[0] == 1
+    # What is scripted is not evaluated.
+    assert dry(text, "--key", "found=2", "--outcome", "at_least=success")[0] == 0
+
+
+def test_halts_are_shown(dry):
+    text = (
+        "task: t\ntree:\n  fallback:\n    - while: arm_healthy\n      wait: {duration_s: 9}\n"
+        "    - say: {text: given up}\n"
+    )
+    code, out, _ = dry(text, "--outcome", "arm_healthy=success,success,failure")
+    assert code == 0
+    assert "0.2 s  ■ wait: halted" in out
+    _, out, _ = dry(text, "--json", "--outcome", "arm_healthy=success,failure")
+    halted = [step for step in json.loads(out)["steps"] if step["status"] == "invalid"]
+    assert [step["key"] for step in halted] == ["wait"]
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("fuond=3", "no leaf writes `fuond`; did you mean `found`?"),
+        ("found", "write a key and its value"),
+    ],
+)
+def test_a_key_that_nobody_writes_is_refused(dry, key, said):
+    text = (
+        "task: t\nregions: {table: {centre: [0, 0, 0], size: [1, 1, 1]}}\n"
+        "tree: {scan_for_objects: {region: table, count: found}}\n"
+    )
+    code, _, err = dry(text, "--key", key)
+    assert (code, said in err) == (2, True)
+
+
+def test_a_dry_run_starts_anew_when_the_task_is_saved(tmp_path, monkeypatch):
     path = tmp_path / "t.yaml"
-    path.write_text(PICK)
-    code, _, err = call("run", path, "--outcome", "grasp=failure")
-    assert code == 2
-    assert "--dry" in err
+    path.write_text("task: first\ntree: open_gripper\n")
+    saves = ["task: second\ntree: {wait: {duration_s: soon}}\n", "task: third\ntree: recover\n"]
+
+    def edit(self, until) -> None:
+        if not saves:
+            raise KeyboardInterrupt
+        path.write_text(saves.pop(0))
+
+    monkeypatch.setattr("hw.WallClock.sleep_until", edit)
+    code, out, err = call("dry", path, "--watch")
+    assert [line.split(",")[0] for line in out.splitlines() if "dry" in line] == ["first", "third"]
+    assert "expected a number" in err
+    assert code == 0
 
 
 def test_mistakes_of_the_file_are_located(dry, tmp_path):
@@ -189,7 +250,7 @@ def test_neither_network_nor_recorder_is_loaded(tmp_path):
     path.write_text(PICK)
     code = (
         "import sys\nfrom app.commands import app\n"
-        f"app(['run', {str(path)!r}, '--dry'], standalone_mode=False)\n"
+        f"app(['dry', {str(path)!r}], standalone_mode=False)\n"
         "print(*sorted({'torch', 'rerun', 'hw.sim.world'} & set(sys.modules)), sep=',')\n"
     )
     root = Path(__file__).parents[3]

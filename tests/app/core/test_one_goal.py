@@ -18,7 +18,16 @@ tree:
 """
 
 
-def test_two_movers_side_by_side_end_the_run_and_both_are_named(tmp_path):
+def test_two_movers_side_by_side_are_refused_before_anything_moves(tmp_path):
+    path = tmp_path / "t.yaml"
+    path.write_text(TASK)
+    result = CliRunner().invoke(app, ["run", str(path), "--view", "none"])
+    assert result.exit_code == 2
+    assert "t.yaml:8:7: `go there` and `drive` would both move the robot" in result.stderr
+
+
+def test_leaves_that_move_and_do_not_say_so_end_the_run(tmp_path, monkeypatch):
+    monkeypatch.setattr("trees.language.meaning._note_movers", lambda node, diagnostics: False)
     path = tmp_path / "t.yaml"
     path.write_text(TASK)
     command = ["run", str(path), "--view", "none", "--record", str(tmp_path / "runs"), "--json"]

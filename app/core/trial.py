@@ -1,0 +1,136 @@
+"""One leaf on a simulated robot, as a run would tick it: for the tests of a behaviour."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from app.core.measurements import Measurements
+from app.core.outcome import End
+from app.core.session import Session
+from app.core.setup import Setup, VisionForm, open_setup
+from behaviours import Context
+from hw import Clock, Truth, WorldOptions
+from perception import GraspDetector
+from robots import load_robot
+
+
+class BrokenTrialError(AssertionError):
+    """A leaf has crashed, or the robot has failed, in a trial; the text says how."""
+
+
+@dataclass
+class _Deadline:
+    """Decides what people would: to go on until a time is over."""
+
+    clock: Clock
+    end: float
+    attended: bool = False
+
+    @property
+    def stopped(self) -> bool:
+        return self.clock.now() >= self.end
+
+    def take_turn(self) -> bool:
+        return True
+
+    def emergency_stop(self, text: str, *, pressed: bool) -> bool:
+        return False
+
+    def pause(self, why: str) -> None:
+        """Nobody is there who would resume."""
+
+    def wait(self, seconds: float) -> None:
+        """Simulated time does not wait."""
+
+
+class Trial:
+    """A robot in a scene, with controller, gate and clock.
+
+    Args:
+        setup: what drives the robot.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self._setup = setup
+
+    @property
+    def context(self) -> Context:
+        """What a leaf is made with."""
+        return self._setup.context
+
+    @property
+    def world(self) -> Truth:
+        """What is true of the scene, whatever the robot believes."""
+        assert self._setup.truth is not None
+        return self._setup.truth
+
+    def now(self) -> float:
+        """Simulated time [s]."""
+        return self._setup.clock.session.now()
+
+    def inject(self, fault: str) -> None:
+        """Let something go wrong from now on, for example `reflex`; see `frankie-task bench`.
+
+        Raises:
+            UserError: there is no such fault.
+        """
+        self._setup.robot.inject(fault)
+
+    def run(self, leaf: Behaviour, seconds: float = 60.0) -> Status:
+        """Tick a leaf, or a tree, until it ends, and bring the robot to rest.
+
+        Args:
+            leaf: made with `context`; its `feedback_message` says how it ended.
+            seconds: it is halted after this simulated time [s].
+
+        Returns:
+            SUCCESS or FAILURE; RUNNING if it was halted.
+
+        Raises:
+            BrokenTrialError: it has crashed, or the robot has failed.
+        """
+        setup = self._setup
+        outcome = Session(
+            root=leaf,
+            context=setup.context,
+            controller=setup.controller,
+            gate=setup.gate,
+            measurements=Measurements(limits=setup.model.limits),
+            clock=setup.clock,
+            control=_Deadline(setup.clock.session, self.now() + seconds),
+            watch=lambda tick: None,
+        ).run()
+        statuses = {
+            End.SUCCESS: Status.SUCCESS,
+            End.FAILURE: Status.FAILURE,
+            End.INTERRUPTED: Status.RUNNING,
+        }
+        if outcome.end not in statuses:
+            raise BrokenTrialError(f"{outcome.end.value}: {outcome.reason}\n{outcome.trace}")
+        return statuses[outcome.end]
+
+
+@contextmanager
+def trial(
+    scene: str | Path = "single", *, robot: str = "frankie", seed: int = 0
+) -> Iterator[Trial]:
+    """A simulated robot in a scene.
+
+    Args:
+        scene: a shipped scene or a scene file.
+        robot: the body: `frankie`, `omni`, or a robot file.
+        seed: of the objects and of the camera's noise; the same seed gives the same trial.
+
+    Raises:
+        UserError: there is no such scene or robot.
+    """
+    detector = GraspDetector(gripper=load_robot(robot).gripper)
+    options = WorldOptions(scene=str(scene), seed=seed)
+    with open_setup(robot, "kinematic", options, detector, VisionForm.STEP) as setup:
+        yield Trial(setup)

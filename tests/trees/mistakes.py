@@ -1,0 +1,57 @@
+"""A task in which everything is right, to put one mistake into; the leaves are the real ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from config import Diagnostic, Severity
+from trees.language import check
+
+MARK = "¦"
+"""Stands in a mistake where the diagnostic has to point."""
+
+BEFORE = """\
+task: corpus
+params:
+  count: {default: 3}
+  word: {default: six}
+poses:
+  above: {xyz: [2.935, 0.0, 0.85], rpy_deg: [180, 0, 0]}
+  door: {base: [1.6, 1.2], heading_deg: 90}
+  folded: {joints_deg: [0, -17, 0, -126, 0, 115, 45]}
+POSES
+regions:
+  box: {centre: [3.0, 0.0, 0.556], size: [0.44, 0.36, 0.2]}
+  table: {centre: [0.0, 1.6, 0.6], size: [1.0, 0.4, 0.2]}
+REGIONS
+tree:
+  sequence:
+    - say: {text: "{value}", value: $count}
+    - say: {text: "{value}", value: $word}
+    - navigate: {to: above}
+    - drive: {to: door}
+    - move_arm: {to: folded}
+    - grasp: {within: box}
+    - place: {on: table}
+"""
+
+
+def file_with(*, item: str = "", poses: str = "", regions: str = "") -> str:
+    """The task with an item at the end of its tree, or an entry of a section."""
+    lines = [f"    {line}" for line in item.splitlines()]
+    text = BEFORE.replace("POSES\n", f"  {poses}\n" if poses else "")
+    text = text.replace("REGIONS\n", f"  {regions}\n" if regions else "")
+    return text + "\n".join([*lines, ""])
+
+
+def found_in(folder: Path, text: str, severity: Severity = Severity.ERROR) -> list[Diagnostic]:
+    """The diagnostics of a text, which may contain the mark."""
+    path = folder / "t.yaml"
+    path.write_text(text.replace(MARK, ""), encoding="utf-8")
+    return [one for one in check(path) if one.severity is severity]
+
+
+def marked(text: str) -> tuple[int, int]:
+    """Line and column of the mark."""
+    before = text[: text.index(MARK)]
+    return before.count("\n") + 1, len(before) - before.rfind("\n")

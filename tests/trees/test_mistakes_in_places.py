@@ -1,0 +1,172 @@
+"""A task that sends the robot where it cannot be, or puts things where nothing is, is refused."""
+
+from __future__ import annotations
+
+import pytest
+from mistakes import MARK, marked
+from typer.testing import CliRunner
+
+from app.commands import app
+from config import Severity
+from trees import shipped, shipped_names
+from trees.site import check
+
+TASK = """\
+task: corpus
+scene: household
+poses:
+  above: {xyz: [2.935, 0.0, 0.85], rpy_deg: [180, 0, 0]}
+PLACE
+tree:
+  sequence:
+    - navigate: {to: above}
+    - USE
+"""
+POSES = (
+    ("{xyz: [2, 0, 1.85], rpy_deg: [180, 0, 0]}", "out of reach: 1.85 m up: tilted like this"),
+    ("{xyz: [2, 0, 2.9], rpy_deg: [0, 0, 0]}", "out of reach: 2.90 m up"),
+    ("{xyz: [2, 0, 3], rpy_deg: [90, 0, 0]}", "out of reach: 3.00 m up"),
+    ("{xyz: [2, 0, 0.05], rpy_deg: [0, 0, 0]}", "the hand reaches down to"),
+    ("{xyz: [2, 0, -0.2], rpy_deg: [180, 0, 0]}", "0.21 m below the floor"),
+    ("{xyz: [2, 0, -30], rpy_deg: [180, 0, 0]}", "m below the floor"),
+    ("{xyz: [0, 1.6, 0.45], rpy_deg: [180, 0, 0]}", "inside `table/top`"),
+    ("{xyz: [3, 0, 0.3], rpy_deg: [180, 0, 0]}", "inside `pedestal`"),
+    ("{base: [0, 1.6], heading_deg: 0}", "the base would be inside `table/top`"),
+    ("{base: [3, 0.2], heading_deg: 0}", "the base would be inside `pedestal`"),
+    ("{base: [0.5, 1.2], heading_deg: 45}", "the base would be inside `table/leg`"),
+)
+POSTURES = (
+    ("[0, -0.3, 0, -2.2, 0, 2.0, 0.8]", "did you mean [0, -17, 0, -126, 0, 115, 46]?"),
+    ("[0, -17, 0, 10, 0, 115, 45]", "joint 4 of `frankie` goes from -176° to -4°, not to 10°"),
+    ("[170, -17, 0, -126, 0, 115, 45]", "joint 1 of `frankie` goes from -166° to 166°"),
+    ("[0, 110, 0, -126, 0, 115, 45]", "joint 2"),
+    ("[0, -17, 0, -126, 0, -20, 45]", "joint 6"),
+    ("[0, -17, 0, -126, 0, 115, 180]", "joint 7"),
+    ("[0, 0, 0, 0, 0, 0, 0]", "joint 4"),
+)
+REGIONS = (
+    ("place: {on: x}", "{centre: [0, 0, 0.5], size: [0.4, 0.3, 0.2]}", "2 of the 2 places on `x`"),
+    ("place: {on: x}", "{centre: [0, 1.6, 0.8], size: [1.0, 0.4, 0.2]}", "0.20 m away"),
+    ("grasp: {within: x}", "{centre: [0, 0, 0.5], size: [0.4, 0.3, 0.2]}", "have no surface"),
+    ("region_empty: {region: x}", "{centre: [9, 9, 0.9], size: [1, 1, 0.2]}", "have no surface"),
+    ("follow: {within: x}", "{centre: [3, 0, 1.5], size: [0.4, 0.3, 0.2]}", "have no surface"),
+)
+
+
+def mistakes(folder, place: str, use: str, robot: str = "frankie"):
+    text = TASK.replace("PLACE", place).replace("USE", use)
+    path = folder / "t.yaml"
+    path.write_text(text.replace(MARK, ""))
+    return marked(text), [one for one in check(path, robot=robot) if one.location]
+
+
+@pytest.mark.parametrize(("pose", "why"), POSES, ids=[pose for pose, _ in POSES])
+def test_a_pose_where_the_robot_cannot_be_is_refused_where_it_is_defined(tmp_path, pose, why):
+    leaf = "drive" if "base" in pose else "navigate"
+    at, found = mistakes(tmp_path, f"  {MARK}x: {pose}", f"{leaf}: {{to: x}}")
+    [one] = [one for one in found if one.severity is Severity.ERROR]
+    assert (one.location.line, one.location.column) == at
+    assert why in str(one)
+    assert one.hint
+
+
+@pytest.mark.parametrize(("angles", "why"), POSTURES, ids=[angles for angles, _ in POSTURES])
+@pytest.mark.parametrize("use", ["move_arm: {to: x}", "recover: {arm: x}"])
+def test_a_posture_outside_of_the_joint_limits_is_refused(tmp_path, angles, why, use):
+    at, [one] = mistakes(tmp_path, f"  {MARK}x: {{joints_deg: {angles}}}", use)
+    assert (one.location.line, one.location.column) == at
+    assert why in str(one)
+
+
+@pytest.mark.parametrize(("use", "region", "why"), REGIONS, ids=[row[0] for row in REGIONS])
+def test_a_region_without_a_surface_is_refused_where_it_is_used(tmp_path, use, region, why):
+    at, [one] = mistakes(tmp_path, f"regions:\n  x: {region}", f"{MARK}{use}")
+    assert (one.location.line, one.location.column) == at
+    assert one.severity is Severity.ERROR
+    assert why in str(one)
+
+
+def test_a_region_that_hangs_over_the_edge_is_warned_of(tmp_path):
+    region = "regions:\n  x: {centre: [0, 1.9, 0.6], size: [1.0, 0.4, 0.2]}"
+    _, [one] = mistakes(tmp_path, region, f"{MARK}place: {{on: x}}")
+    assert one.severity is Severity.WARNING
+    assert "5 of the 10 places on `x`" in str(one)
+
+
+def test_a_pose_that_is_only_looked_at_may_be_anywhere(tmp_path):
+    place = f"  {MARK}x: {{xyz: [0, 1.6, 0.45], rpy_deg: [180, 0, 0]}}"
+    assert mistakes(tmp_path, place, "look_at: {at: x}")[1] == []
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+@pytest.mark.parametrize("name", shipped_names())
+def test_the_shipped_tasks_can_be_done(name, robot):
+    assert check(shipped(name), robot=robot) == []
+
+
+SCENES = (
+    ("¦kitchn", "did you mean `kitchen`?"),
+    ("¦nowhere.yaml", "no scene is called `nowhere.yaml`"),
+    ("¦broken.yaml", "the scene `broken.yaml` has mistakes"),
+)
+
+
+@pytest.mark.parametrize(("scene", "why"), SCENES)
+def test_a_scene_that_cannot_be_used_is_told_where_it_is_named(tmp_path, scene, why):
+    (tmp_path / "broken.yaml").write_text("container: {centre: [3, 0]}\ntable: {centr: [0, 1.6]}\n")
+    text = f"task: t\nscene: {scene}\ntree: open_gripper\n"
+    path = tmp_path / "t.yaml"
+    path.write_text(text.replace(MARK, ""))
+    found = check(path)
+    assert (found[0].location.line, found[0].location.column) == marked(text)
+    assert why in str(found[0])
+    # Then come the mistakes of the scene file at their own lines.
+    assert len(found) == (3 if "broken" in scene else 1)
+
+
+def test_a_scene_is_found_beside_the_task_that_names_it(tmp_path, monkeypatch):
+    (tmp_path / "task").mkdir()
+    (tmp_path / "task" / "empty.yaml").write_text(
+        "container: {centre: [3, 0]}\ntable: {centre: [0, 1.6]}\nobjects: {count: 0}\n"
+    )
+    path = tmp_path / "task" / "t.yaml"
+    path.write_text("task: t\nscene: empty.yaml\ntree: open_gripper\n")
+    monkeypatch.chdir(tmp_path)
+    assert check(path) == []
+    result = CliRunner().invoke(app, ["run", "task/t.yaml", "--record", str(tmp_path / "runs")])
+    assert result.exit_code == 0, result.output
+
+
+def test_every_mistake_of_a_scene_file_is_told_at_once(tmp_path):
+    path = tmp_path / "scene.yaml"
+    path.write_text(
+        """\
+container: {centre: [0, 0]}
+table: {centre: [0, 1600], size: [1.2, 0.6], hight: 0.5}
+objects: {count: -1, kinds: [bxo], width_mm: [70, 15]}
+walkers: [{name: Ada, way: [[1, 1], [1, 1]]}]
+"""
+    )
+    result = CliRunner().invoke(app, ["check", str(path)])
+    assert result.exit_code == 2
+    places = [line.removeprefix(f"{path}:").split(" ")[0] for line in result.stdout.splitlines()]
+    assert places == ["1:1:", "2:21:", "2:46:", "3:18:", "3:29:", "3:46:", "4:28:"]
+
+
+def test_items_that_do_not_fit_are_told_at_once(tmp_path):
+    path = tmp_path / "scene.yaml"
+    path.write_text(
+        """\
+container: {centre: [3, 0]}
+table: {centre: [0, 1.6]}
+objects:
+  items:
+    - {kind: box, at: [3, 0.5]}
+    - {kind: can, at: [3, 0]}
+    - {kind: can, at: [3, 0.01]}
+"""
+    )
+    first, second = check(path)
+    assert "it does not fit into the container" in str(first)
+    assert (first.location.line, second.location.line) == (5, 7)
+    assert "it overlaps can 2" in str(second)

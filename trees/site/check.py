@@ -1,0 +1,125 @@
+"""All that is wrong with a task on a robot, in a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+
+from behaviours import Region
+from config import Diagnostic, Severity
+from robots import Geom, RobotDescription, load_robot
+from trees.language import SCENE, Task, examine
+from trees.site.places import Definition, Use, definitions, uses
+from trees.site.scenes import is_scene, scene_of
+
+NO_OVERRIDES: Mapping[str, str] = MappingProxyType({})
+
+
+def check(
+    path: Path | str, *, overrides: Mapping[str, str] = NO_OVERRIDES, robot: str | Path = "frankie"
+) -> list[Diagnostic]:
+    """Every diagnostic of a task file and its subtrees, in order: for a robot, in its own scene.
+
+    Of a scene file, every diagnostic of that.
+
+    Args:
+        path: the file.
+        overrides: values of task parameters, as texts.
+        robot: name of a shipped robot, or a robot file.
+
+    Raises:
+        ConfigError: there is no such robot.
+        LeafError: a leaf class, not the file, is at fault.
+    """
+    description = load_robot(robot)
+    task, found = examine(path, overrides=overrides)
+    if task is None and is_scene(Path(path)):
+        from hw.sim import scene_mistakes
+
+        return scene_mistakes(Path(path), description.base.size[:2])
+    if task is None:
+        return found
+    fixtures, mistakes = _furniture(task, description)
+    found += mistakes + place_diagnostics(task, description, fixtures)
+    return sorted(found, key=lambda one: (one.path != task.path, one.path, _order(one)))
+
+
+def place_diagnostics(
+    task: Task, robot: RobotDescription, fixtures: Sequence[Geom] = ()
+) -> list[Diagnostic]:
+    """What is wrong with the places of a task.
+
+    Args:
+        task: checked; places that are known only during the run are passed over.
+        robot: that has to get there.
+        fixtures: what stands in the scene, in the world; empty if that is not known.
+    """
+    defined = definitions(task)
+    found = (
+        diagnostic
+        for use in uses(task)
+        for diagnostic in _of_use(use, defined.get(id(use.value)), robot, fixtures)
+    )
+    return list(dict.fromkeys(found))
+
+
+def _of_use(
+    use: Use, defined: Definition | None, robot: RobotDescription, fixtures: Sequence[Geom]
+) -> Iterator[Diagnostic]:
+    from trees.site.furniture import bare_places, what_is_in_the_way
+    from trees.site.reach import why_not_reached
+
+    leaf, value = use.leaf, use.value
+    if defined is not None and use.parameter in leaf.type.goes_to:
+        why = why_not_reached(value, robot) or what_is_in_the_way(value, robot, fixtures)
+        if why is not None:
+            message, hint = why
+            yield Diagnostic(
+                path=defined.path,
+                location=defined.location,
+                message=f"`{value.name}`: {message}",
+                hint=hint,
+            )
+    if fixtures and isinstance(value, Region) and use.parameter in leaf.type.surfaces:
+        bare = bare_places(value, _pitch(use), fixtures)
+        if bare.missing:
+            yield Diagnostic(
+                path=use.path,
+                location=leaf.location,
+                message=f"{bare.missing} of the {bare.of} places on `{value.name}` have no surface "
+                f"of the scene under them, the nearest is {bare.nearest:.2f} m away",
+                hint=f"move `{value.name}`; things stand on its bottom face",
+                severity=Severity.ERROR if bare.missing == bare.of else Severity.WARNING,
+            )
+
+
+def _pitch(use: Use) -> float | None:
+    """Between the places on which a leaf puts things; None if it puts nothing anywhere."""
+    parameter = use.leaf.type.parameters.get("pitch_m")
+    given = use.leaf.arguments.get("pitch_m", parameter and parameter.default)
+    return given if isinstance(given, float) else None
+
+
+def _furniture(task: Task, robot: RobotDescription) -> tuple[Sequence[Geom], list[Diagnostic]]:
+    """What stands in the scene that a task names, and what is wrong with that scene."""
+    if not task.scene:
+        return (), []
+    from hw.sim import SceneError, find_scene, load_fixtures, scene_mistakes
+
+    location = task.locations[SCENE]
+    try:
+        path = find_scene(scene_of(task))
+    except SceneError as error:
+        message, _, hint = str(error).partition("; ")
+        return (), [Diagnostic(path=task.path, location=location, message=message, hint=hint)]
+    if mistakes := scene_mistakes(path, robot.base.size[:2]):
+        message, hint = f"the scene `{task.scene}` has mistakes", "correct them there"
+        here = Diagnostic(path=task.path, location=location, message=message, hint=hint)
+        return (), [here, *mistakes]
+    return load_fixtures(path, unmapped=True), []
+
+
+def _order(diagnostic: Diagnostic) -> tuple[int, int]:
+    at = diagnostic.location
+    return (at.line, at.column) if at else (0, 0)
