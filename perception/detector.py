@@ -257,6 +257,7 @@ def _grasps(
     )
     pixel = camera.project(centre)
     line = camera.project(centre + along) - camera.project(centre - along)
+    whole = levers.shows_all(found.x, found.y)
     inside = np.ones(len(centre), dtype=np.bool_)
     if workspace is not None and len(centre):
         inside = workspace.contains(centre)
@@ -266,6 +267,7 @@ def _grasps(
             width=float(found.width[i]),
             opening=float(found.opening[i]),
             quality=float(found.score[i]),
+            whole=bool(whole[i]),
             stamp=frame.stamp,
             pixel=(float(pixel[i, 0]), float(pixel[i, 1])),
             angle=float(np.arctan2(line[i, 1], line[i, 0])),

@@ -10,14 +10,14 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from perception.arrays import Array, Indices
+from perception.arrays import Array, Indices, Mask
 from perception.frame import Workspace
 from perception.height_map import HeightMap, look_up
 
 LONGEST = 0.08
 """A lever arm of this length or more counts as ... [m]"""
 LEAST = 0.2
-"""... this share of a grasp in the middle; so does one whose lever arm nobody knows."""
+"""... this share of a grasp in the middle."""
 _STEP = 2  # only every second row and column of the map is counted [cells]
 
 
@@ -59,6 +59,7 @@ class LeverArms:
         if border is not None:
             leaving = border[border[:, 2] > lowest]
             self._cut_off[self._thing_at(leaving[:, 0], leaving[:, 1])] = True
+            self._cut_off[0] = False
 
     def _thing_at(self, x: Array, y: Array) -> Indices:
         """(N,) the number of the thing there; 0 is none."""
@@ -72,6 +73,8 @@ class LeverArms:
 
     def preference(self, x: Array, y: Array) -> Array:
         """1 for grasps in the middle of a thing, less for those farther from it; (N,)."""
-        thing = self._thing_at(x, y)
-        known = (thing == 0) | ~self._cut_off[thing]
-        return np.where(known, np.maximum(1.0 - self.at(x, y) / LONGEST, LEAST), LEAST)
+        return np.maximum(1.0 - self.at(x, y) / LONGEST, LEAST)
+
+    def shows_all(self, x: Array, y: Array) -> Mask:
+        """(N,) whether the image shows all of what stands there, and so its middle."""
+        return ~self._cut_off[self._thing_at(x, y)]

@@ -10,7 +10,7 @@ from pinocchio import SE3
 from perception.grasp_feasibility import DEPTHS, FLOOR_CLEARANCE, assess
 from perception.hand_dimensions import hand_dimensions
 from perception.height_map import CELL, HeightMap, build_height_map
-from perception.lever_arm import LEAST, LeverArms
+from perception.lever_arm import LeverArms
 from perception.refine import refine
 from robots import Box, Geom, GripperDescription, Intrinsics, load_robot
 
@@ -238,6 +238,6 @@ def test_of_what_the_image_cuts_off_nobody_knows_the_middle() -> None:
     x = np.full_like(y, X.max())
     border = np.stack([x, y, where.at(x, y)], axis=1)
     levers = LeverArms(where, FLOOR + 0.008, None, border)
-    at = np.array([0.1, 0.16, -0.1]), np.zeros(3)
-    assert levers.preference(*at) == pytest.approx([LEAST, LEAST, 1.0], abs=0.03)
-    assert LeverArms(where, FLOOR + 0.008, None).preference(*at)[0] > 0.9
+    at = np.array([0.1, 0.16, -0.1, 0.0]), np.zeros(4)
+    assert levers.shows_all(*at).tolist() == [False, False, True, True]
+    assert LeverArms(where, FLOOR + 0.008, None).shows_all(*at).all()
