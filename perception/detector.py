@@ -33,6 +33,7 @@ _MIN_VALID = 0.02  # smallest share of pixels with a depth in a usable frame
 _MAX_CAMERA_AXIS_Z = -0.5  # the optical axis is within 60 degrees of straight down
 _LEVEL_BIN = 0.005  # of the histogram of heights that finds the largest level surface [m]
 _AREA_STEP = 3  # only every third row and column is counted for areas [cells]
+_INSIDE = 2  # of the border of the image by so many pixels
 _ANGLE_STEP = 0.005  # to either side of a grasp, to see its direction in the image [m]
 
 
@@ -211,6 +212,18 @@ def _occupied_area(scene: HeightMap, workspace: Workspace | None, floor: float) 
     return float(_well_inside(workspace, points).sum() * side**2)
 
 
+def _border(frame: Frame, prepared: Prepared) -> Array:
+    """(B, 3) points along the border of the crop, in the world [m]."""
+    crop, depth = prepared.crop, prepared.native
+    along = np.arange(_INSIDE, crop.size - _INSIDE)
+    low, high = np.full_like(along, along[0]), np.full_like(along, along[-1])
+    row = np.concatenate([along, along, low, high])
+    column = np.concatenate([low, high, along, along])
+    return world_points(
+        depth[row, column], frame.intrinsics, frame.wTc, column + crop.u0, row + crop.v0
+    )
+
+
 def _grasps(
     frame: Frame,
     prepared: Prepared,
@@ -232,7 +245,8 @@ def _grasps(
         frame.intrinsics, frame.wTc, pixel, candidates.angle, points[:, 2]
     )
     at = (points[:, 0], points[:, 1], direction, candidates.quality, floor, gripper)
-    levers = LeverArms(scene, floor + MIN_OBJECT_HEIGHT, workspace)
+    border = _border(frame, prepared)
+    levers = LeverArms(scene, floor + MIN_OBJECT_HEIGHT, workspace, border)
     found = refine(scene, *at, directions=proposals.directions, levers=levers)
     if len(found.score) == 0 and proposals.directions < ALL_DIRECTIONS:
         found = refine(scene, *at, directions=ALL_DIRECTIONS, levers=levers)
@@ -243,6 +257,7 @@ def _grasps(
     )
     pixel = camera.project(centre)
     line = camera.project(centre + along) - camera.project(centre - along)
+    whole = levers.shows_all(found.x, found.y)
     inside = np.ones(len(centre), dtype=np.bool_)
     if workspace is not None and len(centre):
         inside = workspace.contains(centre)
@@ -252,6 +267,7 @@ def _grasps(
             width=float(found.width[i]),
             opening=float(found.opening[i]),
             quality=float(found.score[i]),
+            whole=bool(whole[i]),
             stamp=frame.stamp,
             pixel=(float(pixel[i, 0]), float(pixel[i, 1])),
             angle=float(np.arctan2(line[i, 1], line[i, 0])),
