@@ -50,6 +50,9 @@ class CompositeNode:
     children: tuple[Node, ...]
     options: Mapping[str, Plain | KeyRead] = field(default_factory=dict)
     """Besides its children, as the policy of `parallel`."""
+    cases: tuple[str, ...] = ()
+    """Of a switch: for each child the value that it stands for; the one after them is the `else`.
+    """
 
 
 @dataclass(frozen=True, kw_only=True)
