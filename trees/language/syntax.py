@@ -132,6 +132,8 @@ class Task:
     regions: Mapping[str, NamedValue]
     locations: Mapping[str, Location]
     """Where each pose and region is defined, and the scene is named (`scene:`)."""
+    site: Mapping[str, Path]
+    """Of the poses and regions that a file of places defines, that file."""
     outputs: Mapping[str, TaskOutput]
     root: Node
     ends: Ends
