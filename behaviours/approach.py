@@ -29,6 +29,8 @@ class Approach:
         self._begun = leaf.context.clock.now()
         self._progress = Progress(leaf.context)
         self._set_out = False
+        self.is_blocked = False
+        """Whether it has ended because the robot came no nearer, beside something."""
 
     def tick(self) -> Status:
         """Go on; SUCCESS at the goal, FAILURE on a fault, when stuck and when time is over."""
@@ -47,6 +49,7 @@ class Approach:
         if now - self._begun > self._timeout:
             return leaf.failure(f"not at {self._target} after {self._timeout:g} s: {left}")
         if self._progress.is_stuck(report):
+            self.is_blocked = report.clearance < leaf.settings.recover.in_the_way
             return leaf.failure(f"stuck on the way to {self._target}: {left}")
         return leaf.running(left)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
+import numpy.typing as npt
 from pinocchio import SE3
 from py_trees.common import Status
 
@@ -16,6 +17,9 @@ from behaviours.ranges import Distance, Force, Seconds
 from controller import PoseGoal, StepReport
 from perception import GraspEstimate
 
+Array = npt.NDArray[np.float64]
+
+_NOWHERE = np.full(3, np.inf)
 _SOON = 0.01
 """Over this time velocities are taken for constant [s]."""
 
@@ -60,7 +64,7 @@ class Grasp(Leaf):
     @property
     def phase(self) -> str:
         """`approach` until locked, `lock` until the hand is above it, `descend`, `close`."""
-        if self._step == self._follow:
+        if self._step in (self._follow, self._come_nearer):
             return "lock" if self.context.vision.tracker.locked else "approach"
         return "descend" if self._step == self._descend else "close"
 
@@ -68,8 +72,8 @@ class Grasp(Leaf):
         """Start to look."""
         self._begun = self._seen = self.context.clock.now()
         self._step = self._follow
-        self._progress = Progress(self.context, straight=True)
-        self._target = np.full(3, np.inf)
+        self._came_nearer = False
+        self._go_after(_NOWHERE)
         self.context.vision.tracker.lock_distance = self._lock_distance
         self.context.vision.reset()
 
@@ -101,10 +105,9 @@ class Grasp(Leaf):
                 return self.failure(f"no grasp for {self._patience:g} s: {reason}")
             return self.running("looking for a grasp")
         self._seen = now
-        if np.linalg.norm(grasp.wTg.translation - self._target) > settings.other_target:
-            self._target = grasp.wTg.translation
-            self._progress = Progress(self.context, straight=True)
         above = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -settings.standoff]))
+        if np.linalg.norm(grasp.wTg.translation - self._target) > settings.other_target:
+            self._go_after(grasp.wTg.translation)
         report = self.pursue(
             PoseGoal(wTe=above, speed=settings.follow_speed, straight=True, hand_may_touch=True),
             "follow",
@@ -112,9 +115,9 @@ class Grasp(Leaf):
         if report is None:
             return self.running(f"following a grasp of quality {grasp.quality:.2f}")
         if self._stalled(report):
-            vision.reject()
-            short = f"cannot get above the grasp, {report.position_error:.3f} m short"
-            return self.failure(short + self._progress.because)
+            if not self._came_nearer:
+                return self._leave_for(grasp)
+            return self._out_of_reach(report)
         if not vision.tracker.locked:
             return self.running(f"following, {report.position_error:.3f} m to go")
         is_above = report.position_error <= settings.above_position
@@ -125,6 +128,43 @@ class Grasp(Leaf):
         self._progress = Progress(self.context, straight=True)
         self._step = self._descend
         return self._descend()
+
+    def _leave_for(self, grasp: GraspEstimate) -> Status:
+        """The grasp is out of reach from here: have the base come to it from elsewhere, once."""
+        up = np.array([0.0, 0.0, -self.settings.grasp.nearer_standoff])
+        self._came_nearer, self._above = True, grasp.wTg * SE3(np.eye(3), up)
+        self._progress = Progress(self.context)
+        self._step = self._come_nearer
+        return self._come_nearer()
+
+    def _come_nearer(self) -> Status:
+        settings = self.settings.grasp
+        goal = PoseGoal(
+            wTe=self._above,
+            speed=settings.follow_speed,
+            position_tolerance=settings.nearer_tolerance,
+            stance_if_near=True,
+        )
+        report = self.pursue(goal, "come nearer")
+        if report is not None and report.arrived:
+            self.context.vision.reset()
+            self._seen = self.context.clock.now()
+            self._go_after(_NOWHERE)
+            self._step = self._follow
+            return self._follow()
+        if report is not None and self._stalled(report):
+            return self._out_of_reach(report)
+        return self.running("coming nearer to the grasp")
+
+    def _out_of_reach(self, report: StepReport) -> Status:
+        self.context.vision.reject()
+        short = f"cannot get above the grasp, {report.position_error:.3f} m short"
+        return self.failure(short + self._progress.because)
+
+    def _go_after(self, target: Array) -> None:
+        """Another grasp gets the full time to be reached."""
+        self._target = target
+        self._progress = Progress(self.context, straight=True)
 
     def _descend(self) -> Status:
         """Straight down on the locked grasp."""

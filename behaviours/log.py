@@ -121,7 +121,7 @@ class TaskLog:
         if self.in_hand is None:
             self.carried.append(Carried(begun=begun))
         self.carried[-1].attempts += 1
-        self.carried[-1].grasp_time = now.seconds - begun.seconds
+        self.carried[-1].grasp_time = now.since(begun)
 
     def say(self, now: TaskTime, text: str) -> None:
         """Tell people something."""

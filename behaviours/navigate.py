@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 from py_trees.common import Status
 
 from behaviours.approach import Approach
+from behaviours.back_off import BackOff
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import BasePose, ToolPose
@@ -17,7 +18,8 @@ from controller import BaseGoal, MotionGoal, PoseGoal
 class Navigate(Leaf):
     """Move the end effector, or the base, to a named pose.
 
-    Fails when the robot has a fault, no longer comes nearer, or the time is over.
+    A robot that is stuck beside something backs off once and tries again. Fails when it has a
+    fault, no longer comes nearer, or the time is over.
 
     Args:
         to: a pose of the task file; a tool pose moves base and arm as one, a base pose the base.
@@ -60,7 +62,18 @@ class Navigate(Leaf):
     def initialise(self) -> None:
         """Start anew."""
         self._approach = Approach(self, self._goal, self._to.name, self._timeout)
+        self._back_off: BackOff | None = None
+        self._has_backed_off = False
 
     def update(self) -> Status:
         """One tick."""
-        return self._approach.tick()
+        if self._back_off is not None:
+            if not self.fault() and not self._back_off.tick():
+                return self.running("backing off")
+            self._back_off = None
+            self._approach = Approach(self, self._goal, self._to.name, self._timeout)
+        status = self._approach.tick()
+        if status is Status.FAILURE and self._approach.is_blocked and not self._has_backed_off:
+            self._back_off, self._has_backed_off = BackOff(self), True
+            return self.running("backing off")
+        return status

@@ -11,6 +11,7 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
+from behaviours.back_off import BackOff
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.places import Places
@@ -28,15 +29,15 @@ class Place(Leaf):
 
     The camera has to see the region's floor at the place before the hand is lowered; a place on
     which something stands is passed over, and so is one that is not seen. Rows far from the base
-    are filled first. The hand stops as high above the floor as it was above
-    what the object stood on when it was grasped, and a little higher, so that neither the object
-    nor the finger tips touch it. A place at which lowering failed is not tried again. Fails when
-    nothing is held, no place is free, there is no surface at the place, it is not seen, the hand
-    does not get there, the fingers do not open, or the robot has a fault.
+    are filled first, on what is higher than the shoulder near ones. The hand stops as high above
+    the floor as it was above what the object stood on when it was grasped, and a little higher, so
+    that neither object nor finger tips touch it. A place at which lowering failed is not tried
+    again. Fails when nothing is held, no place is free, there is no surface at the place, it is not
+    seen, the hand does not get there, the fingers do not open, or the robot has a fault.
 
     Args:
         on: region of the task file whose floor is the surface to place on.
-        pitch_m: distance between neighbouring places, at least [m].
+        pitch_m: distance between neighbouring places; 60 % of it when the rows are full [m].
     """
 
     key: ClassVar[str] = "place"
@@ -45,12 +46,12 @@ class Place(Leaf):
     def __init__(self, name: str, context: Context, *, on: Region, pitch_m: Pitch = 0.2) -> None:
         super().__init__(name, context)
         self._on = on
-        self._places = Places(context, on, pitch_m)
         robot = context.robot.description
-        shoulder = (robot.bTa * robot.arm.joints[0]).translation[2]
-        self._goes_straight = bool(on.floor < shoulder)
-        """Over a higher surface the arm reaches only as its stance has it, and nor is the way
-        straight any longer where it was too narrow once."""
+        self._is_high = bool(on.floor > (robot.bTa * robot.arm.joints[0]).translation[2])
+        """There the arm reaches only as its stance has it, and it goes down beside it next."""
+        self._goes_straight = not self._is_high
+        """As long as that was not too narrow."""
+        self._places = Places(context, on, pitch_m, far_first=not self._is_high)
         room = min(pitch_m, *on.size[:2])
         self._radius = min(self.settings.surface.radius, self.settings.surface.pitch_share * room)
 
@@ -223,6 +224,7 @@ class Place(Leaf):
     def _set_down(self) -> None:
         """It stands on its place, whatever comes of the hand."""
         self._is_down = True
+        self._back_off: BackOff | None = None
         self._note(self.context.log.places_used)
         self.context.log.place(self.context.clock.now())
         self.context.set_down.add(self._let_go, self.context.wTe)
@@ -235,6 +237,9 @@ class Place(Leaf):
     def _done(self) -> Status:
         if (waiting := self._wait_for_fingers("opening")) is not None:
             return waiting
+        self._back_off = self._back_off or BackOff(self)
+        if self._is_high and not self._back_off.tick():
+            return self.running("backing off")
         return self.success(f"placed on {self._on.name}, place {self._number}")
 
     def _wait_for_fingers(self, what: str) -> Status | None:

@@ -9,12 +9,13 @@ import numpy as np
 from pinocchio import SE3
 from py_trees.common import Status
 
+from behaviours.back_off import BackOff
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Posture
 from behaviours.progress import Progress
 from behaviours.ranges import Lift
-from controller import BaseGoal, PoseGoal, PostureGoal
+from controller import PoseGoal, PostureGoal
 
 
 class Recover(Leaf):
@@ -53,7 +54,7 @@ class Recover(Leaf):
         """Start anew, from wherever the hand is now."""
         self.context.vision.reset()
         self._faults = self._backed_off = 0
-        self._behind: BaseGoal | None = None
+        self._behind: BackOff | None = None
         self._rising = self._arm is not None and not self._folded(self._arm)
         self._progress = Progress(self.context, straight=True)
         here = self.context.wTe
@@ -114,15 +115,12 @@ class Recover(Leaf):
             if not near or self._backed_off == settings.most_back_offs:
                 return self.failure(f"arm stopped {left:.0f}° before {arm.name}")
             self._backed_off += 1
-            back = SE3(np.eye(3), np.array([-settings.back_off, 0.0, 0.0]))
-            self._behind = BaseGoal(wTb=self.context.state.wTb * back, reverse=True)
-            self._progress = Progress(self.context)
+            self._behind = BackOff(self)
         return self.running(f"folding to {arm.name}, {left:.0f}° to go")
 
-    def _back_off(self, behind: BaseGoal) -> Status:
-        """Away from what is in the arm's way, as far as there is room."""
-        report = self.pursue(behind, "back off")
-        if report is not None and (report.arrived or self._progress.is_stuck(report)):
+    def _back_off(self, behind: BackOff) -> Status:
+        """Away from what is in the arm's way."""
+        if behind.tick():
             self._behind, self._progress = None, Progress(self.context)
         return self.running("backing off")
 

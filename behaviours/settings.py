@@ -73,13 +73,18 @@ class GraspSettings(Checked):
     """... and turned this little [rad]."""
     other_target: float = 0.03
     """A grasp that jumps this far is another one, and gets the full time to be reached [m]."""
+    nearer_standoff: float = 0.24
+    """Where a grasp is out of reach from here, the base takes a stance for this height over it,
+    from which the hand is free to go round [m] ..."""
+    nearer_tolerance: float = 0.03
+    """... and the hand follows the grasp again when it is this near to that [m]."""
     follow_speed: float = 0.5
     """[m/s]."""
     descend_speed: float = 0.25
     """[m/s]."""
     descend_tolerance: float = 0.004
     """The fingers close this near to the grasp [m] ..."""
-    closing_speed: float = 0.02
+    closing_speed: float = 0.015
     """... when the hand goes down slower than this: it presses what it holds on the floor [m/s]."""
 
 
@@ -164,9 +169,10 @@ class RecoverSettings(Checked):
     most_faults: int = 3
     """Faults that come back more often are not cleared again."""
     in_the_way: float = 0.05
-    """Furniture nearer than this keeps the arm from its posture [m]."""
+    """Furniture nearer than this keeps the arm from its posture, or the base from its way [m]."""
     back_off: float = 0.3
-    """The base backs off from it by this much at a time [m] ..."""
+    """The base backs off from it by this much at a time [m]; also from what stands on a surface
+    higher than the shoulder, before the arm goes down beside it ..."""
     most_back_offs: int = 2
     """... and this often."""
 

@@ -147,8 +147,8 @@ class HolisticController:
             rows, near = self._avoidance.rows(state, here, goal, bounds, surroundings)
         velocities = self._solver.solve(motion.qp, rows)
         if goal is not None and surroundings.moving and velocities is not None:
-            hand, moving = linearisation.bTe.translation[:2], surroundings.moving
-            velocities = self._give_way(here, hand, motion, rows, velocities, moving)
+            moving = surroundings.moving
+            velocities = self._give_way(here, state.q, motion, rows, velocities, moving)
         solved = velocities is not None
         if velocities is None:
             velocities = np.minimum(np.maximum(0.0, bounds[0]), bounds[1])
@@ -180,7 +180,7 @@ class HolisticController:
     def _give_way(
         self,
         here: Pose2D,
-        hand: Array,
+        q: Array,
         motion: _Motion,
         rows: Rows | None,
         wanted: Array,
@@ -191,7 +191,7 @@ class HolisticController:
             return wanted
         floor = None if self._guide is None else self._guide.floor
         bounds, led = (motion.qp.lower, motion.qp.upper), motion.base_velocity
-        ahead = self._avoidance.give_way(here, hand, wanted, led, moving, floor, bounds)
+        ahead = self._avoidance.give_way(here, q, wanted, led, moving, floor, bounds)
         rows = joined(ahead, rows)
         velocities = wanted if ahead is None else self._solver.solve(motion.qp, rows)
         self._waits_for = waits_for(here, moving, rows, velocities)

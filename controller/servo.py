@@ -33,8 +33,7 @@ class PoseError(NamedTuple):
 def pose_error(current: SE3, target: SE3) -> PoseError:
     """The translation and rotation from one pose to another, both in the same frame."""
     translation = target.translation - current.translation
-    R = current.rotation
-    rotation = R @ pin.log3(R.T @ target.rotation)
+    rotation = current.rotation @ pin.log3(current.actInv(target).rotation)
     return PoseError(_length(translation), _length(rotation), translation, rotation)
 
 

@@ -77,8 +77,8 @@ class CollisionSettings(Checked):
     influence_distance: float = 0.6
     """d_i: nothing that is farther from the robot matters [m]; at least d_s + v²/2a + v times the
     delay, for the fastest approach."""
-    self_influence_distance: float = 0.12
-    """The same from the robot to itself and the floor [m]."""
+    self_influence_distance: float = 0.25
+    """The same from the robot to itself and the floor [m]: hand and upper arm close at 0.9 m/s."""
     braking: float = 0.8
     """Share of the acceleration limits that braking is planned with."""
     max_deceleration: float = 2.0

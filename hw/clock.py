@@ -99,7 +99,11 @@ class TaskTime:
     """Seconds of the task in one of the session."""
 
     def __sub__(self, earlier: TaskTime) -> float:
-        return self.pace * (self.seconds - earlier.seconds)
+        return self.pace * self.since(earlier)
+
+    def since(self, earlier: TaskTime) -> float:
+        """Seconds of the session, pauses left out, whatever the pace [s]."""
+        return self.seconds - earlier.seconds
 
     def __add__(self, seconds: float) -> TaskTime:
         return TaskTime(self.seconds + seconds / self.pace, self.pace)

@@ -14,6 +14,7 @@ from perception.frame import Frame, Workspace
 from perception.geometry import Camera, closing_direction, grasp_pose, world_points
 from perception.grasp import Detection, GraspEstimate
 from perception.height_map import HeightMap, build_height_map
+from perception.lever_arm import LeverArms
 from perception.network_io import INPUT_SIZE, OUTPUT_STRIDE
 from perception.preprocess import NoDepthError, Prepared, central_crop, prepare, valid_depth
 from perception.refine import ALL_DIRECTIONS, refine
@@ -231,9 +232,10 @@ def _grasps(
         frame.intrinsics, frame.wTc, pixel, candidates.angle, points[:, 2]
     )
     at = (points[:, 0], points[:, 1], direction, candidates.quality, floor, gripper)
-    found = refine(scene, *at, directions=proposals.directions)
+    levers = LeverArms(scene, floor + MIN_OBJECT_HEIGHT, workspace)
+    found = refine(scene, *at, directions=proposals.directions, levers=levers)
     if len(found.score) == 0 and proposals.directions < ALL_DIRECTIONS:
-        found = refine(scene, *at, directions=ALL_DIRECTIONS)
+        found = refine(scene, *at, directions=ALL_DIRECTIONS, levers=levers)
     camera = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)
     centre = np.stack([found.x, found.y, found.top], axis=1)
     along = _ANGLE_STEP * np.stack(

@@ -13,6 +13,7 @@ import numpy as np
 from perception.arrays import Array, Indices
 from perception.grasp_feasibility import Assessment, assess
 from perception.height_map import HeightMap
+from perception.lever_arm import LeverArms
 from robots import GripperDescription
 
 ALL_DIRECTIONS = 12
@@ -63,6 +64,7 @@ def refine(
     *,
     directions: int = ALL_DIRECTIONS,
     count: int = 8,
+    levers: LeverArms | None = None,
 ) -> RefinedGrasps:
     """Refine candidates on the measured heights.
 
@@ -76,6 +78,7 @@ def refine(
         gripper: the hand.
         directions: number tried at each candidate, evenly over the half turn from its own on.
         count: largest number of grasps.
+        levers: of the scene, so that grasps in the middle of things come first; None leaves it.
     """
     turns = np.arange(directions) * np.pi / directions
     tried = (direction[:, None] + turns[None, :]).ravel()
@@ -84,6 +87,8 @@ def refine(
     )
     first = assess(scene, x, y, tried, floor, gripper)
     score = first.score * prior * _preference(tried - proposed)
+    if levers is not None:
+        score *= levers.preference(first.x, first.y)
     best = np.argsort(-score, kind="stable")[:SECOND_ROUND]
     best = best[score[best] > 0.0]
 
@@ -95,6 +100,8 @@ def refine(
     tried = np.concatenate([tried[best], tried[again] + turn])
     off_centre = np.clip(1.2 - np.abs(both.offset) / _CENTRED, 0.1, 1.0)
     score = both.score * prior[origin] * _preference(tried - proposed[origin]) * off_centre
+    if levers is not None:
+        score *= levers.preference(both.x, both.y)
     kept = _distinct(both, tried, score, count)
     return RefinedGrasps(
         x=both.x[kept],

@@ -12,6 +12,7 @@ from robots.description import (
     Intrinsics,
     Limits,
     RobotDescription,
+    at_pace,
     with_base_speed,
     with_reverse_speed,
 )
@@ -77,6 +78,7 @@ __all__ = [
     "Shape",
     "Sphere",
     "Triangles",
+    "at_pace",
     "bounding_radius",
     "centroid",
     "coal_geometry",

@@ -63,8 +63,6 @@ class ArmDescription:
     may_touch: tuple[tuple[str, str], ...]
     """Pairs of `base`, `floor`, `link0` (the foot) to `link7` and `hand` that can meet within the
     joint limits; more joints move the second of a pair."""
-    reach: Array
-    """(7,) largest distance of a point of the arm or hand from each joint's axis [m]."""
     inertias: tuple[Inertia, ...]
     """Of the foot and the seven links, each in the frame of its link: 8."""
     torque: Array
@@ -130,6 +128,11 @@ class Intrinsics:
     cx: float
     cy: float
 
+    @property
+    def matrix(self) -> Array:
+        """(3, 3) from a point in the camera's frame to homogeneous pixels [px]."""
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CameraDescription:
@@ -186,3 +189,21 @@ def with_base_speed(
 def with_reverse_speed(description: RobotDescription, speed: float) -> RobotDescription:
     """The same robot with another base speed along -x [m/s]."""
     return replace(description, limits=replace(description.limits, base_reverse=speed))
+
+
+def at_pace(description: RobotDescription, pace: float) -> RobotDescription:
+    """The same robot at a share of its speeds; its accelerations, and its brakes, stay.
+
+    Its tasks take as much longer, and their clock knows it.
+    """
+    limits = description.limits
+    return replace(
+        description,
+        pace=pace,
+        limits=replace(
+            limits,
+            qd=pace * limits.qd,
+            base_twist=pace * limits.base_twist,
+            base_reverse=pace * limits.base_reverse,
+        ),
+    )

@@ -172,7 +172,6 @@ def _arm(file: ArmFile) -> ArmDescription:
             for link in range(N_LINKS)
         ),
         may_touch=tuple(pair for ours, theirs in file.may_touch for pair in product(ours, theirs)),
-        reach=np.array(file.reach),
         inertias=tuple(part.inertia() for part in file.inertia),
         torque=np.array([joint.torque for joint in file.joints]),
         looks=file.looks,

@@ -73,8 +73,6 @@ class ArmFile(StrictModel):
     collision: tuple[LinkCapsuleFile, ...]
     may_touch: tuple[tuple[tuple[Link, ...], tuple[Link, ...]], ...]
     """Each of the first with each of the second."""
-    reach: Seven
-    """Largest distance of a point of the arm or hand from the axis of each joint [m]."""
     inertia: Annotated[tuple[InertiaFile, ...], Field(min_length=N_LINKS, max_length=N_LINKS)]
     """Of the foot and the seven links, each in the frame of its link."""
     looks: str | None = None

@@ -151,9 +151,8 @@ def _run(
     behaviours = [place.node for place in nodes]
     faults = FaultSchedule(options.faults, setup.robot, behaviours, options.seed)
     instruments.begin(setup, nodes)
-    folder = make_folder(
-        options.record, task.name, _texts(task, options.places), asdict(options) | {"scene": scene}
-    )
+    known = asdict(options) | {"scene": scene, "pace": setup.robot.description.pace}
+    folder = make_folder(options.record, task.name, _texts(task, options.places), known)
     lossless = not options.paced
     outputs = Outputs(
         folder,
@@ -220,7 +219,7 @@ def _run(
             abandon=abandon,
         ).run()
         real_seconds = stopwatch() - begun - measurements.paused_s
-        duration = setup.clock.now().seconds - began.seconds
+        duration = setup.clock.now().since(began)
         outputs.end(outcome, setup.clock.session.now())
         warnings = [*observers.failures, *_closed(recorder), *outputs.close()]
         summary = summarise(

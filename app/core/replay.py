@@ -23,7 +23,7 @@ from app.core.setup import ObstacleSource, VisionForm, set_up
 from config import UserError
 from hw import TURN, Backend, DepthFrame, Difference, Fault, FaultKind, ReplayRobot
 from perception import GraspDetector
-from robots import RobotDescription, load_robot
+from robots import RobotDescription, at_pace, load_robot
 from trees.language import build, load, nodes_in_order
 
 
@@ -87,7 +87,7 @@ def replay_run(folder: Path) -> Replay:
     notes = _notes(folder / NOTES)
     if notes.end not in ("", "complete"):
         raise ReplayError(f"{folder}: cannot be replayed: {notes.end}")
-    description = load_robot(options["robot"])
+    description = at_pace(load_robot(options["robot"]), options["pace"])
     robot = ReplayRobot(description, turns, notes.faults, _frames(folder, turns, description))
     detector = GraspDetector(options["weights"], options["network"], gripper=description.gripper)
     places = folder / PLACES if isfile(folder / PLACES) else None
@@ -131,6 +131,7 @@ def _options(folder: Path) -> dict[str, Any]:
         vision, control = options["vision"], options["control"]
         kept = {
             "robot": str(options["robot"]),
+            "pace": float(options.get("pace", 1.0)),
             "parameters": {str(k): str(v) for k, v in options["parameters"].items()},
             "weights": None if options["weights"] is None else Path(options["weights"]),
             "network": options["network"],

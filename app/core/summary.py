@@ -226,7 +226,7 @@ def _pick_place_times(carried: list[Carried]) -> list[float]:
     begun: TaskTime | None = None
     for one in carried:
         if one.placed is not None:
-            times.append(one.placed.seconds - (one.begun if begun is None else begun).seconds)
+            times.append(one.placed.since(one.begun if begun is None else begun))
             begun = one.placed
     return times
 

@@ -90,7 +90,7 @@ class Avoidance:
     def give_way(
         self,
         here: Pose2D,
-        hand: Array,
+        q: Array,
         wanted: Array,
         led: Array | None,
         moving: tuple[Obstacle, ...],
@@ -99,4 +99,4 @@ class Avoidance:
     ) -> Rows | None:
         """The rows that give way to what moves; see `Yielding.rows`."""
         now = self._dampers.velocities
-        return self._yielding.rows(here, hand, now, wanted, led, moving, floor, bounds)
+        return self._yielding.rows(here, q, now, wanted, led, moving, floor, bounds)

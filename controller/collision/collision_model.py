@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import IntEnum
 from itertools import product
+from math import hypot
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ from controller.collision.shapes import Part, robot_parts, upright_edges
 from controller.command import Array
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
-from robots import Geom, bounding_radius, coal_geometry
+from robots import Geom, bounding_radius, coal_geometry, half_extents
 
 
 class PairKind(IntEnum):
@@ -84,6 +85,8 @@ class CollisionModel:
         self._moves: list[int] = []
         """How many degrees of freedom move each shape: the first ones, base first."""
         self._radius: list[float] = []
+        self._half: list[Array] = []
+        """Of the boxes around the shapes [m]."""
         self.names: list[str] = []
         """Of the shapes, for people."""
         parts = robot_parts(model, surroundings.held)
@@ -174,6 +177,7 @@ class CollisionModel:
     def _put(self, joint: int, geom: Geom, name: str, moved_by: int) -> int:
         self._moves.append(moved_by)
         self._radius.append(bounding_radius(geom.shape))
+        self._half.append(np.array(half_extents(geom.shape)))
         self.names.append(name)
         shape = coal_geometry(geom.shape)
         unique = f"{name}_{self._shapes.ngeoms}"
@@ -207,24 +211,32 @@ class CollisionModel:
         return Pairs(*table.T)
 
     def _reach(self) -> Array:
-        """(G, n); a turn of the base swings a shape around its axis."""
-        model = self._model
-        arm = model.description.arm.reach
-        axes = model.description.base.axes
-        width, depth, _ = model.description.base.size
-        swing_of_base = float(np.hypot(width, depth)) / 2.0
-        foot = float(np.hypot(*model.description.bTa.translation[:2]))
+        """(G, n); from a joint to a shape it is never farther than the links between are long."""
+        model, chain = self._model, self._chain
+        n_base, axes = model.n_base, model.description.base.axes
+        foot = hypot(*model.description.bTa.translation[:2].tolist())
+        hops = [float(np.linalg.norm(one.translation)) for one in chain.jointPlacements]
         rows = np.zeros((len(self._moves), model.n))
-        for shape, moved_by in enumerate(self._moves):
-            link = moved_by - model.n_base
-            if moved_by == 0:
+        for shape, joint in enumerate(self._moves):
+            if joint == 0 or not np.isfinite(self._half[shape]).all():
                 continue
-            margin = _HELD_MARGIN if self.names[shape] in ("held", "camera") else 0.0
-            swing = max(swing_of_base, foot + float(arm[0]) + margin) if link else swing_of_base
-            linear = np.abs(axes[:2]).sum(axis=0)
-            rows[shape, : model.n_base] = linear + swing * np.abs(axes[2])
-            rows[shape, model.n_base : moved_by] = arm[:link] + margin
+            corners = _corners(self._shapes.geometryObjects[shape].placement, self._half[shape])
+            around_axis = float(np.hypot(corners[:, 0], corners[:, 1]).max())
+            away = float(np.linalg.norm(corners, axis=1).max())
+            if joint > n_base:
+                rows[shape, joint - 1] = around_axis
+            for number in range(joint - 1, n_base, -1):
+                away += hops[number + 1]
+                rows[shape, number - 1] = away
+            swing = foot + rows[shape, n_base] if joint > n_base else around_axis
+            rows[shape, :n_base] = np.abs(axes[:2]).sum(axis=0) + swing * np.abs(axes[2])
         return rows
+
+
+def _corners(pose: SE3, half: Array) -> Array:
+    """(8, 3) of the box around a shape, in the frame of its pose [m]."""
+    signs = np.array(list(product((-1.0, 1.0), repeat=3)))
+    return np.asarray((signs * half) @ pose.rotation.T + pose.translation)
 
 
 class CollisionModels:
@@ -246,9 +258,6 @@ class CollisionModels:
         self._known = surroundings
         return self._now
 
-
-_HELD_MARGIN = 0.2
-"""What is held, and the camera, reach this much farther than the hand [m]."""
 
 _KINDS = {
     "base": (PairKind.BASE, PairKind.BASE_MOVING),

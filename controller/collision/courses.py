@@ -6,6 +6,7 @@ from math import hypot
 from typing import NamedTuple
 
 import numpy as np
+from pinocchio import SE3
 
 from controller.command import Array
 from controller.floor import Pose2D
@@ -37,8 +38,9 @@ _DEEP = 240.0
 _BRAKING = 0.8
 """Share of the acceleration limits that is relied on."""
 _ARM = 0.08
-"""The arm is a line from its foot to the hand, wider by this on both sides [m]."""
-_ON_ARM = np.linspace(0.0, 1.0, 4)[:, None]
+"""The arm is no farther than this from the points that stand for it [m]."""
+_ARM_POINTS = (0, 4, 6, 7, 8)
+"""Of the arm's foot, links and hand: where it bends."""
 
 
 class Sight(NamedTuple):
@@ -46,8 +48,8 @@ class Sight(NamedTuple):
 
     wTb: Pose2D
     """Base pose."""
-    hand: Array
-    """(2,) end effector in the base frame [m]."""
+    arm: Array
+    """(K, 2) points that stand for the arm, in the base frame [m]."""
     obstacles: list[Obstacle]
 
 
@@ -62,7 +64,6 @@ class Courses:
         self._axes = model.description.base.axes
         length, width, _ = model.description.base.size
         self._half = np.array([length, width]) / 2.0
-        self._foot = model.description.bTa.translation[:2]
         self._acceleration = _BRAKING * model.acceleration_limits[: model.n_base]
         self._times = np.cumsum(_LENGTHS)
         self._middles = self._times - _LENGTHS / 2.0 - model.description.base.lag
@@ -97,7 +98,7 @@ class Courses:
     def missing(self, courses: Array, sight: Sight, margin: float) -> Array:
         """(V, T) what it costs that courses (V, T, K, 3) come too near to what moves."""
         wTb = sight.wTb
-        arm = self._foot + _ON_ARM * (sight.hand - self._foot)
+        arm = sight.arm
         missing = np.zeros(courses.shape[:2])
         c, s = np.cos(wTb.heading), np.sin(wTb.heading)
         turn = np.array([[c, -s], [s, c]])
@@ -112,17 +113,24 @@ class Courses:
             close = np.maximum(min(_BEHIND, here) - stops.min(axis=-1), 0.0) / MARGIN
             short = np.clip(wide - d.min(axis=-1), 0.0, wide) / wide
             missing += _MISSING * (short**4 + close**2)
-            inside = d < 0.0
-            if inside.any():
-                first = np.maximum(inside.argmax(axis=-1), 1)
-                before = np.take_along_axis(courses, first[..., None, None] - 1, 2)[:, :, 0]
-                there = centre + self._times[first][..., None] * velocity
-                at_first = np.take_along_axis(d, first[..., None], 2)[..., 0]
-                closing = self._distance(before, there, arm) - own - at_first
-                closing = np.maximum(closing, 0.0) / _LENGTHS[first]
-                cost = _TOUCH * closing - _DEEP * d.min(axis=-1) / MARGIN
-                missing += np.where(inside.any(axis=-1), cost, 0.0)
+            missing += self._contact(courses, d, centre + self._times[:, None] * velocity, arm, own)
         return missing
+
+    def _contact(self, courses: Array, d: Array, path: Array, arm: Array, own: float) -> Array:
+        """(V, T) what contact costs: by the speed of approach where it begins, and by its depth.
+
+        `d` (V, T, K) is the distance to what goes along `path` (K, 2), of radius `own`.
+        """
+        inside = d < 0.0
+        if not inside.any():
+            return np.zeros(d.shape[:-1])
+        first = np.maximum(inside.argmax(axis=-1), 1)
+        before = np.take_along_axis(courses, first[..., None, None] - 1, 2)[:, :, 0]
+        at_first = np.take_along_axis(d, first[..., None], 2)[..., 0]
+        closing = self._distance(before, path[first], arm) - own - at_first
+        closing = np.maximum(closing, 0.0) / _LENGTHS[first]
+        cost = _TOUCH * closing - _DEEP * d.min(axis=-1) / MARGIN
+        return np.where(inside.any(axis=-1), cost, 0.0)
 
     def _distance(self, courses: Array, there: Array, arm: Array) -> Array:
         """(...) distances of base poses (..., 3) and the arm to points (..., 2) [m]."""
@@ -135,6 +143,15 @@ class Courses:
         for ax, ay in arm.tolist():
             d = np.minimum(d, np.hypot(x - ax, y - ay) - _ARM)
         return np.asarray(d)
+
+
+def seen_from_above(model: RobotModel, q: Array) -> Array:
+    """(K, 2) points that stand for the arm, in the base frame, for q (7,) [m]."""
+    poses = model.link_poses(SE3.Identity(), q)
+    bends = [poses[number].translation[:2] for number in _ARM_POINTS]
+    bends.append(model.bTe(q).translation[:2])
+    upper, fore = (bends[0] + bends[1]) / 2.0, (bends[1] + bends[2]) / 2.0
+    return np.array([*bends, upper, fore])
 
 
 def radius(shape: Shape) -> float:

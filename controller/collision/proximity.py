@@ -98,8 +98,6 @@ class Proximity:
         self._motion = np.zeros((model.n, 2))
         """How far every degree of freedom has moved at most since pairs were last looked at, and
         its largest speed."""
-        self._spare = -inf
-        """No pair matters, at whatever speed, until one may be nearer by this much [m]."""
         nothing = np.zeros(0)
         self._none = Distances(
             nothing, np.zeros((0, model.n)), nothing, nothing.astype(int), nothing.astype(int)
@@ -116,12 +114,7 @@ class Proximity:
         """(P, n) which degrees of freedom move the second of each pair (1), or the first (-1)."""
         self._reach = collision.reach[pairs.first] * np.abs(self._moves)
         """(P, n) the most by which a degree of freedom changes each distance."""
-        self._most_reach = self._reach.max(axis=0, initial=0.0)
-        """(n,) the same of any pair."""
         self._matters = self._ranges.of(pairs.kind)
-        self._most = self._ranges.most[pairs.kind]
-        """(P,) distance from which each pair matters at no speed [m]."""
-        self._spare = -inf
         self._feelers: Feelers | None = None
         self._at_least: Array = np.full(len(pairs.first), -inf)
         """(P,) least distance that each pair may have [m]."""
@@ -161,9 +154,6 @@ class Proximity:
         collision = self._collision
         self._note_motion(here or Pose2D.of(wTb), q)
         cloud = surroundings.seen
-        still = not surroundings.moving and cloud is None
-        if still and self._most_reach @ self._motion[:, 0] < self._spare:
-            return self._none
         self._motion[:, 1] = fastest
         changes = self._reach @ self._motion
         self._at_least -= changes[:, 0]
@@ -178,9 +168,7 @@ class Proximity:
             felt = feelers.due(cloud, self._motion, self._ranges.of(feelers.kind))
         self._motion[:, 0] = 0.0
         if not len(some) and felt is None:
-            self._spare = float((self._at_least - self._most).min(initial=inf))
             return self._none
-        self._spare = -inf
         collision.place(wTb, q, [one.geom for one in surroundings.moving])
         near = self._measure(some, matters[some])
         return near if felt is None else near.joined(self._points(feelers.feel(felt)))

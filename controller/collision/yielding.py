@@ -20,7 +20,15 @@ from math import hypot, inf
 import numpy as np
 
 from controller.collision.collision_model import PairKind
-from controller.collision.courses import HORIZON, MARGIN, STOPPING, Courses, Sight, radius
+from controller.collision.courses import (
+    HORIZON,
+    MARGIN,
+    STOPPING,
+    Courses,
+    Sight,
+    radius,
+    seen_from_above,
+)
 from controller.command import Array
 from controller.floor import FloorMap, Pose2D
 from controller.model import RobotModel
@@ -74,7 +82,7 @@ class Yielding:
     def rows(
         self,
         wTb: Pose2D,
-        hand: Array,
+        q: Array,
         velocities: Array,
         wanted: Array,
         led: Array | None,
@@ -86,7 +94,7 @@ class Yielding:
 
         Args:
             wTb: base pose.
-            hand: (2,) the end effector, in the base frame [m].
+            q: (7,) joint positions [rad].
             velocities: (n,) of all degrees of freedom as they are now.
             wanted: (n,) what they would be in this period.
             led: (n_base,) where the base is led, and shall be as fast as it can be; None if it
@@ -97,9 +105,10 @@ class Yielding:
         """
         n_base, n = self._model.n_base, self._model.n
         before, self._taken = self._taken, None
-        sight = Sight(wTb, hand, [one for one in obstacles if self._matters(one, wTb)])
-        if not sight.obstacles:
+        near = [one for one in obstacles if self._matters(one, wTb)]
+        if not near:
             return None
+        sight = Sight(wTb, seen_from_above(self._model, q), near)
         now, wanted = velocities[:n_base], wanted[:n_base]
         skipped = 0 if before is None else _AGAIN
         led = wanted if led is None else np.clip(led, self._lower, self._upper)

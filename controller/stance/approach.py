@@ -40,7 +40,7 @@ class Approach:
 
     def __init__(self, model: RobotModel, guidance: GuidanceSettings, route: Route) -> None:
         self._model = model
-        self._joint_speeds = guidance.joint_speed * model.limits.qd
+        self._joint_speed = guidance.joint_speed
         self._route = route
         self._carrying = Carrying(model, guidance.posture_time)
         self.reset()
@@ -85,24 +85,28 @@ class Approach:
         dock = stance.dock if self.docks and not follows else None
         target = base if dock is None else moved(base, dock)
         lead = self._route.lead(floor, wTb, target, stance.reverse)
-        carried = None
+        joint_error, carried = stance.q - q, None
+        size = np.abs(joint_error)
+        joint_time = float((size / self._model.limits.qd).max())
         if not follows and not self._goes_in:
             way = self._route.way
-            times = lead.time_left, float((np.abs(stance.q - q) / self._joint_speeds).max())
+            times = lead.time_left, joint_time / self._joint_speed
             carried = self._carrying.posture(space, way, wTb, q, stance, times, waits=self.docks)
             self.docks = self.docks or (carried is not None and stance.dock is not None)
         if dock is not None:
             straight = hypot(*dock) / float(self._model.limits.base_twist[0])
             lead = lead._replace(time_left=lead.time_left + straight)
-        joint_error = (stance.q if carried is None else carried) - q
-        size = np.abs(joint_error)
+        if carried is not None:
+            joint_error = carried - q
+            size = np.abs(joint_error)
+            joint_time = float((size / self._model.limits.qd).max())
         return Remaining(
             distance,
             base_target=lead.target if lead.final else target.relative_to(wTb),
             lead=lead,
             joint_error=joint_error,
             max_joint_error=float(size.max()),
-            joint_time=float((size / self._model.limits.qd).max()),
+            joint_time=joint_time,
             carried=carried is not None,
             docks=dock is not None,
         )

@@ -10,13 +10,13 @@ from __future__ import annotations
 import hashlib
 import os
 from contextlib import suppress
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 
 from config import UserError
-from robots import RealRobot, RobotDescription, load_robot
+from robots import RealRobot, load_robot
 
 FIRST_START = 10.0
 """Of the speeds of a robot file that was never driven [%]."""
@@ -59,24 +59,6 @@ def speed_note(real: RealRobot) -> str:
         )
     more = "; `speed_percent` in the file says more" if asked <= FIRST_START else ""
     return f"{real.path.name} moves at {percent:g} % of its speeds{more}"
-
-
-def slowed(description: RobotDescription, percent: float) -> RobotDescription:
-    """The same robot at a share of its speeds; its accelerations, and its brakes, stay.
-
-    Its tasks take as much longer, and their clock knows it.
-    """
-    share, limits = percent / 100.0, description.limits
-    return replace(
-        description,
-        pace=share,
-        limits=replace(
-            limits,
-            qd=share * limits.qd,
-            base_twist=share * limits.base_twist,
-            base_reverse=share * limits.base_reverse,
-        ),
-    )
 
 
 def is_proven(real: RealRobot) -> bool:

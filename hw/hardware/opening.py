@@ -11,7 +11,7 @@ from config import UserError
 from controller import Command
 from hw.clock import WallClock
 from hw.composition import ComposedRobot
-from hw.hardware.arming import check_armed, prove, slowed, speed_note, speed_percent
+from hw.hardware.arming import check_armed, prove, speed_note, speed_percent
 from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of
 from hw.hardware.emulation import Emulation
 from hw.hardware.lock import RobotLock
@@ -19,7 +19,7 @@ from hw.robot import Robot
 from hw.state import RobotState
 from hw.truth import Truth
 from hw.wrapper import RobotWrapper
-from robots import RealRobot, load_robot
+from robots import RealRobot, at_pace, load_robot
 
 _PRIORITY = 2
 """Below that of the arm's own process."""
@@ -122,7 +122,7 @@ def open_hardware(
         lock.release()
         raise
     clock = WallClock()
-    description = slowed(load_robot(real.path), speed_percent(real))
+    description = at_pace(load_robot(real.path), speed_percent(real) / 100.0)
     robot = ComposedRobot(
         description,
         arm=arm_of(hardware, clock),

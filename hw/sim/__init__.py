@@ -13,6 +13,7 @@ from hw.sim.kinematic import KinematicBody
 from hw.sim.layout import build_world, load_fixtures, load_scene, scene_mistakes
 from hw.sim.noise import D435Noise
 from hw.sim.objects import HELDOUT, HOUSEHOLD, OBJECT_CLASSES, TRAIN
+from hw.sim.photograph import Grey, photograph
 from hw.sim.render import DepthRenderer
 from hw.sim.robot import kinematic_robot
 from hw.sim.scene import Scene, SceneError, find_scene, read_scene, scene_names
@@ -31,6 +32,7 @@ __all__ = [
     "Dynamics",
     "Fixture",
     "GraspOutcome",
+    "Grey",
     "Hand",
     "KinematicBody",
     "Motion",
@@ -48,6 +50,7 @@ __all__ = [
     "kinematic_robot",
     "load_fixtures",
     "load_scene",
+    "photograph",
     "read_scene",
     "scene_mistakes",
     "scene_names",

@@ -1,16 +1,25 @@
-"""Place where the straight way over a place does not get there."""
+"""Where the straight way does not get there: placing, grasping and driving from elsewhere."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from harness import TABLE_TOP, Harness, block, held_block, looking_down, table_world
+from harness import (
+    TABLE_TOP,
+    Harness,
+    block,
+    held_block,
+    looking_down,
+    table_world,
+)
 from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import Region
+from behaviours.grasp import Grasp
 from behaviours.navigate import Navigate
 from behaviours.place import Place
+from behaviours.places import Places
 from behaviours.poses import ToolPose
 from behaviours.progress import Progress
 from behaviours.retreat_check import RetreatCheck
@@ -98,3 +107,39 @@ def test_a_straight_way_that_leads_nowhere_is_given_up_sooner(straight, patience
     while not progress.is_stuck(report):
         harness.clock.sleep_until(harness.clock.now() + 0.05)
     assert harness.clock.now() - begun == pytest.approx(patience, abs=0.2)
+
+
+def test_a_grasp_out_of_reach_from_here_is_reached_from_elsewhere():
+    """The table stands on the floor, and its far corner is too far from its front."""
+    harness = Harness(table_world(block(x=1.05, y=0.28)))
+    harness.reach_over(looking_down(0.85, 0.2, TABLE_TOP + 0.35))
+    corner = SE3(np.eye(3), np.array([1.05, 0.25, TABLE_TOP + 0.1]))
+    within = Region(name="corner", wTr=corner, size=np.array([0.2, 0.2, 0.2]))
+    leaf = Grasp("grasp", harness.context, within=within)
+    assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message
+    assert harness.world.held is not None
+    assert not harness.world.touches
+    assert np.linalg.norm(harness.robot.read().wTb.translation[:2]) > 0.5
+
+
+def test_a_base_that_is_stuck_beside_something_backs_off_and_tries_again():
+    harness = Harness(table_world())
+    harness.reach_over(looking_down(0.7, 0.0, TABLE_TOP + 0.04))
+    before = harness.robot.read().wTb.translation[0]
+    there = ToolPose(name="over there", wTe=looking_down(0.7, 0.3, TABLE_TOP + 0.04))
+    leaf = Navigate("navigate", harness.context, to=there)
+    harness.robot.stuck = True
+    while leaf.feedback_message != "backing off":
+        harness.tick(leaf)
+        assert leaf.status is Status.RUNNING
+    harness.robot.stuck = False
+    harness.run_for(leaf, 2.0)
+    assert harness.robot.read().wTb.translation[0] < before - 0.2
+    assert harness.run(leaf) is Status.SUCCESS, leaf.feedback_message
+
+
+def test_on_a_high_table_the_near_row_is_filled_first():
+    harness = Harness()
+    near, far = (Places(harness.context, ON_HIGH, 0.2, far_first=first) for first in (False, True))
+    assert near.slots[near.next_free() - 1][1] == pytest.approx(1.9)
+    assert far.slots[far.next_free() - 1][1] == pytest.approx(2.1)

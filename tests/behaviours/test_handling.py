@@ -20,7 +20,7 @@ from py_trees.common import Status
 from behaviours import Region
 from behaviours.gripper import HoldingObject, OpenGripper
 from behaviours.place import Place
-from behaviours.places import slots
+from behaviours.places import Places, slots
 from behaviours.retreat_check import RetreatCheck
 from controller import PoseGoal
 from hw.sim.contact import separation
@@ -177,6 +177,23 @@ def test_places_are_a_grid_inside_the_region():
     assert centres[:, 2] == pytest.approx(TABLE_TOP)
 
 
+def test_when_the_rows_are_full_places_between_them_are_used():
+    """A bin of the usual size has room for more than its one row."""
+    context = Harness().context
+    region = Region(name="bin", wTr=ON_TABLE.wTr, size=np.array([0.5, 0.36, 0.2]))
+    places = Places(context, region, 0.2)
+    used = context.log.places_used.setdefault("bin", set())
+    found = []
+    while (number := places.next_free()) is not None:
+        used.add(number)
+        found.append(places.slots[number - 1])
+    assert len(found) >= 6
+    apart = np.linalg.norm(np.array(found)[:, None] - np.array(found), axis=2)
+    assert apart[apart > 0].min() >= 0.6 * 0.2
+    assert region.contains(np.array(found) + np.array([0.0, 0.0, 1e-6])).all()
+    assert places.none_free() == "all 2 places on bin are taken"
+
+
 def test_place_fails_without_anything_to_place():
     harness = Harness(table_world())
     harness.grip(0.0)
@@ -187,8 +204,9 @@ def test_place_fails_without_anything_to_place():
 
 def test_place_fails_when_every_place_is_taken():
     harness = held_block()
-    harness.context.log.places_used["table"] = set(range(1, 10))
     leaf = Place("place", harness.context, on=ON_TABLE, pitch_m=0.13)
+    places = Places(harness.context, ON_TABLE, 0.13)
+    harness.context.log.places_used["table"] = set(range(1, len(places.slots) + 1))
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "all 9 places on table are taken"
 

@@ -10,7 +10,7 @@ from py_trees.common import Status
 
 from behaviours import BehaviourSettings, Region
 from behaviours.place import Place
-from behaviours.places import slots
+from behaviours.places import Places, slots
 from behaviours.surface import Shows, look_at
 from hw.sim import SimObject, World
 from robots import Box, Geom, Plane
@@ -150,6 +150,8 @@ def test_a_place_on_which_something_stands_is_passed_over():
 
 def test_when_something_stands_at_every_place_nothing_is_let_go():
     harness = with_things_at(1, 2, 3, 4, 5, 6)
+    between = range(7, len(Places(harness.context, FAR, 0.13).slots) + 1)
+    harness.context.log.places_used["table"] = set(between)
     leaf = place(harness)
     assert harness.run(leaf, seconds=40.0) is Status.FAILURE
     assert leaf.feedback_message == "all 6 places on table are taken or blocked (6)"

@@ -6,6 +6,7 @@ import pytest
 from pinocchio import SE3
 
 from controller import ControllerSettings, PointCloud, Surroundings, robot_model
+from controller.collision.collision_model import PairKind
 from controller.collision.dampers import Dampers
 from controller.collision.proximity import Proximity
 from robots import Box, Capsule, Geom, Sphere, from_rounded_boxes, rounded_box
@@ -33,9 +34,10 @@ def near(model, q, wTb=None, **known):
 
 
 def by_name(model, known) -> dict[str, np.ndarray]:
-    """The distances of each part of the robot, by its name."""
+    """The distances of each part of the robot to what stands around, by its name."""
     prox, q = proximity(model), model.description.arm.ready
     found = prox.near(SE3.Identity(), q, known, np.abs(model.velocity_limits).max(axis=0))
+    found = found.without(PairKind.SELF)
     names = np.array([prox.pair_name(int(pair)).split(" and ")[0] for pair in found.pair])
     return {name: found.d[names == name] for name in set(names)}
 

@@ -10,6 +10,7 @@ from pinocchio import SE3
 from perception.grasp_feasibility import DEPTHS, FLOOR_CLEARANCE, assess
 from perception.hand_dimensions import hand_dimensions
 from perception.height_map import CELL, HeightMap, build_height_map
+from perception.lever_arm import LeverArms
 from perception.refine import refine
 from robots import Box, Geom, GripperDescription, Intrinsics, load_robot
 
@@ -206,3 +207,25 @@ def test_height_maps_of_a_tilted_camera_are_level() -> None:
     found = build_height_map(depth, camera, wTc, u, v)
     assert found.heights == pytest.approx(FLOOR, abs=1e-5)
     assert np.asarray(found.at(np.array([1.0]), np.array([2.0])))[0] == pytest.approx(FLOOR)
+
+
+def test_of_equal_grasps_the_one_in_the_middle_comes_first() -> None:
+    """A bar with a heavy head: its ends and its middle are as good to the fingers."""
+    where = scene(box(0.0, 0.0, 0.24, 0.02, 0.03), box(0.10, 0.0, 0.04, 0.06, 0.05))
+    levers = LeverArms(where, FLOOR + 0.008, None)
+    at = np.array([-0.09, -0.02, 0.03])
+    two = (at, 0 * at, np.full(3, np.pi / 2), np.full(3, 0.8), FLOOR, GRIPPER)
+    first = refine(where, *two, directions=1, levers=levers).x[0]
+    assert abs(first - 0.03) < 0.01
+    assert levers.at(np.array([0.03]), np.zeros(1))[0] < 0.03
+    assert refine(where, *two, directions=1).score.max() > 0
+
+
+def test_lever_arms_are_those_of_one_thing_and_none_beside_it() -> None:
+    where = scene(box(-0.1, 0.0, 0.06, 0.04, 0.03), box(0.1, 0.0, 0.06, 0.04, 0.06))
+    levers = LeverArms(where, FLOOR + 0.008, None)
+    arms = levers.at(np.array([-0.1, 0.12, 0.0]), np.zeros(3))
+    assert arms == pytest.approx([0.0, 0.02, 0.0], abs=0.003)
+    assert levers.preference(np.array([-0.1, 0.12]), np.zeros(2)) == pytest.approx(
+        [1.0, 0.75], abs=0.04
+    )

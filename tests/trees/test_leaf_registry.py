@@ -102,7 +102,9 @@ def test_an_output_that_no_file_can_take_is_refused():
     class Odd(Toy):
         def __init__(self, name: str, context: object, *, where: Key[dict]) -> None: ...
 
-    with pytest.raises(LeafError, match=r"^leaf `odd`, parameter `where` of .*Odd.*dict.*; use "):
+    with pytest.raises(
+        LeafError, match=r"^leaf `odd`, parameter `where` of .*dict.*; use float, int, bool"
+    ):
         describe_leaves({"odd": Odd})
 
 

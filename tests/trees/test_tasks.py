@@ -149,7 +149,10 @@ def test_a_leaf_whose_parameters_no_file_can_give_is_refused(tmp_path):
 
     path = tmp_path / "t.yaml"
     path.write_text("task: toy\ntree: odd\n")
-    with pytest.raises(LeafError, match=r"^leaf `odd`, parameter `where` of .*Odd.*dict.*; use "):
+    with pytest.raises(
+        LeafError,
+        match=r"^leaf `odd`.*: a task file cannot give .*dict.*; use ",
+    ):
         load(path, leaves={"odd": Odd})
     with pytest.raises(LeafError, match=r"^leaf `Play`: `retry` is a word of the language"):
         load(path, leaves={"retry": Play})

@@ -207,6 +207,9 @@ def poses(
     jumps: Annotated[
         bool, typer.Option("--jumps", help="Let the velocity of the goal of d jump.")
     ] = False,
+    told: Annotated[
+        bool, typer.Option("--told", help="Tell the controller the velocity of the goal of d.")
+    ] = False,
     plot: Annotated[
         Path | None, typer.Option(help="Folder for pictures of the motions and curves.")
     ] = None,
@@ -247,7 +250,8 @@ def poses(
         for configurations, into in ((ours, runs), (examples, rivals)):
             for configuration in configurations:
                 for name in chosen:
-                    into.append(bench.run_pose(configuration, name, tolerances, jumps=jumps))
+                    run = bench.run_pose(configuration, name, tolerances, jumps=jumps, told=told)
+                    into.append(run)
                     advance(into[-1].trial.failure is not None)
     results = [bench.pose_result(run) for run in runs]
     for table in bench.poses_tables(results, [bench.pose_result(run) for run in rivals]):

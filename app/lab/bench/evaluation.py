@@ -175,11 +175,14 @@ def count_violations(model: RobotModel, motion: Motion) -> Violations:
     return Violations(samples=int(over.sum()), **counts)
 
 
-def cumulative_jerk(positions: Array, period: float) -> float:
-    """Sum of |third difference| / period² of positions (k, 3) [m], rest before them included."""
+def cumulative_jerk(positions: Array, period: float, after: float = 0.0) -> float:
+    """Sum of |third difference| / period² of positions (k, 3) [m], rest before them included.
+
+    What comes in the first seconds counts only if it is `after` them.
+    """
     resting = np.repeat(positions[:1], 3, axis=0)
     thirds = np.diff(np.vstack([resting, positions[1:]]), n=3, axis=0)
-    return float(np.linalg.norm(thirds, axis=1).sum() / period**2)
+    return float(np.linalg.norm(thirds[round(after / period) :], axis=1).sum() / period**2)
 
 
 def jerk_noise(positions: Array, period: float) -> float:

@@ -26,9 +26,9 @@ _MARGIN = 0.1
 """Drawn postures keep this distance from every joint limit [rad]."""
 _LOWEST = 0.05
 """Tool and flange are at least this far above the floor [m]."""
-_PALM, _DOWN = 0.005, np.array([0.0, 0.0, -1.0])
-"""The corners of the palm are at least this far above it where goals are low: the capsules around
-the hand leave them free [m]."""
+_PALM_LOWEST = 0.005
+"""The corners of the palm are at least this far above the floor where goals are low: the capsules
+around the hand leave them free [m]."""
 _POSE_TOLERANCE = 1e-4
 """Poses in a file may differ from a rigid motion by this much, as in single precision."""
 
@@ -67,12 +67,16 @@ def generate_goals(model: RobotModel, count: int, seed: int, where: str = "anywh
         flange = model.link_poses(SE3.Identity(), q)[-1].translation[2]
         if min(height, flange) < _LOWEST or np.hypot(radius, height) > DISC or contacts(q).any:
             continue
-        palm = model.description.gripper.palm.moved(tool)
-        if where == "floor" and -reach(palm, _DOWN) < _PALM:
+        if where == "floor" and _palm_height(model, tool) < _PALM_LOWEST:
             continue
         place = np.array([radius * np.cos(bearing), radius * np.sin(bearing), height])
         goals.append(SE3(pin.utils.rotate("z", heading) @ tool.rotation, place))
     return goals
+
+
+def _palm_height(model: RobotModel, tool: SE3) -> float:
+    """Of the lowest corner of the palm above the floor [m]."""
+    return -reach(model.description.gripper.palm.moved(tool), np.array([0.0, 0.0, -1.0]))
 
 
 def load_goals(path: Path) -> list[SE3]:

@@ -8,9 +8,9 @@ from dataclasses import asdict, replace
 
 from rich.table import Table
 
-from app.core import End, RunOptions, Summary, run_task
+from app.core import RunOptions, Summary, run_task
 from app.lab import machine
-from app.lab.workers import run_all
+from app.lab.bench.whole_tasks import run_tasks
 
 
 def run_pick_place(
@@ -37,17 +37,15 @@ def run_pick_place(
         KeyboardInterrupt: a person has ended a run, and with it the others.
     """
     runs = [replace(options, seed=seed) for seed in seeds]
-    summaries = {}
-    for number, summary in run_all(_run, runs, workers=workers, cluster=cluster, batch=1):
-        summaries[number] = summary
-        done(summary)
-        if summary.outcome == End.INTERRUPTED.value:
-            raise KeyboardInterrupt
-    return [summaries[number] for number in range(len(runs))]
+    return run_tasks(_run, runs, _itself, done, workers=workers, cluster=cluster)
 
 
 def _run(options: RunOptions) -> Summary:
     return run_task(options).summary
+
+
+def _itself(summary: Summary) -> Summary:
+    return summary
 
 
 def pick_place_table(summaries: list[Summary]) -> Table:

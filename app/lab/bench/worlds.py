@@ -11,13 +11,14 @@ import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 from rich.table import Table
 
-from app.core import End, Instruments, RunOptions, Setup, Summary, Tick, run_task
+from app.core import Instruments, RunOptions, Setup, Summary, Tick, run_task
 from app.lab import machine
-from app.lab.workers import run_all
+from app.lab.bench.whole_tasks import run_tasks
 from controller import RobotModel
 from hw import Robot, RobotWrapper, Truth
 from hw.sim import Hand, SimObject, World
@@ -94,13 +95,7 @@ def run_in_worlds(
     wanted = [
         replace(options, seed=seed, world=world) for seed in seeds for world in (KINEMATIC, PHYSICS)
     ]
-    runs: dict[int, WorldRun] = {}
-    for number, run in run_all(_run, wanted, workers=workers, cluster=cluster, batch=1):
-        runs[number] = run
-        done(run.summary)
-        if run.summary.outcome == End.INTERRUPTED.value:
-            raise KeyboardInterrupt
-    return [runs[number] for number in range(len(wanted))]
+    return run_tasks(_run, wanted, attrgetter("summary"), done, workers=workers, cluster=cluster)
 
 
 def worlds_table(runs: Sequence[WorldRun]) -> Table:

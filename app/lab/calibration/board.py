@@ -73,11 +73,6 @@ class Corners:
     """(N, 2) where they are in the image [px]."""
 
 
-def matrix(camera: Intrinsics) -> Array:
-    """(3, 3) of a pinhole camera [px]."""
-    return np.array([[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]])
-
-
 def find_corners(image: Grey, board: Board) -> Corners | None:
     """The corners of the board in an image; None if too few are seen.
 
@@ -100,10 +95,10 @@ def find_corners(image: Grey, board: Board) -> Corners | None:
 def pose_of(corners: Corners, camera: Intrinsics) -> SE3:
     """cTm, the board before the camera, from its corners in one image."""
     _, turn, shift = cv2.solvePnP(
-        corners.board, corners.image, matrix(camera), None, flags=cv2.SOLVEPNP_IPPE
+        corners.board, corners.image, camera.matrix, None, flags=cv2.SOLVEPNP_IPPE
     )
     turn, shift = cv2.solvePnPRefineLM(
-        corners.board, corners.image, matrix(camera), None, turn, shift
+        corners.board, corners.image, camera.matrix, None, turn, shift
     )
     return SE3(cv2.Rodrigues(turn)[0], shift.ravel())
 

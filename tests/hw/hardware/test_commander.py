@@ -15,10 +15,10 @@ from emulated_robot import ROOT
 from controller import Command
 from hw import WorldOptions, open_backend
 from hw.hardware import CommandedError, NotArmedError, RobotLock, commander_of
-from hw.hardware.arming import is_proven, prove, slowed, speed_note, speed_percent
+from hw.hardware.arming import is_proven, prove, speed_note, speed_percent
 from hw.hardware.opening import CommandedRobot
 from hw.state import Fault, FaultKind
-from robots import RealRobot, load_real_robot, load_robot
+from robots import RealRobot, at_pace, load_real_robot, load_robot
 from robots.load import SHIPPED
 
 HOLD = """
@@ -91,8 +91,8 @@ def test_a_new_calibration_begins_anew_though_the_robot_file_only_names_it(real,
 
 def test_a_slow_robot_keeps_its_brakes() -> None:
     full = load_robot("frankie").limits
-    slow = slowed(load_robot("frankie"), 10.0).limits
-    assert slowed(load_robot("frankie"), 10.0).pace == pytest.approx(0.1)
+    slow = at_pace(load_robot("frankie"), 0.1).limits
+    assert at_pace(load_robot("frankie"), 0.1).pace == pytest.approx(0.1)
     np.testing.assert_allclose(slow.qd, 0.1 * full.qd)
     np.testing.assert_allclose(slow.base_twist, 0.1 * full.base_twist)
     assert slow.base_reverse == pytest.approx(0.1 * full.base_reverse)

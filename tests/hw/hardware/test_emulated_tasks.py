@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from emulated_robot import ROOT, emulated, needs_drivers, robot_file
 
+from app.core import replay_run
 from hw.clock import stopwatch
 from hw.hardware import commander_of
 from robots import load_real_robot
@@ -49,13 +50,16 @@ def summary(process: subprocess.Popen[str]) -> dict:
 
 
 def test_a_run_starts_the_emulators_and_ends_them(tmp_path):
-    """A short task, from its file to sockets and back."""
-    path, task = robot_file(tmp_path), tmp_path / "short.yaml"
+    """A short task, from its file to sockets and back; at a share of its speeds, and replayed."""
+    slower = {"speed_percent: 100": "speed_percent: 60"}
+    path, task = robot_file(tmp_path, **slower), tmp_path / "short.yaml"
     task.write_text(SHORT)
     told = summary(begin(path, task, "--scene", "single", record=tmp_path))
     assert (told["outcome"], told["world"], told["robot"]) == ("success", "emulated", "robot")
     assert told["contacts"] == told["limit_violations"] == 0
     assert not any(str(path) in line for line in running())
+    (folder,) = tmp_path.glob("*-short")
+    assert replay_run(folder).identical
 
 
 def running() -> list[str]:

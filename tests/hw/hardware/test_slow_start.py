@@ -10,8 +10,7 @@ from emulated_robot import ROOT
 from typer.testing import CliRunner
 
 from app.commands import app
-from hw.hardware.arming import slowed
-from robots import load_robot
+from robots import at_pace, load_robot
 
 TASK = """\
 task: not_far
@@ -28,7 +27,7 @@ tree:
 )
 def test_timeouts_grow_as_a_robot_gets_slower(tmp_path, monkeypatch, knows_its_pace, outcome):
     def slow(_):
-        robot = slowed(load_robot(ROOT / "robots" / "emulated.yaml"), 10.0)
+        robot = at_pace(load_robot(ROOT / "robots" / "emulated.yaml"), 0.1)
         return robot if knows_its_pace else replace(robot, pace=1.0)
 
     monkeypatch.setattr("hw.registry.load_robot", slow)

@@ -1,0 +1,59 @@
+"""How far from its middle a thing is gripped.
+
+The weight of what hangs in the fingers turns it about the line between the pads; the farther the
+grasp is from the middle of the thing, the easier it swings, slips and is lost. A thing is what
+stands out of the floor by itself; its middle is that of the volume below its upper surface.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from perception.arrays import Array
+from perception.frame import Workspace
+from perception.height_map import HeightMap, look_up
+
+LONGEST = 0.08
+"""A lever arm of this length or more counts as ... [m]"""
+LEAST = 0.2
+"""... this share of a grasp in the middle."""
+_STEP = 2  # only every second row and column of the map is counted [cells]
+
+
+class LeverArms:
+    """The things in a height map, and where their middles are.
+
+    Args:
+        scene: measured heights.
+        lowest: nothing below this height belongs to a thing [m].
+        workspace: nothing outside belongs to one; None is everywhere.
+    """
+
+    def __init__(self, scene: HeightMap, lowest: float, workspace: Workspace | None) -> None:
+        heights = scene.heights[::_STEP, ::_STEP]
+        self._cell = _STEP * scene.cell
+        self._origin = scene.origin
+        raised = heights > lowest
+        row, column = np.nonzero(raised)
+        x, y = scene.origin[0] + column * self._cell, scene.origin[1] + row * self._cell
+        if workspace is not None:
+            inside = workspace.contains(np.stack([x, y, heights[row, column]], axis=1))
+            raised[row[~inside], column[~inside]] = False
+            row, column, x, y = row[inside], column[inside], x[inside], y[inside]
+        count, things = cv2.connectedComponents(raised.astype(np.uint8), connectivity=8)
+        self._things = np.asarray(things, dtype=np.float32)
+        thing, above = things[row, column], heights[row, column] - lowest
+        volume = np.maximum(np.bincount(thing, above, count), 1e-9)
+        self._middle_x = np.bincount(thing, above * x, count) / volume
+        self._middle_y = np.bincount(thing, above * y, count) / volume
+
+    def at(self, x: Array, y: Array) -> Array:
+        """Lever arms of grasps at (N,) positions in the world [m]; 0 where nothing stands."""
+        thing = look_up(self._things, self._origin, self._cell, x, y).astype(int)
+        arm = np.hypot(x - self._middle_x[thing], y - self._middle_y[thing])
+        return np.where(thing > 0, arm, 0.0)
+
+    def preference(self, x: Array, y: Array) -> Array:
+        """1 for grasps in the middle of a thing, less for those farther from it; (N,)."""
+        return np.maximum(1.0 - self.at(x, y) / LONGEST, LEAST)
