@@ -117,19 +117,19 @@ def run_task(
 
 
 def _check_places(options: RunOptions, task: Task, setup: Setup) -> None:
-    """Refuse a task that the robot cannot do; warn of what another scene has than its own.
+    """Refuse what `check` does; warn of what is wrong in a scene that the task does not name.
 
     Raises:
         TaskFileError: the robot cannot be where the task sends it.
     """
     fixtures = setup.truth.fixtures if setup.truth else ()
     robot = setup.robot.description
-    own = options.scene is None or options.scene == task.scene
+    own = bool(task.scene) and options.scene in (None, task.scene)
     certain = place_diagnostics(task, robot, fixtures if own else ())
     if errors := [one for one in certain if one.severity is Severity.ERROR]:
         raise TaskFileError(errors)
-    for warning in place_diagnostics(task, robot, fixtures):
-        _tell(str(warning))
+    for found in place_diagnostics(task, robot, fixtures):
+        _tell(str(replace(found, severity=Severity.WARNING)))
 
 
 def _run(
