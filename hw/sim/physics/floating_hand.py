@@ -21,6 +21,8 @@ _STILL = 0.002
 _LEVER = 0.05
 _OPENING_FORCE = 20.0
 """Of the fingers while they do not close [N]."""
+_TURN_RATE = 2.0
+"""At which the hand turns at most [rad/s]."""
 _LOOKS = 0.1
 """Between two looks at whether all lies still [s]."""
 
@@ -73,7 +75,10 @@ class FloatingHand(Simulation):
         """Lead the hand straight to a pose [m/s]; where it meets something it only presses."""
         start, goal = self._data.ctrl[self._motors].copy(), _coordinates(wTe)
         goal[3] = start[3] + remainder(goal[3] - start[3], tau)
-        duration = max(float(np.linalg.norm(goal[:3] - start[:3])) / speed, TIMESTEP)
+        duration = max(
+            float(np.linalg.norm(goal[:3] - start[:3])) / speed,
+            abs(goal[3] - start[3]) / _TURN_RATE,
+        )
         self._lead(lambda t: start + (goal - start) * _smooth(t / duration), duration)
 
     def shake(self, size: Array, rate: float, duration: float) -> None:
