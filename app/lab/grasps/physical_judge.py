@@ -99,7 +99,7 @@ def execute(hand: FloatingHand, world: World, grasp: GraspEstimate) -> Attempt:
     hand.move(_raised(wTg, _NEAR), _FAST)
     hand.move(wTg, _SLOW)
     hand.close(_FORCE, _HOLDING)
-    gripped = hand.pinched()
+    gripped, force = hand.pinched(), hand.hardest
     before = 0.0 if gripped is None else gripped.pose.translation[2]
     hand.move(_raised(wTg, _LIFT), _LIFTING)
     lifted = hand.pinched()
@@ -113,7 +113,7 @@ def execute(hand: FloatingHand, world: World, grasp: GraspEstimate) -> Attempt:
         end = "lost when shaken"
     else:
         end = HELD
-    return Attempt(end=end, target_class=target, force=hand.hardest, quality=grasp.quality)
+    return Attempt(end=end, target_class=target, force=force, quality=grasp.quality)
 
 
 def _raised(wTe: SE3, height: float) -> SE3:

@@ -30,7 +30,7 @@ class Attempt:
     target_class: str = ""
     """Of the object that was nearest to the grasp."""
     force: float = 0.0
-    """The hardest contact on the hand [N]."""
+    """The hardest contact on the hand on its way down and until the fingers have closed [N]."""
     quality: float = 0.0
     """That the detector told."""
     kinematic: str = ""
