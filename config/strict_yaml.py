@@ -248,7 +248,9 @@ class _Composer:
             key = self._value(event, depth + 1)
             value = self._value(next(self._events), depth + 1)
             if not isinstance(key, YamlScalar) or not isinstance(key.value, str):
-                self._diagnostics.error(key.location, "this key is not a word", "give it a name")
+                self._diagnostics.error(
+                    key.location, "this key is not a word", "give it a name, or write it in quotes"
+                )
             elif key.value in entries:
                 first = entries[key.value].location.line
                 message = f"the key `{key.value}` appears twice, first on line {first}"

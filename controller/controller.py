@@ -74,6 +74,9 @@ class HolisticController:
     """
 
     def __init__(self, model: RobotModel, settings: ControllerSettings | None = None) -> None:
+        import scipy.sparse.csgraph  # what only reads tasks does without; a tick must not wait
+        import scipy.spatial  # noqa: F401
+
         self.model = model
         self.settings = settings or ControllerSettings()
         self._bounds = VelocityBounds(model, self.settings)

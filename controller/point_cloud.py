@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from controller.command import Array
 
@@ -22,7 +21,11 @@ class PointCloud:
 
     def __init__(self, points: Array) -> None:
         self.points = points
-        self._tree = cKDTree(points, balanced_tree=False) if len(points) else None
+        self._tree = None
+        if len(points):
+            from scipy.spatial import cKDTree  # slow to import; see `HolisticController`
+
+            self._tree = cKDTree(points, balanced_tree=False)
 
     def nearest(self, places: Array, within: float) -> tuple[Array, npt.NDArray[np.int64]]:
         """The nearest point to every place.

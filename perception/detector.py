@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, Image, Mask
+from perception.candidates import WITHOUT_NETWORK, CandidateSource, Proposals
 from perception.frame import Frame, Workspace
 from perception.geometry import Camera, closing_direction, grasp_pose, world_points
 from perception.grasp import Detection, GraspEstimate
@@ -19,9 +19,6 @@ from perception.network_io import INPUT_SIZE, OUTPUT_STRIDE
 from perception.preprocess import NoDepthError, Prepared, central_crop, prepare, valid_depth
 from perception.refine import ALL_DIRECTIONS, refine
 from robots import GripperDescription
-
-if TYPE_CHECKING:
-    from perception.networks import Proposals, Proposer
 
 MIN_OBJECT_HEIGHT = 0.008
 """Surfaces lower than this above the floor are not grasped [m]."""
@@ -42,7 +39,8 @@ class GraspDetector:
 
     Args:
         weights: a weights file; None takes shipped weights.
-        network: name of a shipped network; None takes the default. Not with `weights`.
+        network: name of a shipped network, or of what does without one; None takes the default.
+            Not with `weights`.
         gripper: the hand that grasps.
         proposer: a network that is ready for inference, instead of `weights` and `network`.
 
@@ -56,9 +54,11 @@ class GraspDetector:
         network: str | None = None,
         *,
         gripper: GripperDescription,
-        proposer: Proposer | None = None,
+        proposer: CandidateSource | None = None,
     ) -> None:
         self._gripper = gripper
+        if network is not None and network in WITHOUT_NETWORK:
+            proposer = WITHOUT_NETWORK[network]()
         if proposer is None:
             # Not at the top: torch takes a second to import.
             from perception.networks import (
@@ -71,7 +71,7 @@ class GraspDetector:
             proposer = Proposer(
                 load_network(weights) if weights else shipped_network(network or DEFAULT_NETWORK)
             )
-        self.proposer = proposer
+        self.proposer: CandidateSource = proposer
 
     def detect(self, frame: Frame, workspace: Workspace | None = None) -> Detection:
         """Find grasps from straight above.
@@ -247,9 +247,10 @@ def _grasps(
     at = (points[:, 0], points[:, 1], direction, candidates.quality, floor, gripper)
     border = _border(frame, prepared)
     levers = LeverArms(scene, floor + MIN_OBJECT_HEIGHT, workspace, border)
-    found = refine(scene, *at, directions=proposals.directions, levers=levers)
+    cost = proposals.turn_cost
+    found = refine(scene, *at, directions=proposals.directions, turn_cost=cost, levers=levers)
     if len(found.score) == 0 and proposals.directions < ALL_DIRECTIONS:
-        found = refine(scene, *at, directions=ALL_DIRECTIONS, levers=levers)
+        found = refine(scene, *at, directions=ALL_DIRECTIONS, turn_cost=cost, levers=levers)
     camera = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)
     centre = np.stack([found.x, found.y, found.top], axis=1)
     along = _ANGLE_STEP * np.stack(

@@ -21,10 +21,10 @@ from trees.language import (
     FILE_KEYS,
     MODIFIERS,
     NAME,
-    SET,
     SUBTREE,
     WORD,
     CompositeWord,
+    Form,
     LeafType,
     ModifierWord,
     Output,
@@ -121,7 +121,9 @@ def _condition(leaves: Mapping[str, LeafType]) -> Schema:
 
 def _bare(leaves: Mapping[str, LeafType]) -> Schema:
     """A text that is the key of a leaf which needs no parameters."""
-    keys = "|".join(key for key, leaf in leaves.items() if leaf is not SET and not _required(leaf))
+    keys = "|".join(
+        key for key, leaf in leaves.items() if not leaf.names_keys and not _required(leaf)
+    )
     message = "Expected one that needs no parameters; the others are written `name: {...}`."
     return {"pattern": f"^({keys})$", "patternErrorMessage": message}
 
@@ -134,10 +136,10 @@ def _leaf(leaf: LeafType) -> Schema:
     }
     values = (
         {"type": "object", "minProperties": 1, "additionalProperties": True}
-        if leaf is SET
+        if leaf.names_keys
         else _table(properties, required=required)
     )
-    nothing = [] if required or leaf is SET else ["null"]
+    nothing = [] if required or leaf.names_keys else ["null"]
     return {**values, "type": ["object", *nothing], "description": leaf.description}
 
 
@@ -168,6 +170,8 @@ def _composite(word: CompositeWord) -> Schema:
     node = _CONDITION if word.asks else _NODE
     nodes: Schema = {"type": "array", "items": node, **least}
     about = {"description": f"{word.description} It takes {word.children}."}
+    if word.form is not Form.LIST:
+        return _FORMS[word.form] | about
     if word.most == 1:
         return {**about, "if": {"type": "array"}, "then": nodes, "else": node}
     if not word.options:
@@ -246,6 +250,25 @@ _SECTIONS: Mapping[str, Schema] = {
     "poses": _named(_section(PoseSection)),
     "regions": _named(_section(RegionSection)),
     "tree": {"allOf": [_NODE]},
+}
+_SCALAR: Schema = {"type": ["boolean", "number", "string"]}
+_FORMS: Mapping[Form, Schema] = {
+    Form.CASES: _table(
+        {
+            "value": _SCALAR,
+            "cases": {"type": "object", "minProperties": 1, "additionalProperties": _NODE},
+            "else": _NODE,
+        },
+        required=["value", "cases"],
+    ),
+    Form.EACH: _table(
+        {
+            "item": _word(),
+            "in": {"type": "array", "items": _SCALAR, "minItems": 1, "maxItems": 100},
+            "do": _NODE,
+        },
+        required=["item", "in", "do"],
+    ),
 }
 _VALUES = {"type": "object", "additionalProperties": True}
 _SUBTREE = {

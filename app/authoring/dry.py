@@ -146,6 +146,7 @@ def dry_run(
     outcomes: Sequence[str] = (),
     keys: Sequence[str] = (),
     overrides: Mapping[str, str] = MappingProxyType({}),
+    places: Path | None = None,
     most_ticks: int = 1000,
 ) -> DryRun:
     """Tick a task without a robot.
@@ -156,6 +157,7 @@ def dry_run(
             needs no robot runs, and another succeeds.
         keys: what leaves write, each `KEY=VALUE`.
         overrides: values of task parameters, as texts.
+        places: a file of poses and regions, which count instead of those of the same name.
         most_ticks: a tree that has not ended by then is stopped.
 
     Raises:
@@ -163,7 +165,7 @@ def dry_run(
         LeafError: a leaf class, not the file, is at fault.
         ScriptError: an outcome is written wrongly, or the tree has no such node.
     """
-    task = load(path, overrides=overrides)
+    task = load(path, overrides=overrides, places=places)
     script, values = read_script(outcomes, task), read_keys(keys, task)
     clock = SimClock()
     context = cast(Any, _DryContext(clock=TaskClock(clock)))

@@ -13,7 +13,6 @@ from trees.language import (
     COMPOSITES,
     MODIFIERS,
     NAME,
-    SET,
     SUBTREE,
     LeafType,
     Parameter,
@@ -112,7 +111,7 @@ def _table(title: str, rows: Iterable[tuple[str, ...]], heads: tuple[str, ...]) 
 
 def _signature(leaf: LeafType) -> str:
     """Its parameters in short: those that may be left out in brackets, outputs after an arrow."""
-    if leaf is SET:
+    if leaf.names_keys:
         return "key: value, ..."
     given = [one.name if one.required else f"[{one.name}]" for one in leaf.parameters.values()]
     outputs = [one.name if one.required else f"[{one.name}]" for one in leaf.outputs.values()]

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from py_trees.common import Status
 
 from config import Plain, UserError, parse_scalar, quoted, suggest
-from trees.language import SET, LeafNode, SubtreeNode, Task, leaves_at, nodes_below
+from trees.language import LeafNode, SubtreeNode, Task, leaves_at, nodes_below
 
 OUTCOMES: Mapping[str, Status] = {
     "success": Status.SUCCESS,
@@ -79,7 +79,7 @@ def _outcome(word: str, text: str) -> Status:
 def _leaves(task: Task) -> Iterator[LeafNode]:
     """The leaves of a task that can be scripted, with guards and other files, without `set`."""
     for node in nodes_below(task.root):
-        yield from (leaf for leaf in leaves_at(node) if leaf.type is not SET)
+        yield from (leaf for leaf in leaves_at(node) if not leaf.type.names_keys)
         if isinstance(node, SubtreeNode):
             yield from _leaves(node.task)
 

@@ -82,6 +82,50 @@ def new(
     typer.echo(f"{task}: change it, then: frankie-task check {task}; frankie-task run {task}")
 
 
+class Taught(StrEnum):
+    """What of the robot is taught."""
+
+    HAND = "hand"
+    BASE = "base"
+    ARM = "arm"
+
+
+@authoring.command()
+def teach(
+    name: Annotated[str, typer.Argument(help="Of the pose.")],
+    places: Annotated[Path, typer.Option(help="The file that takes it.")] = Path("places.yaml"),
+    robot: Annotated[str, typer.Option(help="Whose pose: a shipped robot or a robot file.")] = (
+        "frankie"
+    ),
+    world: Annotated[str, typer.Option(help="What moves it, if it is not real.")] = "kinematic",
+    form: Annotated[Taught, typer.Option("--of", help="What of it.")] = Taught.HAND,
+    replace: Annotated[bool, typer.Option("--replace", help="The pose of this name.")] = False,
+    armed: Annotated[
+        bool, typer.Option("--arm-the-robot", help="A real robot is connected only with this.")
+    ] = False,
+) -> None:
+    """Write where the robot is now into a file of places, for `--places`; nothing moves."""
+    from app.authoring import Form
+    from app.authoring import teach as write
+    from app.core import End
+    from hw import HardwareError
+
+    try:
+        line = write(
+            name,
+            places,
+            robot=robot,
+            world=world,
+            form=Form(form.value),
+            replace=replace,
+            armed=armed,
+        )
+    except HardwareError as error:
+        Terminal(stderr=True).say(str(error))
+        raise typer.Exit(End.HARDWARE.exit_code) from None
+    typer.echo(f"{places}: {line}")
+
+
 @authoring.command("export")
 def export(
     names: Annotated[

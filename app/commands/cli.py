@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -44,6 +45,7 @@ def check(
     robot: Annotated[
         str, typer.Option(help="Who is to do it: `frankie`, `omni`, or a robot file.")
     ] = "frankie",
+    places: Annotated[Path | None, typer.Option(help="Poses and regions of a site.")] = None,
 ) -> None:
     """Name every mistake in tasks and scenes; ends with exit code 2 if there is one."""
     from config import Severity, UserError
@@ -53,7 +55,7 @@ def check(
     errors = 0
     for tree in trees:
         path = find_tree(tree)
-        mistakes = mistakes_in(path, robot=robot)
+        mistakes = mistakes_in(path, robot=robot, places=places)
         for mistake in mistakes:
             console.say(str(mistake))
         bad = sum(mistake.severity is Severity.ERROR for mistake in mistakes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -25,6 +26,7 @@ def dry(
     parameter: Annotated[
         list[str] | None, typer.Option("--parameter", "-p", help="A task parameter, key=value.")
     ] = None,
+    places: Annotated[Path | None, typer.Option(help="Poses and regions of a site.")] = None,
     ticks: Annotated[int, typer.Option(help="At most; there are ten in a second.", min=1)] = 1000,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print all steps as one JSON object.")
@@ -42,14 +44,19 @@ def dry(
 
     def act(saved: Saved | None = None) -> bool:
         result = dry_run(
-            path, outcomes=outcome or [], keys=key or [], overrides=parameters, most_ticks=ticks
+            path,
+            outcomes=outcome or [],
+            keys=key or [],
+            overrides=parameters,
+            places=places,
+            most_ticks=ticks,
         )
         typer.echo(result.to_json() if as_json else visible(result.to_text()))
         codes.append(result.outcome.end.exit_code)
         return False
 
     if watch:
-        again_on_save(path, parameters, act=act, say=Terminal(stderr=True).say)
+        again_on_save(path, parameters, places, act=act, say=Terminal(stderr=True).say)
     else:
         act()
     raise typer.Exit(codes[-1] if codes else 2)

@@ -68,6 +68,10 @@ def run(
     parameter: Annotated[
         list[str] | None, typer.Option("--parameter", "-p", help="A task parameter, key=value.")
     ] = None,
+    places: Annotated[
+        Path | None,
+        typer.Option(help="A file with poses and regions of a site, instead of the task's own."),
+    ] = None,
     speed: Annotated[Speed, typer.Option(help="Pace of simulated time.")] = Speed.MAX,
     record: Annotated[Path, typer.Option(help="Folder for the folders of runs.")] = Path("runs"),
     replayable: Annotated[
@@ -188,6 +192,7 @@ def run(
         scene=scene,
         seed=seed,
         parameters=parameters,
+        places=places,
         paced=paced,
         record=record,
         replayable=replayable,

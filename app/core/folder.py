@@ -14,6 +14,7 @@ from config import UserError
 RECORDING = "recording.rrd"
 SUMMARY = "summary.json"
 TASK = "task.yaml"
+PLACES = "places.yaml"
 """The task as it was run; its subtrees lie beside it."""
 OPTIONS = "options.json"
 """What a person chose."""

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from app.core.decisions import RecordedDecisions
 from app.core.fault_schedule import FaultSchedule
-from app.core.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder
+from app.core.folder import PLACES, RECORDING, SUMMARY, TASK, VIEWER_LOG, make_folder
 from app.core.instruments import Instruments
 from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
@@ -73,7 +73,7 @@ def run_task(
         HardwareError: the robot cannot be connected.
     """
     viewer = Viewer(options.view, say=_tell)
-    task = load(options.tree, overrides=options.parameters)
+    task = load(options.tree, overrides=options.parameters, places=options.places)
     world = WorldOptions(
         scene=_scene(options, task),
         seed=options.seed,
@@ -117,19 +117,19 @@ def run_task(
 
 
 def _check_places(options: RunOptions, task: Task, setup: Setup) -> None:
-    """Refuse a task that the robot cannot do; warn of what another scene has than its own.
+    """Refuse what `check` does; warn of what is wrong in a scene that the task does not name.
 
     Raises:
         TaskFileError: the robot cannot be where the task sends it.
     """
     fixtures = setup.truth.fixtures if setup.truth else ()
     robot = setup.robot.description
-    own = options.scene is None or options.scene == task.scene
+    own = bool(task.scene) and options.scene in (None, task.scene)
     certain = place_diagnostics(task, robot, fixtures if own else ())
     if errors := [one for one in certain if one.severity is Severity.ERROR]:
         raise TaskFileError(errors)
-    for warning in place_diagnostics(task, robot, fixtures):
-        _tell(str(warning))
+    for found in place_diagnostics(task, robot, fixtures):
+        _tell(str(replace(found, severity=Severity.WARNING)))
 
 
 def _run(
@@ -152,7 +152,7 @@ def _run(
     faults = FaultSchedule(options.faults, setup.robot, behaviours, options.seed)
     instruments.begin(setup, nodes)
     known = asdict(options) | {"scene": scene, "pace": setup.robot.description.pace}
-    folder = make_folder(options.record, task.name, _texts(task), known)
+    folder = make_folder(options.record, task.name, _texts(task, options.places), known)
     lossless = not options.paced
     outputs = Outputs(
         folder,
@@ -271,11 +271,12 @@ def _scene(options: RunOptions, task: Task) -> str:
     return options.scene or scene_of(task) or "household"
 
 
-def _texts(task: Task) -> dict[str, str]:
+def _texts(task: Task, places: Path | None) -> dict[str, str]:
     """The files of a task, the first as `task.yaml` and its subtrees where they are beside it."""
+    site = {} if places is None else {PLACES: places.read_text(encoding="utf-8")}
     here = task.path.parent
     inner = {relpath(path, here): path.read_text(encoding="utf-8") for path in task.files[1:]}
-    return inner | {"task.yaml": task.text}
+    return inner | site | {TASK: task.text}
 
 
 def _supports(truth: Truth | None) -> Mapping[str, str]:

@@ -45,6 +45,7 @@ def _stamp(path: Path) -> tuple[int, int] | None:
 def again_on_save(
     tree: Path,
     overrides: Mapping[str, str],
+    places: Path | None,
     *,
     act: Callable[[Saved], bool],
     say: Callable[[str], None],
@@ -56,20 +57,21 @@ def again_on_save(
     Args:
         tree: the task.
         overrides: values of its parameters, as texts.
+        places: a file of poses and regions.
         act: called with what notices the next save; returns whether to end.
         say: called with the mistakes of a file, and with what is waited for.
 
     Raises:
         UserError: bad input other than the task.
     """
-    files = {tree}
+    files, site = {tree}, [] if places is None else [places]
     clock = WallClock()
     try:
         while True:
-            saved = Saved(files)
+            saved = Saved([*files, *site])
             try:
-                files = set(load(tree, overrides=overrides).files)
-                saved = Saved(files)
+                files = set(load(tree, overrides=overrides, places=places).files)
+                saved = Saved([*files, *site])
                 if act(saved):
                     return
             except TaskFileError as error:
@@ -114,5 +116,5 @@ def run_on_save(
         show(result)
         return result.outcome.end is End.INTERRUPTED and not saved()
 
-    again_on_save(options.tree, options.parameters, act=act, say=say)
+    again_on_save(options.tree, options.parameters, options.places, act=act, say=say)
     return results[-1] if results else None

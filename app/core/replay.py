@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.core.decisions import ReplayedDecisions
-from app.core.folder import FRAMES, NOTES, OPTIONS, READINGS, TASK
+from app.core.folder import FRAMES, NOTES, OPTIONS, PLACES, READINGS, TASK
 from app.core.frames import RecordedFrames
 from app.core.known import known_then
 from app.core.measurements import Measurements
@@ -90,7 +90,8 @@ def replay_run(folder: Path) -> Replay:
     description = at_pace(load_robot(options["robot"]), options["pace"])
     robot = ReplayRobot(description, turns, notes.faults, _frames(folder, turns, description))
     detector = GraspDetector(options["weights"], options["network"], gripper=description.gripper)
-    task = load(folder / TASK, overrides=options["parameters"])
+    places = folder / PLACES if isfile(folder / PLACES) else None
+    task = load(folder / TASK, overrides=options["parameters"], places=places)
     backend = Backend(robot=robot, clock=robot.clock, truth=None)
     known = known_then(options["scene"], options["seed"], options["site"])
     with set_up(

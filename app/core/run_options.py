@@ -32,6 +32,8 @@ class RunOptions:
     """A shipped scene or a scene file; None takes the one that the task names, or `household`."""
     seed: int = 0
     parameters: Mapping[str, str] = field(default_factory=dict)
+    places: Path | None = None
+    """A file of poses and regions, which count instead of the task's own."""
     paced: bool = False
     """In real time instead of as fast as it goes."""
     record: Path = Path("runs")

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from math import inf
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
 from controller.command import Array
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 CELL = 0.10
 """Distance between the nodes of the graph [m]."""
@@ -76,6 +78,8 @@ class Floor:
         away = np.hypot(x[:, None, None] - places[:, 0], y[:, None] - places[:, 1]).min(axis=2)
         gone = (away < _CLOSED).ravel()
         costs = np.where(gone[self.graph.indices], inf, self.graph.data)
+        from scipy.sparse import csr_array  # slow to import; see `HolisticController`
+
         return csr_array((costs, self.graph.indices, self.graph.indptr), self.graph.shape)
 
 
@@ -96,6 +100,8 @@ def _graph(passes: npt.NDArray[np.bool_], cost: Array) -> csr_array:
     count = np.zeros(n * m + 1, dtype=np.int32)
     count[here + 1] = exists.sum(axis=1)
     first = np.cumsum(count, dtype=np.int32)
+    from scipy.sparse import csr_array  # slow to import; see `HolisticController`
+
     return csr_array((weights[exists], there[exists].astype(np.int32), first), shape=(n * m, n * m))
 
 
@@ -123,6 +129,8 @@ class CostField:
         self._floor = floor
         if floor is None:
             return
+        from scipy.sparse.csgraph import dijkstra  # slow to import; see `HolisticController`
+
         graph = floor.graph if closed is None else floor.without(closed)
         self._costs: Array
         self._costs, self._next = dijkstra(

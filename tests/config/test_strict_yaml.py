@@ -69,8 +69,8 @@ def test_quotes_make_text():
         ("a: b: c", "x:1:5: this is not YAML: mapping values are not allowed here; check the"),
         ('a: "\\UFFFFFFFF"', "x:1:7: this is not YAML: a number or an escape is out of range;"),
         ("a: 1\nb: \x07", "x:2:4: this is not YAML: character '\\x07' is not allowed; remove it"),
-        ("1: a", "x:1:1: this key is not a word; give it a name"),
-        ("[a]: b", "x:1:1: this key is not a word; give it a name"),
+        ("1: a", "x:1:1: this key is not a word; give it a name, or write it in quotes"),
+        ("[a]: b", "x:1:1: this key is not a word; give it a name, or write it in quotes"),
         ("a: " + "[" * 70, "x:1:67: this is not YAML: it nests deeper than 64 levels; split it"),
     ],
 )

@@ -64,6 +64,18 @@ tree:
         - drive: {to: start}
         - say: {text: "{value} again", value: $greeting}
         - wait: {duration_s: $share}
+    - add: {start_count: 2}
+    - resuming_sequence: [open_gripper, arm_healthy]
+    - for_each:
+        item: place
+        in: [table, shelf]
+        do: {region_empty: {region: $place}}
+    - switch:
+        value: $start_count
+        cases:
+          "5": {say: {text: five}}
+          "6": {say: {text: six}}
+        else: {say: {text: other}}
     - name: count the shelf
       subtree: {file: parts/count.yaml, with: {where: shelf, pause_s: $share}, out: {total: more}}
     - at_least: {value: $more, least: 1}

@@ -29,6 +29,12 @@ tree:
       retry: 0
       wait: {{duration_s: 2}}
     - navigat: {{to: there}}
+    - drive: {{forward_m: 1500}}
+    - for_each: {{item: x, in: [there], du: open_gripper}}
+    - while: {{all_of: [arm_helthy]}}
+      switch:
+        value: 3
+{" " * 8}
     - grasp:
         lock_distance_m: 0.2
 {" " * 8}
@@ -68,6 +74,9 @@ def test_mistakes_are_underlined_where_they_are(task):
     assert (line_of("retry"), 14) in starts
     assert (line_of("navigat:"), 7) in starts
     assert (line_of("grasp:"), 7) in starts
+    assert (line_of("forward_m"), 26) in starts
+    assert (line_of("du:"), 40) in starts
+    assert (line_of("arm_helthy"), 24) in starts
     assert not any(line == line_of("wait:") for line, _ in starts)
 
 
@@ -85,6 +94,12 @@ def test_below_a_leaf_its_parameters_are_offered(server, task):
     assert "navigate" not in offered
 
 
+def test_below_a_word_with_a_form_of_its_own_its_parts_are_offered(server, task):
+    path, _ = task
+    offered = server.completion(path, line_of("value: 3") + 1, 9)
+    assert {"cases", "else"} <= set(offered)
+
+
 @pytest.mark.parametrize(
     ("text", "column", "said"),
     [
@@ -92,6 +107,7 @@ def test_below_a_leaf_its_parameters_are_offered(server, task):
         ("speed_m_s", 30, "largest speed"),
         ("retry", 9, "number of attempts"),
         ("sequence:", 5, "in order"),
+        ("for_each", 9, "several values"),
         ("poses:", 2, "Poses of hand, base and arm"),
     ],
 )

@@ -59,6 +59,11 @@ tree:
   while: {any_of: [arm_healthy, {not: {all_of: [holding_object]}}]}
   forever:
     sequence:
+      - set: {tries: 0}
+      - add: {tries: 1}
+      - resuming_sequence: [open_gripper]
+      - for_each: {item: one, in: [box], do: {look_at: {at: $one}}}
+      - switch: {value: $tries, cases: {"1": open_gripper, "2": {say: {text: two}}}, else: recover}
       - until: [holding_object, {repeat: 2, grasp: {within: box}}]
       - fallback:
           - {retry: $count, scan_for_objects: {region: box, count: found}}

@@ -170,3 +170,17 @@ objects:
     assert "it does not fit into the container" in str(first)
     assert (first.location.line, second.location.line) == (5, 7)
     assert "it overlaps can 2" in str(second)
+
+
+@pytest.mark.parametrize(("named", "code"), [("scene: household\n", 2), ("", 0)])
+def test_a_run_refuses_what_check_refuses_and_warns_in_other_scenes(tmp_path, named, code):
+    path = tmp_path / "t.yaml"
+    path.write_text(
+        f"task: t\n{named}regions:\n  x: {{centre: [0, -2, 0.6], size: [0.4, 0.4, 0.2]}}\n"
+        "tree: {force_success: true, place: {on: x}}\n"
+    )
+    result = CliRunner().invoke(app, ["run", str(path), "--record", str(tmp_path / "runs")])
+    assert (result.exit_code, CliRunner().invoke(app, ["check", str(path)]).exit_code) == (
+        code,
+    ) * 2
+    assert "places on `x` have no surface of the scene under them" in result.stderr

@@ -51,7 +51,7 @@ def test_it_is_a_schema_of_draft_7(schema):
 
 def test_every_word_is_offered_once_with_a_text_for_the_person_who_points_at_it(schema):
     offered = schema["definitions"]["node"]["properties"]
-    words = {*LEAVES, *COMPOSITES, *MODIFIERS, NAME, SUBTREE, "set"}
+    words = {*LEAVES, *COMPOSITES, *MODIFIERS, NAME, SUBTREE, "set", "add"}
     assert set(offered) == words
     assert all(len(about["description"]) > 10 for about in offered.values())
     parameters = [

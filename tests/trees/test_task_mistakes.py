@@ -12,10 +12,10 @@ TREE_MISTAKES = {
     ),
     "unknown node unlike any": (
         "- zzz",
-        "0:3: unknown node `zzz`; known: `all_of`, `any_of`, `ask`, `count`, `fallback`, "
-        "`forever`, `grasp`, `navigate`, `not`, `note`, `open_gripper`, `parallel`, `place`, "
-        "`play`, `reactive_fallback`, `reactive_sequence`, `recover`, `region_empty`, "
-        "`retreat_check`, `sequence`, `set`, `subtree`, `until`",
+        "0:3: unknown node `zzz`; known: `add`, `all_of`, `any_of`, `ask`, `count`, `fallback`, "
+        "`for_each`, `forever`, `grasp`, `navigate`, `not`, `note`, `open_gripper`, `parallel`, "
+        "`place`, `play`, `reactive_fallback`, `reactive_sequence`, `recover`, `region_empty`, "
+        "`resuming_sequence`, `retreat_check`, `sequence`, `set`, `subtree`, `switch`, `until`",
     ),
     "unknown parameter": (
         "- grasp: {within: box, lock_distance: 0.2}",
@@ -98,7 +98,7 @@ TREE_MISTAKES = {
     ),
     "no node in an item": (
         "- name: pick",
-        "0:3: this item has no node; add a node key, for example `all_of`, `any_of`, `ask`",
+        "0:3: this item has no node; add a node key, for example `add`, `all_of`, `any_of`",
     ),
     "list for a node": (
         "- [open_gripper]",

@@ -12,7 +12,7 @@ from py_trees.common import Status
 from tree_toys import ToyContext
 
 from hw import TaskTime
-from trees.language import COMPOSITES, MODIFIERS
+from trees.language import COMPOSITES, MODIFIERS, Form
 from trees.language.ends import Ends
 from trees.language.registry import SET, LeafType
 
@@ -124,6 +124,10 @@ def test_a_composite_ends_as_its_definition_says(key, ways):
     word = COMPOSITES[key]
     count, world = word.most or 3, ToyContext(clock=HastyClock())
     policies = [{}] if not word.options else [{}, *({"policy": one} for one in ("all", "any", 2))]
+    if word.form is Form.CASES:
+        chance = random.Random(0)
+        value = {"value": lambda: chance.choice(["a", "b", "c", "d"])}
+        policies = [{**value, "cases": ("a", "b", "c")}, {**value, "cases": ("a", "b")}]
     for options in policies:
         children = [claimed(ways[i], f"c{i}") for i in range(count)]
         ends = word.ends(children, options, frozenset())

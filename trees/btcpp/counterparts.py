@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from trees.btcpp.ports import pointer
 from trees.language import COMPOSITES, MODIFIERS, Counterpart, KeyRead
@@ -17,6 +17,9 @@ SCRIPT = "Script"
 PARALLEL = "Parallel"
 """The one node whose attributes count its children; see `parallel_counts`."""
 
+SWITCHES = range(2, 7)
+"""How many cases a `Switch` of BehaviorTree.CPP may have."""
+
 VALUE = "value"
 """The port of an exported modifier that BehaviorTree.CPP does not have."""
 
@@ -27,7 +30,9 @@ TAGS: Mapping[str, str] = {
 }
 """Tags by the key of a built node."""
 
-TAKEN = frozenset({MAIN, SCRIPT, SUBTREE, *TAGS.values(), *COMPOSITES, *MODIFIERS})
+_SWITCH_TAGS = {f"Switch{number}" for number in SWITCHES} | {"AlwaysFailure"}
+
+TAKEN = frozenset({MAIN, SCRIPT, SUBTREE, *TAGS.values(), *COMPOSITES, *MODIFIERS, *_SWITCH_TAGS})
 """Names in the XML that neither a task nor a leaf can have."""
 
 RESERVED_PORTS = frozenset({"ID", "name"})
@@ -45,6 +50,12 @@ def standard_attributes(counterpart: Counterpart, value: object) -> dict[str, st
         if whole / counterpart.scale == value:
             return {counterpart.port: str(whole)}
     return None
+
+
+def switch_attributes(variable: str, cases: Sequence[str]) -> dict[str, str]:
+    """The attributes of a `Switch2` to `Switch6`; its last child is the default."""
+    numbered = {f"case_{place}": case for place, case in enumerate(cases, 1)}
+    return {"variable": variable} | numbered
 
 
 def parallel_counts(policy: object, children: int) -> dict[str, str]:

@@ -19,12 +19,23 @@ from trees.btcpp.counterparts import (
     RESERVED_PORTS,
     SCRIPT,
     SUBTREE,
+    SWITCHES,
     TAKEN,
     VALUE,
     parallel_counts,
     standard_attributes,
+    switch_attributes,
 )
-from trees.btcpp.ports import ANY_TYPE, literal, pointed_at, pointer, port_type, survives
+from trees.btcpp.ports import (
+    ANY_TYPE,
+    leaf_model,
+    literal,
+    parameter_port,
+    pointed_at,
+    pointer,
+    port_type,
+    survives,
+)
 from trees.btcpp.pose_text import pose_text
 from trees.language import (
     COMPOSITES,
@@ -39,7 +50,6 @@ from trees.language import (
     SubtreeNode,
     Task,
     TaskFileError,
-    TaskParameter,
     ValueType,
 )
 
@@ -97,7 +107,7 @@ class _Export:
         model = self.models[task.name] = Element(SUBTREE, ID=task.name)
         for name, parameter in task.parameters.items():
             assert parameter.type is not None
-            model.append(_parameter_port(name, parameter, parameter.type))
+            model.append(parameter_port(name, parameter, parameter.type))
         for name, value in (*task.poses.items(), *task.regions.items()):
             port = SubElement(model, "input_port", name=name)
             port.set("type", port_type(ValueType(types=(type(value),))))
@@ -114,18 +124,7 @@ class _Export:
         """Add the model of a leaf."""
         if leaf.key in self.models:
             return
-        model = Element("Condition" if leaf.is_condition else "Action", ID=leaf.key)
-        for parameter in leaf.parameters.values():
-            port = SubElement(model, "input_port", name=parameter.name)
-            port.set("type", port_type(parameter.type))
-            default = "" if parameter.default is None else parameter.default
-            if isinstance(default, bool | int | float | str) and not parameter.required:
-                port.set("default", literal(default))
-            port.text = parameter.description or None
-        for output in leaf.outputs.values():
-            port = SubElement(model, "output_port", name=output.name, type=port_type(output.type))
-            port.text = output.description or None
-        self.models[leaf.key] = model
+        self.models[leaf.key] = leaf_model(leaf)
 
     def add_word(self, category: str, key: str, ports: Mapping[str, ValueType]) -> None:
         """Add the model of a word that BehaviorTree.CPP does not have."""
@@ -178,7 +177,23 @@ class _Writer:
         text = self._text(value, word.type, node.location, key)
         return SubElement(above, key, {VALUE: text})
 
+    def _switch(self, node: CompositeNode, above: Element) -> None:
+        number = len(node.cases)
+        if number not in SWITCHES:
+            message = f"`switch` has {number} cases, and the XML has switches of 2 to 6"
+            self._diagnostics.error(node.location, message, "split it, or make it a `fallback`")
+        variable = self._text(node.options["value"], None, node.location, "value")
+        element = SubElement(above, f"Switch{number}", switch_attributes(variable, node.cases))
+        self._name(node, node.key, element)
+        for child in node.children:
+            self.node(child, element)
+        if len(node.children) == number:
+            SubElement(element, "AlwaysFailure")
+
     def _composite(self, node: CompositeNode, above: Element) -> None:
+        if node.cases:
+            self._switch(node, above)
+            return
         counterpart = COMPOSITES[node.key].counterpart
         options = COMPOSITES[node.key].options
         values = {key: node.options.get(key, option.default) for key, option in options.items()}
@@ -205,9 +220,9 @@ class _Writer:
             self.node(child, element)
 
     def _leaf(self, node: LeafNode, above: Element) -> None:
-        if node.type is SET:
+        if node.type.names_keys:
             element = SubElement(above, SCRIPT)
-            self._name(node, SET.key, element)
+            self._name(node, node.type.key, element)
             element.set("code", self._script(node))
             return
         self._export.add_leaf(node.type)
@@ -226,7 +241,7 @@ class _Writer:
             element.set(name, self._pointer(key.name, node.location))
 
     def _script(self, node: LeafNode) -> str:
-        """The assignments of a `set`."""
+        """The assignments of a `set` or an `add`."""
         parts = []
         for key, value in node.arguments.items():
             text = self._text(value, None, node.location, key)
@@ -235,7 +250,8 @@ class _Writer:
                 self._diagnostics.error(node.location, message, "write another value")
             is_word = isinstance(value, bool | int | float)
             self._pointer(key, node.location)
-            parts.append(f"{key} := {pointed_at(text) or (text if is_word else repr(text))}")
+            becomes = ":=" if node.type is SET else "+="
+            parts.append(f"{key} {becomes} {pointed_at(text) or (text if is_word else repr(text))}")
         return "; ".join(parts)
 
     def _subtree(self, node: SubtreeNode, above: Element) -> None:
@@ -276,11 +292,3 @@ class _Writer:
             message = f"`{about}`: BehaviorTree.CPP would read {literal(value)!r} as something else"
             self._diagnostics.error(location, message, "write it in another way")
         return literal(value)
-
-
-def _parameter_port(name: str, parameter: TaskParameter, expected: ValueType) -> Element:
-    port = Element("input_port", name=name, type=port_type(expected))
-    if parameter.default is not None:
-        port.set("default", literal(parameter.default.value))
-    port.text = parameter.description or None
-    return port

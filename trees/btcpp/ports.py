@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
+from xml.etree.ElementTree import Element, SubElement
 
 from config import Plain, parse_scalar
-from trees.language import PARAMETER_TYPES, ValueType
+from trees.language import PARAMETER_TYPES, LeafType, TaskParameter, ValueType
 
 ANY_TYPE = "BT::AnyTypeAllowed"
 
@@ -69,3 +70,28 @@ def port_type(expected: ValueType) -> str:
         if set(known.types) == types:
             return _PORT_TYPES[word]
     return ANY_TYPE
+
+
+def parameter_port(name: str, parameter: TaskParameter, expected: ValueType) -> Element:
+    """The port of a tree that takes a parameter of its task."""
+    port = Element("input_port", name=name, type=port_type(expected))
+    if parameter.default is not None:
+        port.set("default", literal(parameter.default.value))
+    port.text = parameter.description or None
+    return port
+
+
+def leaf_model(leaf: LeafType) -> Element:
+    """The model of a leaf, with its ports."""
+    model = Element("Condition" if leaf.is_condition else "Action", ID=leaf.key)
+    for parameter in leaf.parameters.values():
+        port = SubElement(model, "input_port", name=parameter.name)
+        port.set("type", port_type(parameter.type))
+        default = "" if parameter.default is None else parameter.default
+        if isinstance(default, bool | int | float | str) and not parameter.required:
+            port.set("default", literal(default))
+        port.text = parameter.description or None
+    for output in leaf.outputs.values():
+        port = SubElement(model, "output_port", name=output.name, type=port_type(output.type))
+        port.text = output.description or None
+    return model

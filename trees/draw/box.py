@@ -11,7 +11,6 @@ from typing import NamedTuple
 from config import written
 from trees.language import (
     COMPOSITES,
-    SET,
     SUBTREE,
     Argument,
     CompositeNode,
@@ -77,13 +76,14 @@ def boxes(node: Node) -> Box:
         category = Category.CONDITION if node.type.is_condition else Category.ACTION
         key = node.type.key
         children: tuple[Box, ...] = ()
-        outputs = {} if node.type is SET else node.outputs  # its arguments are its outputs
+        outputs = {} if node.type.names_keys else node.outputs  # its arguments are its outputs
         arguments = [*_pairs(node.arguments), *_written_keys(outputs)]
     elif isinstance(node, CompositeNode):
         category = Category.CONDITION if COMPOSITES[node.key].asks else Category.COMPOSITE
         key = node.key
         children = tuple(boxes(child) for child in node.children)
         arguments = [*_pairs(node.options)]
+        arguments += [f"cases: {', '.join(node.cases)}"] if node.cases else []
     else:
         category, key = Category.SUBTREE, SUBTREE
         children = (boxes(node.task.root),)

@@ -38,7 +38,7 @@ from trees.language.tree_nodes import TreeNode, nodes_in_order
 from trees.language.value_types import PARAMETER_TYPES, NamedValue, ValueType
 from trees.language.values import Argument, KeyRead, KeyWrite
 from trees.language.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, SUBTREE
-from trees.language.word_types import CompositeWord, Counterpart, ModifierWord
+from trees.language.word_types import CompositeWord, Counterpart, Form, ModifierWord
 
 __all__ = [
     "CHILDREN",
@@ -57,6 +57,7 @@ __all__ = [
     "CompositeNode",
     "CompositeWord",
     "Counterpart",
+    "Form",
     "KeyRead",
     "KeyWrite",
     "LeafError",

@@ -9,7 +9,7 @@ from behaviours import Key
 from config import YamlEntry, YamlMap, YamlScalar, YamlValue, describe, quoted, suggest
 from trees.language.mappings import WORD
 from trees.language.plausibility import meant, radians_for_degrees
-from trees.language.registry import SET, LeafType
+from trees.language.registry import ADD, LeafType
 from trees.language.scope import Scope
 from trees.language.syntax import LeafNode
 from trees.language.value_types import NAMED_TYPES, ValueType
@@ -18,6 +18,8 @@ from trees.language.vocabulary import MODIFIERS, NAME
 
 _ANYTHING = ValueType(types=(bool, int, float, str, *NAMED_TYPES))
 """What `set` may write."""
+_NUMBER = ValueType(types=(int, float))
+"""What `add` may add."""
 
 
 def read_leaf(
@@ -35,7 +37,7 @@ def read_leaf(
     given = _below(entry, leaf, scope)
     if given is None:
         return node
-    if leaf is SET:
+    if leaf.names_keys:
         return _read_set(node, given, scope)
     # One that stands beside the leaf by mistake is noted there.
     for parameter in leaf.described:
@@ -124,19 +126,22 @@ def _below(entry: YamlEntry, leaf: LeafType, scope: Scope) -> Mapping[str, YamlE
 
 def _read_set(node: LeafNode, given: Mapping[str, YamlEntry], scope: Scope) -> LeafNode:
     if not given:
-        scope.diagnostics.error(node.location, "`set` sets no key", "write `set: {key: value}`")
+        message, hint = f"`{node.name}` names no key", f"write `{node.name}: {{key: value}}`"
+        scope.diagnostics.error(node.location, message, hint)
     arguments: dict[str, Argument] = {}
     outputs: dict[str, KeyWrite] = {}
     for key, argument in given.items():
-        write = read_key_name("set", YamlScalar(location=argument.location, value=key), scope)
+        write = read_key_name(node.name, YamlScalar(location=argument.location, value=key), scope)
         resolved = scope.resolve(argument.value)
         if resolved is None:
             continue
         try:
-            value = convert(resolved, _ANYTHING, {})
-        except MismatchError:
-            message = f"`set` cannot write {described(resolved)}"
+            value = convert(resolved, _NUMBER if node.type is ADD else _ANYTHING, {})
+        except MismatchError as mismatch:
+            verb = "add" if node.type is ADD else "write"
+            message = f"`{node.name}` cannot {verb} {described(resolved)}"
             hint = "give a number, a text, `true`, `false`, a parameter or a key"
+            hint = mismatch.hint if node.type is ADD else hint
             scope.mismatch(resolved, message, hint)
         else:
             if write is not None:
@@ -161,8 +166,8 @@ def read_key_name(key: str, value: YamlValue, scope: Scope) -> KeyWrite | None:
 
 def _usage(leaf: LeafType, scope: Scope) -> str:
     """How the leaf is written with what it requires, and the names that fit."""
-    if leaf is SET:
-        return "write `set: {key: value}`"
+    if leaf.names_keys:
+        return f"write `{leaf.key}: {{key: value}}`"
     required = [parameter for parameter in leaf.described if parameter.required]
     if not required:
         return f"write `{leaf.key}` alone, or its parameters by name"

@@ -22,6 +22,12 @@ from hw import TaskTime
 if TYPE_CHECKING:
     from behaviours import Context
 
+OPPOSITE: Mapping[Status, Status] = {
+    Status.SUCCESS: Status.FAILURE,
+    Status.FAILURE: Status.SUCCESS,
+}
+"""Of the outcomes that a node can have."""
+
 Now = Callable[[], TaskTime]
 """The time of the task."""
 

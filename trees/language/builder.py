@@ -12,9 +12,9 @@ from py_trees.behaviour import Behaviour
 from behaviours import Key, Posture
 from config import Diagnostic
 from trees.language.errors import TaskFileError
-from trees.language.keys import LateLeaf, Set, Subtree, Supply
+from trees.language.keys import Add, LateLeaf, Set, Subtree, Supply
 from trees.language.named_poses import READY
-from trees.language.registry import SET
+from trees.language.registry import ADD
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, Task
 from trees.language.values import Argument, KeyRead
 from trees.language.vocabulary import COMPOSITES, MODIFIERS
@@ -80,7 +80,10 @@ class _Builder:
         if isinstance(node, CompositeNode):
             children = [self.build(child) for child in node.children]
             composite = COMPOSITES[node.key].node
-            behaviour: Behaviour = composite.built(node.name, children, node.options, self.context)
+            options: dict[str, object] = dict(node.options)
+            if node.cases:
+                options = {"value": self._supply(node.options["value"]), "cases": node.cases}
+            behaviour: Behaviour = composite.built(node.name, children, options, self.context)
         elif isinstance(node, SubtreeNode):
             behaviour = self._subtree(node)
         else:
@@ -113,8 +116,9 @@ class _Builder:
 
     def _leaf(self, node: LeafNode) -> Behaviour:
         supplies = {name: self._supply(value) for name, value in node.arguments.items()}
-        if node.type is SET:
-            return Set(node.name, {self._key(key): value for key, value in supplies.items()})
+        if node.type.names_keys:
+            writes = {self._key(key): value for key, value in supplies.items()}
+            return (Add if node.type is ADD else Set)(node.name, writes)
         outputs = {name: self._key(key.name) for name, key in node.outputs.items()}
 
         def make() -> Behaviour:

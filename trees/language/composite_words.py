@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from trees.language import composites
+from trees.language import asking, choosing, composites
 from trees.language.ends import (
     InOrder,
     Need,
     Outcome,
+    one_of,
     opposite,
     side_by_side,
     until_first_succeeds,
     until_success,
 )
-from trees.language.least_times import enough, first, in_order, quickest
+from trees.language.least_times import enough, first, in_order, nothing_sure, quickest
 from trees.language.value_types import ValueType
-from trees.language.word_types import CompositeWord, Counterpart, Option
+from trees.language.word_types import CompositeWord, Counterpart, Form, Option
 
 _POLICY = Option(
     type=ValueType(types=(int,), choices=("all", "any"), least=1),
@@ -29,6 +30,7 @@ COMPOSITES: Mapping[str, CompositeWord] = {
     for word in (
         CompositeWord(
             node=composites.Sequence,
+            form=Form.LIST,
             asks=False,
             at_once=False,
             lasts=in_order,
@@ -45,6 +47,7 @@ COMPOSITES: Mapping[str, CompositeWord] = {
         ),
         CompositeWord(
             node=composites.Fallback,
+            form=Form.LIST,
             asks=False,
             at_once=False,
             lasts=quickest,
@@ -61,6 +64,7 @@ COMPOSITES: Mapping[str, CompositeWord] = {
         ),
         CompositeWord(
             node=composites.ReactiveSequence,
+            form=Form.LIST,
             asks=False,
             at_once=False,
             lasts=in_order,
@@ -77,6 +81,7 @@ COMPOSITES: Mapping[str, CompositeWord] = {
         ),
         CompositeWord(
             node=composites.ReactiveFallback,
+            form=Form.LIST,
             asks=False,
             at_once=False,
             lasts=quickest,
@@ -93,6 +98,7 @@ COMPOSITES: Mapping[str, CompositeWord] = {
         ),
         CompositeWord(
             node=composites.Parallel,
+            form=Form.LIST,
             asks=False,
             at_once=True,
             lasts=enough,
@@ -109,6 +115,7 @@ COMPOSITES: Mapping[str, CompositeWord] = {
         ),
         CompositeWord(
             node=composites.Forever,
+            form=Form.LIST,
             asks=False,
             at_once=False,
             lasts=in_order,
@@ -125,6 +132,7 @@ COMPOSITES: Mapping[str, CompositeWord] = {
         ),
         CompositeWord(
             node=composites.Until,
+            form=Form.LIST,
             asks=False,
             at_once=False,
             lasts=first,
@@ -140,7 +148,8 @@ COMPOSITES: Mapping[str, CompositeWord] = {
             counterpart=None,
         ),
         CompositeWord(
-            node=composites.AllOf,
+            node=asking.AllOf,
+            form=Form.LIST,
             asks=True,
             at_once=False,
             lasts=quickest,
@@ -156,7 +165,8 @@ COMPOSITES: Mapping[str, CompositeWord] = {
             counterpart=Counterpart("ReactiveSequence"),
         ),
         CompositeWord(
-            node=composites.AnyOf,
+            node=asking.AnyOf,
+            form=Form.LIST,
             asks=True,
             at_once=False,
             lasts=quickest,
@@ -172,7 +182,8 @@ COMPOSITES: Mapping[str, CompositeWord] = {
             counterpart=Counterpart("ReactiveFallback"),
         ),
         CompositeWord(
-            node=composites.Not,
+            node=asking.Not,
+            form=Form.LIST,
             asks=True,
             at_once=False,
             lasts=quickest,
@@ -186,6 +197,57 @@ COMPOSITES: Mapping[str, CompositeWord] = {
             options={},
             symbol="¬",
             counterpart=Counterpart("Inverter"),
+        ),
+        CompositeWord(
+            node=composites.ResumingSequence,
+            form=Form.LIST,
+            asks=False,
+            at_once=False,
+            lasts=nothing_sure,
+            ends=InOrder(Outcome.SUCCESS),
+            is_reactive=False,
+            takes_time=False,
+            needs=Need.NOTHING,
+            children="one or more nodes",
+            least=1,
+            most=None,
+            options={},
+            symbol="⇥",
+            counterpart=Counterpart("SequenceWithMemory"),
+        ),
+        CompositeWord(
+            node=choosing.ForEach,
+            form=Form.EACH,
+            asks=False,
+            at_once=False,
+            lasts=in_order,
+            ends=InOrder(Outcome.SUCCESS),
+            is_reactive=False,
+            takes_time=False,
+            needs=Need.NOTHING,
+            children="an `item`, values `in`, and what to `do`",
+            least=1,
+            most=None,
+            options={},
+            symbol="∀",
+            counterpart=Counterpart("Sequence"),
+        ),
+        CompositeWord(
+            node=choosing.Switch,
+            form=Form.CASES,
+            asks=False,
+            at_once=False,
+            lasts=quickest,
+            ends=one_of,
+            is_reactive=False,
+            takes_time=False,
+            needs=Need.NOTHING,
+            children="a `value`, `cases`, and perhaps `else`",
+            least=1,
+            most=None,
+            options={},
+            symbol="⎇",
+            counterpart=None,
         ),
     )
 }

@@ -22,12 +22,6 @@ GIVE_UP_AFTER = 5
 FAILURES_APART = 2.0
 """Failures of the same kind that follow each other faster than this count once [s]."""
 
-OPPOSITE: Mapping[Status, Status] = {
-    Status.SUCCESS: Status.FAILURE,
-    Status.FAILURE: Status.SUCCESS,
-}
-"""Of the outcomes that a node can have."""
-
 _NUMBER = re.compile(r"\d+(\.\d+)?")
 
 
@@ -49,6 +43,25 @@ class Sequence(Branch):
                 return status
             self._position += 1
         return self.proceeds_on
+
+
+class ResumingSequence(Sequence):
+    """A sequence that goes on where it was halted or has failed, until all have succeeded."""
+
+    key = "resuming_sequence"
+
+    def __init__(self, name: str, children: Iterable[Behaviour]) -> None:
+        super().__init__(name, children)
+        self._position = 0
+
+    def restart(self) -> None:
+        """Begin where it was halted or failed."""
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """End; a success forgets the place."""
+        if new_status is Status.SUCCESS:
+            self._position = 0
+        super().stop(new_status)
 
 
 class Fallback(Sequence):
@@ -84,33 +97,6 @@ class ReactiveFallback(ReactiveSequence):
 
     key = "reactive_fallback"
     proceeds_on = Status.FAILURE
-
-
-class AllOf(ReactiveSequence):
-    """A condition: succeeds if all the conditions below it do."""
-
-    key = "all_of"
-    is_condition = True
-
-
-class AnyOf(ReactiveFallback):
-    """A condition: succeeds if one of the conditions below it does."""
-
-    key = "any_of"
-    is_condition = True
-
-
-class Not(Branch):
-    """A condition: succeeds if the condition below it fails."""
-
-    key = "not"
-    is_condition = True
-
-    def advance(self) -> Ticking:
-        """Ask, and answer the opposite."""
-        status = yield from self.run(self.children[0])
-        self.feedback_message = f"not ({self.feedback_message})"
-        return OPPOSITE.get(status, status)
 
 
 class Parallel(Branch):

@@ -126,6 +126,15 @@ def side_by_side(children: Sequence[Child], options: Mapping[str, object], befor
     return Ends(success, before if can_fail else None)
 
 
+def one_of(children: Sequence[Child], options: Mapping[str, object], before: Keys) -> Ends:
+    """One of the children runs, and nobody knows which; or none, if there are only `cases`."""
+    ends = [child(before) for child in children]
+    cases = options.get("cases")
+    none = [before] if isinstance(cases, tuple) and len(cases) == len(children) else []
+    success = either(*(one.success for one in ends))
+    return Ends(success, either(*(one.failure for one in ends), *none))
+
+
 def opposite(children: Sequence[Child], options: Mapping[str, object], before: Keys) -> Ends:
     """The one child succeeds, and it fails; and the other way round."""
     [child] = children

@@ -13,14 +13,16 @@ from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
-from config import Diagnostics, Location, suggest
+from config import Diagnostics, Location, parse_scalar, suggest
 from trees.language.ends import NEVER, Ends, Keys
 from trees.language.parameters import TaskParameter
-from trees.language.registry import SET
+from trees.language.registry import ADD, SET
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, TaskOutput
 from trees.language.value_types import ValueType, type_of
 from trees.language.values import Argument, KeyRead, KeyWrite
 from trees.language.vocabulary import COMPOSITES, MODIFIERS
+
+_ANY_NUMBER = ValueType(types=(int, float))
 
 
 class Fact(NamedTuple):
@@ -108,7 +110,11 @@ class _Flow:
                 start = runs_on.of(self.follow(value, start))
         if isinstance(node, CompositeNode):
             children = [partial(self.follow, child) for child in node.children]
-            ends = COMPOSITES[node.key].ends(children, node.options, start)
+            for option in node.options.values():
+                self._read(option, start)
+            options = {**node.options, "cases": node.cases}
+            ends = COMPOSITES[node.key].ends(children, options, start)
+            self._compare_cases(node)
         elif isinstance(node, SubtreeNode):
             ends = self._subtree(node, start)
         else:
@@ -125,13 +131,37 @@ class _Flow:
         for value in node.arguments.values():
             self._read(value, before)
         for name, write in node.outputs.items():
-            is_set = node.type is SET
-            self._write(
-                write,
-                self._type_of(node.arguments[name]) if is_set else node.type.outputs[name].type,
-            )
+            if node.type is ADD:
+                self._add(write, self._type_of(node.arguments[name]), before)
+            else:
+                is_set = node.type is SET
+                argument = node.arguments[name] if is_set else None
+                self._write(
+                    write, self._type_of(argument) if is_set else node.type.outputs[name].type
+                )
         self._compare(node)
         return Ends(_with(before, node.outputs), before if node.type.can_fail else None)
+
+    def _add(self, write: KeyWrite, more: ValueType | None, before: Keys) -> None:
+        """A number is added to a key that holds one."""
+        known = self.types.get(write.name)
+        wanted = ValueType(types=(int, float)) if known is None or known.is_number else known
+        self._read(KeyRead(location=write.location, name=write.name, type=_ANY_NUMBER), before)
+        if known is not None and more is not None and known.is_number and not wanted.takes(more):
+            self.diagnostics.error(write.location, f"`{write.name}` holds {known}", "add a number")
+        elif known == ValueType(types=(int,)) and more == ValueType(types=(float,)):
+            message = f"`{write.name}` holds a whole number, and cannot take a fraction"
+            hint = f"add a whole number, or begin with `set: {{{write.name}: 0.0}}`"
+            self.diagnostics.error(write.location, message, hint)
+
+    def _compare_cases(self, node: CompositeNode) -> None:
+        """A case of another kind than the value is never chosen."""
+        kinds = _kind(self._type_of(node.options["value"])) if node.cases else frozenset()
+        for case in node.cases:
+            never = kinds.isdisjoint({"a text", *_kind(type_of(parse_scalar(case)))})
+            if kinds and never:
+                message = f"the value is {_words(kinds)}, and the case `{case}` is none"
+                self.diagnostics.error(node.location, message, "give cases of its kind")
 
     def _compare(self, node: LeafNode) -> None:
         """Values of different kinds are never equal."""

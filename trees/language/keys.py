@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -38,6 +39,35 @@ class Set(Behaviour):
         written = (f"{key.name} = {key.read()}" for key in self._values)
         self.feedback_message = ", ".join(written)
         return Status.SUCCESS
+
+
+class Add(Set):
+    """Adds numbers to keys.
+
+    Args:
+        name: the node's name in the tree.
+        values: what is added to each key.
+    """
+
+    key = "add"
+
+    def update(self) -> Status:
+        """One tick.
+
+        Raises:
+            LeafCrashedError: a key was not written; its writer is at fault.
+        """
+        sums = {key: partial(_sum, key, supply) for key, supply in self._values.items()}
+        _write(self.name, sums)
+        self.feedback_message = ", ".join(f"{key.name} = {key.read()}" for key in self._values)
+        return Status.SUCCESS
+
+
+def _sum(key: Key[object], supply: Supply) -> object:
+    before, more = key.read(), supply()
+    assert isinstance(before, int | float)
+    assert isinstance(more, int | float)
+    return before + more
 
 
 class Subtree(Branch):

@@ -30,6 +30,11 @@ def first(children: Sequence[float], options: Mapping[str, object]) -> float:
     return children[0]
 
 
+def nothing_sure(children: Sequence[float], options: Mapping[str, object]) -> float:
+    """It may have begun before."""
+    return 0.0
+
+
 def enough(children: Sequence[float], options: Mapping[str, object]) -> float:
     """As many side by side as the policy wants."""
     policy = options.get("policy", "all")

@@ -21,6 +21,7 @@ from trees.language.parameters import TaskParameter, override_values, with_value
 from trees.language.parse import read_node
 from trees.language.registry import Installed, LeafType, describe_leaves, installed
 from trees.language.scope import Scope
+from trees.language.site_file import read_site
 from trees.language.subtrees import Subtrees
 from trees.language.syntax import SCENE, Task
 
@@ -38,6 +39,7 @@ def load(
     *,
     leaves: Mapping[str, type[Leaf]] | None = None,
     overrides: Mapping[str, str] = NO_OVERRIDES,
+    places: Path | None = None,
     open_parameters: bool = False,
 ) -> Task:
     """Read a task file and its subtrees.
@@ -46,6 +48,7 @@ def load(
         path: the file.
         leaves: what may stand in the tree; None is all that is installed.
         overrides: values of task parameters, as texts.
+        places: a file of poses and regions, which count instead of those of the same name.
         open_parameters: whether every `$name` of a parameter stays in the tree as a `KeyRead`,
             whatever its default; the task can then be looked at, but not built.
 
@@ -54,7 +57,7 @@ def load(
         LeafError: a leaf class, not the file, is at fault.
     """
     mode = _Mode.OPEN if open_parameters else _Mode.RUN
-    task, diagnostics = _read(Path(path), leaves, overrides, mode)
+    task, diagnostics = _read(Path(path), leaves, overrides, mode, places)
     if task is None:
         raise TaskFileError(diagnostics)
     return task
@@ -65,13 +68,14 @@ def check(
     *,
     leaves: Mapping[str, type[Leaf]] | None = None,
     overrides: Mapping[str, str] = NO_OVERRIDES,
+    places: Path | None = None,
 ) -> list[Diagnostic]:
     """Every diagnostic of a task file and its subtrees, warnings included, in order.
 
     At most the first hundred errors. Parameters may lack a value. Arguments and LeafError as for
     `load`.
     """
-    return examine(path, leaves=leaves, overrides=overrides)[1]
+    return examine(path, leaves=leaves, overrides=overrides, places=places)[1]
 
 
 def examine(
@@ -79,12 +83,13 @@ def examine(
     *,
     leaves: Mapping[str, type[Leaf]] | None = None,
     overrides: Mapping[str, str] = NO_OVERRIDES,
+    places: Path | None = None,
 ) -> tuple[Task | None, list[Diagnostic]]:
     """The task, whose parameters may lack a value, and what `check` says of it.
 
     None if there is an error.
     """
-    return _read(Path(path), leaves, overrides, _Mode.CHECK)
+    return _read(Path(path), leaves, overrides, _Mode.CHECK, places)
 
 
 class _Mode(Enum):
@@ -96,7 +101,11 @@ class _Mode(Enum):
 
 
 def _read(
-    path: Path, leaves: Mapping[str, type[Leaf]] | None, overrides: Mapping[str, str], mode: _Mode
+    path: Path,
+    leaves: Mapping[str, type[Leaf]] | None,
+    overrides: Mapping[str, str],
+    mode: _Mode,
+    places: Path | None,
 ) -> tuple[Task | None, list[Diagnostic]]:
     """The task, or None if there are errors; and all diagnostics in order."""
     known = installed() if leaves is None else Installed(leaves=leaves, problems={})
@@ -108,6 +117,8 @@ def _read(
     diagnostics = Diagnostics(path, MAX_ERRORS)
     task = None
     try:
+        site = None if places is None else (places, read_site(diagnostics.of(places)))
+        assembler = replace(assembler, site=site)
         document = read_document(diagnostics)
         if document is not None:
             params = document.entries.get("params")
@@ -142,6 +153,8 @@ class _Assembler:
     """Of leaves that installed packages offer and that cannot be used."""
     open_tree: bool
     """Whether parameters stay in the tree by their names."""
+    site: tuple[Path, NamedValues] | None = None
+    """What a file of places defines, for the first file of the task."""
 
     def assemble(
         self,
@@ -162,6 +175,9 @@ class _Assembler:
         """
         entries = document.entries
         named = read_named_values(entries.get("poses"), entries.get("regions"), diagnostics)
+        if self.site is not None and len(subtrees.chain) == 1:
+            path, others = self.site
+            named.take(others, path)
         declared = with_values(parameters, overrides, named, diagnostics)
         if self.open_tree:
             parameters = {name: replace(one, value=None) for name, one in declared.items()}
@@ -199,6 +215,7 @@ class _Assembler:
             poses=named.defined(ToolPose, BasePose, Posture),
             regions=named.defined(Region),
             locations=_locations(document, named),
+            site=named.files,
             outputs=flow.outputs,
             root=root,
             ends=flow.ends,
@@ -218,5 +235,5 @@ def _warn_of_unused(scope: Scope) -> None:
             hint = f"write `${name}` somewhere, or remove it"
             warn(parameter.location, f"the parameter `{name}` is never used", hint)
     for name, location in scope.named.locations.items():
-        if name not in scope.used_values:
+        if name not in scope.used_values and name not in scope.named.files:
             warn(location, f"`{name}` is never used", "name it in the tree, or remove it")

@@ -9,8 +9,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from hw import TaskTime
-from trees.language.branch import Branch, Now, Ticking, reason
-from trees.language.composites import OPPOSITE, ReactiveFallback, ReactiveSequence
+from trees.language.branch import OPPOSITE, Branch, Now, Ticking, reason
+from trees.language.composites import ReactiveFallback, ReactiveSequence
 
 _ROUNDING = 1e-9
 """Stamps are sums of periods: this keeps the number of ticks independent of their rounding [s]."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -159,6 +160,16 @@ class NamedValues:
     values: dict[str, NamedValue] = field(default_factory=lambda: dict(BUILT_IN))
     locations: dict[str, Location] = field(default_factory=dict)
     """Where the file defines each, whether or not the definition is sound."""
+    files: dict[str, Path] = field(default_factory=dict)
+    """Of those that another file defines instead, that file."""
+
+    def take(self, others: NamedValues, path: Path) -> None:
+        """Take what another file defines, in place of what has the same name here."""
+        for name, location in others.locations.items():
+            self.values.pop(name, None)
+            if name in others.values:
+                self.values[name] = others.values[name]
+            self.locations[name], self.files[name] = location, path
 
     def is_faulty(self, name: object) -> bool:
         """Whether the file defines something of this name, with an error that is noted."""

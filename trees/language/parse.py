@@ -24,13 +24,14 @@ from config import (
     suggest,
 )
 from trees.language.arguments import read_leaf
+from trees.language.forms import FORMS
 from trees.language.mappings import fields
 from trees.language.scope import Scope
 from trees.language.syntax import CompositeNode, LeafNode, Modifiers, Node, is_condition
 from trees.language.value_types import NamedValue, ValueType
 from trees.language.values import KeyRead, MismatchError, convert
 from trees.language.vocabulary import CHILDREN, COMPOSITES, MEANT, MODIFIERS, NAME, SUBTREE
-from trees.language.word_types import CompositeWord
+from trees.language.word_types import CompositeWord, Form
 
 _Given: TypeAlias = Plain | KeyRead | LeafNode | CompositeNode
 """What a modifier may be given."""
@@ -78,6 +79,8 @@ def _read_core(key: str, entries: Mapping[str, YamlEntry], scope: Scope) -> Node
     if key in scope.leaves:
         return read_leaf(entry, scope.leaves[key], entries, scope)
     word = COMPOSITES[key]
+    if word.form is not Form.LIST:
+        return FORMS[word.form](entry, scope, read_node)
     items, options = _read_options(entry, word, scope)
     children = _read_children(items, entry.location, word, scope)
     if isinstance(items, YamlList):

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from behaviours import LEAVES, Condition, Key, Leaf
 from trees.language.errors import LeafError
-from trees.language.keys import Set
+from trees.language.keys import Add, Set
 from trees.language.mappings import NAMING_HINT, WORD
 from trees.language.plugins import Offer, offers
 from trees.language.value_types import ValueType, read_annotation
@@ -78,6 +78,8 @@ class LeafType:
     """Whether it may move the robot."""
     needs_robot: bool = True
     """Whether it needs more than its arguments, the time and the log."""
+    names_keys: bool = False
+    """Whether its arguments have the names of keys, which it writes."""
     is_condition: bool
     takes_time: bool
     """Whether it may run for more than a tick."""
@@ -93,11 +95,26 @@ SET = LeafType(
     key="set",
     behaviour=Set,
     description="Writes values to keys: `set: {tries: 0}`; ends at once and cannot fail.",
+    names_keys=True,
     is_condition=False,
     takes_time=False,
     can_fail=False,
 )
-"""The one leaf that is a word of the language: its arguments have the names of the keys."""
+"""Writes keys: its arguments have their names."""
+
+ADD = LeafType(
+    key="add",
+    behaviour=Add,
+    description="Adds numbers to keys: `add: {tries: 1}`; ends at once and cannot fail.",
+    names_keys=True,
+    is_condition=False,
+    takes_time=False,
+    can_fail=False,
+)
+"""Counts: its arguments have the names of the keys."""
+
+OWN_LEAVES: Mapping[str, LeafType] = {leaf.key: leaf for leaf in (SET, ADD)}
+"""The leaves that are words of the language."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,19 +168,19 @@ def known_leaves() -> dict[str, type[Leaf]]:
 
 
 def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
-    """What task files may give to each leaf, by key; `set` is always among them.
+    """What task files may give to each leaf, by key; `set` and `add` are always among them.
 
     Raises:
         LeafError: a class does not keep to the contract of a leaf.
     """
-    return {SET.key: SET} | {key: _describe(key, leaf) for key, leaf in leaves.items()}
+    return dict(OWN_LEAVES) | {key: _describe(key, leaf) for key, leaf in leaves.items()}
 
 
 @cache
 def _describe(key: str, leaf: type[Leaf]) -> LeafType:
     if not isinstance(key, str) or not WORD.fullmatch(key):
         raise LeafError(f"leaf `{leaf.__name__}`: its key is no word; {NAMING_HINT}")
-    if key in (*RESERVED, SET.key):
+    if key in (*RESERVED, *OWN_LEAVES):
         raise LeafError(f"leaf `{leaf.__name__}`: `{key}` is a word of the language; rename it")
     docstring = inspect.cleandoc(leaf.__doc__ or "")
     description, _, details = docstring.partition("\nArgs:\n")[0].partition("\n\n")

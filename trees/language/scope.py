@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import count
 from typing import TypeAlias
 
 from config import Diagnostics, YamlEntry, YamlScalar, YamlValue, suggest
@@ -42,6 +43,8 @@ class Scope:
     """Of leaves that cannot be used, by their names."""
     level: int = 0
     """How many nodes and modifiers are above, those of including files counted."""
+    copies: count[int] = field(default_factory=count)
+    """Counts the nodes that `for_each` makes."""
     used_parameters: set[str] = field(default_factory=set)
     """Receives the names of the parameters that the tree refers to."""
     used_values: set[str] = field(default_factory=set)

@@ -50,6 +50,9 @@ class CompositeNode:
     children: tuple[Node, ...]
     options: Mapping[str, Plain | KeyRead] = field(default_factory=dict)
     """Besides its children, as the policy of `parallel`."""
+    cases: tuple[str, ...] = ()
+    """Of a switch: for each child the value that it stands for; the one after them is the `else`.
+    """
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,6 +132,8 @@ class Task:
     regions: Mapping[str, NamedValue]
     locations: Mapping[str, Location]
     """Where each pose and region is defined, and the scene is named (`scene:`)."""
+    site: Mapping[str, Path]
+    """Of the poses and regions that a file of places defines, that file."""
     outputs: Mapping[str, TaskOutput]
     root: Node
     ends: Ends

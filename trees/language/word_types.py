@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -60,6 +61,14 @@ class Word:
         return (self.node.__doc__ or "").splitlines()[0]
 
 
+class Form(Enum):
+    """What stands below a composite."""
+
+    LIST = "nodes"
+    CASES = "a value, and a node for each of its cases"
+    EACH = "values, and a node for each of them"
+
+
 @dataclass(frozen=True, kw_only=True)
 class CompositeWord(Word):
     """A key whose value is one node or a list of nodes.
@@ -67,6 +76,8 @@ class CompositeWord(Word):
     With options it may also be a mapping of those and `children`.
     """
 
+    form: Form
+    """What stands below it."""
     asks: bool
     """Whether its children are conditions; it is one itself then."""
     at_once: bool

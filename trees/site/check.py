@@ -17,7 +17,11 @@ NO_OVERRIDES: Mapping[str, str] = MappingProxyType({})
 
 
 def check(
-    path: Path | str, *, overrides: Mapping[str, str] = NO_OVERRIDES, robot: str | Path = "frankie"
+    path: Path | str,
+    *,
+    overrides: Mapping[str, str] = NO_OVERRIDES,
+    places: Path | None = None,
+    robot: str | Path = "frankie",
 ) -> list[Diagnostic]:
     """Every diagnostic of a task file and its subtrees, in order: for a robot, in its own scene.
 
@@ -26,6 +30,7 @@ def check(
     Args:
         path: the file.
         overrides: values of task parameters, as texts.
+        places: a file of poses and regions, which count instead of those of the same name.
         robot: name of a shipped robot, or a robot file.
 
     Raises:
@@ -33,7 +38,7 @@ def check(
         LeafError: a leaf class, not the file, is at fault.
     """
     description = load_robot(robot)
-    task, found = examine(path, overrides=overrides)
+    task, found = examine(path, overrides=overrides, places=places)
     if task is None and is_scene(Path(path)):
         from hw.sim import scene_mistakes
 

@@ -41,7 +41,7 @@ def uses(task: Task) -> Iterator[Use]:
 def definitions(task: Task) -> Mapping[int, Definition]:
     """Where the places of a task and its subtrees are defined, by the `id` of the value."""
     found = {
-        id(value): Definition(task.path, task.locations[name])
+        id(value): Definition(task.site.get(name, task.path), task.locations[name])
         for name, value in (*task.poses.items(), *task.regions.items())
     }
     for node in nodes_below(task.root):

@@ -1,0 +1,125 @@
+"""`frankie-task teach`: where a robot is now becomes a pose in a file of places."""
+
+from __future__ import annotations
+
+import re
+from enum import StrEnum
+from math import degrees
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from config import Diagnostics, UserError, YamlMap, read_yaml
+from controller import RobotModel
+from hw import Robot, WorldOptions, open_backend
+from trees.language import NAMING_HINT, WORD
+
+
+class TeachError(UserError):
+    """A pose cannot be taught; the text says why."""
+
+
+class Form(StrEnum):
+    """What of the robot is taught."""
+
+    HAND = "hand"
+    BASE = "base"
+    ARM = "arm"
+
+
+def teach(
+    name: str,
+    places: Path,
+    *,
+    robot: str,
+    world: str,
+    form: Form,
+    replace: bool,
+    armed: bool,
+) -> str:
+    """Read where a robot is and write it into a file; the robot does not move.
+
+    Args:
+        name: of the pose.
+        places: the file, made if there is none.
+        robot: name of a shipped robot, or a robot file.
+        world: what moves it, where it is not real.
+        form: what of it is taught.
+        replace: whether a pose of this name may be there already.
+        armed: whether a person lets a real robot be connected.
+
+    Returns:
+        The line that was written.
+
+    Raises:
+        UserError: the name cannot be used, or the file cannot be read or written.
+        HardwareError: the robot cannot be read.
+    """
+    if not WORD.fullmatch(name):
+        raise TeachError(f"`{name}` cannot be the name of a pose; {NAMING_HINT}")
+    text = _text(places)
+    backend = open_backend(robot, world, WorldOptions(scene="household", armed=armed))
+    try:
+        backend.robot.connect()
+        line = f"{name}: {_pose(backend.robot, form)}"
+    finally:
+        backend.robot.close()
+    try:
+        places.write_text(_with(text, name, line, places, replace), encoding="utf-8")
+    except OSError as error:
+        raise TeachError(f"{places}: cannot be written ({error.strerror})") from error
+    return line
+
+
+def _text(places: Path) -> str:
+    """What the file holds; empty if there is none."""
+    if not places.exists():
+        return ""
+    diagnostics = Diagnostics(places)
+    read = read_yaml(diagnostics)
+    if read is None or not isinstance(read[1], YamlMap):
+        raise TeachError("\n".join(map(str, diagnostics.in_order())) or f"{places}: has no keys")
+    return read[0]
+
+
+def _pose(robot: Robot, form: Form) -> str:
+    """Where the robot is, as a task file writes it: to millimetres and tenths of a degree."""
+    state = robot.read()
+    if form is Form.ARM:
+        return f"{{joints_deg: {_list(np.degrees(state.q), 1)}}}"
+    if form is Form.BASE:
+        turn = state.wTb.rotation
+        heading = degrees(np.arctan2(turn[1, 0], turn[0, 0]))
+        at = _list(state.wTb.translation[:2], 3)
+        return f"{{base: {at}, heading_deg: {_list([heading], 1)[1:-1]}}}"
+    wTe = RobotModel(robot.description).wTe(state.wTb, state.q)
+    angles = _list(np.degrees(pin.rpy.matrixToRpy(wTe.rotation)), 1)
+    return f"{{xyz: {_list(wTe.translation, 3)}, rpy_deg: {angles}}}"
+
+
+def _list(numbers: object, digits: int) -> str:
+    rounded = (round(float(number), digits) + 0.0 for number in np.asarray(numbers))
+    return f"[{', '.join(f'{number:g}' for number in rounded)}]"
+
+
+def _with(text: str, name: str, line: str, places: Path, replace: bool) -> str:
+    """The text with the line below `poses:`, in place of one of the same name."""
+    lines = text.splitlines()
+    heads = [place for place, one in enumerate(lines) if re.match(r"poses:\s*(#.*)?$", one)]
+    if not heads and re.search(r"^poses:", text, re.MULTILINE):
+        raise TeachError(f"{places}: write every pose on a line of its own below `poses:`")
+    if not heads:
+        lines += ["poses:"]
+        heads = [len(lines) - 1]
+    old = [place for place, one in enumerate(lines) if re.match(rf"\s+{name}:", one)]
+    if old and not replace:
+        raise TeachError(f"{places}:{old[0] + 1}: `{name}` is there already; add --replace")
+    end = re.search(r"\}(\s*#.*)?\s*$", lines[old[0]]) if old else None
+    if old and end is None:
+        raise TeachError(f"{places}:{old[0] + 1}: `{name}` is not on one line; remove it first")
+    if end is not None:
+        lines[old[0]] = f"  {line}{end[1] or ''}"
+    else:
+        lines.insert(heads[0] + 1, f"  {line}")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,126 @@
+"""A file with the poses and regions of a site, and poses that are taught into it."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from app.commands import app
+from robots import load_robot
+from trees.language import TaskFileError, check, load
+from trees.site import check as check_places
+
+TASK = """\
+task: t
+poses:
+  dock: {base: [0, 0], heading_deg: 0}
+tree: {drive: {to: dock}}
+"""
+SITE = """\
+description: Our laboratory.
+poses:
+  dock: {base: [0.5, 0.25], heading_deg: 90} # beside the door
+regions:
+  shelf: {centre: [0, 1, 0.5], size: [1, 0.3, 0.2]}
+"""
+
+
+@pytest.fixture
+def files(tmp_path):
+    task, site = tmp_path / "t.yaml", tmp_path / "places.yaml"
+    task.write_text(TASK)
+    site.write_text(SITE)
+    return task, site
+
+
+def call(*arguments: object):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def test_the_site_says_where_a_pose_is(files):
+    task, site = files
+    own, there = load(task), load(task, places=site)
+    assert own.root.arguments["to"].wTb.translation[0] == 0.0
+    assert there.root.arguments["to"].wTb.translation[:2].tolist() == [0.5, 0.25]
+
+
+def test_a_task_may_leave_its_places_to_the_site(files):
+    task, site = files
+    task.write_text("task: t\ntree: {look_at: {at: shelf}}\n")
+    assert check(task, places=site) == []
+    with pytest.raises(TaskFileError, match="is called `shelf`"):
+        load(task)
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "why"),
+    [
+        ("poses:\n  dock: {base: [500, 0], heading_deg: 0}\n", "2:17", "did you mean 0.5"),
+        ("pose: {}\n", "1:1", "did you mean `poses`?"),
+        ("- a\n", "1:1", "the file of places is a mapping"),
+        ("poses: {dock: {xyz: [1, 0, 1], rpy_deg: [0, 0]}}\n", "1:41", "expected 3 values"),
+    ],
+)
+def test_a_mistake_in_the_file_of_places_is_told_where_it_is(files, text, place, why):
+    task, site = files
+    site.write_text(text)
+    result = call("check", task, "--places", site)
+    assert result.exit_code == 2
+    assert result.stdout.startswith(f"{site}:{place}: ")
+    assert why in result.stdout
+
+
+def test_a_place_out_of_reach_is_told_in_its_file(files):
+    task, site = files
+    task.write_text("task: t\ntree: {navigate: {to: high}}\n")
+    site.write_text("poses:\n  high: {xyz: [1, 0, 2.5], rpy_deg: [180, 0, 0]}\n")
+    [found] = check_places(task, places=site)
+    assert str(found).startswith(f"{site}:2:3: `high`: out of reach")
+
+
+def test_a_run_goes_where_the_site_says(files, tmp_path):
+    task, site = files
+    result = call("run", task, "--places", site, "--record", tmp_path / "runs", "--json")
+    assert result.exit_code == 0, result.output
+    [folder] = (tmp_path / "runs").iterdir()
+    assert (folder / "places.yaml").read_text() == SITE
+    assert json.loads(result.stdout)["outcome"] == "success"
+    assert call("replay", folder).exit_code == 0
+
+
+def test_what_is_taught_is_where_the_robot_is(files):
+    task, site = files
+    assert call("teach", "here", "--places", site).exit_code == 0
+    assert call("teach", "parked", "--of", "base", "--places", site).exit_code == 0
+    assert call("teach", "folded", "--of", "arm", "--places", site).exit_code == 0
+    tree = "  sequence: [navigate: {to: here}, drive: {to: parked}, move_arm: {to: folded}]\n"
+    task.write_text(f"task: t\ntree:\n{tree}")
+    here, parked, folded = (node.arguments["to"] for node in load(task, places=site).root.children)
+    robot = load_robot("frankie")
+    np.testing.assert_allclose(folded.q, robot.arm.ready, atol=np.deg2rad(0.06))
+    np.testing.assert_allclose(parked.wTb.homogeneous, np.eye(4), atol=1e-9)
+    assert 0.3 < here.wTe.translation[0] < 1.0
+    assert check_places(task, places=site) == []
+    # What a person wrote stays.
+    assert "# beside the door" in site.read_text()
+    assert "Our laboratory" in site.read_text()
+
+
+def test_a_pose_that_is_there_is_replaced_only_on_request(files):
+    _, site = files
+    refused = call("teach", "dock", "--of", "base", "--places", site)
+    assert (refused.exit_code, "add --replace" in refused.stderr) == (2, True)
+    assert site.read_text() == SITE
+    assert call("teach", "dock", "--of", "base", "--places", site, "--replace").exit_code == 0
+    assert "  dock: {base: [0, 0], heading_deg: 0} # beside the door\n" in site.read_text()
+
+
+def test_a_file_of_places_is_begun_by_the_first_pose(tmp_path):
+    site = tmp_path / "new.yaml"
+    assert call("teach", "start", "--of", "base", "--places", site).exit_code == 0
+    assert site.read_text() == "poses:\n  start: {base: [0, 0], heading_deg: 0}\n"
+    refused = call("teach", "no name", "--places", site)
+    assert (refused.exit_code, "cannot be the name" in refused.stderr) == (2, True)
