@@ -6,6 +6,7 @@ tracks one grasp over frames. The networks and their training are in `perception
 with a face of its own, because it imports torch; this one does not.
 """
 
+from perception.candidates import WITHOUT_NETWORK, Candidates, CandidateSource, Proposals
 from perception.detector import OCCUPIED_HEIGHT, WALL_MARGIN, GraspDetector
 from perception.frame import Workspace
 from perception.geometry import Camera, world_points
@@ -31,7 +32,10 @@ __all__ = [
     "OCCUPIED_HEIGHT",
     "OUTPUT_STRIDE",
     "WALL_MARGIN",
+    "WITHOUT_NETWORK",
     "Camera",
+    "CandidateSource",
+    "Candidates",
     "Crop",
     "Detection",
     "GraspDetector",
@@ -40,6 +44,7 @@ __all__ = [
     "HeightMap",
     "Labels",
     "NoTableError",
+    "Proposals",
     "Sample",
     "SeenSurfaces",
     "Shard",

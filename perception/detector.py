@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, Image, Mask
+from perception.candidates import WITHOUT_NETWORK, CandidateSource, Proposals
 from perception.frame import Frame, Workspace
 from perception.geometry import Camera, closing_direction, grasp_pose, world_points
 from perception.grasp import Detection, GraspEstimate
@@ -19,9 +19,6 @@ from perception.network_io import INPUT_SIZE, OUTPUT_STRIDE
 from perception.preprocess import NoDepthError, Prepared, central_crop, prepare, valid_depth
 from perception.refine import ALL_DIRECTIONS, refine
 from robots import GripperDescription
-
-if TYPE_CHECKING:
-    from perception.networks import Proposals, Proposer
 
 MIN_OBJECT_HEIGHT = 0.008
 """Surfaces lower than this above the floor are not grasped [m]."""
@@ -33,6 +30,7 @@ _MIN_VALID = 0.02  # smallest share of pixels with a depth in a usable frame
 _MAX_CAMERA_AXIS_Z = -0.5  # the optical axis is within 60 degrees of straight down
 _LEVEL_BIN = 0.005  # of the histogram of heights that finds the largest level surface [m]
 _AREA_STEP = 3  # only every third row and column is counted for areas [cells]
+_INSIDE = 2  # of the border of the image by so many pixels
 _ANGLE_STEP = 0.005  # to either side of a grasp, to see its direction in the image [m]
 
 
@@ -41,7 +39,8 @@ class GraspDetector:
 
     Args:
         weights: a weights file; None takes shipped weights.
-        network: name of a shipped network; None takes the default. Not with `weights`.
+        network: name of a shipped network, or of what does without one; None takes the default.
+            Not with `weights`.
         gripper: the hand that grasps.
         proposer: a network that is ready for inference, instead of `weights` and `network`.
 
@@ -55,9 +54,11 @@ class GraspDetector:
         network: str | None = None,
         *,
         gripper: GripperDescription,
-        proposer: Proposer | None = None,
+        proposer: CandidateSource | None = None,
     ) -> None:
         self._gripper = gripper
+        if network is not None and network in WITHOUT_NETWORK:
+            proposer = WITHOUT_NETWORK[network]()
         if proposer is None:
             # Not at the top: torch takes a second to import.
             from perception.networks import (
@@ -70,7 +71,7 @@ class GraspDetector:
             proposer = Proposer(
                 load_network(weights) if weights else shipped_network(network or DEFAULT_NETWORK)
             )
-        self.proposer = proposer
+        self.proposer: CandidateSource = proposer
 
     def detect(self, frame: Frame, workspace: Workspace | None = None) -> Detection:
         """Find grasps from straight above.
@@ -211,6 +212,18 @@ def _occupied_area(scene: HeightMap, workspace: Workspace | None, floor: float) 
     return float(_well_inside(workspace, points).sum() * side**2)
 
 
+def _border(frame: Frame, prepared: Prepared) -> Array:
+    """(B, 3) points along the border of the crop, in the world [m]."""
+    crop, depth = prepared.crop, prepared.native
+    along = np.arange(_INSIDE, crop.size - _INSIDE)
+    low, high = np.full_like(along, along[0]), np.full_like(along, along[-1])
+    row = np.concatenate([along, along, low, high])
+    column = np.concatenate([low, high, along, along])
+    return world_points(
+        depth[row, column], frame.intrinsics, frame.wTc, column + crop.u0, row + crop.v0
+    )
+
+
 def _grasps(
     frame: Frame,
     prepared: Prepared,
@@ -232,10 +245,12 @@ def _grasps(
         frame.intrinsics, frame.wTc, pixel, candidates.angle, points[:, 2]
     )
     at = (points[:, 0], points[:, 1], direction, candidates.quality, floor, gripper)
-    levers = LeverArms(scene, floor + MIN_OBJECT_HEIGHT, workspace)
-    found = refine(scene, *at, directions=proposals.directions, levers=levers)
+    border = _border(frame, prepared)
+    levers = LeverArms(scene, floor + MIN_OBJECT_HEIGHT, workspace, border)
+    cost = proposals.turn_cost
+    found = refine(scene, *at, directions=proposals.directions, turn_cost=cost, levers=levers)
     if len(found.score) == 0 and proposals.directions < ALL_DIRECTIONS:
-        found = refine(scene, *at, directions=ALL_DIRECTIONS, levers=levers)
+        found = refine(scene, *at, directions=ALL_DIRECTIONS, turn_cost=cost, levers=levers)
     camera = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)
     centre = np.stack([found.x, found.y, found.top], axis=1)
     along = _ANGLE_STEP * np.stack(
@@ -243,6 +258,7 @@ def _grasps(
     )
     pixel = camera.project(centre)
     line = camera.project(centre + along) - camera.project(centre - along)
+    whole = levers.shows_all(found.x, found.y)
     inside = np.ones(len(centre), dtype=np.bool_)
     if workspace is not None and len(centre):
         inside = workspace.contains(centre)
@@ -252,6 +268,7 @@ def _grasps(
             width=float(found.width[i]),
             opening=float(found.opening[i]),
             quality=float(found.score[i]),
+            whole=bool(whole[i]),
             stamp=frame.stamp,
             pixel=(float(pixel[i, 0]), float(pixel[i, 1])),
             angle=float(np.arctan2(line[i, 1], line[i, 0])),

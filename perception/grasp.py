@@ -27,6 +27,8 @@ class GraspEstimate:
     """Closing direction in the image, from u towards v [rad]."""
     opening: float
     """Distance between the pads for the descent, at which the fingers touch nothing [m]."""
+    whole: bool = True
+    """Whether the image shows all of what is grasped, and so how far its middle is."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from perception.arrays import Array
+from perception.arrays import Array, Indices, Mask
 from perception.frame import Workspace
 from perception.height_map import HeightMap, look_up
 
@@ -28,9 +28,17 @@ class LeverArms:
         scene: measured heights.
         lowest: nothing below this height belongs to a thing [m].
         workspace: nothing outside belongs to one; None is everywhere.
+        border: (B, 3) points along the border of the image, in the world [m]. Of what it cuts off
+            nobody knows the middle.
     """
 
-    def __init__(self, scene: HeightMap, lowest: float, workspace: Workspace | None) -> None:
+    def __init__(
+        self,
+        scene: HeightMap,
+        lowest: float,
+        workspace: Workspace | None,
+        border: Array | None = None,
+    ) -> None:
         heights = scene.heights[::_STEP, ::_STEP]
         self._cell = _STEP * scene.cell
         self._origin = scene.origin
@@ -47,13 +55,26 @@ class LeverArms:
         volume = np.maximum(np.bincount(thing, above, count), 1e-9)
         self._middle_x = np.bincount(thing, above * x, count) / volume
         self._middle_y = np.bincount(thing, above * y, count) / volume
+        self._cut_off = np.zeros(count, dtype=np.bool_)
+        if border is not None:
+            leaving = border[border[:, 2] > lowest]
+            self._cut_off[self._thing_at(leaving[:, 0], leaving[:, 1])] = True
+            self._cut_off[0] = False
+
+    def _thing_at(self, x: Array, y: Array) -> Indices:
+        """(N,) the number of the thing there; 0 is none."""
+        return look_up(self._things, self._origin, self._cell, x, y).astype(np.int64)
 
     def at(self, x: Array, y: Array) -> Array:
         """Lever arms of grasps at (N,) positions in the world [m]; 0 where nothing stands."""
-        thing = look_up(self._things, self._origin, self._cell, x, y).astype(int)
+        thing = self._thing_at(x, y)
         arm = np.hypot(x - self._middle_x[thing], y - self._middle_y[thing])
         return np.where(thing > 0, arm, 0.0)
 
     def preference(self, x: Array, y: Array) -> Array:
         """1 for grasps in the middle of a thing, less for those farther from it; (N,)."""
         return np.maximum(1.0 - self.at(x, y) / LONGEST, LEAST)
+
+    def shows_all(self, x: Array, y: Array) -> Mask:
+        """(N,) whether the image shows all of what stands there, and so its middle."""
+        return ~self._cut_off[self._thing_at(x, y)]

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from perception.arrays import Array, Image, Indices, Mask
+from perception.candidates import Candidates
 from perception.network_io import ANGLE_BINS, INPUT_SIZE, OUTPUT_STRIDE, WIDTH_SCALE
 
 SMOOTHING = 2.0
@@ -32,20 +33,6 @@ class GraspMaps:
     """(300, 300) closing direction, from u towards v, in (-π/2, π/2] [rad]."""
     width: Image
     """(300, 300) opening [input px]."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Candidates:
-    """Local maxima of the quality, best first."""
-
-    pixel: Array
-    """(N, 2) input pixel (u, v), subpixel."""
-    angle: Array
-    """(N,) closing direction, from u towards v [rad]."""
-    width: Array
-    """(N,) opening [input px]."""
-    quality: Array
-    """(N,) 0 to 1."""
 
 
 def grasp_maps(maps: Image, allowed: Mask) -> GraspMaps:

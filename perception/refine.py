@@ -19,7 +19,7 @@ from robots import GripperDescription
 ALL_DIRECTIONS = 12
 """Closing directions that cover the half turn, in steps of 15°."""
 TURN_COST = 0.3
-"""Share of its score that a grasp loses at right angles to its candidate's direction."""
+"""Share of its score that a grasp loses at right angles to the direction that a network wants."""
 SECOND_ROUND = 8
 """Number of grasps that are assessed again, as they are and turned."""
 MAX_TURN = 0.3
@@ -63,6 +63,7 @@ def refine(
     gripper: GripperDescription,
     *,
     directions: int = ALL_DIRECTIONS,
+    turn_cost: float = TURN_COST,
     count: int = 8,
     levers: LeverArms | None = None,
 ) -> RefinedGrasps:
@@ -77,6 +78,8 @@ def refine(
         floor: height of the support surface [m].
         gripper: the hand.
         directions: number tried at each candidate, evenly over the half turn from its own on.
+        turn_cost: share of its score that a grasp loses at right angles to its candidate's
+            direction.
         count: largest number of grasps.
         levers: of the scene, so that grasps in the middle of things come first; None leaves it.
     """
@@ -86,7 +89,7 @@ def refine(
         np.repeat(values, directions) for values in (x, y, direction, np.sqrt(quality))
     )
     first = assess(scene, x, y, tried, floor, gripper)
-    score = first.score * prior * _preference(tried - proposed)
+    score = first.score * prior * _preference(tried - proposed, turn_cost)
     if levers is not None:
         score *= levers.preference(first.x, first.y)
     best = np.argsort(-score, kind="stable")[:SECOND_ROUND]
@@ -99,7 +102,8 @@ def refine(
     origin = np.concatenate([best, again])
     tried = np.concatenate([tried[best], tried[again] + turn])
     off_centre = np.clip(1.2 - np.abs(both.offset) / _CENTRED, 0.1, 1.0)
-    score = both.score * prior[origin] * _preference(tried - proposed[origin]) * off_centre
+    score = both.score * prior[origin] * off_centre
+    score *= _preference(tried - proposed[origin], turn_cost)
     if levers is not None:
         score *= levers.preference(both.x, both.y)
     kept = _distinct(both, tried, score, count)
@@ -115,9 +119,9 @@ def refine(
     )
 
 
-def _preference(turn: Array) -> Array:
+def _preference(turn: Array, cost: float) -> Array:
     """1 for the candidate's own direction, less for a grasp turned from it."""
-    preference: Array = 1.0 - TURN_COST * np.sin(turn) ** 2
+    preference: Array = 1.0 - cost * np.sin(turn) ** 2
     return preference
 
 

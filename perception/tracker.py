@@ -2,7 +2,8 @@
 
 The tracker is empty, following or locked. While following, the grasp is smoothed with the candidate
 nearest to it, whatever its rank, so that changes of the ranking do not move the goal. It switches
-only to a candidate that is clearly better for several frames in a row.
+only to a candidate that is clearly better for several frames in a row, and not to one on something
+that the image cuts off: nearer to the camera the visible part of it looks better than it is.
 """
 
 from __future__ import annotations
@@ -120,7 +121,7 @@ class GraspTracker:
                 self.reset()
                 self.reason = f"the grasp was not seen again in {s.lost_after} frames"
                 return
-        best = candidates[0] if candidates else None
+        best = next((c for c in candidates if c.whole), None)
         if best is None or best in near or best.quality < s.switch_ratio * tracked.quality:
             self._frames_outdone = 0
             return

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +11,14 @@ import typer
 
 from app.commands.refuse import refuse
 from app.terminal import Terminal
+
+
+class Judge(StrEnum):
+    """Who judges grasps."""
+
+    KINEMATIC = "kinematic"
+    PHYSICS = "physics"
+
 
 app = typer.Typer(no_args_is_help=True, help="The grasp networks: train, evaluate, show.")
 
@@ -46,7 +55,26 @@ def evaluate(
         Path | None, typer.Option(help="A weights file; default: shipped weights.")
     ] = None,
     network: Annotated[
-        str | None, typer.Option(help="Which shipped network: bins (the default) or ggcnn.")
+        str | None,
+        typer.Option(
+            help="Which shipped network: bins (the default) or ggcnn; or none (points by chance) "
+            "or check (points everywhere), to see what the feasibility check does alone."
+        ),
+    ] = None,
+    judge: Annotated[
+        Judge,
+        typer.Option(help="What decides whether a grasp holds: rules of contact, or rigid bodies."),
+    ] = Judge.KINEMATIC,
+    scenes: Annotated[
+        int, typer.Option(help="With physics: number of scenes of one object.", min=1)
+    ] = 500,
+    bins: Annotated[int, typer.Option(help="With physics: number of bins of six.", min=0)] = 30,
+    meshes: Annotated[
+        Path | None, typer.Option(help="With physics: a folder of meshes to take objects from.")
+    ] = None,
+    against: Annotated[
+        Path | None,
+        typer.Option(help="With physics: a file that --json wrote before, to compare with."),
     ] = None,
     images: Annotated[
         int, typer.Option(help="Number of images; half single objects, half clutter.", min=2)
@@ -76,6 +104,26 @@ def evaluate(
         if file is not None and not file.parent.is_dir():
             refuse(f"{file}: there is no folder {file.parent}; create it first")
     choice = grasps.NetworkChoice(weights=weights, network=network)
+    if judge is Judge.PHYSICS:
+        if cornell is not None or plot is not None:
+            refuse("--judge physics: --cornell and --plot belong to the kinematic judge")
+        physical = grasps.evaluate_by_physics(
+            choice,
+            scenes=scenes,
+            bins=bins,
+            meshes=meshes,
+            against=against,
+            workers=workers or os.cpu_count() or 1,
+        )
+        for table in grasps.physical_tables(physical):
+            Terminal().print(table)
+        for note in grasps.physical_notes(physical):
+            typer.echo(note)
+        if json is not None:
+            json.write_text(json_format.dumps(physical.to_json(), indent=1), encoding="utf-8")
+        return
+    if meshes is not None or against is not None:
+        refuse("--meshes and --against belong to --judge physics")
     evaluation = grasps.evaluate_grasps(
         choice,
         images=images,

@@ -1,6 +1,6 @@
 """The grasp networks: inference, weights files and training. Importing this imports torch."""
 
-from perception.networks.proposer import Proposals, Proposer
+from perception.networks.proposer import Proposer
 from perception.networks.training import RoundReport, TrainingSettings, train
 from perception.networks.weights import (
     DEFAULT_NETWORK,
@@ -14,7 +14,6 @@ from perception.networks.weights import (
 __all__ = [
     "DEFAULT_NETWORK",
     "NETWORKS",
-    "Proposals",
     "Proposer",
     "RoundReport",
     "TrainingSettings",

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import deepcopy
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import torch
@@ -17,25 +17,13 @@ from torch import Tensor, nn
 from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from perception.arrays import Image, Mask
+from perception.candidates import Proposals
 from perception.network_io import ANGLE_BINS, OUTPUT_STRIDE
 from perception.networks.angle_bins import AngleBinNetwork
 from perception.networks.ggcnn import GGCNN, SubpixelKernels, evaluate, subpixel_form
 from perception.networks.weights import Network, network_name
-from perception.postprocess import Candidates, bin_candidates, find_candidates, grasp_maps
+from perception.postprocess import bin_candidates, find_candidates, grasp_maps
 from perception.refine import ALL_DIRECTIONS
-
-
-class Proposals(NamedTuple):
-    """The candidates of a network in one image."""
-
-    candidates: Candidates
-    """Best first."""
-    quality: Image
-    """(INPUT_SIZE, INPUT_SIZE) quality, for display; 0 where no grasp is allowed."""
-    directions: int
-    """Closing directions to assess at each candidate. GG-CNN needs all: where several are good, its
-    angle is their average, which may be bad."""
-
 
 Forward: TypeAlias = Callable[[Tensor], Tensor]
 

@@ -20,6 +20,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import load_file, save_file
 from torch import Tensor
 
+from perception.candidates import WITHOUT_NETWORK
 from perception.network_io import WeightsError
 from perception.networks.angle_bins import AngleBinNetwork
 from perception.networks.ggcnn import GGCNN
@@ -44,7 +45,10 @@ def shipped_network(name: str = DEFAULT_NETWORK) -> Network:
     """
     if name not in NETWORKS:
         known = ", ".join(f"`{each}`" for each in NETWORKS)
-        raise WeightsError(f"there is no network `{name}`; the networks are {known}")
+        without = " and ".join(f"`{each}`" for each in WITHOUT_NETWORK)
+        raise WeightsError(
+            f"there is no network `{name}`; the networks are {known}; {without} do without one"
+        )
     with as_file(files("perception") / "weights" / f"{name}.safetensors") as path:
         return load_network(path)
 

@@ -229,3 +229,15 @@ def test_lever_arms_are_those_of_one_thing_and_none_beside_it() -> None:
     assert levers.preference(np.array([-0.1, 0.12]), np.zeros(2)) == pytest.approx(
         [1.0, 0.75], abs=0.04
     )
+
+
+def test_of_what_the_image_cuts_off_nobody_knows_the_middle() -> None:
+    """A bar that leaves the image at its right end, and a ball beside it."""
+    where = scene(box(0.1, 0.0, 0.16, 0.03, 0.04), ball(-0.1, 0.0, 0.02))
+    y = np.linspace(-0.1, 0.1, 50)
+    x = np.full_like(y, X.max())
+    border = np.stack([x, y, where.at(x, y)], axis=1)
+    levers = LeverArms(where, FLOOR + 0.008, None, border)
+    at = np.array([0.1, 0.16, -0.1, 0.0]), np.zeros(4)
+    assert levers.shows_all(*at).tolist() == [False, False, True, True]
+    assert LeverArms(where, FLOOR + 0.008, None).shows_all(*at).all()

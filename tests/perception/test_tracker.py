@@ -1,5 +1,7 @@
 """Following one grasp through made-up sequences of detections."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pinocchio import SE3, exp3
@@ -54,6 +56,18 @@ def test_the_best_is_followed_first() -> None:
     assert position(followed)[0] == pytest.approx(0.1)
     assert tracker.reason == ""
     assert not tracker.locked
+
+
+def test_what_the_image_cuts_off_is_not_switched_to() -> None:
+    tracker = GraspTracker()
+    tracker.update(seen(grasp(0.0, 0.0, quality=0.3)), FAR)
+    cut_off = replace(grasp(0.1, 0.0, quality=0.9), whole=False)
+    for _ in range(10):
+        followed = tracker.update(seen(grasp(0.0, 0.0, quality=0.3), cut_off), FAR)
+    assert position(followed)[0] == pytest.approx(0.0)
+    for _ in range(10):
+        followed = tracker.update(seen(grasp(0.0, 0.0, quality=0.3), grasp(0.1, 0.0)), FAR)
+    assert position(followed)[0] == pytest.approx(0.1)
 
 
 def test_a_ranking_that_jumps_to_and_fro_does_not_move_the_goal() -> None:

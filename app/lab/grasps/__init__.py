@@ -1,12 +1,14 @@
 """Training and evaluation of the grasp networks. Importing this does not import torch."""
 
+from app.lab.grasps.choice import NetworkChoice
 from app.lab.grasps.evaluate import (
     Evaluation,
-    NetworkChoice,
     draw_failures,
     evaluate_grasps,
     evaluation_table,
 )
+from app.lab.grasps.physical_evaluation import evaluate_by_physics
+from app.lab.grasps.physical_table import physical_notes, physical_tables
 from app.lab.grasps.recipe import read_recipe
 from app.lab.grasps.scenes import ROBOT
 from app.lab.grasps.show import show_grasps
@@ -23,12 +25,15 @@ __all__ = [
     "Evaluation",
     "NetworkChoice",
     "draw_failures",
+    "evaluate_by_physics",
     "evaluate_grasps",
     "evaluation_table",
     "measure_perception",
     "perception_json",
     "perception_notes",
     "perception_table",
+    "physical_notes",
+    "physical_tables",
     "read_recipe",
     "show_grasps",
     "train_weights",

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -26,15 +26,13 @@ from config import ConfigError
 from perception import (
     INPUT_SIZE,
     METRES_PER_PIXEL,
+    CandidateSource,
     Crop,
     NoTableError,
     camera_above_table,
     prepare,
 )
 from robots import Intrinsics
-
-if TYPE_CHECKING:
-    from perception.networks import Proposer
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -111,7 +109,7 @@ def _rectangles(path: Path) -> tuple[Array, ...]:
     return tuple(each for each in whole if np.isfinite(each).all())
 
 
-def matches(proposer: Proposer, image: CornellImage, *, room: float = ROOM) -> bool:
+def matches(proposer: CandidateSource, image: CornellImage, *, room: float = ROOM) -> bool:
     """Whether a network's best grasp agrees with a positive rectangle.
 
     Args:

@@ -3,51 +3,25 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
-from math import degrees, sqrt
+from functools import partial
+from math import degrees
 from pathlib import Path
-from typing import TypeVar
 
 import cv2
 from rich.table import Table
 
-from app.lab import machine, progress, run_all
+from app.lab import machine
+from app.lab.grasps.choice import NetworkChoice, all_results
 from app.lab.grasps.closed_loop import OBJECTS, Pick, empty_container, heldout_container
 from app.lab.grasps.cornell import ROOM, CornellImage, matches, read_folder
 from app.lab.grasps.images import CATEGORIES, ImageResult, evaluate_image, evaluation_image
 from app.lab.grasps.picture import overlay, side_by_side
-from app.lab.grasps.scenes import ROBOT
+from app.lab.grasps.statistics import interval, share
 from app.lab.grasps.step_time import approach, time_steps
-from perception import GraspDetector
 
 _DRAWN = 24  # failures at most
-_Z = 1.96  # quantile of the normal distribution for 95 %
-
-Item = TypeVar("Item")
-Result = TypeVar("Result")
-
-
-@dataclass(frozen=True, kw_only=True)
-class NetworkChoice:
-    """The network to evaluate; see `GraspDetector`."""
-
-    weights: Path | None = None
-    network: str | None = None
-
-    def detector(self) -> GraspDetector:
-        """A detector on one thread; made once per process."""
-        return _detector(self)
-
-
-@lru_cache(maxsize=2)
-def _detector(choice: NetworkChoice) -> GraspDetector:
-    import torch
-
-    cv2.setNumThreads(1)
-    torch.set_num_threads(1)
-    return GraspDetector(choice.weights, choice.network, gripper=ROBOT.gripper)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,9 +93,11 @@ def evaluate_grasps(
     detector = choice.detector()
     folder = tuple(read_folder(cornell)) if cornell else ()
     wanted = [(category, seed) for seed in range(-(-images // 2)) for category in CATEGORIES]
-    results = _all("images", partial(_image, choice), wanted[:images], workers, lambda r: r.valid)
+    results = all_results(
+        "images", partial(_image, choice), wanted[:images], workers, lambda r: r.valid
+    )
     containers = range(-(-objects // OBJECTS))
-    emptied = _all(
+    emptied = all_results(
         "containers",
         partial(_container, choice),
         containers,
@@ -129,11 +105,11 @@ def evaluate_grasps(
         lambda picks: all(pick.held for pick in picks),
     )
     return Evaluation(
-        network=str(choice.weights) if choice.weights else detector.proposer.name,
+        network=choice.name,
         images=tuple(results),
         picks=tuple(pick for picks in emptied for pick in picks),
         cornell=tuple(
-            _all("Cornell", partial(_rectangles, choice), folder, workers, lambda good: good)
+            all_results("Cornell", partial(_rectangles, choice), folder, workers, lambda good: good)
         ),
         step_median_ms=time_steps({"": detector}, approach(20))[0].median,
     )
@@ -155,37 +131,6 @@ def _rectangles(choice: NetworkChoice, image: CornellImage) -> bool:
     published = weights is not None and "recipe" not in read_metadata(weights)
     room = 0.0 if published else ROOM  # published networks were trained on such rectangles
     return matches(choice.detector().proposer, image, room=room)
-
-
-def _all(
-    name: str,
-    work: Callable[[Item], Result],
-    items: Sequence[Item],
-    workers: int,
-    good: Callable[[Result], bool],
-) -> list[Result]:
-    """Results in the order of the items, with a progress bar."""
-    results: dict[int, Result] = {}
-    if items:
-        with progress(name, len(items)) as advance:
-            for number, result in run_all(work, items, workers=workers):
-                results[number] = result
-                advance(not good(result))
-    return [results[number] for number in range(len(items))]
-
-
-def share(outcomes: Sequence[bool]) -> float | None:
-    """Share of good outcomes; None without outcomes."""
-    return sum(outcomes) / len(outcomes) if outcomes else None
-
-
-def interval(outcomes: Sequence[bool]) -> tuple[float, float]:
-    """95 % confidence interval of the share of good outcomes (Wilson, 1927)."""
-    n, z = len(outcomes), _Z
-    p = sum(outcomes) / n
-    centre = (p + z * z / (2 * n)) / (1 + z * z / n)
-    half = z / (1 + z * z / n) * sqrt(p * (1 - p) / n + z * z / (4 * n * n))
-    return max(0.0, centre - half), min(1.0, centre + half)
 
 
 def _groups(images: Iterable[ImageResult]) -> dict[str, dict[str, list[bool]]]:

@@ -77,12 +77,16 @@ class View:
 def random_world(
     rng: np.random.Generator, classes: Sequence[str], count: int
 ) -> tuple[World, Region]:
+    """Objects of some classes around the origin; see `world_with`."""
+    return world_with(Objects(count=count, kinds=tuple(classes), width_mm=OBJECT_WIDTHS), rng)
+
+
+def world_with(objects: Objects, rng: np.random.Generator) -> tuple[World, Region]:
     """Objects around the origin, in a container or on a bare surface, on a pedestal or a table.
 
     Args:
+        objects: which ones.
         rng: random generator.
-        classes: of the objects.
-        count: number of objects.
 
     Returns:
         The world and the region in which to grasp: inside the walls.
@@ -99,7 +103,7 @@ def random_world(
             ),
             table=Table(centre=(0.0, 3.0)),
             fixtures=(_AROUND,) if on_table else (),
-            objects=Objects(count=count, kinds=tuple(classes), width_mm=OBJECT_WIDTHS),
+            objects=objects,
         )
         try:
             world = build_world(scene, rng)

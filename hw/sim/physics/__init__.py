@@ -6,9 +6,10 @@ Only this room imports MuJoCo, which is an extra.
 from functools import partial
 
 from hw.sim.physics.body import PhysicalBody
+from hw.sim.physics.floating_hand import FloatingHand
 from hw.sim.robot import simulated_robot
 
-__all__ = ["PhysicalBody", "physical_robot"]
+__all__ = ["FloatingHand", "PhysicalBody", "physical_robot"]
 
 physical_robot = partial(simulated_robot, PhysicalBody)
 """A robot of rigid bodies: the world around it is moved by contacts alone."""

@@ -16,10 +16,10 @@ from controller import Command
 from hw.clock import Clock
 from hw.sim.body import Dynamics, SimBody
 from hw.sim.members import BASE, FINGERS, HELD
-from hw.sim.physics.engine import Engine, Press
+from hw.sim.physics.engine import Engine
 from hw.sim.physics.mjcf import TIMESTEP
 from hw.sim.physics.reflex import ForceReflex
-from hw.sim.physics.robot import SIDES
+from hw.sim.physics.simulation import Press, between_fingers
 from hw.sim.sim_object import SimObject
 from hw.sim.world import World
 from robots import Array, RobotDescription
@@ -90,7 +90,7 @@ class PhysicalBody(SimBody):
             presses = self.engine.presses(self.world.held)
             self._feel(presses)
             self._note(presses)
-            pinched = _pinched(presses) or pinched
+            pinched = between_fingers(presses) or pinched
         self.world.held = None if self._opening else pinched
         self._set_time(self.now + dt)
         self._look()
@@ -188,16 +188,6 @@ class PhysicalBody(SimBody):
 def _share(lag: float) -> float:
     """Of a step that a first-order lag [s] follows in one `TIMESTEP`."""
     return 1.0 - exp(-TIMESTEP / lag)
-
-
-def _pinched(presses: list[Press]) -> SimObject | None:
-    """The object that both fingers press on, if any."""
-    for press in presses:
-        if press.side == SIDES[0] and isinstance(press.owner, SimObject):
-            for other in presses:
-                if other.side == SIDES[1] and other.owner is press.owner:
-                    return press.owner
-    return None
 
 
 def _hardest(presses: list[Press]) -> Press | None:

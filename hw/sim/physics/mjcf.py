@@ -1,4 +1,4 @@
-"""MuJoCo's model of a robot in a world, out of the robot's description and the world's shapes.
+"""MuJoCo's models of a robot in a world, or of its hand alone, from description and shapes.
 
 Nothing is drawn here: images are rendered from the same shapes as in the kinematic world. So the
 model has only what moves and what can be touched.
@@ -6,10 +6,12 @@ model has only what moves and what can be touched.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import mujoco
 
+from hw.sim.physics.floating import add_floating_hand
 from hw.sim.physics.robot import add_robot
 from hw.sim.physics.shapes import ALL, Kind, add_body, add_geom
 from hw.sim.sim_object import SimObject
@@ -33,6 +35,16 @@ def robot_model_in(description: RobotDescription, world: World) -> mujoco.MjMode
     Bodies besides those of `add_robot` are called `walker/N` and `object/N`, geoms of the
     furniture `fixture/N`.
     """
+    return _model(world, lambda spec: add_robot(spec, description))
+
+
+def hand_model_in(description: RobotDescription, world: World) -> mujoco.MjModel:
+    """The same world around only the hand of a robot; see `add_floating_hand`."""
+    return _model(world, lambda spec: add_floating_hand(spec, description))
+
+
+def _model(world: World, add: Callable[[Any], None]) -> mujoco.MjModel:
+    """A world, and in it what is added to its specification."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     option = spec.option
@@ -52,7 +64,7 @@ def robot_model_in(description: RobotDescription, world: World) -> mujoco.MjMode
         for part, geom in enumerate(walker.parts):
             name = f"walker/{number}/{part}"
             add_geom(spec, body, geom, name, Kind.WALKER, 0, _FRICTION)
-    add_robot(spec, description)
+    add(spec)
     for number, obj in enumerate(world.objects):
         _object(spec, f"object/{number}", obj)
     return spec.compile()

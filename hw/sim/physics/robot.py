@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from pinocchio import SE3, Inertia
 
-from hw.sim.members import FINGERS, members
+from hw.sim.members import CAMERA, FINGERS, HAND, Member, members
 from hw.sim.physics.shapes import ALL, Kind, add_body, add_geom, quaternion, weigh
 from robots import Box, Geom, RobotDescription
 
@@ -16,6 +16,8 @@ SIDES = ("left", "right")
 AXES = ("x", "y", "yaw")
 """Joints of the base."""
 ARM = tuple(f"joint{number}" for number in range(1, 8))
+FINGER_MOTOR = "fingers"
+"""Its actuator."""
 
 _PADS = (-88000.0, -600.0)
 """Stiffness [1/s²] and damping [1/s] of the pads, negative, as MuJoCo wants them; with any partner.
@@ -76,24 +78,51 @@ def add_robot(spec: Any, description: RobotDescription) -> None:
         )
         weigh(link, inertia)
         frames.append((link, SE3.Identity()))
-    hand = add_body(frames[-1][0], "hand", arm.lTh)
-    hand.gravcomp = 1.0
-    hand.add_site(name="tool", pos=gripper.hTe.translation, quat=quaternion(gripper.hTe))
-    camera = description.camera
-    housing = Inertia.FromBox(camera.mass, *(2.0 * h for h in _half(camera.body)))
-    hTc = gripper.hTe * camera.eTc * camera.body.pose
-    weigh(hand, gripper.inertia + hTc.act(housing))
+    hand, fingers = _hand(frames[-1][0], arm.lTh, description)
     frames += [(hand, SE3.Identity()), (hand, gripper.hTe)]
-    fingers = {side: _finger(hand, side, description) for side in SIDES}
     for number, member in enumerate(members(description)):
         body, place = frames[member.frame]
         if member.part == FINGERS:
             body, place = fingers[member.geom.name.split()[0]], SE3.Identity()
         against = ALL & ~Kind.FLOOR if member.frame == 0 else ALL  # the base stands there
-        name, shape = f"{member.part}/{number}", member.geom.moved(place)
-        geom = add_geom(spec, body, shape, name, 0, against, _FRICTION)
-        geom.solref = _PADS if shape.name.endswith(gripper.pad.name) else _SHELL
+        _add_member(spec, body, place, number, member, against, gripper.pad.name)
     _actuators(spec, description)
+
+
+def add_hand(spec: Any, parent: Any, pTh: SE3, description: RobotDescription) -> None:
+    """Add only the hand of a robot, with camera and fingers, to a body; see `add_robot`."""
+    gripper = description.gripper
+    hand, fingers = _hand(parent, pTh, description)
+    for number, member in enumerate(members(description)):
+        if member.part == FINGERS:
+            body, place = fingers[member.geom.name.split()[0]], SE3.Identity()
+        elif member.part in (HAND, CAMERA):
+            body, place = hand, gripper.hTe
+        else:
+            continue
+        _add_member(spec, body, place, number, member, ALL, gripper.pad.name)
+    _finger_motor(spec)
+
+
+def _hand(parent: Any, pTh: SE3, description: RobotDescription) -> tuple[Any, dict[str, Any]]:
+    """The hand and its fingers without their shapes."""
+    gripper, camera = description.gripper, description.camera
+    hand = add_body(parent, "hand", pTh)
+    hand.gravcomp = 1.0
+    hand.add_site(name="tool", pos=gripper.hTe.translation, quat=quaternion(gripper.hTe))
+    housing = Inertia.FromBox(camera.mass, *(2.0 * h for h in _half(camera.body)))
+    hTc = gripper.hTe * camera.eTc * camera.body.pose
+    weigh(hand, gripper.inertia + hTc.act(housing))
+    return hand, {side: _finger(hand, side, description) for side in SIDES}
+
+
+def _add_member(
+    spec: Any, body: Any, place: SE3, number: int, member: Member, against: int, pad: str
+) -> None:
+    """One of `members`, in a frame that is at a place on a body; pads are called `pad`."""
+    name, shape = f"{member.part}/{number}", member.geom.moved(place)
+    geom = add_geom(spec, body, shape, name, 0, against, _FRICTION)
+    geom.solref = _PADS if shape.name.endswith(pad) else _SHELL
 
 
 def _finger(hand: Any, side: str, description: RobotDescription) -> Any:
@@ -138,6 +167,11 @@ def _actuators(spec: Any, description: RobotDescription) -> None:
             forcerange=(-torque, torque),
         )
         servo.set_to_intvelocity(kp=stiffness, kv=stiffness * arm.lag)
+    _finger_motor(spec)
+
+
+def _finger_motor(spec: Any) -> None:
+    """Both fingers move alike, by one motor."""
     spec.add_equality(
         type=mujoco.mjtEq.mjEQ_JOINT,
         objtype=mujoco.mjtObj.mjOBJ_JOINT,
@@ -150,7 +184,7 @@ def _actuators(spec: Any, description: RobotDescription) -> None:
     for side in SIDES:
         width.wrap_joint(side, 1.0)
     spec.add_actuator(
-        name="fingers",
+        name=FINGER_MOTOR,
         target="width",
         trntype=mujoco.mjtTrn.mjTRN_TENDON,
         gaintype=mujoco.mjtGain.mjGAIN_FIXED,

@@ -12,10 +12,10 @@ from typer.testing import CliRunner
 from app.commands import app
 from app.lab.grasps.closed_loop import HELD, empty_container, heldout_container
 from app.lab.grasps.cornell import CAMERA, agree, overlap, read_folder, rectangle
-from app.lab.grasps.evaluate import interval
 from app.lab.grasps.images import evaluate_image, evaluation_image
 from app.lab.grasps.recipe import read_recipe
 from app.lab.grasps.scenes import ROBOT
+from app.lab.grasps.statistics import interval
 from config import ConfigError
 from perception import GraspDetector
 from perception.table_plane import NoTableError, camera_above_table

@@ -1,0 +1,114 @@
+"""`frankie-task grasp eval --judge physics`: grasps of several detectors, paired scene by scene.
+
+Importing this does not import MuJoCo.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+
+from app.lab.grasps.choice import NetworkChoice, all_results
+from app.lab.grasps.physical_results import (
+    BIN,
+    Attempt,
+    BinResult,
+    PhysicalEvaluation,
+    Row,
+    read_evaluation,
+)
+from config import ConfigError
+from perception import WITHOUT_NETWORK
+
+_MESHES = ("*.glb", "*.obj", "*.off", "*.ply", "*.stl")
+
+
+def evaluate_by_physics(
+    choice: NetworkChoice,
+    *,
+    scenes: int,
+    bins: int,
+    meshes: Path | None,
+    against: Path | None,
+    workers: int,
+) -> PhysicalEvaluation:
+    """Judge a network, and what does without one, on the same scenes.
+
+    Args:
+        choice: the network.
+        scenes: number of scenes of one object.
+        bins: number of bins.
+        meshes: a folder of meshes to take the objects from.
+        against: figures that were written before; their rows are compared, too.
+        workers: number of processes.
+
+    Raises:
+        WeightsError: the weights are missing or do not fit.
+        ConfigError: a file or a folder cannot be used.
+    """
+    if find_spec("mujoco") is None:
+        raise ConfigError('--judge physics needs an extra: pip install "frankie-task[physics]"')
+    before = read_evaluation(against) if against else None
+    files = _mesh_files(meshes) if meshes else ()
+    names = [name for name in WITHOUT_NETWORK if name != choice.network]
+    choices = (choice, *(NetworkChoice(network=name) for name in names))
+    for each in choices:
+        each.detector()
+    singles = all_results(
+        "scenes",
+        partial(_single, choices, files),
+        range(scenes),
+        workers,
+        lambda found: found[2][0].held,
+    )
+    emptied = all_results(
+        "bins",
+        partial(_bin, choices, files),
+        range(bins),
+        workers,
+        lambda found: found[1][0].cleared == BIN,
+    )
+    told = tuple(f"{group}, {of_class}" for group, of_class, _ in singles)
+    rows = [
+        Row(
+            name=each.name,
+            singles=tuple(attempts[number] for _, _, attempts in singles),
+            bins=tuple(results[number] for _, results in emptied),
+        )
+        for number, each in enumerate(choices)
+    ]
+    if before is not None:
+        if before.scenes != told or any(len(row.bins) != bins for row in before.rows):
+            raise ConfigError(f"{against}: other scenes; give the same --scenes, --bins, --meshes")
+        rows += before.rows
+    return PhysicalEvaluation(scenes=told, rows=tuple(rows))
+
+
+def _single(
+    choices: Sequence[NetworkChoice], meshes: Sequence[Path], seed: int
+) -> tuple[str, str, list[Attempt]]:
+    from app.lab.grasps.physical_judge import judge_single
+
+    return judge_single(seed, [each.detector() for each in choices], meshes)
+
+
+def _bin(
+    choices: Sequence[NetworkChoice], meshes: Sequence[Path], seed: int
+) -> tuple[str, list[BinResult]]:
+    from app.lab.grasps.physical_judge import judge_bin
+
+    return judge_bin(seed, [each.detector() for each in choices], meshes)
+
+
+def _mesh_files(folder: Path) -> tuple[Path, ...]:
+    """The files of meshes in a folder.
+
+    Raises:
+        ConfigError: there are none.
+    """
+    found = sorted(path for pattern in _MESHES for path in folder.rglob(pattern))
+    if not found:
+        raise ConfigError(f"{folder}: no mesh ({', '.join(_MESHES)}) in this folder")
+    return tuple(path.absolute() for path in found)

@@ -1,0 +1,162 @@
+"""Scenes for the judge by physics: objects that were dropped and have come to rest.
+
+A third of the scenes are of shapes made of primitives, a third of bodies with curved and hollow
+surfaces, a third of the same bodies drawn out and heavy: grasps of those fail most. Nothing is
+trained on any of them. A folder of meshes replaces them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from pinocchio import SE3, Quaternion
+
+from app.lab.grasps.scenes import (
+    EVALUATION_SEED,
+    FLOOR,
+    HELDOUT_CLASSES,
+    OBJECT_WIDTHS,
+    ROBOT,
+    random_view,
+    world_with,
+)
+from behaviours import Region
+from config import ConfigError
+from hw import DepthFrame
+from hw.sim import MODELLED, DepthRenderer, Objects, SimObject, World
+from hw.sim.physics import FloatingHand
+from perception import WALL_MARGIN
+from robots import Array, Geom, Hull, hull_of
+
+GROUPS = {"shapes": HELDOUT_CLASSES, "modelled": tuple(MODELLED), "large": tuple(MODELLED)}
+"""The classes of objects; in a bin only two are large."""
+PARKED = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, FLOOR + 1.5]))
+"""Where the hand is while the camera looks; it is not in the image."""
+
+_LONG = (0.18, 0.30)  # range of the length of large objects [m]
+_HEAVY = (0.1, 0.8)  # and of their mass [kg]
+_CLEARANCE = 0.01  # of a dropped object above what is below it [m]
+_FALLING, _RESTING = 3.0, 0.3  # for objects to come to rest at most, and to do so again [s]
+_TRIES = 50  # at a scene
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Dropped:
+    """Objects at rest, and where to grasp."""
+
+    group: str
+    """One of `GROUPS`, or `meshes`."""
+    world: World
+    region: Region
+
+    def hand(self) -> tuple[FloatingHand, World]:
+        """A hand in a world of copies of these objects, so that these stay where they are."""
+        objects = [replace(obj) for obj in self.world.objects]
+        world = World(self.world.fixtures, objects, surfaces=self.world.surfaces)
+        return at_rest(world), world
+
+
+def dropped(seed: int, count: int, meshes: Sequence[Path] = ()) -> Dropped:
+    """The scene of a seed: objects fallen in any orientation, all of them within the walls.
+
+    Args:
+        seed: of the scene.
+        count: of the objects.
+        meshes: files to take objects from, instead of `GROUPS`.
+
+    Raises:
+        SceneError: a mesh cannot be read.
+    """
+    group = "meshes" if meshes else tuple(GROUPS)[seed % len(GROUPS)]
+    for attempt in range(_TRIES):
+        rng = np.random.default_rng((EVALUATION_SEED, 2, seed, count, attempt))
+        world, region = world_with(_objects(group, count, meshes, seed, rng), rng)
+        if group == "large":
+            large = [_drawn_out(obj, rng) for obj in world.objects[:2]]
+            world = World(world.fixtures, [*large, *world.objects[2:]])
+        _hang(world.objects, region, rng)
+        hand = FloatingHand(ROBOT, world, PARKED)
+        if hand.settle(_FALLING) and all(is_inside(obj, region) for obj in world.objects):
+            return Dropped(group=group, world=world, region=region)
+    raise ConfigError(f"the objects of scene {seed} come to rest nowhere within the walls")
+
+
+def is_inside(obj: SimObject, region: Region) -> bool:
+    """Whether a hand can be asked to grasp an object there."""
+    where = obj.pose.translation
+    room = np.array([WALL_MARGIN + 0.012, WALL_MARGIN + 0.012, 0.0])
+    return bool(region.contains(np.array([where + side * room for side in (-1.0, 1.0)])).all())
+
+
+def look(world: World, rng: np.random.Generator) -> DepthFrame:
+    """A noisy frame from a random view of the objects."""
+    view = random_view(world, rng)
+    camera = ROBOT.camera
+    depth = DepthRenderer(camera.intrinsics).render(world.shapes(), view.wTc)
+    noisy = view.noise.apply(depth, camera, rng)
+    return DepthFrame(depth=noisy, intrinsics=camera.intrinsics, wTc=view.wTc, stamp=0.0)
+
+
+def at_rest(world: World) -> FloatingHand:
+    """A hand, parked, in a world whose objects lie."""
+    hand = FloatingHand(ROBOT, world, PARKED)
+    hand.settle(_RESTING)
+    return hand
+
+
+def _objects(
+    group: str, count: int, meshes: Sequence[Path], seed: int, rng: np.random.Generator
+) -> Objects:
+    if not meshes:
+        return Objects(count=count, kinds=GROUPS[group], width_mm=OBJECT_WIDTHS)
+    # In single scenes every mesh has its turn.
+    turns = [meshes[seed % len(meshes)]]
+    if count > 1:
+        turns = [meshes[number] for number in rng.integers(0, len(meshes), count)]
+    return Objects.model_validate({"items": [{"mesh": str(path)} for path in turns]})
+
+
+def _drawn_out(obj: SimObject, rng: np.random.Generator) -> SimObject:
+    """The object, its longest side drawn out, and its mass drawn anew."""
+    parts = [(part, _corners(part)) for part in obj.parts]
+    corners = np.concatenate([of_part for _, of_part in parts])
+    extent = np.ptp(corners, axis=0)
+    stretch = np.ones(3)
+    longest = int(extent.argmax())
+    stretch[longest] = max(1.0, rng.uniform(*_LONG) / extent[longest])
+    return replace(
+        obj,
+        parts=tuple(hull_of(of * stretch, part.name, part.colour) for part, of in parts),
+        mass=float(rng.uniform(*_HEAVY)),
+    )
+
+
+def _corners(part: Geom) -> Array:
+    """(N, 3) of a hull, in the frame of its object [m]."""
+    assert isinstance(part.shape, Hull)
+    corners: Array = part.shape.vertices @ part.pose.rotation.T + part.pose.translation
+    return corners
+
+
+def _hang(objects: Sequence[SimObject], region: Region, rng: np.random.Generator) -> None:
+    """Every object above the one before, turned by chance, over the middle of the region."""
+    height = FLOOR
+    for obj in objects:
+        turn = _random_turn(rng)
+        spread = np.maximum(region.size[:2] / 2.0 - obj.radius - 0.03, 0.0)
+        xy = region.wTr.translation[:2] + rng.uniform(-spread, spread)
+        obj.pose = SE3(turn, np.zeros(3))
+        low = obj.reach(np.array([0.0, 0.0, -1.0]))
+        high = obj.reach(np.array([0.0, 0.0, 1.0]))
+        obj.pose = SE3(turn, np.array([*xy, height + _CLEARANCE + low]))
+        height += _CLEARANCE + low + high
+
+
+def _random_turn(rng: np.random.Generator) -> Array:
+    """(3, 3) any rotation is as likely as any other."""
+    x, y, z, w = rng.standard_normal(4)
+    turn: Array = Quaternion(w, x, y, z).normalized().toRotationMatrix()
+    return turn

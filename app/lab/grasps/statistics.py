@@ -1,0 +1,60 @@
+"""Shares of outcomes and the differences between them, each with what chance can do to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import sqrt
+
+import numpy as np
+import numpy.typing as npt
+
+_Z = 1.96  # quantile of the normal distribution for 95 %
+_DRAWS = 10_000  # of a bootstrap
+
+
+def share(outcomes: Sequence[bool]) -> float | None:
+    """Share of good outcomes; None without outcomes."""
+    return sum(outcomes) / len(outcomes) if outcomes else None
+
+
+def interval(outcomes: Sequence[bool]) -> tuple[float, float]:
+    """95 % confidence interval of the share of good outcomes (Wilson, 1927)."""
+    n, z = len(outcomes), _Z
+    p = sum(outcomes) / n
+    centre = (p + z * z / (2 * n)) / (1 + z * z / n)
+    half = z / (1 + z * z / n) * sqrt(p * (1 - p) / n + z * z / (4 * n * n))
+    return max(0.0, centre - half), min(1.0, centre + half)
+
+
+def paired_difference(
+    one: npt.NDArray[np.float64],
+    other: npt.NDArray[np.float64],
+    per: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None,
+) -> tuple[float, float, float]:
+    """How much more one has than another over the same scenes: mean, and 95 % interval.
+
+    The interval is that of a bootstrap over the scenes (Efron, 1979), always with the same draws.
+
+    Args:
+        one: (N,) what it reached in each scene.
+        other: (N,) the same of the other.
+        per: (N,) what each of both spent on it; None is 1 for each scene.
+    """
+    n = len(one)
+    spent = (np.ones(n), np.ones(n)) if per is None else per
+    rng = np.random.default_rng(0)
+    drawn = rng.integers(0, n, (_DRAWS, n))
+
+    def ratio(reached: npt.NDArray[np.float64], cost: npt.NDArray[np.float64]) -> float:
+        return float(reached.sum() / max(cost.sum(), 1.0))
+
+    def ratios(
+        reached: npt.NDArray[np.float64], cost: npt.NDArray[np.float64]
+    ) -> npt.NDArray[np.float64]:
+        shares: npt.NDArray[np.float64] = reached[drawn].sum(axis=1) / np.maximum(
+            cost[drawn].sum(axis=1), 1.0
+        )
+        return shares
+
+    low, high = np.percentile(ratios(one, spent[0]) - ratios(other, spent[1]), (2.5, 97.5))
+    return ratio(one, spent[0]) - ratio(other, spent[1]), float(low), float(high)

@@ -1,0 +1,180 @@
+"""A hand without an arm among rigid bodies: what closing it on something leads to, by physics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import remainder, tau
+
+import mujoco
+import numpy as np
+from pinocchio import SE3, exp3, log3
+
+from hw.sim.physics.floating import CARRIER, DOWN
+from hw.sim.physics.mjcf import TIMESTEP, hand_model_in
+from hw.sim.physics.simulation import Simulation, addresses, between_fingers
+from hw.sim.sim_object import SimObject
+from hw.sim.world import World
+from robots import Array, RobotDescription
+
+_STILL = 0.002
+"""Below this speed an object lies still [m/s, m]; turning it counts with a lever of 50 mm."""
+_LEVER = 0.05
+_OPENING_FORCE = 20.0
+"""Of the fingers while they do not close [N]."""
+_TURN_RATE = 2.0
+"""At which the hand turns at most [rad/s]."""
+_LOOKS = 0.1
+"""Between two looks at whether all lies still [s]."""
+
+
+class FloatingHand(Simulation):
+    """The hand of a robot in a world; every motion takes its simulated time.
+
+    The poses of the world's objects are kept up to date.
+
+    Args:
+        description: of the robot.
+        world: around it, as it is now.
+        wTe: where the hand is; like all its poses it points straight down.
+
+    Raises:
+        HardwareError: while it moves: the motion has become impossible to compute.
+    """
+
+    def __init__(self, description: RobotDescription, world: World, wTe: SE3) -> None:
+        super().__init__(hand_model_in(description, world), world)
+        self._objects = tuple(world.objects)
+        self._q, self._v = addresses(self._model, CARRIER)
+        self._motors = [self._model.actuator(name).id for name in CARRIER]
+        self.hardest = 0.0
+        """The largest force of contacts on the hand since it was put somewhere [N]."""
+        self.opening = description.gripper.opening
+        """Between the pads of the open hand [m]."""
+        self._speed = description.gripper.speed
+        self._width_now = self.opening
+        self.put(wTe, self._width_now)
+
+    @property
+    def wTe(self) -> SE3:
+        """The end effector in the world."""
+        x, y, z, yaw = self._data.qpos[self._q]
+        return _pose(np.array([x, y, z]), yaw)
+
+    def put(self, wTe: SE3, width: float) -> None:
+        """Put the hand somewhere at rest, its pads at a width [m]."""
+        goal = _coordinates(wTe)
+        self._data.qpos[self._q] = self._data.ctrl[self._motors] = goal
+        self._data.qvel[self._v] = 0.0
+        self._data.qpos[self._finger_q] = width / 2.0
+        self._width_now = width
+        self.press(width, _OPENING_FORCE)
+        mujoco.mj_forward(self._model, self._data)
+        self.hardest = 0.0
+
+    def move(self, wTe: SE3, speed: float) -> None:
+        """Lead the hand straight to a pose [m/s]; where it meets something it only presses."""
+        start, goal = self._data.ctrl[self._motors].copy(), _coordinates(wTe)
+        goal[3] = start[3] + remainder(goal[3] - start[3], tau)
+        duration = max(
+            float(np.linalg.norm(goal[:3] - start[:3])) / speed,
+            abs(goal[3] - start[3]) / _TURN_RATE,
+        )
+        self._lead(lambda t: start + (goal - start) * _smooth(t / duration), duration)
+
+    def shake(self, size: Array, rate: float, duration: float) -> None:
+        """Shake the hand about where it is.
+
+        Args:
+            size: (4,) amplitudes along x, y and z and about z [m, rad].
+            rate: how often a second [Hz].
+            duration: [s].
+        """
+        start = self._data.ctrl[self._motors].copy()
+        phases = np.array([0.0, 0.5, 0.25, 0.75]) * np.pi
+
+        def at(t: float) -> Array:
+            envelope = min(1.0, 2.0 * t * rate, 2.0 * (duration - t) * rate)
+            swing: Array = start + envelope * size * np.sin(tau * rate * t + phases)
+            return swing
+
+        self._lead(at, duration)
+
+    def close(self, force: float, duration: float) -> None:
+        """Close the fingers, each with at most a force [N], and hold for a time [s]."""
+        closing = self._width_now / self._speed
+        for _ in range(round((closing + duration) / TIMESTEP)):
+            self._width_now = max(0.0, self._width_now - self._speed * TIMESTEP)
+            self.press(self._width_now, force)
+            self.step()
+        self._look()
+
+    def open(self, width: float) -> None:
+        """Open the fingers to a width [m]."""
+        while self._width_now < width:
+            self._width_now = min(width, self._width_now + self._speed * TIMESTEP)
+            self.press(self._width_now, _OPENING_FORCE)
+            self.step()
+        self._look()
+
+    def settle(self, most: float) -> bool:
+        """Wait until all lies still, at most a time [s]; whether it does."""
+        for _ in range(round(most / _LOOKS)):
+            before = [obj.pose for obj in self._objects]
+            for _ in range(round(_LOOKS / TIMESTEP)):
+                self.step()
+            self._look()
+            if all(
+                _moved(a, obj.pose) < _STILL * _LOOKS
+                for a, obj in zip(before, self._objects, strict=True)
+            ):
+                return True
+        return False
+
+    def place(self, obj: SimObject, wTo: SE3) -> None:
+        """Put an object somewhere, at rest."""
+        number = self._objects.index(obj)
+        self.put_object(number, wTo)
+        obj.pose = wTo
+
+    def pinched(self) -> SimObject | None:
+        """The object that both fingers press on, if any."""
+        return between_fingers(self.presses(None))
+
+    def _lead(self, at: Callable[[float], Array], duration: float) -> None:
+        """Lead the hand along coordinates (4,) over time [s]."""
+        count = max(1, round(duration / TIMESTEP))
+        for number in range(1, count + 1):
+            self._data.ctrl[self._motors] = at(duration * number / count)
+            self.step()
+        self._look()
+
+    def step(self) -> None:
+        """One `TIMESTEP`."""
+        super().step()
+        pressed = float(np.linalg.norm(self._data.qfrc_constraint[self._v[:3]]))
+        self.hardest = max(self.hardest, pressed)
+
+    def _look(self) -> None:
+        for number, obj in enumerate(self._objects):
+            obj.pose = self.object_pose(number)
+
+
+def _coordinates(wTe: SE3) -> Array:
+    """(4,) x, y, z, yaw of the carrier for a pose that points straight down."""
+    x_axis = wTe.rotation[:, 0]
+    return np.array([*wTe.translation, np.arctan2(x_axis[1], x_axis[0])])
+
+
+def _pose(position: Array, yaw: float) -> SE3:
+    return SE3(exp3(np.array([0.0, 0.0, yaw])) @ DOWN.rotation, position)
+
+
+def _smooth(share: float) -> float:
+    """From 0 to 1 without a jump of velocity."""
+    return share * share * (3.0 - 2.0 * share)
+
+
+def _moved(before: SE3, after: SE3) -> float:
+    """How far an object moved, or turned with a lever [m]."""
+    turn = float(np.linalg.norm(log3(before.rotation.T @ after.rotation)))
+    return max(float(np.linalg.norm(after.translation - before.translation)), _LEVER * turn)

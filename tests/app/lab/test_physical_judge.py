@@ -1,0 +1,133 @@
+"""The judge by physics: what it holds, what it refuses, and its figures."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pinocchio import SE3
+from typer.testing import CliRunner
+
+from app.commands import app
+from app.lab.grasps.scenes import FLOOR, ROBOT
+from app.lab.grasps.statistics import paired_difference
+from hw.sim import SimObject, World
+from perception import GraspDetector, GraspEstimate
+from robots import Box, Geom
+
+pytest.importorskip("mujoco", reason="needs the extra `physics`")
+
+RUN = CliRunner()
+HALF = (0.06, 0.02, 0.02)
+
+
+def box_alone() -> World:
+    """A long box along x on a table."""
+    table = Geom(Box((0.5, 0.5, 0.05)), SE3(np.eye(3), np.array([0, 0, FLOOR - 0.05])), "table")
+    here = SE3(np.eye(3), np.array([0.0, 0.0, FLOOR + HALF[2]]))
+    parts = (Geom(Box(HALF), SE3.Identity(), "box"),)
+    return World([table], [SimObject(name="box 1", parts=parts, mass=0.2, pose=here)])
+
+
+def grasp(y: float = 0.0, z: float = 0.02, opening: float = 0.06) -> GraspEstimate:
+    wTg = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, y, FLOOR + z]))
+    return GraspEstimate(
+        wTg=wTg, width=0.04, quality=1.0, stamp=0.0, pixel=(0, 0), angle=0.0, opening=opening
+    )
+
+
+@pytest.mark.parametrize(
+    ("asked", "end", "hard"),
+    [
+        (grasp(), "held", False),
+        (grasp(z=0.07), "nothing between the fingers", False),
+        (grasp(y=0.12), "nothing between the fingers", False),
+        (grasp(y=0.03, z=0.011), "nothing between the fingers", True),  # a finger into the box
+    ],
+)
+def test_grasps_end_as_they_would(asked: GraspEstimate, end: str, hard: bool) -> None:
+    from app.lab.grasps.physical_judge import execute
+    from app.lab.grasps.physical_scenes import at_rest
+
+    world = box_alone()
+    attempt = execute(at_rest(world), world, asked)
+    assert attempt.end == end
+    assert attempt.hard is hard
+    assert attempt.target_class == "box"
+
+
+def test_a_scene_is_judged_the_same_every_time_and_no_detector_disturbs_the_next() -> None:
+    from app.lab.grasps.physical_judge import judge_single
+
+    none, check = (GraspDetector(network=name, gripper=ROBOT.gripper) for name in ("none", "check"))
+    both = judge_single(7, [none, check])
+    assert judge_single(7, [none, check]) == both
+    assert judge_single(7, [check])[2] == both[2][1:]
+
+
+def test_dropped_objects_rest_within_the_walls() -> None:
+    from app.lab.grasps.physical_scenes import dropped, is_inside
+
+    scene = dropped(2, 6)
+    assert scene.group == "large"
+    assert len(scene.world.objects) == 6
+    for obj in scene.world.objects:
+        assert is_inside(obj, scene.region)
+        assert obj.reach(np.array([0.0, 0.0, -1.0])) < -FLOOR + 0.15
+    hand, world = scene.hand()
+    before = [obj.pose for obj in scene.world.objects]
+    hand.settle(1.0)
+    for obj, copy, pose in zip(scene.world.objects, world.objects, before, strict=True):
+        assert obj.pose is pose
+        assert np.linalg.norm(copy.pose.translation - pose.translation) < 2e-3
+
+
+def test_a_paired_difference_knows_what_chance_can_do() -> None:
+    rng = np.random.default_rng(1)
+    one = (rng.random(400) < 0.9).astype(float)
+    assert paired_difference(one, one) == (0.0, 0.0, 0.0)
+    worse = one.copy()
+    worse[np.flatnonzero(one)[:40]] = 0.0
+    mean, low, high = paired_difference(one, worse)
+    assert mean == pytest.approx(0.1)
+    # Of 40 in 400 by the binomial distribution.
+    assert (low, high) == pytest.approx((0.1 - 0.0294, 0.1 + 0.0294), abs=0.004)
+    mean, low, high = paired_difference(one, (rng.random(400) < 0.9).astype(float))
+    assert low < 0.0 < high
+    per_attempt = paired_difference(one, one, (np.full(400, 1.0), np.full(400, 2.0)))
+    assert per_attempt[0] == pytest.approx(one.mean() / 2.0)
+
+
+def test_figures_are_written_and_compared_later(tmp_path: Path) -> None:
+    file = tmp_path / "before.json"
+    arguments = ["grasp", "eval", "--judge", "physics", "--workers", "1", "--network", "check"]
+    few = [*arguments, "--scenes", "3", "--bins", "1"]
+    result = RUN.invoke(app, [*few, "--json", str(file)])
+    assert result.exit_code == 0, result.output
+    assert "the kinematic judge agrees on" in result.output
+    figures = json.loads(file.read_text())
+    assert [row["name"] for row in figures["rows"]] == ["check", "none"]
+    assert len(figures["rows"][0]["singles"]) == len(figures["scenes"]) == 3
+    again = RUN.invoke(app, [*few, "--against", str(file)], env={"COLUMNS": "200"})
+    assert again.exit_code == 0, again.output
+    assert "check, before" in again.output
+    assert "+0.0 (+0.0 to +0.0), 0 won, 0 lost" in again.output
+    other = RUN.invoke(app, [*arguments, "--scenes", "2", "--bins", "0", "--against", str(file)])
+    assert other.exit_code == 2
+    assert "other scenes" in other.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("--judge", "physics", "--plot", "x.png"), "kinematic judge"),
+        (("--judge", "physics", "--meshes", "/nowhere"), "no mesh"),
+        (("--judge", "physics", "--against", "/nowhere.json"), "not figures of"),
+        (("--meshes", "."), "belong to --judge physics"),
+    ],
+)
+def test_bad_input_is_one_line(arguments: tuple[str, ...], says: str) -> None:
+    result = RUN.invoke(app, ["grasp", "eval", *arguments])
+    assert result.exit_code == 2
+    assert says in result.output
+    assert len(result.output.strip().splitlines()) == 1

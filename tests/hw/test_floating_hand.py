@@ -1,0 +1,94 @@
+"""The hand alone in the physical world: contacts decide what it holds and what it meets."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pinocchio import SE3
+from solid_world import box
+
+from hw.sim import SimObject, World
+from robots import Box, Geom, load_robot
+
+pytest.importorskip("mujoco", reason="needs the extra `physics`")
+
+FRANKIE = load_robot("frankie")
+DOWN = np.diag([1.0, -1.0, -1.0])
+TOP = 0.4
+HALF = (0.03, 0.02, 0.03)
+
+
+def world_with(mass: float = 0.3, friction: float = 0.5) -> World:
+    """A box on a table."""
+    parts = (Geom(Box(HALF), SE3.Identity(), "box"),)
+    here = SE3(np.eye(3), np.array([0.0, 0.0, TOP + HALF[2]]))
+    thing = SimObject(name="box 1", parts=parts, mass=mass, friction=friction, pose=here)
+    return World([box("table", (0.0, 0.0, TOP / 2.0), (0.3, 0.3, TOP / 2.0))], [thing])
+
+
+def at(x: float, z: float) -> SE3:
+    return SE3(DOWN, np.array([x, 0.0, TOP + z]))
+
+
+def lifted(world: World, force: float = 40.0):
+    """The hand after it gripped the box in its middle and rose by 0.2 m."""
+    from hw.sim.physics import FloatingHand
+
+    hand = FloatingHand(FRANKIE, world, at(0.0, 0.4))
+    hand.settle(1.0)
+    hand.move(at(0.0, 0.03), 0.2)
+    hand.close(force, 0.3)
+    hand.move(at(0.0, 0.23), 0.2)
+    return hand
+
+
+def test_a_box_is_held_lifted_and_kept_when_shaken() -> None:
+    world = world_with()
+    hand = lifted(world)
+    assert hand.pinched() is world.objects[0]
+    hand.shake(np.array([0.015, 0.015, 0.015, 0.3]), 3.0, 1.5)
+    hand.settle(0.5)
+    assert hand.pinched() is world.objects[0]
+    assert world.objects[0].pose.translation[2] == pytest.approx(TOP + 0.23, abs=0.01)
+    assert hand.wTe.translation == pytest.approx(at(0.0, 0.23).translation, abs=1e-3)
+    assert hand.hardest < 20.0
+
+
+def test_what_is_too_heavy_for_its_friction_stays_behind() -> None:
+    world = world_with(mass=6.0)
+    assert lifted(world).pinched() is None
+    assert world.objects[0].pose.translation[2] < TOP + 0.1
+
+
+def test_opened_fingers_let_go() -> None:
+    world = world_with()
+    hand = lifted(world)
+    hand.open(hand.opening)
+    hand.settle(2.0)
+    assert hand.pinched() is None
+    assert world.objects[0].pose.translation[2] < TOP + 0.05
+
+
+def test_what_the_hand_is_driven_into_is_felt() -> None:
+    from hw.sim.physics import FloatingHand
+
+    hand = FloatingHand(FRANKIE, world_with(), at(0.0, 0.4))
+    hand.move(at(0.0, 0.2), 0.2)
+    assert hand.hardest < 1.0
+    hand.move(at(0.15, -0.02), 0.2)  # the fingers would be in the table
+    assert hand.hardest > 60.0
+    hand.put(at(0.0, 0.4), hand.opening)
+    assert hand.hardest == 0.0
+
+
+def test_it_points_down_in_any_direction_and_takes_the_short_turn() -> None:
+    from hw.sim.physics import FloatingHand
+
+    hand = FloatingHand(FRANKIE, world_with(), at(0.0, 0.4))
+    for yaw in (3.0, -3.0):
+        c, s = np.cos(yaw), np.sin(yaw)
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        turned = SE3(turn @ DOWN, at(0.0, 0.4).translation)
+        hand.move(turned, 0.2)
+        hand.settle(0.5)
+        assert hand.wTe.isApprox(turned, 1e-2)

@@ -1,0 +1,47 @@
+"""Candidates without a network."""
+
+import numpy as np
+import pytest
+
+from perception import WITHOUT_NETWORK, GraspDetector, WeightsError
+from perception.candidates import RandomPoints, SpreadPoints
+from robots import load_robot
+
+ALLOWED = np.zeros((300, 300), dtype=bool)
+ALLOWED[100:160, 50:90] = True
+IMAGE = np.zeros((300, 300), dtype=np.float32)
+
+
+@pytest.mark.parametrize("source", [RandomPoints(), SpreadPoints()])
+def test_points_lie_where_a_grasp_may_be_and_are_the_same_again(source) -> None:
+    one, again = (source.propose(IMAGE, ALLOWED).candidates for _ in range(2))
+    assert (one.pixel == again.pixel).all()
+    u, v = one.pixel.astype(int).T
+    assert ALLOWED[v, u].all()
+    assert len(np.unique(one.pixel, axis=0)) == len(u)
+    assert (one.quality == 1.0).all()
+
+
+def test_there_are_as_many_as_wanted_and_no_more_than_pixels() -> None:
+    few = np.zeros_like(ALLOWED)
+    few[7, 7:10] = True
+    assert len(RandomPoints(16).propose(IMAGE, ALLOWED).candidates.quality) == 16
+    assert len(RandomPoints(16).propose(IMAGE, few).candidates.quality) == 3
+    assert len(SpreadPoints(128).propose(IMAGE, few).candidates.quality) == 3
+
+
+def test_spread_points_leave_no_large_part_out() -> None:
+    pixel = SpreadPoints(128).propose(IMAGE, ALLOWED).candidates.pixel
+    assert 64 <= len(pixel) <= 128
+    v, u = np.nonzero(ALLOWED)
+    distance = np.hypot(u[:, None] - pixel[:, 0], v[:, None] - pixel[:, 1]).min(axis=1)
+    assert distance.max() < 8.0
+
+
+def test_a_detector_does_without_a_network() -> None:
+    for name in WITHOUT_NETWORK:
+        assert (
+            GraspDetector(network=name, gripper=load_robot("frankie").gripper).proposer.name == name
+        )
+    with pytest.raises(WeightsError, match="`none` and `check` do without one"):
+        GraspDetector(network="nothing", gripper=load_robot("frankie").gripper)
