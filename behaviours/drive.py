@@ -60,7 +60,7 @@ class Drive(Leaf):
         goes = [arguments.get(name) or 0.0 for name in ("forward_m", "turn_deg")]
         if (arguments.get("to") is None) != (goes == [0.0, 0.0]):
             return ""
-        return "says both or neither of where and how far; give `to`, or `forward_m` and `turn_deg`"
+        return "says both or neither; say either where `to`, or how far by the other two"
 
     def initialise(self) -> None:
         """Start anew, from where the base stands now."""

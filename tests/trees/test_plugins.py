@@ -4,6 +4,7 @@ import itertools
 import json
 import re
 import sys
+import time
 
 import pytest
 from typer.testing import CliRunner
@@ -75,7 +76,7 @@ def install(tmp_path, monkeypatch):
     home.mkdir()
     monkeypatch.syspath_prepend(str(home))
     monkeypatch.setattr(plugins, "PATIENCE", 1.0)
-    plugins._offer.cache_clear()
+    plugins.offer_of.cache_clear()
     installed = []
 
     def install(source: str, entry: str = "hello") -> None:
@@ -92,7 +93,7 @@ def install(tmp_path, monkeypatch):
     for module in installed:
         sys.modules.pop(module, None)
     monkeypatch.undo()
-    plugins._offer.cache_clear()
+    plugins.offer_of.cache_clear()
     known_leaves()  # forgets the problems
 
 
@@ -129,13 +130,12 @@ def test_a_broken_package_is_named_and_stops_only_who_uses_it(install, task, kin
     install(BROKEN[kind])
     run = ("--scene", "single", "--view", "none", "--record", str(tmp_path / "runs"))
     path = task(UNRELATED)
-    for arguments in (
-        ("check", path),
-        ("dry", path),
-        ("nodes",),
-        ("schema",),
-        ("draw", path),
-    ):
+    for arguments in (("check", path), ("dry", path), ("draw", path)):
+        began = time.monotonic()
+        code, out, err = call(*arguments)
+        assert (code, bool(out), err) == (0, True, "")
+        assert kind != "hangs" or time.monotonic() - began < plugins.PATIENCE
+    for arguments in (("nodes",), ("schema",)):
         code, out, err = call(*arguments)
         assert code == 0
         assert out
@@ -161,7 +161,7 @@ def test_an_unrelated_task_really_runs_beside_a_broken_package(install, task, tm
     code, out, err = call("run", task(UNRELATED), *options)
     assert code == 0
     assert json.loads(out)["outcome"] == "success"
-    assert err.count("warning: behaviour `hello`") == 1
+    assert "behaviour `hello`" not in err
 
 
 def test_a_broken_package_takes_no_good_one_along(install, task):
@@ -169,6 +169,8 @@ def test_a_broken_package_takes_no_good_one_along(install, task):
     install(LEAF)
     install(LEAF, entry="again")
     assert check(task(USER)) == []
+    assert plugin_problems() == []
+    known_leaves()
     assert [problem.partition("`:")[0] for problem in plugin_problems()]
     assert len(plugin_problems()) == 2
     assert "takes the key `hello`, which is taken" in "".join(plugin_problems())

@@ -19,7 +19,7 @@ from trees.language.meaning import check_meaning
 from trees.language.named_poses import NamedValues, read_named_values
 from trees.language.parameters import TaskParameter, override_values, with_values
 from trees.language.parse import read_node
-from trees.language.registry import Installed, LeafType, describe_leaves, installed
+from trees.language.registry import Installed
 from trees.language.scope import Scope
 from trees.language.site_file import read_site
 from trees.language.subtrees import Subtrees
@@ -108,10 +108,9 @@ def _read(
     places: Path | None,
 ) -> tuple[Task | None, list[Diagnostic]]:
     """The task, or None if there are errors; and all diagnostics in order."""
-    known = installed() if leaves is None else Installed(leaves=leaves, problems={})
+    known = Installed(leaves)
     assembler = _Assembler(
-        leaves=describe_leaves(known.leaves),
-        problems=known.problems,
+        known=known,
         open_tree=mode is _Mode.OPEN,
     )
     diagnostics = Diagnostics(path, MAX_ERRORS)
@@ -148,9 +147,7 @@ def _require_values(
 class _Assembler:
     """Makes tasks of the sections of files."""
 
-    leaves: Mapping[str, LeafType]
-    problems: Mapping[str, str]
-    """Of leaves that installed packages offer and that cannot be used."""
+    known: Installed
     open_tree: bool
     """Whether parameters stay in the tree by their names."""
     site: tuple[Path, NamedValues] | None = None
@@ -184,8 +181,9 @@ class _Assembler:
         else:
             parameters = declared
         scope = Scope(
-            leaves=self.leaves,
-            problems=self.problems,
+            leaves=self.known.leaves,
+            problems=self.known.problems,
+            fetch=self.known.fetch,
             parameters=parameters,
             named=named,
             diagnostics=diagnostics,

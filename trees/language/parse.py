@@ -39,6 +39,8 @@ _Given: TypeAlias = Plain | KeyRead | LeafNode | CompositeNode
 _ASKING = tuple(key for key, word in COMPOSITES.items() if word.asks)
 """The composites that are conditions."""
 
+_WORDS = frozenset({*COMPOSITES, SUBTREE, *MODIFIERS, NAME})
+
 MAX_LEVELS = 100
 """Of nodes and modifiers one inside the other, over all files: a tick goes through all of them."""
 
@@ -92,6 +94,11 @@ def _read_core(key: str, entries: Mapping[str, YamlEntry], scope: Scope) -> Node
 
 def _node_key(location: Location, entries: Mapping[str, YamlEntry], scope: Scope) -> str | None:
     """The one key that says what the node is; notes every key that does not belong here."""
+    for key in entries:
+        if key not in _WORDS and key not in scope.leaves:
+            scope.fetch(key)
+    if any(key not in _WORDS and key not in scope.leaves for key in entries):
+        scope.fetch(None)  # an entry point may have another name than its leaf
     nodes = (*COMPOSITES, SUBTREE, *scope.leaves)
     keys = [key for key in entries if key in nodes]
     unknown = [key for key in entries if key not in (*nodes, *MODIFIERS, NAME)]

@@ -41,14 +41,14 @@ class Offer:
         return Offer(name=self.name, value=self.value, problem=problem)
 
 
-def offers() -> list[Offer]:
-    """What installed packages offer; each is imported once in a process."""
-    return [_offer(entry) for entry in metadata.entry_points(group=ENTRY_POINTS)]
+def entries() -> list[metadata.EntryPoint]:
+    """What installed packages offer, not yet imported."""
+    return list(metadata.entry_points(group=ENTRY_POINTS))
 
 
 @cache
-def _offer(entry: metadata.EntryPoint) -> Offer:
-    """The leaf of an entry point, imported on a thread that need not end."""
+def offer_of(entry: metadata.EntryPoint) -> Offer:
+    """The leaf of an entry point, imported once in a process, on a thread that need not end."""
     offer = Offer(name=entry.name, value=entry.value)
     results: list[object] = []
 

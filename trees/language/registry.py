@@ -20,7 +20,7 @@ from behaviours import LEAVES, Condition, Key, Leaf
 from trees.language.errors import LeafError
 from trees.language.keys import Add, Set
 from trees.language.mappings import NAMING_HINT, WORD
-from trees.language.plugins import Offer, offers
+from trees.language.plugins import Offer, entries, offer_of
 from trees.language.value_types import ValueType, read_annotation
 from trees.language.vocabulary import RESERVED
 
@@ -117,28 +117,40 @@ OWN_LEAVES: Mapping[str, LeafType] = {leaf.key: leaf for leaf in (SET, ADD)}
 """The leaves that are words of the language."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class Installed:
-    """The leaves of this installation."""
+    """The leaves of this installation; a package is imported only when one of its leaves is wanted.
 
-    leaves: Mapping[str, type[Leaf]]
-    """By their keys: the project's own, and those of packages that can be used."""
-    problems: Mapping[str, str]
-    """Of packages that cannot, in a line each, by the name of the entry point."""
+    Args:
+        leaves: what there is besides packages; None is the project's own leaves, and packages.
+    """
 
+    def __init__(self, leaves: Mapping[str, type[Leaf]] | None = None) -> None:
+        self._pending = entries() if leaves is None else []
+        self._classes = dict(LEAVES if leaves is None else leaves)
+        self.leaves = describe_leaves(self._classes)
+        """By their keys: those of packages are added when they are fetched."""
+        self.problems: dict[str, str] = {}
+        """Of packages that cannot be used, in a line each, by the name of the entry point."""
+        _found_problems.clear()
 
-def installed() -> Installed:
-    """The project's own leaves, and what installed packages offer."""
-    leaves, problems = dict(LEAVES), {}
-    for offer in offers():
-        usable = _checked(offer, leaves)
-        if usable.leaf is None:
-            problems[usable.name] = usable.problem
-        else:
-            leaves[usable.leaf.key] = usable.leaf
-    _found_problems.clear()
-    _found_problems.update(problems)
-    return Installed(leaves=leaves, problems=problems)
+    def fetch(self, name: str | None = None) -> None:
+        """Import what packages offer by this name, or all that they offer."""
+        wanted = [entry for entry in self._pending if name in (None, entry.name)]
+        for entry in wanted:
+            self._pending.remove(entry)
+            usable = _checked(offer_of(entry), self._classes)
+            if usable.leaf is None:
+                self.problems[usable.name] = usable.problem
+            else:
+                self._classes[usable.leaf.key] = usable.leaf
+                self.leaves[usable.leaf.key] = _describe(usable.leaf.key, usable.leaf)
+        _found_problems.update(self.problems)
+
+    @property
+    def classes(self) -> dict[str, type[Leaf]]:
+        """The classes of all leaves, by their keys."""
+        self.fetch()
+        return dict(self._classes)
 
 
 _found_problems: dict[str, str] = {}
@@ -163,8 +175,8 @@ def _checked(offer: Offer, taken: Iterable[str]) -> Offer:
 
 
 def known_leaves() -> dict[str, type[Leaf]]:
-    """The leaves that task files may use, by their keys; see `installed`."""
-    return dict(installed().leaves)
+    """The leaves that task files may use, by their keys: the project's own, and of packages."""
+    return Installed().classes
 
 
 def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:

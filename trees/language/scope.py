@@ -39,6 +39,8 @@ class Scope:
     named: NamedValues
     diagnostics: Diagnostics
     include: Include
+    fetch: Callable[[str | None], None] = lambda name: None
+    """Imports what packages offer by a name, or all, into `leaves` and `problems`."""
     problems: Mapping[str, str] = field(default_factory=dict)
     """Of leaves that cannot be used, by their names."""
     level: int = 0
