@@ -28,7 +28,7 @@ class TrackerSettings:
     """Largest angle between such a candidate and the tracked grasp [rad]."""
     smoothing: float = 0.4
     """Weight of the newest frame in the tracked grasp, 0 to 1."""
-    lost_after: int = 8
+    lost_after: int = 15
     """Frames in a row without such a candidate until the grasp is lost."""
     switch_ratio: float = 1.4
     """A better candidate has at least this times the quality of the tracked grasp ..."""
