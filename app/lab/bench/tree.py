@@ -41,6 +41,7 @@ class Works(Leaf):
     """
 
     key = "works"
+    moves = False
 
     def __init__(
         self, name: str, context: Context, *, effort: float = 1.0, patience_s: float = 2.0

@@ -61,7 +61,7 @@ def test_runs_side_by_side_give_the_same_figures(tmp_path):
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_told_to_end_it_ends_the_run_and_begins_no_other(tmp_path, workers):
     task, runs = tmp_path / "long.yaml", tmp_path / "runs"
-    task.write_text("task: long\ntree: {wait: {duration_s: 100000}}\n")
+    task.write_text("task: long\ntree: {wait: {duration_s: 80000}}\n")
     command = ["bench", "pick-place", task, "--seeds", "0-9", "--scene", "single"]
     command += ["--workers", workers, "--record", runs]
     bench = subprocess.Popen(

@@ -59,7 +59,7 @@ def test_without_a_terminal_there_are_no_keys():
 def test_q_in_a_terminal_ends_a_run_as_interrupted_and_restores_the_terminal(tmp_path):
     """The whole command, in a terminal of its own."""
     task = tmp_path / "toy.yaml"
-    task.write_text("task: toy\ntree:\n  wait: {duration_s: 1000000}\n")
+    task.write_text("task: toy\ntree:\n  wait: {duration_s: 80000}\n")
     person, terminal = pty.openpty()
     before = termios.tcgetattr(terminal)
     code = (
