@@ -1,14 +1,15 @@
 # Everything a newcomer needs: `make run` shows the robot at work, `make test` shows that it is sound.
-PYTHON ?= python3.11
+# PYTHON=/path/to/python chooses a Python; without it install.sh finds one of 3.11 to 3.13.
+PYTHON ?=
 BIN := .venv/bin
 TASK ?= trees/pick_place.yaml
 SEED ?= 0
 WORLD ?= kinematic
 
-.PHONY: run test test-all lint language-server clean
+.PHONY: run test test-all lint film language-server clean
 
 run: .venv/installed
-	$(BIN)/frankie-task run $(TASK) --seed $(SEED) --world $(WORLD)
+	@$(BIN)/frankie-task run $(TASK) --seed $(SEED) --world $(WORLD)
 
 test: lint
 	$(BIN)/pytest -n 2 -q
@@ -16,19 +17,25 @@ test: lint
 test-all: lint
 	$(BIN)/pytest -n 2 -q -m "slow or not slow"
 
-lint: .venv/installed
+lint: .venv/developing
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# The moving picture of the README; needs a Vulkan driver (Debian: mesa-vulkan-drivers).
+film: .venv/installed
+	$(BIN)/frankie-task run trees/pick_place.yaml --seed 0 --view none
+	$(BIN)/frankie-task film last docs/images/pick_place.webp --to 17
 
 # What editors check task files with, for the tests of the schema; needs npm.
 language-server: .venv/installed
 	npm install --silent --no-audit --no-fund --prefix .venv/node yaml-language-server@1.25.0
 
 .venv/installed: pyproject.toml constraints.txt
-	test -x $(BIN)/python || $(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev]" --constraint constraints.txt
-	touch $@
+	@PYTHON="$(PYTHON)" ./install.sh
+
+.venv/developing: pyproject.toml constraints.txt
+	@PYTHON="$(PYTHON)" ./install.sh dev
 
 clean:
 	rm -rf .venv .mypy_cache .pytest_cache .ruff_cache .hypothesis

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
+from rich.live import Live
 from rich.segment import Segment
+from rich.spinner import Spinner
 
 
 def visible(text: str) -> str:
@@ -55,3 +58,48 @@ class Terminal(Console):
     def say(self, text: str) -> None:
         """Print text as it is, without breaking its lines."""
         self.print(text, soft_wrap=True)
+
+
+class Loading:
+    """What is being loaded, from the first moment on; use it in a `with` statement.
+
+    In a terminal a line that lives, and is gone when all is loaded; elsewhere nothing.
+
+    Args:
+        title: what it is loaded for; empty says nothing at all.
+        terminal: where to write; standard error by default.
+    """
+
+    def __init__(self, title: str = "", terminal: Terminal | None = None) -> None:
+        self._title = title
+        terminal = terminal or Terminal(stderr=True)
+        self._live: Live | None = None
+        if title and terminal.is_terminal:
+            self._live = Live(console=terminal, refresh_per_second=10, transient=True)
+
+    def __enter__(self) -> Loading:
+        with suppress(OSError):  # nobody reads
+            if self._live is not None:
+                self._live.start()
+                self("the software")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end()
+
+    def __call__(self, what: str) -> None:
+        """Say what is being loaded from now on."""
+        if self._live is not None:
+            text = visible(f"{self._title}  loading {what} ...")
+            self._live.update(Spinner("dots", text=text, style="cyan"), refresh=True)
+
+    @contextmanager
+    def ended(self) -> Iterator[None]:
+        """All is loaded."""
+        self._end()
+        yield
+
+    def _end(self) -> None:
+        if self._live is not None:
+            with suppress(OSError):  # the terminal is gone
+                self._live.stop()

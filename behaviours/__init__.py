@@ -8,6 +8,7 @@ from behaviours.approach import Approach
 from behaviours.comparisons import AtLeast, Equals
 from behaviours.conditions import ArmAt, ArmHealthy, BatteryAbove, Near, ObjectVisible
 from behaviours.context import Context
+from behaviours.detect import Detect, LooksLike
 from behaviours.drive import Drive
 from behaviours.follow import Follow
 from behaviours.grasp import Grasp
@@ -32,6 +33,7 @@ from behaviours.seen import SeenObstacles
 from behaviours.settings import BehaviourSettings
 from behaviours.vision import Vision, VisionBeside, VisionInStep
 from behaviours.wait import Wait
+from perception import SeenObject, SeenObjects
 
 LEAVES: dict[str, type[Leaf]] = {
     leaf.key: leaf
@@ -40,12 +42,14 @@ LEAVES: dict[str, type[Leaf]] = {
         ArmHealthy,
         AtLeast,
         BatteryAbove,
+        Detect,
         Drive,
         Equals,
         Follow,
         Grasp,
         HoldingObject,
         LookAt,
+        LooksLike,
         MoveArm,
         Navigate,
         Near,
@@ -72,15 +76,23 @@ __all__ = [
     "Condition",
     "Context",
     "Count",
+    "Detect",
+    "Grasp",
     "Key",
     "Leaf",
     "LeafCrashedError",
+    "Navigate",
     "NotNegative",
+    "OpenGripper",
     "Percent",
     "Positive",
     "Posture",
     "Progress",
+    "Recover",
     "Region",
+    "RetreatCheck",
+    "SeenObject",
+    "SeenObjects",
     "SeenObstacles",
     "TaskLog",
     "ToolPose",

@@ -52,6 +52,8 @@ class Context:
     """What moves by itself at a time on the session's clock [s]."""
     seen: SeenObstacles | None = None
     """What the camera has seen around the robot; None where that is not looked for."""
+    follows_goals: bool = True
+    """Whether a goal that moves is followed; else the first grasp that is seen is gone for."""
     set_down: SetDown = field(default_factory=SetDown)
     """What the robot itself has put somewhere."""
     settings: BehaviourSettings = field(default_factory=BehaviourSettings)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from math import inf
 from typing import ClassVar
 
 import numpy as np
@@ -9,13 +11,14 @@ import numpy.typing as npt
 from pinocchio import SE3
 from py_trees.common import Status
 
+from behaviours.choice import Choice, Choose, Target, misfit
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Region
 from behaviours.progress import Progress
-from behaviours.ranges import Distance, Force, Seconds
+from behaviours.ranges import Distance, Force, Millimetres, Seconds
 from controller import PoseGoal, StepReport
-from perception import GraspEstimate
+from perception import ColourName, GraspEstimate, SeenObject
 
 Array = npt.NDArray[np.float64]
 
@@ -25,7 +28,10 @@ _SOON = 0.01
 
 
 class Grasp(Leaf):
-    """Grasp the best object seen in a region, following it until the camera is near.
+    """Grasp an object seen in a region, following it until the camera is near.
+
+    Which one may be chosen by its size, place, width and colour, among those that the camera sees
+    when it begins; else it is the one with the best grasp.
 
     Ends when the fingers have closed; whether they hold something is for `retreat_check` to say.
     Fails when no grasp is seen, frames come too late to be believed, the hand does not get there,
@@ -33,7 +39,13 @@ class Grasp(Leaf):
     robot has a fault.
 
     Args:
-        within: region of the task file that the grasp must lie in.
+        within: region of the task file that the grasp must lie in, or an object that `detect`
+            found.
+        choose: which of those that fit; the largest covers most, seen from above, and the nearest
+            is near to the base.
+        colour: only objects of this colour.
+        min_width_mm: only those whose shorter edge, seen from above, is at least this [mm].
+        max_width_mm: only those whose shorter edge is at most this [mm].
         lock_distance_m: nearer than this to the camera the goal no longer moves [m].
         force_n: force of the fingers [N].
         patience_s: give up after not seeing a grasp for this long [s].
@@ -48,7 +60,11 @@ class Grasp(Leaf):
         name: str,
         context: Context,
         *,
-        within: Region,
+        within: Region | SeenObject,
+        choose: Choose = "best",
+        colour: ColourName | None = None,
+        min_width_mm: Millimetres | None = None,
+        max_width_mm: Millimetres | None = None,
         lock_distance_m: Distance = 0.25,
         force_n: Force = 20.0,
         patience_s: Seconds = 1.5,
@@ -56,10 +72,17 @@ class Grasp(Leaf):
     ) -> None:
         super().__init__(name, context)
         self._within = within
+        choice = Choice.of(choose, colour, min_width_mm, max_width_mm)
+        self._aim = Target(context, within, choice)
         self._lock_distance = lock_distance_m
         self._force = force_n
         self._patience = patience_s
         self._timeout = timeout_s
+
+    @classmethod
+    def misfit(cls, arguments: Mapping[str, object]) -> str:
+        """Widths between which nothing lies, or a choice among one object."""
+        return misfit(arguments, "within")
 
     @property
     def phase(self) -> str:
@@ -73,8 +96,10 @@ class Grasp(Leaf):
         self._begun = self._seen = self.context.clock.now()
         self._step = self._follow
         self._came_nearer = False
+        self._aim.begin()
         self._go_after(_NOWHERE)
-        self.context.vision.tracker.lock_distance = self._lock_distance
+        follows = self.context.follows_goals
+        self.context.vision.tracker.lock_distance = self._lock_distance if follows else inf
         self.context.vision.reset()
 
     def update(self) -> Status:
@@ -96,12 +121,13 @@ class Grasp(Leaf):
         read = self.context.state.stamp  # frames have the session's time, which a pause adds to
         if self.context.relocalised:  # what was seen before is not where it was
             vision.relocalise(read)
-        grasp = vision.track(self._within, read)
+            self._aim.begin()
+        grasp = self._aim.track(read)
         if grasp is None:
             if now - self._seen > self._patience:
                 if vision.detection is not None and vision.detection.grasps:
                     vision.tracker.forget()  # every grasp in sight failed once: try them again
-                reason = vision.blindness(read) or vision.tracker.reason
+                reason = vision.blindness(read) or self._aim.reason or vision.tracker.reason
                 return self.failure(f"no grasp for {self._patience:g} s: {reason}")
             return self.running("looking for a grasp")
         self._seen = now

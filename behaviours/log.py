@@ -54,7 +54,7 @@ class Grip:
 
 @dataclass(kw_only=True, eq=False)
 class TaskLog:
-    """Written by the behaviours, read by the summary and the status line."""
+    """Written by the behaviours, read by the summary and the terminal."""
 
     attempts: int = 0
     """How often the fingers closed to grasp."""

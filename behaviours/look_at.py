@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+import numpy as np
+import numpy.typing as npt
 from py_trees.common import Status
 
 from behaviours.aiming import camera_pose, hand_for, is_at_rest, turned_towards
@@ -13,6 +15,7 @@ from behaviours.leaf import Leaf
 from behaviours.poses import Region, ToolPose
 from behaviours.ranges import Distance, Seconds
 from controller import PoseGoal
+from perception import SeenObject
 
 
 class LookAt(Leaf):
@@ -22,7 +25,8 @@ class LookAt(Leaf):
     no longer comes nearer, or the time is over.
 
     Args:
-        at: a tool pose or a region of the task file; its centre is looked at.
+        at: a tool pose or a region of the task file, or an object that `detect` found; its centre
+            is looked at.
         distance_m: bring the camera this far from it, in the line of sight [m]; without it the
             camera turns where it is.
         timeout_s: give up after this [s].
@@ -35,7 +39,7 @@ class LookAt(Leaf):
         name: str,
         context: Context,
         *,
-        at: ToolPose | Region,
+        at: ToolPose | Region | SeenObject,
         distance_m: Distance | None = None,
         timeout_s: Seconds = 30.0,
     ) -> None:
@@ -43,7 +47,7 @@ class LookAt(Leaf):
         self._at = at
         self._distance = distance_m
         self._timeout = timeout_s
-        self._point = (at.wTe if isinstance(at, ToolPose) else at.wTr).translation
+        self._point = _middle(at)
 
     def initialise(self) -> None:
         """Start anew, from where the camera is now."""
@@ -76,3 +80,11 @@ class LookAt(Leaf):
         if blindness and context.clock.now() - self._begun > self.settings.view.patience:
             return self.failure(blindness)
         return self.running("waiting for a frame")
+
+
+def _middle(at: ToolPose | Region | SeenObject) -> npt.NDArray[np.float64]:
+    """(3,) what is looked at, in the world [m]."""
+    if isinstance(at, SeenObject):
+        return at.position
+    middle: npt.NDArray[np.float64] = (at.wTe if isinstance(at, ToolPose) else at.wTr).translation
+    return middle

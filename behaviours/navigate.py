@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar
 
 from py_trees.common import Status
 
+from behaviours.aiming import camera_pose, hand_for, straight_down
 from behaviours.approach import Approach
 from behaviours.back_off import BackOff
 from behaviours.context import Context
@@ -13,6 +14,7 @@ from behaviours.leaf import Leaf
 from behaviours.poses import BasePose, ToolPose
 from behaviours.ranges import Bounds, Seconds, Speed
 from controller import BaseGoal, MotionGoal, PoseGoal
+from perception import SeenObject
 
 
 class Navigate(Leaf):
@@ -23,6 +25,7 @@ class Navigate(Leaf):
 
     Args:
         to: a pose of the task file; a tool pose moves base and arm as one, a base pose the base.
+            Or an object that `detect` found: the camera gets over it, and looks straight down.
         speed_m_s: largest speed of the end effector [m/s].
         within_m: a tool this near to its pose is there, and what follows begins on the move [m]; it
             may then be turned by as much as swings a hand's length that far.
@@ -37,7 +40,7 @@ class Navigate(Leaf):
         name: str,
         context: Context,
         *,
-        to: ToolPose | BasePose,
+        to: ToolPose | BasePose | SeenObject,
         speed_m_s: Speed = 1.0,
         within_m: Annotated[float, Bounds(least=0.001, most=1.0)] = 0.01,
         timeout_s: Seconds = 60.0,
@@ -45,22 +48,11 @@ class Navigate(Leaf):
         super().__init__(name, context)
         self._to = to
         self._timeout = timeout_s
-        self._goal: MotionGoal = (
-            PoseGoal(
-                wTe=to.wTe,
-                speed=speed_m_s,
-                position_tolerance=within_m,
-                orientation_tolerance=max(
-                    PoseGoal.orientation_tolerance,
-                    within_m / self.settings.progress.metres_per_radian,
-                ),
-            )
-            if isinstance(to, ToolPose)
-            else BaseGoal(wTb=to.wTb)
-        )
+        self._speed, self._within = speed_m_s, within_m
 
     def initialise(self) -> None:
         """Start anew."""
+        self._goal = self._goal_now()
         self._approach = Approach(self, self._goal, self._to.name, self._timeout)
         self._back_off: BackOff | None = None
         self._has_backed_off = False
@@ -77,3 +69,23 @@ class Navigate(Leaf):
             self._back_off, self._has_backed_off = BackOff(self), True
             return self.running("backing off")
         return status
+
+    def _goal_now(self) -> MotionGoal:
+        to = self._to
+        if isinstance(to, BasePose):
+            return BaseGoal(wTb=to.wTb)
+        if isinstance(to, SeenObject):
+            height = self.settings.view.over_object
+            wTc = straight_down(to.position, height, like=camera_pose(self.context))
+            wTe = hand_for(self.context, wTc)
+        else:
+            wTe = to.wTe
+        return PoseGoal(
+            wTe=wTe,
+            speed=self._speed,
+            position_tolerance=self._within,
+            orientation_tolerance=max(
+                PoseGoal.orientation_tolerance,
+                self._within / self.settings.progress.metres_per_radian,
+            ),
+        )

@@ -55,8 +55,8 @@ class Occupancy:
         )
         region = self._region
         local = (points[np.isfinite(depth)] - region.wTr.translation) @ region.wTr.rotation
-        height = local[:, 2] + region.size[2] / 2.0
-        inside = (np.abs(local[:, :2]) < self._half).all(axis=1)
+        x, y, height = local[:, 0], local[:, 1], local[:, 2] + region.size[2] / 2.0
+        inside = (np.abs(x) < self._half[0]) & (np.abs(y) < self._half[1])
         inside &= (height > -self._settings.below) & (height < region.size[2])
         cells = ((local[inside, :2] + self._half) / self._cell).astype(int)
         seen, occupied = np.zeros_like(self._seen), np.zeros_like(self._seen)

@@ -42,5 +42,7 @@ Force: TypeAlias = Annotated[float, Bounds(least=1.0, most=140.0)]
 """Of the fingers; as much as a hand can press [N]."""
 Area: TypeAlias = Annotated[float, Bounds(least=0.0, most=10_000.0)]
 """Of something that stands on a table [cm^2]."""
+Millimetres: TypeAlias = Annotated[float, Bounds(least=1.0, most=500.0)]
+"""Of something that stands on a table [mm]."""
 Pitch: TypeAlias = Annotated[float, Bounds(least=0.02, most=2.0)]
 """Between things that stand side by side [m]."""

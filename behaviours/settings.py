@@ -189,6 +189,8 @@ class ViewSettings(Checked):
     """A camera that gives no frame for longer than this is blind [s]."""
     width_per_height: float = 0.8
     """Side of the square that one picture shows well, per height of the camera."""
+    over_object: float = 0.4
+    """Height of the camera over an object that it is sent to [m]."""
     least_seen: float = 0.9
     """Share of a region that must be seen to count what stands in it."""
 

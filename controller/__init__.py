@@ -18,8 +18,16 @@ from controller.command import (
     PostureGoal,
 )
 from controller.controller import HolisticController
+from controller.floor import Pose2D
 from controller.model import RobotModel, manipulability, robot_model
+from controller.motion import MotionController
 from controller.parts import STEP_PARTS
+from controller.planning import (
+    PlanningController,
+    PlanningError,
+    PlanningSettings,
+    planning_library,
+)
 from controller.point_cloud import PointCloud
 from controller.report import StepReport
 from controller.settings import PAPER, PRESETS, ControllerSettings
@@ -41,9 +49,14 @@ __all__ = [
     "GoalError",
     "HolisticController",
     "KinematicState",
+    "MotionController",
     "MotionGoal",
     "Obstacle",
+    "PlanningController",
+    "PlanningError",
+    "PlanningSettings",
     "PointCloud",
+    "Pose2D",
     "PoseGoal",
     "PostureGoal",
     "RobotModel",
@@ -52,5 +65,6 @@ __all__ = [
     "Surroundings",
     "manipulability",
     "out_of_reach",
+    "planning_library",
     "robot_model",
 ]

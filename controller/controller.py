@@ -173,6 +173,8 @@ class HolisticController:
             detour=motion.detour,
             clearance=near.clearance,
             nearest=near.name,
+            feels=near.points,
+            way=None if self._guide is None else self._guide.way,
             near=near.pairs,
             waits_for=self._waits_for,
         )

@@ -179,6 +179,11 @@ class Guide:
         """What stands around, seen from above."""
         return self._finder.floor
 
+    @property
+    def way(self) -> Array:
+        """(N, 3) poses of the base on its way."""
+        return self._route.way
+
     def lead_base(self, goal: BaseGoal, wTb: Pose2D, surroundings: Surroundings) -> Lead:
         """Where the base is led now on its way to a pose of its own."""
         there = Pose2D.of(goal.wTb)

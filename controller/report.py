@@ -7,6 +7,7 @@ from math import inf
 
 from pinocchio import SE3
 
+from controller.command import Array
 from controller.floor import Pose2D
 
 
@@ -50,5 +51,13 @@ class StepReport:
     at their speed."""
     nearest: str = ""
     """What comes nearest to what, for people; empty if nothing is near."""
+    feels: tuple[Array, Array] | None = None
+    """The two points (3,), in the world, between which that distance was measured last; None if
+    nothing is near, or only points that a camera has seen."""
+    way: Array | None = None
+    """(N, 3) base poses on the way around what stands there; the same object as long as it is the
+    same way. None if the base goes without one."""
     waits_for: str = ""
     """Who moves nearest, while the robot gives way; empty if it need not."""
+    plans: bool = False
+    """Whether the robot stands because its motion is being planned."""

@@ -127,9 +127,10 @@ class TaskClock:
         self._left_out = 0.0
         self._held_at: TaskTime | None = None
 
-    def begin_tick(self) -> None:
-        """Take the moment of the coming tick, for all that asks in it."""
+    def begin_tick(self) -> float:
+        """Take the moment of the coming tick, for all that asks in it; the session's time [s]."""
         self._tick = self.session.now()
+        return self._tick
 
     def now(self) -> TaskTime:
         """The present moment of the task."""

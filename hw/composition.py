@@ -209,6 +209,7 @@ class WristCamera:
                 intrinsics=self._description.intrinsics,
                 wTc=self._wTe_at(image.stamp) * self._description.eTc,
                 stamp=image.stamp,
+                paint=image.paint,
             )
         if self._frame is None or self._clock.now() - self._frame.stamp > max_age:
             return None

@@ -44,12 +44,14 @@ TURN = np.dtype(
         ("applied", "f8", 10),
     ]
 )
-"""One turn of the loop, in this order: its number from 0, session time [s], whether a person had
-ended the run, whether there was a reading, what the loop did with it (`Turn`), whether a person
-acknowledged an emergency stop; the reading itself (`battery` NaN: not told; `parts` are the stamps
-of arm, base and gripper; `faults` counts the sets of faults from 1, 0 is none); the camera's frame
-(counted from 1; 0: it had none, -1: nobody asked); whether a command was sent, when, which one
-(base twist, joint velocities), and what the robot said that it applied."""
+"""One turn of the loop, in this order: its number from 0, the moment of its reading [s], whether a
+person had ended the run, whether there was a reading, what the loop did with it (`Turn`), whether a
+person acknowledged an emergency stop; the reading itself (`battery` NaN: not told; `parts` are the
+stamps of arm, base and gripper; `faults` counts the sets of faults from 1, 0 is none); the camera's
+frame (counted from 1; 0: it had none, -1: nobody asked); whether a command was sent, the moment for
+which it was judged, which one (base twist, joint velocities), and what the robot said that it
+applied. Moments are what the loop was told when it asked the session's clock, not what the clock
+says a little later: the gate decides by them."""
 
 _EMPTY = np.zeros((), TURN)
 _EMPTY["frame"] = -1
@@ -80,6 +82,44 @@ class Notes(Protocol):
         """A frame that the loop has not been given before, and its number."""
 
 
+class RecordedClock:
+    """The session's clock as the loop reads it; what it was told can be noted.
+
+    Args:
+        clock: session time.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._first: float | None = None
+        self.latest = clock.now()
+        """What the loop was told last [s]."""
+
+    def now(self) -> float:
+        """Seconds since the session began [s]."""
+        self.latest = self._clock.now()
+        self._first = self.latest if self._first is None else self._first
+        return self.latest
+
+    def sleep_until(self, stamp: float) -> None:
+        """Until `stamp` [s], as the clock behind it does."""
+        self._clock.sleep_until(stamp)
+
+    @property
+    def is_real(self) -> bool:
+        """As of the clock behind it."""
+        return self._clock.is_real
+
+    def begin_turn(self) -> None:
+        """The next answer is the moment of a new turn."""
+        self._first = None
+
+    @property
+    def turn(self) -> float:
+        """The moment of this turn [s]."""
+        return self.now() if self._first is None else self._first
+
+
 class RecordedRobot(RobotWrapper):
     """A robot whose readings, frames and commands are noted once somebody keeps them.
 
@@ -94,7 +134,8 @@ class RecordedRobot(RobotWrapper):
         super().__init__(robot)
         self.inner = robot
         """The robot behind."""
-        self._clock = clock
+        self.clock = RecordedClock(clock)
+        """Session time for the loop."""
         self._notes: Notes | None = None
         self._row = _EMPTY.copy()
         self._is_open = False
@@ -105,7 +146,7 @@ class RecordedRobot(RobotWrapper):
         self._frames = 0
         self.broken = ""
         """Why the notes are of no use for a replay; empty while they are."""
-        self._camera = _RecordedCamera(self, clock)
+        self._camera = _RecordedCamera(self)
 
     def record(self, notes: Notes) -> None:
         """Note every turn from the next reading on."""
@@ -137,6 +178,7 @@ class RecordedRobot(RobotWrapper):
         """The robot's reading."""
         self._hand_on()
         self._camera.begin_turn()
+        self.clock.begin_turn()
         state = self._robot.read()
         if self._notes is not None:
             self._begin()
@@ -156,7 +198,7 @@ class RecordedRobot(RobotWrapper):
                 self._hand_on()
                 self._begin()
             row = self._row
-            row["sent"], row["sent_time"] = True, self._clock.now()
+            row["sent"], row["sent_time"] = True, self.clock.latest
             try:
                 row["command"][:3], row["command"][3:] = command.base_twist, command.qd
                 row["applied"][:3], row["applied"][3:] = applied.base_twist, applied.qd
@@ -178,11 +220,12 @@ class RecordedRobot(RobotWrapper):
     def _begin(self) -> None:
         self._row[...] = _EMPTY
         self._row["number"], self._turns = self._turns, self._turns + 1
-        self._row["time"], self._row["stopped"] = self._clock.now(), self._stopped
+        self._row["stopped"] = self._stopped
         self._is_open = True
 
     def _hand_on(self) -> None:
         if self._is_open and self._notes is not None:
+            self._row["time"] = self.clock.turn
             self._notes.turn(self._row)
         self._is_open = False
 
@@ -201,12 +244,10 @@ class _RecordedCamera:
 
     Args:
         robot: whose camera.
-        clock: session time.
     """
 
-    def __init__(self, robot: RecordedRobot, clock: Clock) -> None:
+    def __init__(self, robot: RecordedRobot) -> None:
         self._robot = robot
-        self._clock = clock
         self._frame: DepthFrame | None = None
         self._is_asked = False
 
@@ -219,7 +260,7 @@ class _RecordedCamera:
         if not self._is_asked:
             self._frame, self._is_asked = self._robot.frame(), True
         frame = self._frame
-        if frame is None or self._clock.now() - frame.stamp > max_age:
+        if frame is None or self._robot.clock.turn - frame.stamp > max_age:
             return None
         return frame
 

@@ -48,7 +48,7 @@ class Difference:
 
 
 class ReplayClock:
-    """Session time as it was recorded.
+    """Session time as the loop was told it: first for a reading, then for its command.
 
     Args:
         times: of the turns [s].
@@ -58,23 +58,27 @@ class ReplayClock:
         self._times = times
         self._next = 0
         self._now = 0.0
+        self._coming: list[float] = []
 
     def now(self) -> float:
         """Recorded seconds since the session began [s]."""
+        if self._coming:
+            self._now = self._coming.pop(0)
         return self._now
 
     def sleep_until(self, stamp: float) -> None:
         """Go on to the next turn; where there is none, to `stamp` [s]."""
         self._now = float(self._times[self._next]) if self._next < len(self._times) else stamp
+        self._coming = []
 
     @property
     def is_real(self) -> bool:
         """Never: time waits."""
         return False
 
-    def set(self, turn: int, time: float) -> None:
-        """It is `time` [s] in a turn."""
-        self._next, self._now = turn + 1, time
+    def set(self, turn: int, *moments: float) -> None:
+        """It is each of the `moments` [s] of a turn, one after the other."""
+        self._next, self._coming = turn + 1, list(moments)
 
 
 class ReplayRobot:
@@ -139,6 +143,8 @@ class ReplayRobot:
         row = self.next_row
         if row is None or not row["read"] or self.difference is not None:
             self.ran_out |= row is None
+            if row is not None:
+                self.clock.set(self._at, float(row["time"]))
             raise RecordEndsError("the recorded readings end here")
         self._go_on()
         return self._reading(row)
@@ -194,7 +200,9 @@ class ReplayRobot:
     def _go_on(self) -> None:
         self._at += 1
         self._is_over = False
-        self.clock.set(self._at, float(self.row["time"]))
+        row = self.row
+        sent = [float(row["sent_time"])] if row["sent"] else []
+        self.clock.set(self._at, float(row["time"]), *sent)
 
     def _reading(self, row: npt.NDArray[np.void]) -> RobotState:
         number = int(row["faults"])
@@ -223,6 +231,6 @@ class _ReplayCamera:
         if number > 0 and number != self._number:
             self._frame, self._number = self._load(number), number
         frame = self._frame
-        if frame is None or self._robot.clock.now() - frame.stamp > max_age:
+        if frame is None or float(self._robot.row["time"]) - frame.stamp > max_age:
             return None
         return frame

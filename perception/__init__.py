@@ -7,6 +7,7 @@ with a face of its own, because it imports torch; this one does not.
 """
 
 from perception.candidates import WITHOUT_NETWORK, Candidates, CandidateSource, Proposals
+from perception.colours import COLOURS, ColourName, colour_name
 from perception.detector import OCCUPIED_HEIGHT, WALL_MARGIN, GraspDetector
 from perception.frame import Workspace
 from perception.geometry import Camera, world_points
@@ -19,14 +20,17 @@ from perception.network_io import (
     OUTPUT_STRIDE,
     WeightsError,
 )
+from perception.objects import ColourFrame, seen_objects
 from perception.preprocess import METRES_PER_PIXEL, Crop, central_crop, prepare
 from perception.samples import Labels, Sample, Shard
+from perception.seen_object import Footprint, SeenObject, SeenObjects
 from perception.seen_surfaces import SeenSurfaces, SurfaceSettings, surface_cells
 from perception.table_plane import NoTableError, camera_above_table
 from perception.tracker import GraspTracker, TrackerSettings
 
 __all__ = [
     "ANGLE_BINS",
+    "COLOURS",
     "INPUT_SIZE",
     "METRES_PER_PIXEL",
     "OCCUPIED_HEIGHT",
@@ -36,8 +40,11 @@ __all__ = [
     "Camera",
     "CandidateSource",
     "Candidates",
+    "ColourFrame",
+    "ColourName",
     "Crop",
     "Detection",
+    "Footprint",
     "GraspDetector",
     "GraspEstimate",
     "GraspTracker",
@@ -46,6 +53,8 @@ __all__ = [
     "NoTableError",
     "Proposals",
     "Sample",
+    "SeenObject",
+    "SeenObjects",
     "SeenSurfaces",
     "Shard",
     "SurfaceSettings",
@@ -56,7 +65,9 @@ __all__ = [
     "build_height_map",
     "camera_above_table",
     "central_crop",
+    "colour_name",
     "prepare",
+    "seen_objects",
     "surface_cells",
     "world_points",
 ]

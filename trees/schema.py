@@ -264,7 +264,13 @@ _FORMS: Mapping[Form, Schema] = {
     Form.EACH: _table(
         {
             "item": _word(),
-            "in": {"type": "array", "items": _SCALAR, "minItems": 1, "maxItems": 100},
+            "in": {
+                "type": ["array", "string"],
+                "items": _SCALAR,
+                "minItems": 1,
+                "maxItems": 100,
+                **_NAMED_VALUE,
+            },
             "do": _NODE,
         },
         required=["item", "in", "do"],

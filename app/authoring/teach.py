@@ -105,7 +105,7 @@ def _list(numbers: object, digits: int) -> str:
 
 def _with(text: str, name: str, line: str, places: Path, replace: bool) -> str:
     """The text with the line below `poses:`, in place of one of the same name."""
-    lines = text.splitlines()
+    lines = [re.sub(r"^poses:\s*(\{\s*\}|null|~)", "poses:", one) for one in text.splitlines()]
     heads = [place for place, one in enumerate(lines) if re.match(r"poses:\s*(#.*)?$", one)]
     if not heads and re.search(r"^poses:", text, re.MULTILINE):
         raise TeachError(f"{places}: write every pose on a line of its own below `poses:`")

@@ -129,7 +129,7 @@ def teach(
 @authoring.command("export")
 def export(
     names: Annotated[
-        list[str], typer.Argument(help="A task; with --lerobot runs, an episode each.")
+        list[str], typer.Argument(help="A task; with --lerobot runs, cut to episodes.")
     ],
     output: Output = None,
     lerobot: Annotated[
@@ -159,8 +159,11 @@ def _export_runs(names: list[str], folder: Path, runs: Path, fps: int) -> None:
     from app.export import export_lerobot
     from app.review import find_run
 
-    frames = export_lerobot([find_run(name, runs) for name in names], folder, fps)
-    typer.echo(f"{folder}: {len(names)} episodes, {frames} frames")
+    done = export_lerobot([find_run(name, runs) for name in names], folder, fps)
+    video = "with depth video" if done.has_video else "without video: a run has no pictures"
+    typer.echo(
+        f"{folder}: {done.episodes} episodes ({done.failed} failed), {done.frames} frames, {video}"
+    )
 
 
 def _deliver(text: str, output: Path | None) -> None:

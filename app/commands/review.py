@@ -1,4 +1,4 @@
-"""`frankie-task runs`, `view`, `explain`, `replay` and `delays`: about finished runs."""
+"""`frankie-task runs`, `view`, `film`, `explain`, `replay` and `delays`: about finished runs."""
 
 from __future__ import annotations
 
@@ -18,12 +18,14 @@ Runs = Annotated[Path, typer.Option("--runs", help="Where the runs are.")]
 
 
 def runs(
-    folder: Annotated[Path, typer.Argument(help="Where the runs are.")] = Path("runs"),
+    runs: Annotated[Path | None, typer.Argument(help="Where the runs are.")] = None,
+    where: Runs = Path("runs"),
     as_json: Annotated[bool, typer.Option("--json", help="Print them as JSON.")] = False,
 ) -> None:
     """List the recorded runs: start, task and outcome."""
     from app.review import read_run, run_folders, runs_table
 
+    folder = runs or where
     records = [read_run(path) for path in run_folders(folder)]
     if as_json:
         print(json.dumps([record.row() for record in records], indent=2))
@@ -40,6 +42,7 @@ def view(
     run: Run = "last",
     runs: Runs = Path("runs"),
     web: Annotated[bool, typer.Option("--web", help="In the browser.")] = False,
+    at: Annotated[float | None, typer.Option(help="The moment to show first [s].", min=0.0)] = None,
 ) -> None:
     """Open the recording of a run in the Rerun viewer."""
     from app.core import RECORDING
@@ -48,16 +51,68 @@ def view(
 
     path = Path(run)
     recording = path if path.suffix == ".rrd" else find_run(run, runs) / RECORDING
-    open_in_viewer(recording, web=web, say=lambda text: typer.echo(text, err=True))
+    raise typer.Exit(
+        open_in_viewer(recording, web=web, say=lambda text: typer.echo(text, err=True), at=at)
+    )
 
 
-def explain(run: Run = "last", runs: Runs = Path("runs")) -> None:
-    """Explain how a run ended: the node, the time, the reason and the key figures."""
-    from app.review import explain as explained
+def demo_page(
+    folder: Annotated[Path, typer.Argument(help="Where to make the page.")],
+    run: Annotated[str, typer.Option("--run", help="Folder of a run, or its name.")] = "last",
+    runs: Runs = Path("runs"),
+) -> None:
+    """Make a static page that shows a recording in any browser, viewer included."""
+    from app.review import demo_page as make
     from app.review import find_run
 
-    text = str(explained(find_run(run, runs)))
-    Terminal().say(text)
+    page = make(find_run(run, runs), folder)
+    say = Terminal().say
+    say(f"{page}: copy the folder to any web server, or look at it here:")
+    say(f"  python3 -m http.server --directory {folder} --bind 127.0.0.1")
+
+
+def film(
+    run: Annotated[str, typer.Argument(help="Folder of a run, a file in it, or `last`.")],
+    out: Annotated[Path, typer.Argument(help="The film: a .webp or .gif file.")],
+    runs: Runs = Path("runs"),
+    begin: Annotated[float, typer.Option("--from", help="First moment [s].", min=0.0)] = 0.0,
+    end: Annotated[float, typer.Option("--to", help="Last moment [s].", min=0.0)] = 20.0,
+    speed: Annotated[float, typer.Option(help="Recorded seconds a second.", min=0.1)] = 2.5,
+    width: Annotated[int, typer.Option(help="Of the film [px].", min=64, max=1280)] = 960,
+) -> None:
+    """Make a moving picture of a recorded run; needs a Vulkan driver, but no screen."""
+    from app.core import RECORDING
+    from app.review import find_run, make_film
+
+    path = Path(run)
+    recording = path if path.suffix == ".rrd" else find_run(run, runs) / RECORDING
+    pictures = make_film(recording, out, begin=begin, end=end, speed=speed, width=width)
+    size = out.stat().st_size / 1e6
+    Terminal().say(f"{out}: {pictures} pictures, {size:.1f} MB")
+
+
+def explain(
+    run: Run = "last",
+    runs: Runs = Path("runs"),
+    html: Annotated[
+        Path | None, typer.Option(help="Write a page to share instead: one file, with pictures.")
+    ] = None,
+    time: Annotated[
+        bool, typer.Option("--time", help="Where the time went instead, and what limited it.")
+    ] = False,
+) -> None:
+    """Explain how a run ended: what went wrong first, the attempts, and what took the time."""
+    from app.review import explain as explained
+    from app.review import find_run, time_use, write_report
+
+    folder = find_run(run, runs)
+    if time:
+        Terminal().say(str(time_use(folder)))
+    elif html is None:
+        Terminal().say(str(explained(folder)))
+    else:
+        write_report(folder, html)
+        Terminal().say(f"{html}: open it in a browser, or send it to somebody")
 
 
 def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:

@@ -2,51 +2,15 @@
 
 from __future__ import annotations
 
-import os
-import sys
-from collections.abc import Callable
-from enum import StrEnum
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from app.choices import MotionForm, ObstacleSource, Speed, View, VisionForm
 from app.commands.refuse import find_tree, refuse, task_parameters
-from app.terminal import Terminal
-
-if TYPE_CHECKING:
-    from app.core import Result
-
-
-class Speed(StrEnum):
-    """How fast simulated time goes."""
-
-    REAL = "real"
-    MAX = "max"
-
-
-class VisionChoice(StrEnum):
-    """How images are searched for grasps."""
-
-    STEP = "step"
-    BESIDE = "beside"
-
-
-class ObstacleChoice(StrEnum):
-    """What tells what stands around the robot."""
-
-    MAP = "map"
-    CAMERA = "camera"
-    BOTH = "both"
-
-
-class ViewChoice(StrEnum):
-    """How a run is watched."""
-
-    AUTO = "auto"
-    SPAWN = "spawn"
-    WEB = "web"
-    NONE = "none"
+from app.commands.run_result import finished, say, show_result
+from app.terminal import Loading
 
 
 def run(
@@ -82,19 +46,26 @@ def run(
         str | None, typer.Option(help="Which shipped grasp network: bins (the default) or ggcnn.")
     ] = None,
     vision: Annotated[
-        VisionChoice | None,
+        VisionForm | None,
         typer.Option(
             help="Look for grasps in step with the control ticks, or beside them; "
             "default: beside in real time, else in step."
         ),
     ] = None,
+    motion: Annotated[
+        MotionForm,
+        typer.Option(help="Base and arm as one, or base first and the arm by plans: the baseline."),
+    ] = MotionForm.HOLISTIC,
+    planning_time: Annotated[
+        float, typer.Option(help="With --motion planning: stand so long for each plan [s].", min=0)
+    ] = 0.05,
     obstacles: Annotated[
-        ObstacleChoice,
+        ObstacleSource,
         typer.Option(
             help="What tells what must not be hit: the map of what stands around, the points "
             "that the camera has seen, or both."
         ),
-    ] = ObstacleChoice.MAP,
+    ] = ObstacleSource.MAP,
     site: Annotated[
         Path | None,
         typer.Option(
@@ -104,11 +75,11 @@ def run(
         ),
     ] = None,
     view: Annotated[
-        ViewChoice,
+        View,
         typer.Option(
             help="Watch in a window, in a browser, or not; auto: a window if there is a screen."
         ),
-    ] = ViewChoice.AUTO,
+    ] = View.AUTO,
     view_host: Annotated[
         str, typer.Option(help="Address to serve viewers on; there is no password.")
     ] = "127.0.0.1",
@@ -124,6 +95,13 @@ def run(
     control_port: Annotated[
         int | None, typer.Option(help="Of the page of --control.", min=1, max=65535)
     ] = None,
+    force: Annotated[
+        bool,
+        typer.Option("--force-outcomes", help="Let the page of --control answer for a node."),
+    ] = False,
+    approve: Annotated[
+        bool, typer.Option("--approve", help="Each leaf that moves the robot waits for a person.")
+    ] = False,
     paused: Annotated[bool, typer.Option("--paused", help="Wait before the first tick.")] = False,
     stop_before: Annotated[
         list[str] | None,
@@ -164,87 +142,70 @@ def run(
     parameters = task_parameters(parameter or [])
     if weights is not None and network is not None:
         refuse("--network: the file of --weights tells the network already; give one of both")
-    from app.core import (
-        End,
-        ObstacleSource,
-        RunOptions,
-        VisionForm,
-        parse_fault,
-        read_faults,
-        run_on_save,
-        run_task,
-    )
-    from app.live import ControlOptions, View, ViewOptions
-    from config import UserError
-    from hw import HardwareError
-    from robots import load_real_robot
+    with Loading(f"{Path(tree).stem} on {Path(robot).stem}") as loading:
+        from app.core import (
+            End,
+            RunOptions,
+            parse_fault,
+            read_faults,
+            run_on_save,
+            run_task,
+        )
+        from app.live import ControlOptions, ViewOptions
+        from config import UserError
+        from hw import HardwareError
+        from robots import load_real_robot
 
-    paced = speed is Speed.REAL or load_real_robot(robot) is not None
-    usual = VisionChoice.BESIDE if paced else VisionChoice.STEP
-    options = RunOptions(
-        tree=find_tree(tree),
-        robot=robot,
-        world=world,
-        armed=armed,
-        vision=VisionForm((vision or usual).value),
-        obstacles=ObstacleSource(obstacles.value),
-        map=site,
-        scene=scene,
-        seed=seed,
-        parameters=parameters,
-        places=places,
-        paced=paced,
-        record=record,
-        replayable=replayable,
-        weights=weights,
-        network=network,
-        view=ViewOptions(view=View(view.value), host=view_host, port=view_port, web_port=web_port),
-        control=ControlOptions(
-            page=control,
-            page_port=control_port,
-            paused=paused,
-            breaks=tuple(stop_before or ()),
-            groot=groot2 or groot2_control,
-            groot_port=groot2_port,
-            groot_control=groot2_control,
-            acknowledge_after=acknowledge_after,
-        ),
-        faults=(
-            *(read_faults(faults) if faults is not None else ()),
-            *(parse_fault(text) for text in fault or ()),
-        ),
-    )
-    try:
-        if watch:
-            result = run_on_save(options, show=lambda result: _show(result, as_json), say=_say)
-        else:
-            result = run_task(options)
-            _show(result, as_json)
-    except HardwareError as error:  # while connecting: a run that has begun ends with a summary
-        _say(str(error))
-        raise typer.Exit(End.HARDWARE.exit_code) from None
+        paced = speed is Speed.REAL or load_real_robot(robot) is not None
+        if paced and motion is MotionForm.PLANNING:
+            refuse("--motion planning: plans are made within a tick, for simulation at --speed max")
+        usual = VisionForm.BESIDE if paced else VisionForm.STEP
+        options = RunOptions(
+            tree=find_tree(tree),
+            robot=robot,
+            world=world,
+            armed=armed,
+            vision=vision or usual,
+            motion=motion,
+            planning_time=planning_time,
+            obstacles=obstacles,
+            map=site,
+            scene=scene,
+            seed=seed,
+            parameters=parameters,
+            places=places,
+            paced=paced,
+            shown=True,
+            record=record,
+            replayable=replayable,
+            weights=weights,
+            network=network,
+            view=ViewOptions(view=view, host=view_host, port=view_port, web_port=web_port),
+            control=ControlOptions(
+                page=control,
+                page_port=control_port,
+                paused=paused,
+                breaks=tuple(stop_before or ()),
+                groot=groot2 or groot2_control,
+                groot_port=groot2_port,
+                groot_control=groot2_control,
+                force=force,
+                approve=approve,
+                acknowledge_after=acknowledge_after,
+            ),
+            faults=(
+                *(read_faults(faults) if faults is not None else ()),
+                *(parse_fault(text) for text in fault or ()),
+            ),
+        )
+        try:
+            if watch:
+                result = run_on_save(
+                    options, show=lambda result: show_result(result, as_json), say=say
+                )
+            else:
+                result = run_task(options, loading=loading, finished=finished(as_json))
+        except HardwareError as error:  # while connecting: a run that has begun ends with a summary
+            say(str(error))
+            raise typer.Exit(End.HARDWARE.exit_code) from None
     raise typer.Exit(result.outcome.end.exit_code if result else UserError.exit_code)
-
-
-def _show(result: Result, as_json: bool) -> None:
-    """What a run left, for people and for programs."""
-    for_people = Terminal(stderr=as_json)
-    if as_json:
-        _unless_closed(sys.stdout, lambda: print(result.summary.to_json(), flush=True))
-    _unless_closed(for_people.file, lambda: result.summary.show(for_people))
-    left = f"left in {result.folder}/"
-    _unless_closed(for_people.file, lambda: for_people.print(left))
-
-
-def _say(text: str) -> None:
-    terminal = Terminal(stderr=True)
-    _unless_closed(terminal.file, lambda: terminal.say(text))
-
-
-def _unless_closed(file: IO[str], write: Callable[[], object]) -> None:
-    """Write; where nobody reads any more, be silent from now on: the exit code still tells."""
-    try:
-        write()
-        file.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())

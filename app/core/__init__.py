@@ -4,6 +4,7 @@
 and `events` say what a run leaves behind.
 """
 
+from app.choices import MotionForm, ObstacleSource, VisionForm
 from app.core.events import EVENTS, Event, read_events
 from app.core.fault_schedule import (
     PHASES,
@@ -13,17 +14,18 @@ from app.core.fault_schedule import (
     phases_of,
     read_faults,
 )
-from app.core.folder import COMMANDS, RECORDING, STATES, SUMMARY, FolderError
+from app.core.folder import COMMANDS, FRAMES, OPTIONS, RECORDING, STATES, SUMMARY, FolderError
 from app.core.footprint import Footprint, footprint
 from app.core.instruments import Instruments
-from app.core.launch import Result, run_task
+from app.core.launch import run_task
 from app.core.measurements import Measurements
 from app.core.on_save import Saved, again_on_save, run_on_save
 from app.core.outcome import End, Outcome
 from app.core.replay import Replay, ReplayError, replay_run
+from app.core.result import Result
 from app.core.run_options import RunOptions
 from app.core.session import Session, Tick
-from app.core.setup import ObstacleSource, Setup, VisionForm, open_setup
+from app.core.setup import Setup, open_setup, set_up
 from app.core.snapshots import Snapshots, scene_view
 from app.core.summary import Summary
 from app.core.trial import BrokenTrialError, Trial, trial
@@ -31,6 +33,8 @@ from app.core.trial import BrokenTrialError, Trial, trial
 __all__ = [
     "COMMANDS",
     "EVENTS",
+    "FRAMES",
+    "OPTIONS",
     "PHASES",
     "RECORDING",
     "STATES",
@@ -42,6 +46,7 @@ __all__ = [
     "Footprint",
     "Instruments",
     "Measurements",
+    "MotionForm",
     "ObstacleSource",
     "Outcome",
     "Replay",
@@ -69,5 +74,6 @@ __all__ = [
     "run_on_save",
     "run_task",
     "scene_view",
+    "set_up",
     "trial",
 ]

@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from datetime import datetime
+from os.path import relpath
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any
 
 from config import UserError
+from trees.language import Task
 
 RECORDING = "recording.rrd"
 SUMMARY = "summary.json"
@@ -93,3 +95,11 @@ def _made(folder: Path) -> bool:
     except FileExistsError:
         return False
     return True
+
+
+def texts(task: Task, places: Path | None) -> dict[str, str]:
+    """The files of a task, the first as `task.yaml` and its subtrees where they are beside it."""
+    site = {} if places is None else {PLACES: places.read_text(encoding="utf-8")}
+    here = task.path.parent
+    inner = {relpath(path, here): path.read_text(encoding="utf-8") for path in task.files[1:]}
+    return inner | site | {TASK: task.text}

@@ -6,12 +6,13 @@ less than 2 ms. A stream that was cut off is readable up to there.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from pinocchio import SE3
 
 from config import UserError
@@ -51,6 +52,7 @@ class FrameStream:
                 [np.array(frame.wTc.homogeneous)[:3].ravel()],
                 [list(frame.depth.shape)],
                 [frame.depth.ravel()],
+                [None if frame.colour is None else frame.colour.ravel()],
             )
             arrays = [pa.array(c, f.type) for c, f in zip(columns, _schema(), strict=True)]
             self._writer.write_batch(pa.record_batch(arrays, schema=_schema()))
@@ -70,6 +72,7 @@ def _schema() -> Any:
             ("wTc", pa.list_(pa.float64(), 12)),
             ("shape", pa.list_(pa.int32())),
             ("depth", pa.list_(pa.float32())),
+            ("colour", pa.list_(pa.uint8())),
         ]
     )
 
@@ -112,8 +115,17 @@ class RecordedFrames:
                 intrinsics=self._intrinsics,
                 wTc=SE3(pose[:, :3].copy(), pose[:, 3].copy()),
                 stamp=batch["stamp"][0].as_py(),
+                paint=_paint(batch, shape),
             )
         except (StopIteration, OSError, pa.ArrowException):
             raise FramesError(f"{self._path}: frame {number} is missing") from None
         except (LookupError, ValueError, TypeError) as error:
             raise FramesError(f"{self._path}: frame {number} is damaged ({error})") from error
+
+
+def _paint(batch: Any, shape: npt.NDArray[np.int32]) -> Callable[[], npt.NDArray[np.uint8]] | None:
+    """The colours of a frame; None if its camera had none, or the run is of an older version."""
+    if "colour" not in batch.schema.names or batch["colour"].null_count:
+        return None
+    colour: npt.NDArray[np.uint8] = batch["colour"].flatten().to_numpy().reshape(*shape, 3)
+    return lambda: colour

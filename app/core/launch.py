@@ -2,42 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from dataclasses import asdict, replace
-from os.path import relpath
-from pathlib import Path
-from typing import NamedTuple
 
+from app.choices import VisionForm
+from app.core.brought import brought, supports
 from app.core.decisions import RecordedDecisions
 from app.core.fault_schedule import FaultSchedule
-from app.core.folder import PLACES, RECORDING, SUMMARY, TASK, VIEWER_LOG, make_folder
+from app.core.folder import RECORDING, SUMMARY, VIEWER_LOG, make_folder, texts
 from app.core.instruments import Instruments
 from app.core.interrupts import interrupts, leave, terminal_settings
 from app.core.measurements import Measurements
 from app.core.observers import Observers
 from app.core.outcome import End, Outcome
 from app.core.outputs import Outputs
+from app.core.result import Result
 from app.core.run_options import RunOptions
 from app.core.session import Session, Tick
-from app.core.setup import Setup, VisionForm, open_setup
+from app.core.setup import Setup, open_setup
 from app.core.snapshots import Snapshots, scene_view
-from app.core.summary import Summary, summarise
+from app.core.summary import summarise
 from app.live import (
+    About,
     AnyRecorder,
+    Moment,
     NoRecorder,
     OperatorConsole,
     Recorder,
     RecorderError,
-    StatusLine,
+    RunDisplay,
     Viewer,
     WebViewer,
     tree_view,
 )
-from app.terminal import Terminal
+from app.terminal import Loading, Terminal
 from config import Severity
 from controller import RobotModel
-from hw import Truth, WorldOptions, stopwatch
+from hw import WorldOptions, stopwatch
 from perception import GraspDetector
 from robots import load_robot
 from trees.language import Task, TaskFileError, TreeNode, build, load, nodes_in_order
@@ -47,19 +49,13 @@ _SHORT_PATIENCE = 1.0
 """Time that the disk has for the rest of a run that is abandoned [s]."""
 
 
-class Result(NamedTuple):
-    """What a run leaves."""
-
-    outcome: Outcome
-    summary: Summary
-    folder: Path
-
-
 def run_task(
     options: RunOptions,
     *,
     interrupted: Callable[[], bool] = lambda: False,
     instruments: Instruments | None = None,
+    loading: Loading | None = None,
+    finished: Callable[[Result], str] | None = None,
 ) -> Result:
     """Run a task.
 
@@ -67,11 +63,16 @@ def run_task(
         options: what a person chose.
         interrupted: asked every tick whether to end, as Ctrl-C does.
         instruments: what a bench measures or disturbs the run with.
+        loading: is told what is being loaded, and ended when the robot can move.
+        finished: is told the result, and explains it for the control page, which then stays until
+            Ctrl-C; without it the page ends with the run.
 
     Raises:
         UserError: bad input; nothing has moved.
         HardwareError: the robot cannot be connected.
     """
+    loading = loading or Loading()
+    loading("the task")
     viewer = Viewer(options.view, say=_tell)
     task = load(options.tree, overrides=options.parameters, places=options.places)
     world = WorldOptions(
@@ -81,39 +82,48 @@ def run_task(
         beside=options.vision is VisionForm.BESIDE,
         armed=options.armed,
     )
+    loading("the grasp network")
     gripper = load_robot(options.robot).gripper
     detector = GraspDetector(options.weights, options.network, gripper=gripper)
     tools, vision = instruments or Instruments(), options.vision
-    with open_setup(
-        options.robot,
-        options.world,
-        world,
-        detector,
-        vision,
-        tools.beneath,
-        options.obstacles,
-        options.map,
-    ) as setup:
-        if setup.note:
-            _tell(setup.note)
-        nodes = nodes_in_order(build(task, setup.context))
-        _check_places(options, task, setup)
-        room = OperatorConsole(
-            options.control,
-            task=task.name,
-            nodes=nodes,
-            inject=setup.robot.inject,
-            clear=setup.robot.clear,
-            viewer=_web_viewer(viewer),
-            say=_tell,
-        )
-        with room:
-            result = _run(options, task, setup, nodes, room, viewer, interrupted, tools)
-    if not setup.problems:
-        return result
-    warnings = [*result.summary.warnings, *setup.problems]
-    summary = replace(result.summary, warnings=warnings).kept(result.folder / SUMMARY)
-    return result._replace(summary=summary)
+    loading("the robot and its world")
+    with ExitStack() as page:
+        with open_setup(
+            options.robot,
+            options.world,
+            world,
+            detector,
+            vision,
+            tools.beneath,
+            options.obstacles,
+            options.map,
+            options.motion,
+            options.planning_time,
+        ) as setup:
+            if setup.note:
+                _tell(setup.note)
+            nodes = nodes_in_order(build(task, setup.context))
+            _check_places(options, task, setup)
+            room = page.enter_context(
+                OperatorConsole(
+                    options.control,
+                    task=task.name,
+                    nodes=nodes,
+                    inject=setup.robot.inject,
+                    clear=setup.robot.clear,
+                    viewer=_web_viewer(viewer),
+                    say=_tell,
+                )
+            )
+            loading("the recording and the viewer")
+            result = _run(options, task, setup, nodes, room, viewer, interrupted, tools, loading)
+        if setup.problems:
+            warnings = [*result.summary.warnings, *setup.problems]
+            summary = replace(result.summary, warnings=warnings).kept(result.folder / SUMMARY)
+            result = result._replace(summary=summary)
+        if finished is not None:
+            room.stay(result.ending(finished(result)))
+    return result
 
 
 def _check_places(options: RunOptions, task: Task, setup: Setup) -> None:
@@ -141,10 +151,11 @@ def _run(
     viewer: Viewer,
     interrupted: Callable[[], bool],
     instruments: Instruments,
+    loading: Loading,
 ) -> Result:
     """Run what has been put together, and keep all that it leaves."""
     log, tree = setup.context.log, tree_view(nodes)
-    supports = _supports(setup.truth)
+    before = supports(setup.truth)
     snapshots = Snapshots(nodes, setup.truth)
     measurements = Measurements(limits=setup.model.limits)
     scene = _scene(options, task)
@@ -152,7 +163,7 @@ def _run(
     faults = FaultSchedule(options.faults, setup.robot, behaviours, options.seed)
     instruments.begin(setup, nodes)
     known = asdict(options) | {"scene": scene, "pace": setup.robot.description.pace}
-    folder = make_folder(options.record, task.name, _texts(task, options.places), known)
+    folder = make_folder(options.record, task.name, texts(task, options.places), known)
     lossless = not options.paced
     outputs = Outputs(
         folder,
@@ -169,7 +180,7 @@ def _run(
             folder / RECORDING,
             tree=tree,
             model=RobotModel(setup.robot.description),
-            scene=scene_view(setup.truth),
+            scene=scene_view(setup.truth, setup.context.fixtures, nodes),
             lossless=lossless,
             server=viewer.server,
         )
@@ -177,9 +188,10 @@ def _run(
     began = setup.clock.now()
     with (
         viewer.showing(folder / VIEWER_LOG),
+        loading.ended(),
         room.open(),
-        interrupts(room.control.stop, setup.robot.stop, End.INTERRUPTED.exit_code),
-        StatusLine(tree) as status_line,
+        interrupts(room.leave, setup.robot.stop, End.INTERRUPTED.exit_code),
+        _display(options, task, setup, nodes) as display,
     ):
 
         def tell(tick: Tick) -> None:
@@ -189,10 +201,9 @@ def _run(
             room.control.node_changed(changed)
             observers.tell("the recording", lambda: recorder.record(seen))
             observers.tell("the controls", lambda: room.show(seen))
-            observers.tell(
-                "the status line",
-                lambda: status_line.update(seen, placed=log.placed, attempts=log.attempts),
-            )
+            if display is not None:
+                moment = Moment(seen=seen, placed=log.placed, attempts=log.attempts, paused=why)
+                observers.tell("the terminal", lambda: display.update(moment, changed=changed))
 
         def watch(tick: Tick) -> None:
             if interrupted():
@@ -229,8 +240,8 @@ def _run(
             scene=scene,
             seed=options.seed,
             outcome=outcome,
-            objects=len(supports),
-            placed=_brought(supports, _supports(setup.truth)),
+            objects=len(before),
+            placed=brought(before, supports(setup.truth)),
             touches=setup.truth.touches if setup.truth else (),
             log=log,
             measurements=measurements,
@@ -242,6 +253,22 @@ def _run(
             warnings=warnings,
         )
     return Result(outcome, summary.kept(folder / SUMMARY), folder)
+
+
+def _display(
+    options: RunOptions, task: Task, setup: Setup, nodes: Sequence[TreeNode]
+) -> AbstractContextManager[RunDisplay | None]:
+    """What the terminal shows meanwhile, if anything."""
+    if not options.shown:
+        return nullcontext()
+    where = (setup.robot.description.name, setup.world, _scene(options, task))
+    places = any(getattr(place.node, "key", "") == "place" for place in nodes)
+    about = About(
+        task=task.name,
+        where=" · ".join((*where, f"seed {options.seed}")),
+        objects=len(supports(setup.truth)) if places else 0,
+    )
+    return RunDisplay(about, tree_view(nodes))
 
 
 def _closed(recorder: AnyRecorder) -> list[str]:
@@ -257,7 +284,7 @@ def _web_viewer(viewer: Viewer) -> WebViewer | None:
     """Where the control page finds the viewer in the browser."""
     if viewer.page is None or viewer.server is None:
         return None
-    return WebViewer(files=viewer.page.partition("/?")[0], data=viewer.server.url)
+    return WebViewer(data=viewer.server.url)
 
 
 def _tell(text: str) -> None:
@@ -269,22 +296,3 @@ def _tell(text: str) -> None:
 def _scene(options: RunOptions, task: Task) -> str:
     """The scene that a person asked for, or the task, or the usual one."""
     return options.scene or scene_of(task) or "household"
-
-
-def _texts(task: Task, places: Path | None) -> dict[str, str]:
-    """The files of a task, the first as `task.yaml` and its subtrees where they are beside it."""
-    site = {} if places is None else {PLACES: places.read_text(encoding="utf-8")}
-    here = task.path.parent
-    inner = {relpath(path, here): path.read_text(encoding="utf-8") for path in task.files[1:]}
-    return inner | site | {TASK: task.text}
-
-
-def _supports(truth: Truth | None) -> Mapping[str, str]:
-    """What carries each object, by its name; nothing where nobody knows the world."""
-    return truth.supports() if truth else {}
-
-
-def _brought(before: Mapping[str, str], after: Mapping[str, str]) -> int:
-    """How many objects stand on some other furniture than before, and not on the floor."""
-    nowhere = ("", "hand", "floor")
-    return sum(after[name] not in (*nowhere, before[name]) for name in before)

@@ -1,4 +1,4 @@
-"""Those who are told about a run: recording, log, page, status line. None of them can end it."""
+"""Those who are told about a run: recording, log, page, terminal. None of them can end it."""
 
 from __future__ import annotations
 

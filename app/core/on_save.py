@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from app.core.launch import Result, run_task
+from app.core.launch import run_task
 from app.core.outcome import End
+from app.core.result import Result
 from app.core.run_options import RunOptions
 from hw import WallClock
 from trees.language import TaskFileError, load

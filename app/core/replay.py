@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from app.choices import MotionForm, ObstacleSource, VisionForm
 from app.core.decisions import ReplayedDecisions
 from app.core.folder import FRAMES, NOTES, OPTIONS, PLACES, READINGS, TASK
 from app.core.frames import RecordedFrames
@@ -19,8 +20,9 @@ from app.core.known import known_then
 from app.core.measurements import Measurements
 from app.core.outcome import Outcome
 from app.core.session import Session
-from app.core.setup import ObstacleSource, VisionForm, set_up
+from app.core.setup import set_up
 from config import UserError
+from controller import PlanningSettings
 from hw import TURN, Backend, DepthFrame, Difference, Fault, FaultKind, ReplayRobot
 from perception import GraspDetector
 from robots import RobotDescription, at_pace, load_robot
@@ -100,6 +102,8 @@ def replay_run(folder: Path) -> Replay:
         VisionForm.STEP,
         known=known,
         obstacles=options["obstacles"],
+        motion=options["motion"],
+        planning_time=options["planning_time"],
     ) as setup:
         nodes = nodes_in_order(build(task, setup.context))
         robot.begin()
@@ -140,15 +144,18 @@ def _options(folder: Path) -> dict[str, Any]:
             "site": None if options.get("map") is None else Path(options["map"]),
             "vision": str(vision),
             "obstacles": ObstacleSource(options.get("obstacles", "map")),
+            "motion": MotionForm(options.get("motion", "holistic")),
+            "planning_time": float(options.get("planning_time", PlanningSettings.planning_time)),
         }
-        held = control["breaks"] or control["groot"]
+        held = any(control.get(one) for one in ("breaks", "groot", "approve", "force"))
     except OSError as error:
         raise _unreadable(path, error) from error
     except _DAMAGED as error:
         raise _damage(path, error) from error
     if held:
         raise ReplayError(
-            f"{folder}: with --break or --groot2 a person may hold or answer for a node; "
+            f"{folder}: with --break, --approve, --force-outcomes or --groot2 a person may hold "
+            "or answer for a node; "
             "such a run cannot be replayed"
         )
     return kept

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from app.choices import MotionForm, ObstacleSource, VisionForm
 from app.core.fault_schedule import ScheduledFault
-from app.core.setup import ObstacleSource, VisionForm
 from app.live import ControlOptions, ViewOptions
+from controller import PlanningSettings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +23,10 @@ class RunOptions:
     """What moves it, where it is not real."""
     armed: bool = False
     """Whether a person has said that a real robot may move."""
+    motion: MotionForm = MotionForm.HOLISTIC
+    """How the robot gets to its goals."""
+    planning_time: float = PlanningSettings.planning_time
+    """Where it plans, it stands for this long each time [s]."""
     vision: VisionForm = VisionForm.STEP
     """How images are searched for grasps."""
     obstacles: ObstacleSource = ObstacleSource.MAP
@@ -50,5 +55,7 @@ class RunOptions:
     """What people have in hand meanwhile."""
     faults: tuple[ScheduledFault, ...] = ()
     """What goes wrong by itself meanwhile."""
+    shown: bool = False
+    """Whether the terminal shows the tree meanwhile."""
     recording: bool = True
     """Whether the motion is recorded for the viewer."""

@@ -20,7 +20,7 @@ from app.core.measurements import Measurements
 from app.core.memory import settled_memory
 from app.core.outcome import End, Outcome, Stage, last_ticked, outcome_of
 from behaviours import Context
-from controller import Command, HolisticController, MotionGoal, StepReport
+from controller import Command, MotionController, MotionGoal, StepReport
 from hw import (
     SIMULATION,
     FaultKind,
@@ -81,7 +81,7 @@ class Session:
         *,
         root: Behaviour,
         context: Context,
-        controller: HolisticController,
+        controller: MotionController,
         gate: Gate,
         measurements: Measurements,
         clock: TaskClock,
@@ -179,8 +179,7 @@ class Session:
         self._watchdog.feed()
         self._stage = Stage.READ
         state = self._context.robot.read()
-        self._clock.begin_tick()
-        return state, self._clock.session.now()
+        return state, self._clock.begin_tick()
 
     def _step(self, state: RobotState, now: float, goal: MotionGoal | None) -> StepReport:
         """Turn a goal into a command, and send it."""

@@ -5,12 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
 
+from app.choices import MotionForm, ObstacleSource, VisionForm
 from app.core.known import Known, known_of
 from behaviours import Context, SeenObstacles, Vision, VisionBeside, VisionInStep
-from controller import HolisticController, RobotModel, Surroundings
+from controller import (
+    HolisticController,
+    MotionController,
+    PlanningController,
+    PlanningSettings,
+    RobotModel,
+    Surroundings,
+)
 from hw import (
     Backend,
     Camera,
@@ -28,27 +35,6 @@ from hw import (
     open_backend,
 )
 from perception import GraspDetector
-
-
-class VisionForm(StrEnum):
-    """How images are searched for grasps."""
-
-    STEP = "step"
-    """In step with the tick, which waits: a simulated run is the same every time."""
-    BESIDE = "beside"
-    """Beside the loop: no tick waits, as on hardware."""
-
-
-class ObstacleSource(StrEnum):
-    """What tells the controller what stands around the robot."""
-
-    MAP = "map"
-    """The map of what never moves, and a tracker of what does."""
-    CAMERA = "camera"
-    """The wrist camera alone: what it has not seen is not known, and no way is found around it."""
-    BOTH = "both"
-    """Map, tracker and camera."""
-
 
 _VISION: dict[VisionForm, Callable[[Camera, GraspDetector], Vision]] = {
     VisionForm.STEP: VisionInStep,
@@ -69,7 +55,7 @@ class Setup:
     """What is known of the world; None on hardware."""
     world: str
     """What moves the robot."""
-    controller: HolisticController
+    controller: MotionController
     gate: Gate
     vision: Vision
     context: Context
@@ -94,6 +80,8 @@ def open_setup(
     beneath: Callable[[Robot], Robot] = lambda robot: robot,
     obstacles: ObstacleSource = ObstacleSource.MAP,
     site: Path | None = None,
+    motion: MotionForm = MotionForm.HOLISTIC,
+    planning_time: float = PlanningSettings.planning_time,
 ) -> Iterator[Setup]:
     """Connect a robot and put together what a session works with; closes it in the end.
 
@@ -106,8 +94,11 @@ def open_setup(
         beneath: what to put between the robot and the faults that are injected into it.
         obstacles: what tells what stands around the robot.
         site: the map of what stands around; None for the world's own.
+        motion: how the robot gets to its goals.
+        planning_time: the robot stands for this long whenever it plans [s].
 
     Raises:
+        PlanningError: motions are to be planned, and what does it is not installed.
         UserError: there is no such robot, world or scene, or its file has a mistake.
         HardwareError: the robot cannot be connected.
     """
@@ -121,6 +112,8 @@ def open_setup(
         seed=options.seed,
         known=known,
         obstacles=obstacles,
+        motion=motion,
+        planning_time=planning_time,
     ) as setup:
         yield setup
 
@@ -135,6 +128,8 @@ def set_up(
     seed: int = 0,
     known: Known | None = None,
     obstacles: ObstacleSource = ObstacleSource.MAP,
+    motion: MotionForm = MotionForm.HOLISTIC,
+    planning_time: float = PlanningSettings.planning_time,
 ) -> Iterator[Setup]:
     """Connect a robot and put together what a session works with; closes it in the end.
 
@@ -146,8 +141,11 @@ def set_up(
         seed: of the faults.
         known: what the robot is told of its surroundings; None for what its world knows.
         obstacles: what tells what stands around the robot.
+        motion: how the robot gets to its goals.
+        planning_time: the robot stands for this long whenever it plans [s].
 
     Raises:
+        PlanningError: motions are to be planned, and what does it is not installed.
         HardwareError: the robot cannot be connected.
     """
     injected = FaultInjection(beneath(backend.robot), backend.truth, seed)
@@ -162,8 +160,13 @@ def set_up(
         closing(_VISION[form](robot.camera, detector)) as vision,
         _seen(robot, form, obstacles) as seen,
     ):
-        clock = TaskClock(backend.clock, robot.description.pace)
-        controller = HolisticController(RobotModel(robot.description))
+        clock = TaskClock(robot.clock, robot.description.pace)
+        model = RobotModel(robot.description)
+        controller: MotionController = (
+            HolisticController(model)
+            if motion is MotionForm.HOLISTIC
+            else PlanningController(model, planning=PlanningSettings(planning_time=planning_time))
+        )
         moving = tuple(known.obstacles(state.stamp))
         controller.prepare(Surroundings(fixtures=known.fixtures, moving=moving))
         yield Setup(
@@ -184,6 +187,7 @@ def set_up(
                 seen=seen,
                 fixtures=known.fixtures,
                 obstacles=known.obstacles,
+                follows_goals=motion is MotionForm.HOLISTIC,
             ),
             problems=problems,
             note=backend.note,

@@ -15,9 +15,18 @@ from rich.console import Console
 from rich.table import Table
 
 from app.core.measurements import Measurements
-from app.core.outcome import Outcome
+from app.core.outcome import End, Outcome
 from behaviours import Carried, TaskLog
 from hw import MAY_TOUCH, Gate, TaskTime, Touch
+
+_MARKS = {
+    End.SUCCESS.value: ("✔", "succeeded"),
+    End.FAILURE.value: ("✗", "failed"),
+    End.CRASH.value: ("✗", "crashed"),
+    End.HARDWARE.value: ("✗", "ended with a fault of the robot"),
+    End.INTERRUPTED.value: ("■", "was interrupted"),
+}
+"""Of each outcome, and its words."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,17 +108,46 @@ class Summary:
         """One JSON object."""
         return json.dumps(asdict(self), indent=2)
 
+    @property
+    def achieved(self) -> str:
+        """What came of it, in one line."""
+        mark, ended = _MARKS.get(self.outcome, ("✗", f"ended as {self.outcome}"))
+        objects = ""
+        if self._handled:
+            objects = f"{self.placed} of {self.objects} objects placed, "
+        failed_in = f"{self.node}: " if self.node and not self.succeeded else ""
+        return (
+            f"{mark} {self.task} {ended} after {self.duration_s:.1f} s: "
+            f"{objects}{failed_in}{self.reason}"
+        )
+
+    @property
+    def _handled(self) -> bool:
+        """Whether the task had anything to do with objects."""
+        return bool(self.placed or self.claimed or self.attempts)
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether the task did."""
+        return self.outcome == End.SUCCESS.value
+
     def show(self, console: Console) -> None:
-        """Print it for people."""
-        table = Table(title=f"{self.task}: {self.outcome}", title_justify="left", show_header=False)
-        failed_in = f" (in {self.node})" if self.node else ""
+        """Print it for people: what was achieved, then the figures."""
+        style = "bold green" if self.succeeded else "bold red"
+        console.print(self.achieved, style=style, soft_wrap=True)
+        table = Table(show_header=False, box=None, pad_edge=False)
+        table.add_column(style="bright_black")
         claim = f"; the task claims {self.claimed}" if self.claimed != self.placed else ""
-        rows: dict[str, Any] = {
-            "why": f"{self.reason}{failed_in}",
-            "placed": f"{self.placed} of {self.objects} objects in {self.attempts} attempts{claim}",
+        rows: dict[str, Any] = {}
+        if self._handled:
+            rows = {
+                "placed": f"{self.placed} of {self.objects} objects in {self.attempts} attempts"
+                f"{claim}",
+                "grasp": _seconds(self.grasp_time_mean_s),
+                "pick and place": _seconds(self.pick_place_time_mean_s),
+            }
+        rows |= {
             "time": f"{self.duration_s:.1f} s, {self.real_time_factor:.2f} times real time",
-            "grasp": _seconds(self.grasp_time_mean_s),
-            "pick and place": _seconds(self.pick_place_time_mean_s),
             "limits": f"{self.limit_violations} violations in {self.ticks} ticks; "
             f"at most {self.highest_speed_percent:.0f} % of a speed limit, "
             f"joints at least {self.smallest_joint_margin_deg:.1f}° inside their range",

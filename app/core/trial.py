@@ -10,10 +10,11 @@ from pathlib import Path
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from app.choices import VisionForm
 from app.core.measurements import Measurements
 from app.core.outcome import End
 from app.core.session import Session
-from app.core.setup import Setup, VisionForm, open_setup
+from app.core.setup import Setup, open_setup
 from behaviours import Context
 from hw import Clock, Truth, WorldOptions
 from perception import GraspDetector

@@ -1,33 +1,28 @@
-"""Recorded runs as a LeRobotDataset, layout version 3: one episode per run, for learning policies.
+"""Recorded runs as a LeRobotDataset, layout version 3: one episode an object, to learn policies.
 
-The layout is plain Parquet and JSON and is written directly: the `lerobot` package pins versions of
-Rerun and PyTorch that conflict with this project's. A dataset has the motion of a run, without
-camera images.
+The layout is plain Parquet, JSON and MP4 and is written directly: the `lerobot` package pins
+versions of Rerun and PyTorch that conflict with this project's.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from os.path import isfile, lexists
+from os.path import lexists
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from app.core import COMMANDS, STATES
-from app.review import read_run
-from config import Diagnostics, UserError, content, read_yaml
+from app.export.depth_video import CODEC, FAR, NEAR, Video, write_video
+from app.export.episodes import Episode, read_episodes
+from app.export.errors import ExportError
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 USUAL_FPS = 50
-
-_SHORTEST, _LONGEST = 1e-4, 1.0
-"""Of a control period [s]."""
 
 _JOINTS = [f"joint_{number}" for number in range(1, 8)]
 _VECTORS = {
@@ -38,6 +33,8 @@ _VECTORS = {
 """Vectors of float32 by feature, in metres, radians and seconds. The action has the applied
 velocities, and the width of the fingers one frame later."""
 _NUMBERS = {
+    "next.done": "bool",
+    "next.success": "bool",
     "timestamp": "float32",
     "frame_index": "int64",
     "episode_index": "int64",
@@ -46,44 +43,43 @@ _NUMBERS = {
 }
 _QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
 _CHUNK = "chunk-000/file-000.parquet"
-_PATTERN = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+_VIDEO = "chunk-000/file-000.mp4"
+DEPTH = "observation.images.depth"
+"""The feature of the depth video."""
+_PATTERN = "chunk-{chunk_index:03d}/file-{file_index:03d}"
+_VIDEO_PATTERN = f"videos/{{video_key}}/{_PATTERN}.mp4"
 
 Array = npt.NDArray[Any]
 
 
-class ExportError(UserError):
-    """Runs cannot be exported; the text says which and why."""
+class Exported(NamedTuple):
+    """What a dataset has."""
+
+    episodes: int
+    failed: int
+    """How many of them failed."""
+    frames: int
+    has_video: bool
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Episode:
-    task: str
-    robot: str
-    columns: dict[str, Array]
-    """(frames,) or (frames, n) by feature, without the indices, which depend on other episodes."""
-
-    @property
-    def length(self) -> int:
-        return len(self.columns["timestamp"])
-
-
-def export_lerobot(folders: Sequence[Path], out: Path, fps: int = USUAL_FPS) -> int:
+def export_lerobot(folders: Sequence[Path], out: Path, fps: int = USUAL_FPS) -> Exported:
     """Write a dataset.
 
     Args:
-        folders: of the runs, one episode each.
+        folders: of the runs; `episodes` says how they are cut.
         out: folder of the dataset; created here.
         fps: frames per second; must divide the control rate.
 
     Returns:
-        Number of frames.
+        How much was written.
 
     Raises:
-        ExportError: a run has no recorded motion, or a different rate or robot; or `out` exists.
+        ExportError: a run has no recorded motion, or a different rate, robot or size of pictures;
+            or `out` exists.
     """
     if lexists(out):
         raise ExportError(f"{out}: exists already; choose a new folder")
-    episodes = [_read(folder, fps) for folder in folders]
+    episodes = [one for folder in folders for one in read_episodes(folder, fps)]
     robots = {episode.robot for episode in episodes}
     if len(robots) > 1:
         raise ExportError(f"different robots ({', '.join(sorted(robots))}): export them separately")
@@ -92,79 +88,23 @@ def export_lerobot(folders: Sequence[Path], out: Path, fps: int = USUAL_FPS) -> 
     everything = {key: np.concatenate([table[key] for table in tables]) for key in tables[0]}
     try:
         _write_parquet(out / "data" / _CHUNK, _data_table(everything))
-        _write_parquet(out / "meta" / "episodes" / _CHUNK, _episodes_table(episodes, tables))
+        video = write_video(out / "videos" / DEPTH / _VIDEO, episodes, fps)
+        rows = _episode_rows(episodes, tables, fps if video else None)
+        _write_parquet(out / "meta" / "episodes" / _CHUNK, rows)
         _write_parquet(out / "meta" / "tasks.parquet", _tasks_table(tasks))
-        _write_json(out / "meta" / "stats.json", _statistics(everything))
+        pictures = {} if video is None else {DEPTH: video.statistics()}
+        _write_json(out / "meta" / "stats.json", _statistics(everything) | pictures)
         _write_json(
             out / "meta" / "info.json",
-            _info(robots.pop(), fps, len(episodes), len(everything["index"]), len(tasks)),
+            _info(robots.pop(), fps, len(episodes), len(everything["index"]), len(tasks), video),
         )
     except OSError as error:
         raise ExportError(f"{out}: cannot be written ({error.strerror})") from error
-    return len(everything["index"])
+    failed = sum(not one.success for one in episodes)
+    return Exported(len(episodes), failed, len(everything["index"]), video is not None)
 
 
-def _read(folder: Path, fps: int) -> _Episode:
-    """The frames of one run."""
-    states, commands = _array(folder / STATES, 22), _array(folder / COMMANDS, 11)
-    count = min(len(states), len(commands))
-    if count < 2:
-        raise ExportError(f"{folder}: the run is too short ({count} ticks); name another")
-    period = float(np.median(np.diff(states[:count, 0])))
-    if not _SHORTEST <= period <= _LONGEST:
-        raise ExportError(f"{folder}: its stamps are {period:g} s apart; name another run")
-    rate = round(1.0 / period)
-    if fps < 1 or rate % fps:
-        fitting = ", ".join(str(n) for n in range(1, rate + 1) if rate % n == 0)
-        raise ExportError(f"--fps {fps}: {folder} has {rate} ticks per second; choose {fitting}")
-    states, commands = states[: count : rate // fps], commands[: count : rate // fps]
-    pose, twist, q, qd, fingers = np.split(states[:, 1:], [3, 6, 13, 20], axis=1)
-    later = np.concatenate([fingers[1:], fingers[-1:]])
-    record = read_run(folder)
-    return _Episode(
-        task=_description(folder) or record.task,
-        robot=record.summary.robot or "frankie",
-        columns={
-            "observation.state": np.hstack([pose, q, fingers]).astype(np.float32),
-            "observation.velocity": np.hstack([twist, qd]).astype(np.float32),
-            "action": np.hstack([commands[:, 1:], later]).astype(np.float32),
-            "timestamp": (np.arange(len(states)) / fps).astype(np.float32),
-        },
-    )
-
-
-def _array(path: Path, columns: int) -> Array:
-    """Recorded numbers, (ticks, columns); files that contain code are refused, not run."""
-    try:
-        if not isfile(path):
-            raise ValueError("there is no such file")
-        array = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError, MemoryError, OverflowError, SyntaxError) as error:
-        reason = " ".join(str(error).split())[:100]
-        raise ExportError(
-            f"{path}: the run has no recorded motion ({reason}); name another"
-        ) from error
-    if not isinstance(array, np.ndarray) or array.dtype != np.float64:
-        raise ExportError(f"{path}: contains no array of float64; name another run")
-    if array.shape[1:] != (columns,):
-        raise ExportError(
-            f"{path}: has the shape {array.shape}, not (ticks, {columns}); name another run"
-        )
-    if not np.isfinite(array).all():
-        raise ExportError(f"{path}: contains numbers that are not finite; name another run")
-    return array
-
-
-def _description(folder: Path) -> str:
-    """The description in the task file; empty if it has none that can be read."""
-    path = folder / "task.yaml"
-    read = read_yaml(Diagnostics(path)) if isfile(path) else None
-    task = content(read[1]) if read is not None else None
-    description = task.get("description") if isinstance(task, dict) else None
-    return description if isinstance(description, str) else ""
-
-
-def _numbered(episodes: Iterable[_Episode], tasks: list[str]) -> list[dict[str, Array]]:
+def _numbered(episodes: Iterable[Episode], tasks: list[str]) -> list[dict[str, Array]]:
     """The columns of every episode, with all indices."""
     tables, begin = [], 0
     for number, episode in enumerate(episodes):
@@ -198,7 +138,9 @@ def _statistics(columns: dict[str, Array]) -> dict[str, dict[str, list[float]]]:
     return found
 
 
-def _info(robot: str, fps: int, episodes: int, frames: int, tasks: int) -> dict[str, Any]:
+def _info(
+    robot: str, fps: int, episodes: int, frames: int, tasks: int, video: Video | None
+) -> dict[str, Any]:
     features: dict[str, Any] = {
         key: {"dtype": "float32", "shape": [len(names)], "names": names}
         for key, names in _VECTORS.items()
@@ -206,6 +148,8 @@ def _info(robot: str, fps: int, episodes: int, frames: int, tasks: int) -> dict[
     features |= {
         key: {"dtype": kind, "shape": [1], "names": None} for key, kind in _NUMBERS.items()
     }
+    if video is not None:
+        features[DEPTH] = _video_feature(video, fps)
     return {
         "codebase_version": "v3.0",
         "robot_type": robot,
@@ -217,9 +161,30 @@ def _info(robot: str, fps: int, episodes: int, frames: int, tasks: int) -> dict[
         "video_files_size_in_mb": 200,
         "fps": fps,
         "splits": {"train": f"0:{episodes}"},
-        "data_path": f"data/{_PATTERN}",
-        "video_path": None,
+        "data_path": f"data/{_PATTERN}.parquet",
+        "video_path": _VIDEO_PATTERN if video else None,
         "features": features,
+    }
+
+
+def _video_feature(video: Video, fps: int) -> dict[str, Any]:
+    height, width = video.height, video.width
+    return {
+        "dtype": "video",
+        "shape": [height, width, 3],
+        "names": ["height", "width", "channels"],
+        "info": {
+            "video.height": height,
+            "video.width": width,
+            "video.channels": 3,
+            "video.codec": CODEC,
+            "video.pix_fmt": "yuv420p",
+            "video.fps": fps,
+            "video.is_depth_map": True,
+            "has_audio": False,
+            "depth.metres_at_1": NEAR,
+            "depth.metres_at_255": FAR,
+        },
     }
 
 
@@ -234,8 +199,10 @@ def _data_table(columns: dict[str, Array]) -> pa.Table:
     return pa.table(arrays)
 
 
-def _episodes_table(episodes: Sequence[_Episode], tables: Sequence[dict[str, Array]]) -> pa.Table:
-    """Position and statistics of each episode."""
+def _episode_rows(
+    episodes: Sequence[Episode], tables: Sequence[dict[str, Array]], video_fps: int | None
+) -> pa.Table:
+    """Position, ending and statistics of each episode."""
     import pyarrow as pa
 
     rows = []
@@ -249,7 +216,17 @@ def _episodes_table(episodes: Sequence[_Episode], tables: Sequence[dict[str, Arr
             "data/file_index": 0,
             "dataset_from_index": begin,
             "dataset_to_index": begin + episode.length,
+            "success": episode.success,
+            "ended": episode.why,
+            "run": episode.folder.name,
         }
+        if video_fps is not None:
+            row |= {
+                f"videos/{DEPTH}/chunk_index": 0,
+                f"videos/{DEPTH}/file_index": 0,
+                f"videos/{DEPTH}/from_timestamp": begin / video_fps,
+                f"videos/{DEPTH}/to_timestamp": (begin + episode.length) / video_fps,
+            }
         for key, numbers in _statistics(table).items():
             row |= {f"stats/{key}/{name}": value for name, value in numbers.items()}
         rows.append(row | {"meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0})

@@ -1,4 +1,4 @@
-"""Live access to a run: recording and viewer, status line, and control by a person.
+"""Live access to a run: recording and viewer, the tree in the terminal, and control by a person.
 
 Every tick becomes one `Snapshot`. `monitor` records it and serves it to the viewer, `operator`
 pauses, steps and stops the run by keys, page and hooks, `groot` speaks to Groot2, and
@@ -23,38 +23,47 @@ from app.live.monitor import (
     open_in_viewer,
 )
 from app.live.nodes import NodeStatus, tip, tree_view
-from app.live.operator import Control, Hook, WebViewer
-from app.live.snapshot import ObjectView, SceneView, Signals, Snapshot, key_figures
-from app.live.status_line import StatusLine
+from app.live.operator import Control, Ending, Hook, WebViewer
+from app.live.run_display import RunDisplay
+from app.live.snapshot import ObjectView, RegionView, SceneView, Signals, Snapshot, key_figures
 from app.live.throttle import Throttle
+from app.live.tree_text import About, Moment
+from app.live.web import WebFilesError, viewer_page, viewer_web_files
 
 __all__ = [
+    "About",
     "Address",
     "AnyRecorder",
     "Control",
     "ControlOptions",
+    "Ending",
     "Feed",
     "HeadlessViewer",
     "Hook",
+    "Moment",
     "NoRecorder",
     "NodeStatus",
     "ObjectView",
     "OperatorConsole",
     "Recorder",
     "RecorderError",
+    "RegionView",
+    "RunDisplay",
     "SceneView",
     "Signals",
     "Snapshot",
-    "StatusLine",
     "Throttle",
     "View",
     "ViewError",
     "ViewOptions",
     "Viewer",
+    "WebFilesError",
     "WebViewer",
     "headless_viewer",
     "key_figures",
     "open_in_viewer",
     "tip",
     "tree_view",
+    "viewer_page",
+    "viewer_web_files",
 ]

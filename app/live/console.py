@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from app.live.operator import (
     Control,
     ControlPage,
     ControlState,
+    Ending,
     Hook,
     HookAction,
     PageError,
@@ -51,6 +53,10 @@ class ControlOptions:
     groot_port: int = USUAL_PORT
     groot_control: bool = False
     """Let Groot2 replace the outcomes of nodes."""
+    force: bool = False
+    """Let the page force the outcome of a node."""
+    approve: bool = False
+    """Wait for a person before every leaf that moves the robot."""
     acknowledge_after: float | None = None
     """For unattended tests: when what only a person may clear is over for so long, it is
     acknowledged and the run is resumed by itself [s]; None leaves it to a person."""
@@ -98,13 +104,17 @@ class OperatorConsole:
         self._say = say
         self._groot: GrootServer | None = None
         self._page: ControlPage | None = None
+        self.left = False
+        """Whether a person at the terminal has ended the run."""
         self._emergency = ""
         self._stack = ExitStack()
-        if (options.paused or options.breaks) and not has_person:
+        if (options.paused or options.breaks or options.approve) and not has_person:
             raise NoControlError(
-                "--paused and --break wait for a person, but there is no terminal for keys; "
-                "add --control or --groot2"
+                "--paused, --break and --approve wait for a person, but there is no terminal for "
+                "keys; add --control or --groot2"
             )
+        if options.force and not options.page:
+            raise NoControlError("--force-outcomes is for the page; add --control")
         tree = tree_view(nodes)
         self.root, hooks = self._insert(options, nodes)
         try:
@@ -128,6 +138,8 @@ class OperatorConsole:
                         clear=clear,
                         viewer=viewer,
                         port=options.page_port,
+                        hooks=hooks,
+                        may_force=options.force,
                     )
                 )
         except (GrootError, PageError):
@@ -157,6 +169,25 @@ class OperatorConsole:
             self._page.show(snapshot)
         if self._groot is not None:
             self._groot.show(snapshot, {**snapshot.blackboard, **key_figures(snapshot)})
+
+    def leave(self) -> None:
+        """End the run, and the page with it: Ctrl-C means both."""
+        self.left = True
+        self.control.stop()
+
+    def stay(self, ending: Ending) -> None:
+        """Keep the page, if there is one, until Ctrl-C, and show on it how the run ended."""
+        if self._page is None or self.left:
+            return
+        self._page.end(ending)
+        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+        try:
+            self._say(f"the page stays at {self._page.url}; Ctrl-C ends it")
+            signal.pause()
+        except KeyboardInterrupt:
+            pass
+        finally:
+            signal.signal(signal.SIGTERM, before)
 
     def _heed_emergency(self, snapshot: Snapshot) -> None:
         """Tell the user about an emergency stop, and stand in for a person in unattended tests."""
@@ -189,15 +220,25 @@ class OperatorConsole:
         """Hooks for the breakpoints, and for all nodes with Groot2."""
         stops = {node for wanted in options.breaks for node in matching(nodes, wanted)}
         every = [node.node for node in nodes]
-        hooked = every if options.groot else [node for node in every if node in stops]
+        moving = {node for node in every if options.approve and _moves(node)}
+        all_of_them = options.groot or options.page
+        hooked = every if all_of_them else [one for one in every if one in stops | moving]
         root, hooks = insert_hooks(nodes[0].node, hooked, self._reached)
         for hook in hooks:
+            hook.asks = hook.node in moving
             if hook.node in stops:
                 hook.actions = {Side.BEFORE: HookAction()}
         return root, hooks
 
     def _reached(self, hook: Hook, side: Side, action: HookAction) -> None:
         if action.replace_with is None:
-            self.control.pause(f"{side.name.lower()} {hook.name}")
+            asks = hook.asks and side is Side.BEFORE
+            why = f"{hook.name} waits for approval" if asks else f"{side.name.lower()} {hook.name}"
+            self.control.pause(why)
         if self._groot is not None:
             self._groot.reached(hook, side)
+
+
+def _moves(node: Behaviour) -> bool:
+    """Whether a node is a leaf that may move the robot."""
+    return not node.children and bool(getattr(node, "moves", False))

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING, NamedTuple
 
 from py_trees.common import Status
 
 if TYPE_CHECKING:
     from trees.language import TreeNode
+
+
+_LONGEST_GIVEN = 24
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,6 +25,33 @@ class NodeInfo:
     """Its key in a task file, for example `sequence` or `navigate`."""
     depth: int
     """Number of ancestors; 0 at the root."""
+    given: str = ""
+    """What the task says about it, as `at_table` of a `navigate`; empty for most."""
+
+    @property
+    def title(self) -> str:
+        """Its name, and what it was given."""
+        return f"{self.name} → {self.given}" if self.given else self.name
+
+
+class Look(StrEnum):
+    """How a node is drawn."""
+
+    IDLE = "idle"
+    RUNNING = "running"
+    SUCCESS = "success"
+    NOT_YET = "not yet"
+    """A failure that the tree goes on after: a question whose answer is no, or an attempt."""
+    FAILURE = "failure"
+    """One that has failed the whole tree."""
+
+
+_LOOKS = {
+    Status.INVALID: Look.IDLE,
+    Status.RUNNING: Look.RUNNING,
+    Status.SUCCESS: Look.SUCCESS,
+    Status.FAILURE: Look.NOT_YET,
+}
 
 
 class NodeStatus(NamedTuple):
@@ -37,9 +68,32 @@ class NodeStatus(NamedTuple):
 def tree_view(nodes: Sequence[TreeNode]) -> list[NodeInfo]:
     """The nodes of a built tree, in preorder."""
     return [
-        NodeInfo(name=n.node.name, kind=str(getattr(n.node, "key", "")), depth=n.depth)
+        NodeInfo(
+            name=n.node.name,
+            kind=str(getattr(n.node, "key", "")),
+            depth=n.depth,
+            given=_in_words(getattr(n.node, "given", {})),
+        )
         for n in nodes
     ]
+
+
+def _in_words(given: Mapping[str, object]) -> str:
+    """The poses, regions and keys among what a leaf was given, or else its first value."""
+    names = [str(name) for value in given.values() if (name := getattr(value, "name", None))]
+    others = [f"{value:g}" if isinstance(value, float) else str(value) for value in given.values()]
+    text = " ".join((", ".join(names) or next(iter(others), "")).split())
+    return text if len(text) <= _LONGEST_GIVEN else text[: _LONGEST_GIVEN - 1] + "…"
+
+
+def looks(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus]) -> tuple[Look, ...]:
+    """How every node is drawn: red is only what has failed the whole tree."""
+    found = [_LOOKS[node.status] for node in nodes]
+    if nodes[0].status is Status.FAILURE:
+        for index, parent in enumerate(parents(tree)):
+            if found[index] is Look.NOT_YET and (parent is None or found[parent] is Look.FAILURE):
+                found[index] = Look.FAILURE
+    return tuple(found)
 
 
 def parents(tree: Sequence[NodeInfo]) -> tuple[int | None, ...]:

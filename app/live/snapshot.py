@@ -8,16 +8,19 @@ from math import degrees, isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from app.live.nodes import NodeStatus
 
 if TYPE_CHECKING:
     from pinocchio import SE3
 
-    from controller import Command
+    from controller import Command, PointCloud, Pose2D
     from hw import DepthFrame, RobotState
     from perception import Detection, GraspEstimate
     from robots import Geom
+
+Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +39,8 @@ class Signals:
     """Base's heading to the goal's bearing [rad]."""
     tick_ms: float
     """Computing time of the tick [ms]."""
+    clearance: float = float("nan")
+    """Robot to what is nearest to it, if anything is near [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,6 +70,17 @@ class Snapshot:
     """The tracked grasp."""
     locked: bool = False
     """Whether the tracked grasp is locked."""
+    base_goal: Pose2D | None = None
+    """Where the base is to stand, in the world, if that is chosen."""
+    way: Array | None = None
+    """(N, 3) poses x, y, heading of the base on its way there [m, rad]; the same object as long as
+    the way is the same."""
+    nearest: str = ""
+    """What comes nearest to what; empty if nothing is near."""
+    feels: tuple[Array, Array] | None = None
+    """The two points (3,) between which `Signals.clearance` was measured, in the world."""
+    seen: PointCloud | None = None
+    """The obstacles that the camera has seen; the same object as long as they are the same."""
     blackboard: Mapping[str, object] = field(default_factory=dict)
     """The values of the task's keys."""
 
@@ -79,12 +95,26 @@ class ObjectView:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class RegionView:
+    """A box that the task names."""
+
+    name: str
+    pose: SE3
+    """Of its centre, in the world."""
+    size: Array
+    """(3,) edge lengths [m]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SceneView:
-    """The shapes of the scene; empty if they are not known."""
+    """The shapes of the scene, empty if they are not known, and what the task names in it."""
 
     fixtures: tuple[Geom, ...] = ()
     """In the world."""
     objects: tuple[ObjectView, ...] = ()
+    regions: tuple[RegionView, ...] = ()
+    goals: tuple[tuple[str, SE3], ...] = ()
+    """Names and poses, of hand or base, that the task goes to."""
 
 
 def key_figures(snapshot: Snapshot) -> dict[str, float]:

@@ -1,20 +1,52 @@
 """Finished runs: find, list and explain them, and what their recordings tell."""
 
 from app.review.delays import Delay, NoMotionError, delays
-from app.review.event_log import DamagedRunError
+from app.review.demo_page import demo_page
+from app.review.event_log import DamagedRunError, read_log
 from app.review.explanation import explain
+from app.review.film import make_film
 from app.review.finished import find_run, read_run, run_folders, runs_table
-from app.review.recorded_images import recorded_depth
+from app.review.motion import Reason, RunMotion, read_motion
+from app.review.recorded_images import NoDepthError, depth_images, recorded_depth
+from app.review.report import write_report
+from app.review.time_use import (
+    CarriedObject,
+    NodeTime,
+    Stretch,
+    TimeUse,
+    carried_objects,
+    node_time,
+    time_use,
+)
+from app.review.timeline import Timeline, timeline
 
 __all__ = [
+    "CarriedObject",
     "DamagedRunError",
     "Delay",
+    "NoDepthError",
     "NoMotionError",
+    "NodeTime",
+    "Reason",
+    "RunMotion",
+    "Stretch",
+    "TimeUse",
+    "Timeline",
+    "carried_objects",
     "delays",
+    "demo_page",
+    "depth_images",
     "explain",
     "find_run",
+    "make_film",
+    "node_time",
+    "read_log",
+    "read_motion",
     "read_run",
     "recorded_depth",
     "run_folders",
     "runs_table",
+    "time_use",
+    "timeline",
+    "write_report",
 ]

@@ -1,4 +1,4 @@
-"""Explains in words how a run ended, from its event log and summary.
+"""Explains in words how a run ended and what went wrong first, from its event log and summary.
 
 Works for every kind of end, including a killed process: the log is written during the run, and
 whatever it lacks is left out.
@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.core import EVENTS, End
+from app.review.attempts import Attempt, Eater, attempts, attempts_text, eaters, eaters_text
+from app.review.cause import Cause, about, cause_of, fault_cause, first_setback
 from app.review.event_log import (
     FaultEvent,
     Log,
@@ -18,11 +20,11 @@ from app.review.event_log import (
     Node,
     NodeEvent,
     NowEvent,
-    PauseEvent,
-    ResumeEvent,
     read_log,
 )
 from app.review.finished import UNFINISHED, RunRecord, read_run
+from app.review.history import history
+from app.review.timeline import Timeline, timeline
 
 _MOST_LINES = 40
 """A longer history is shortened in the middle."""
@@ -49,6 +51,14 @@ class Explanation:
     """Of the robot at the end."""
     code: str
     """The line of code in which a leaf crashed; empty if none did."""
+    cause: Cause | None
+    """What went wrong first, of what led to the end; None if nothing did."""
+    where: Node | None
+    """The node of the cause."""
+    attempts: Sequence[Attempt]
+    eaters: Sequence[Eater]
+    """The leaves that took the most time."""
+    paused_s: float
     history: Sequence[str]
     """What happened, one event per line."""
     damage: Sequence[str]
@@ -69,12 +79,13 @@ def explain(folder: Path) -> Explanation:
         DamagedRunError: its event log is missing, or no log that a run writes.
     """
     log = read_log(folder)
-    end, record = log.end, read_run(folder)
+    end, record, spans = log.end, read_run(folder), timeline(log)
     index = end.node if end else _running_leaf(log)
     outcome = end.outcome if end else UNFINISHED
     decisive = _decisive(log.events, index, outcome)
     faults = [event.faults for event in log.events if isinstance(event, FaultEvent)]
     values = decisive.values if isinstance(decisive, NodeEvent) else {}
+    cause = _cause(spans, index, outcome, end.reason if end else "")
     return Explanation(
         record=record,
         outcome=outcome,
@@ -86,9 +97,33 @@ def explain(folder: Path) -> Explanation:
         values=values or (end.values if end else {}),
         faults=faults[-1] if faults else (),
         code=_innermost(end.trace) if end else "",
-        history=list(_history(log)),
+        cause=cause,
+        where=None if cause is None or cause.node is None else log.nodes[cause.node],
+        attempts=attempts(spans),
+        eaters=eaters(spans),
+        paused_s=spans.paused_s,
+        history=list(history(log, spans)),
         damage=list(_damage(log, record)),
     )
+
+
+def _cause(run: Timeline, index: int | None, outcome: str, reason: str) -> Cause | None:
+    """What went wrong first of what led to the end."""
+    match outcome:
+        case End.SUCCESS.value | End.CRASH.value:
+            return None
+        case End.HARDWARE.value:
+            return fault_cause(run) or Cause(
+                time=run.end, node=index, reason=reason, about=about(reason), is_fault=True
+            )
+        case End.FAILURE.value:
+            for node in (0, index):  # a log with missing lines may not have the root's failure
+                rounds = run.rounds.get(node, ()) if node is not None else ()
+                if rounds and rounds[-1].status == "FAILURE":
+                    return cause_of(run, rounds[-1])
+            return None
+        case _:
+            return first_setback(run) or fault_cause(run)
 
 
 def _damage(log: Log, record: RunRecord) -> Iterator[str]:
@@ -131,36 +166,6 @@ def _innermost(trace: str) -> str:
     return frames[-1] if frames else ""
 
 
-def _history(log: Log) -> Iterator[str]:
-    """What the leaves did, which were halted, and faults and pauses, with times."""
-    inner = {node.path.rpartition("/")[0] for node in log.nodes}
-    running: dict[int, str] = {}
-    for event in sorted(log.events, key=_order):
-        at = f"{event.time:8.2f} s  "
-        was_at = running.pop(event.node, "") if isinstance(event, NodeEvent) else ""
-        match event:
-            case NodeEvent(status="RUNNING"):
-                running[event.node] = event.message or "running"
-            case NodeEvent(status="INVALID"):
-                if was_at and log.nodes[event.node].path not in inner:
-                    yield f"{at}■ {log.nodes[event.node].name}: halted"
-            case NodeEvent(status="SUCCESS" | "FAILURE"):
-                node, failed = log.nodes[event.node], event.status == "FAILURE"
-                if node.path not in inner or (failed and node.kind in ("timeout", "retry")):
-                    yield f"{at}{'✗' if failed else '✔'} {node.name}: {event.message}"
-            case FaultEvent():
-                yield f"{at}! {'; '.join(event.faults) or 'faults cleared'}"
-            case PauseEvent():
-                yield f"{at}‖ paused {event.why}"
-            case ResumeEvent():
-                yield f"{at}▶ resumed"
-
-
-def _order(event: LoggedEvent) -> tuple[float, int]:
-    """Sort key: within a tick, faults come first, and children before their parents."""
-    return event.time, -event.node if isinstance(event, NodeEvent | NowEvent) else -(10**9)
-
-
 def _text(run: Explanation) -> Iterator[str]:
     summary = run.record.summary
     about = {"robot": summary.robot, "scene": summary.scene, "seed": summary.seed}
@@ -176,14 +181,22 @@ def _text(run: Explanation) -> Iterator[str]:
         width = max(len(name) for name in run.values)
         for name, value in run.values.items():
             yield f"  {name:{width}}  {value:g}"
+    if len(run.attempts) > 1 or any(one.cause for one in run.attempts):
+        yield ""
+        yield "Attempts"
+        yield from attempts_text(run.attempts)
+    if run.eaters:
+        yield ""
+        yield "What took the time"
+        yield from eaters_text(run.eaters, run.time, run.paused_s)
     yield ""
     yield "What happened"
-    history = run.history
-    if len(history) > _MOST_LINES:
+    lines = run.history
+    if len(lines) > _MOST_LINES:
         half = _MOST_LINES // 2
-        omitted = f"            ... {len(history) - 2 * half} more ..."
-        history = [*history[:half], omitted, *history[-half:]]
-    yield from (f"  {line}" for line in history or ["no node ended"])
+        omitted = f"            ... {len(lines) - 2 * half} more ..."
+        lines = [*lines[:half], omitted, *lines[-half:]]
+    yield from (f"  {line}" for line in lines or ["no node ended"])
     if summary.objects:
         yield ""
         yield (
@@ -196,31 +209,57 @@ def _text(run: Explanation) -> Iterator[str]:
 
 
 def _why(run: Explanation) -> Iterator[str]:
-    where = run.node.title if run.node else "the tree"
+    title = run.node.title if run.node else "the tree"
     match run.outcome:
         case End.SUCCESS.value:
             yield f"It succeeded: {run.reason}"
         case End.FAILURE.value:
-            yield f"{where} failed at {run.since:.2f} s: {run.reason}"
-            name = run.node.name if run.node else ""
-            if run.verdict not in (run.reason, f"{name}: {run.reason}"):
-                yield f"  so the tree failed: {run.verdict}"
+            yield from _failure(run, title)
         case End.CRASH.value:
-            yield f"{where} crashed at {run.time:.2f} s, an error in its code: {run.reason}"
+            yield f"{title} crashed at {run.time:.2f} s, an error in its code: {run.reason}"
             if run.code:
                 yield f"  {run.code}"
         case End.HARDWARE.value:
-            yield f"The robot failed at {run.time:.2f} s, during {where}: {run.reason}"
+            yield f"The robot failed at {run.time:.2f} s, during {title}: {run.reason}"
         case End.INTERRUPTED.value:
-            yield f"It was {run.reason} at {run.time:.2f} s, during {where}"
+            yield f"It was {run.reason} at {run.time:.2f} s, during {title}"
         case _ if run.outcome == UNFINISHED:
             yield (
                 "The end was not recorded: the run is still going on, or its process was killed. "
-                f"Last event at {run.time:.2f} s, during {where}: {run.reason}"
+                f"Last event at {run.time:.2f} s, during {title}: {run.reason}"
             )
         case _:
-            yield f"It ended at {run.time:.2f} s, during {where}, as {run.outcome}: {run.reason}"
-    if run.node is not None:
-        yield f"  in {' > '.join(run.node.path.split('/'))}"
+            yield f"It ended at {run.time:.2f} s, during {title}, as {run.outcome}: {run.reason}"
+    told = run.outcome == End.FAILURE.value or (run.cause and run.cause.reason == run.reason)
+    if run.cause is not None and not told:
+        yield f"  what went wrong first: {said(run)}"
+    decided = run.where if run.outcome == End.FAILURE.value and run.where else run.node
+    if decided is not None:
+        yield f"  in {' > '.join(decided.path.split('/'))}"
     if run.faults:
         yield f"  the robot had a fault: {'; '.join(run.faults)}"
+
+
+def _failure(run: Explanation, title: str) -> Iterator[str]:
+    """The cause; then what failed last and what the root said, where they say more."""
+    last = f"{title} failed at {run.since:.2f} s: {run.reason}"
+    if run.cause is None:
+        yield last
+    else:
+        yield said(run)
+        if run.where != run.node or run.cause.reason != run.reason:
+            yield f"  it ended when {last}"
+    name = run.node.name if run.node else ""
+    if run.verdict not in (run.reason, f"{name}: {run.reason}"):
+        yield f"  so the tree failed: {run.verdict}"
+
+
+def said(run: Explanation) -> str:
+    """The cause in one line; empty without one."""
+    if (cause := run.cause) is None:
+        return ""
+    where = run.where.title if run.where else "nothing"
+    words = f"{cause.about[:1].upper()}{cause.about[1:]}: " if cause.about else ""
+    if cause.is_fault:
+        return f"{words}the robot had a fault at {cause.time:.2f} s, during {where}: {cause.reason}"
+    return f"{words}{where} failed at {cause.time:.2f} s: {cause.reason}"

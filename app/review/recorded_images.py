@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,6 +15,8 @@ from config import UserError
 _ENCODED, _RAW = "EncodedDepthImage:", "DepthImage:"
 _TYPES: dict[int, str] = {6: "u1", 7: "u2", 8: "u4", 33: "f2", 34: "f4", 35: "f8"}
 """Raw pixels by the number of Rerun's channel type."""
+_PICTURE = 240
+"""Width of a small picture [px]."""
 _HINT = "; use a recording with depth images"
 
 
@@ -64,6 +66,71 @@ def recorded_depth(recording: Path, at: float | None) -> RecordedDepth:
     if depth is None:
         raise NoDepthError(f"{recording}: the encoding of its depth images is not supported{_HINT}")
     return RecordedDepth(depth, focal)
+
+
+def depth_images(recording: Path) -> Iterator[tuple[float, npt.NDArray[np.float32]]]:
+    """All depth images of a recording: time [s], and (H, W) [m], 0 where missing.
+
+    Args:
+        recording: an .rrd file.
+
+    Raises:
+        NoDepthError: it is not a recording, or an image in it is damaged.
+    """
+    try:
+        for batch in _batches(recording):
+            for row in batch:
+                if any(f"{kind}meter" in row for kind in (_ENCODED, _RAW)):
+                    depth = _decoded(row)
+                    if depth is not None:
+                        yield row["time"], depth
+    except (OSError, RuntimeError, LookupError, TypeError, ValueError) as error:
+        raise NoDepthError(f"{recording}: not a recording ({error}){_HINT}") from error
+
+
+def depth_pictures(recording: Path, times: Sequence[float]) -> list[tuple[float, bytes]]:
+    """Depth images of a recording as small pictures, near is bright.
+
+    Args:
+        recording: an .rrd file.
+        times: the image nearest to each is taken, and none twice [s].
+
+    Returns:
+        Time [s] and PNG of each.
+
+    Raises:
+        NoDepthError: it is not a recording.
+    """
+    nearest: dict[float, tuple[float, dict[str, Any]]] = {}
+    try:
+        for batch in _batches(recording):
+            for row in batch:
+                if not any(f"{kind}meter" in row for kind in (_ENCODED, _RAW)):
+                    continue
+                for time in times:
+                    away = abs(row["time"] - time)
+                    if time not in nearest or away < nearest[time][0]:
+                        nearest[time] = away, row
+        rows = {row["time"]: row for _, row in nearest.values()}
+        decoded = {time: _decoded(row) for time, row in sorted(rows.items())}
+    except (OSError, RuntimeError, LookupError, TypeError, ValueError) as error:
+        raise NoDepthError(f"{recording}: not a recording ({error}){_HINT}") from error
+    return [(time, _png(depth)) for time, depth in decoded.items() if depth is not None]
+
+
+def _png(depth: npt.NDArray[np.float32]) -> bytes:
+    """A small picture of a depth image."""
+    import cv2
+
+    known = np.isfinite(depth) & (depth > 0.0)
+    near, far = np.percentile(depth[known], [2, 98]) if known.any() else (0.0, 1.0)
+    shade = np.clip((far - depth) / max(far - near, 1e-3), 0.0, 1.0)
+    levels = (255.0 * np.nan_to_num(shade)).astype(np.uint8)
+    image = cv2.applyColorMap(levels, cv2.COLORMAP_VIRIDIS)
+    image[~known] = 0
+    scale = _PICTURE / image.shape[1]
+    small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    return bytes(cv2.imencode(".png", small)[1])
 
 
 def _batches(recording: Path) -> Iterator[Iterator[dict[str, Any]]]:

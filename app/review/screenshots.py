@@ -1,33 +1,71 @@
 """Makes the pictures of docs/watching.md: `python -m app.review.screenshots docs/images`.
 
-The first shows a live run, the others the recording that it leaves. Simulated runs are
-reproducible, so the moments are fixed.
+One task runs well, and once more with a reflex of the arm while it places. Simulated runs are
+reproducible; the moments are found in the log of each run. Each is shown in two sizes of window.
 """
 
 from __future__ import annotations
 
-import signal
-import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from app.core import RECORDING
-from app.live import Address, HeadlessViewer, headless_viewer
+import cv2
+import numpy as np
+
+from app.core import RECORDING, RunOptions, parse_fault, run_task
+from app.live import HeadlessViewer, headless_viewer
+from app.review.event_log import FaultEvent, Log, NodeEvent, read_log
 from hw import stopwatch
+from trees import shipped
 
-GRASPING = 20.3
-"""The hand descends to the second object [s]."""
-CARRYING = 23.0
-"""The robot is on its way to the table [s]."""
+SIZES = ("1600x900", "1280x720")
+_TASK, _FAULT = "pick_one", "reflex@lower for 2"
 
+_QUALITY = 70
+"""Of the pictures."""
 _PATIENCE = 600.0
 _ATTEMPTS = 5
-_NOTICES = 8.0
+_NOTICES = 7.0
 """How long the viewer's own notifications cover a corner of its window [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenes:
+    """Two runs, and the moments in them that are worth a picture."""
+
+    run: Path
+    faulty: Path
+
+    def moments(self) -> dict[str, tuple[Path, float]]:
+        """By name: the folder of a run, and a time on the session's clock [s]."""
+        log, faulty = read_log(self.run), read_log(self.faulty)
+        fault = next(e.time for e in faulty.events if isinstance(e, FaultEvent) and e.faults)
+        return {
+            "navigate": (self.run, _part(log, "navigate", 0.5)),
+            "grasp": (self.run, _part(log, "grasp", 0.9)),
+            "place": (self.run, _part(log, "place", 0.5)),
+            "fault": (self.faulty, fault + 0.2),
+            "end": (self.run, log.events[-1].time),
+        }
+
+
+def record_scenes(folder: Path) -> Scenes:
+    """Run the task twice.
+
+    Args:
+        folder: for the folders of the runs.
+    """
+    options = RunOptions(tree=shipped(_TASK), scene="single", record=folder)
+    run = run_task(options).folder
+    faulty = RunOptions(
+        tree=shipped(_TASK), scene="single", record=folder, faults=(parse_fault(_FAULT),)
+    )
+    return Scenes(run=run, faulty=run_task(faulty).folder)
 
 
 def make(folder: Path) -> list[Path]:
@@ -40,67 +78,77 @@ def make(folder: Path) -> list[Path]:
         The files.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    made = []
     with TemporaryDirectory() as record:
-        made = [_live(folder / "watching.png", Path(record))]
-        (recording,) = Path(record).glob(f"*/{RECORDING}")
-        with headless_viewer() as viewer:
-            viewer.client.open(str(recording))
-            _until(lambda: viewer.client.get_state().views)
-            for name, view, moment in (
-                ("scene", "scene", GRASPING),
-                ("top-down", "top-down", CARRYING),
-                ("camera", "depth and grasp quality", GRASPING),
-            ):
-                made.append(_maximised(viewer, folder / f"{name}.png", view, moment))
+        moments = record_scenes(Path(record)).moments()
+        for size in SIZES:
+            for run in sorted({run for run, _ in moments.values()}):
+                with headless_viewer(size=size) as viewer:
+                    _open(viewer, run / RECORDING)
+                    for name, (of, moment) in moments.items():
+                        if of == run:
+                            path = folder / f"{name}-{size}.webp"
+                            made.append(_save(path, _at(viewer, moment)))
+                    if size == SIZES[0] and run == moments["grasp"][0]:
+                        views = (("camera", "depth and grasp quality"), ("top-down", "top-down"))
+                        for name, view in views:
+                            picture = _maximised(viewer, view, moments["grasp"][1])
+                            made.append(_save(folder / f"{name}.webp", picture))
     return made
 
 
-def _live(path: Path, record: Path) -> Path:
-    """The whole viewer while a task runs; then stop the run."""
-    server = Address()
-    command = [
-        sys.executable,
-        "-m",
-        "frankie_task_cli",
-        "run",
-        "pick_place",
-        "--record",
-        str(record),
+def _part(log: Log, kind: str, share: float) -> float:
+    """A moment of the first node of a kind: 0 is its begin, 1 its end [s]."""
+    events = [
+        event
+        for event in log.events
+        if isinstance(event, NodeEvent) and log.nodes[event.node].kind == kind
     ]
-    command += ["--view", "web", "--view-port", str(server.port), "--speed", "real"]
-    with subprocess.Popen(command) as run:
-        try:
-            _until(lambda: any(record.glob(f"*/{RECORDING}")))
-            with headless_viewer(watch=server.url) as viewer:
-                _until(lambda: viewer.cursor >= GRASPING)
-                path.write_bytes(_picture(viewer))
-                _until(lambda: viewer.cursor >= CARRYING)
-        finally:
-            run.send_signal(signal.SIGINT)
-    return path
+    begun = next(event.time for event in events if event.status == "RUNNING")
+    ended = next(event.time for event in events if event.status != "RUNNING")
+    return begun + share * (ended - begun)
 
 
-def _maximised(viewer: HeadlessViewer, path: Path, view: str, moment: float) -> Path:
+def _open(viewer: HeadlessViewer, recording: Path) -> None:
+    viewer.client.open(str(recording))
+    _until(lambda: viewer.client.get_state().views)
+    viewer.client.set_time("t", duration=0.0, play_state="paused")
+    threading.Event().wait(_NOTICES)
+
+
+def _at(viewer: HeadlessViewer, moment: float, view: str | None = None) -> bytes:
+    """A picture of the window, or of one view, at a time."""
+    viewer.client.set_time("t", duration=moment, play_state="paused")
+    _picture(viewer, view)
+    threading.Event().wait(0.5)
+    return _picture(viewer, view)
+
+
+def _maximised(viewer: HeadlessViewer, name: str, moment: float) -> bytes:
     """One view alone, at one moment."""
     client = viewer.client
-    (view_id,) = (v.view_id for v in client.get_state().views if v.name == view)
+    (view,) = (v.view_id for v in client.get_state().views if v.name == name)
     layout = client.get_blueprint().blueprint
-    layout["/viewport"]["ViewportBlueprint"]["maximized"] = view_id
+    layout["/viewport"]["ViewportBlueprint"]["maximized"] = view
     client.set_blueprint(layout, of="recording")
-    client.set_time("t", duration=moment, play_state="paused")
-    threading.Event().wait(_NOTICES)
-    path.write_bytes(_picture(viewer, view_id))
+    return _at(viewer, moment, view)
+
+
+def _save(path: Path, png: bytes) -> Path:
+    picture = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR)
+    assert picture is not None
+    cv2.imwrite(str(path), picture, [cv2.IMWRITE_WEBP_QUALITY, _QUALITY])
     return path
 
 
-def _picture(viewer: HeadlessViewer, view_id: str | None = None) -> bytes:
+def _picture(viewer: HeadlessViewer, view: str | None = None) -> bytes:
     """A picture of the viewer or of one view; a busy machine may need several attempts."""
     for _ in range(_ATTEMPTS - 1):
         try:
-            return bytes(viewer.client.take_screenshot(view_id))
+            return bytes(viewer.client.take_screenshot(view))
         except TimeoutError:
             continue
-    return bytes(viewer.client.take_screenshot(view_id))
+    return bytes(viewer.client.take_screenshot(view))
 
 
 def _until(happened: Callable[[], Any]) -> None:

@@ -1,7 +1,7 @@
 """What robot and surroundings may come near to: their shapes, distances, and rows of the QP."""
 
 from controller.collision.avoidance import Avoidance, Near
-from controller.collision.collision_model import CollisionModel, CollisionModels
+from controller.collision.collision_model import CollisionModel, CollisionModels, PairKind
 from controller.collision.dampers import SLACK_COSTS, Dampers
 from controller.collision.proximity import Proximity
 from controller.collision.self_collision import SelfCollision
@@ -14,6 +14,7 @@ __all__ = [
     "CollisionModels",
     "Dampers",
     "Near",
+    "PairKind",
     "Proximity",
     "SelfCollision",
     "waits_for",

@@ -26,6 +26,8 @@ class Near(NamedTuple):
     clearance: float = inf
     name: str = ""
     """Of what is nearest, and what it is nearest to."""
+    points: tuple[Array, Array] | None = None
+    """Where those two are nearest to each other, in the world."""
 
 
 class Avoidance:
@@ -83,9 +85,12 @@ class Avoidance:
         away = np.where(near.kind == PairKind.SELF, inf, near.d)
         first = int(away.argmin())
         clearance = float(away[first])
-        name = self._proximity.pair_name(int(near.pair[first])) if clearance < inf else ""
         rows = self._dampers.rows(near, bounds, goal)
-        return rows, Near(len(near.d), clearance, name)
+        if clearance == inf:
+            return rows, Near(len(near.d))
+        pair = int(near.pair[first])
+        name, points = self._proximity.pair_name(pair), self._proximity.pair_points(pair)
+        return rows, Near(len(near.d), clearance, name, points)
 
     def give_way(
         self,

@@ -1,12 +1,11 @@
 """The shapes of the robot and of what stands around it, and the distances between them.
 
-Coal measures. Robot and surroundings are in the world: the chain's first placement is the pose of
-the base.
+Coal measures. Robot and surroundings are in the world; the chain's first placement is the base's.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 from itertools import product
 from math import hypot
@@ -133,6 +132,11 @@ class CollisionModel:
         """Coal's result for one pair: distance [m], nearest points, normal from first to second."""
         return pin.computeDistance(self._shapes, self._results, pair)
 
+    def nearest_points(self, pair: int) -> tuple[Array, Array]:
+        """Where the shapes of a pair were nearest to each other when it was last measured, (3,)."""
+        result = self._results.distanceResults[pair]
+        return result.getNearestPoint1().copy(), result.getNearestPoint2().copy()
+
     def poses(self, shapes: npt.NDArray[np.int64]) -> tuple[Array, Array]:
         """Rotations (S, 3, 3) and origins (S, 3) of shapes in the world."""
         placed = [self._results.oMg[shape] for shape in shapes.tolist()]
@@ -160,6 +164,25 @@ class CollisionModel:
             self._chain, self._data, self._shapes, self._results, self._model.joints(q)
         )
         return float(self._results.distanceResults[nearest].min_distance)
+
+    def contact_test(
+        self, wTb: SE3, pairs: npt.NDArray[np.int64], margins: Array
+    ) -> Callable[[Array], bool]:
+        """Whether some pairs come nearer than their margins [m] at q (7,), the base at `wTb`."""
+        results = pin.GeometryData(self._shapes)
+        results.deactivateAllCollisionPairs()
+        for pair, margin in zip(pairs.tolist(), margins.tolist(), strict=True):
+            results.activateCollisionPair(pair)
+            results.collisionRequests[pair].security_margin = margin
+
+        def touches(q: Array) -> bool:
+            self._chain.jointPlacements[1] = wTb
+            joints = self._model.joints(q)
+            return bool(
+                pin.computeCollisions(self._chain, self._data, self._shapes, results, joints, True)
+            )
+
+        return touches
 
     def pair_name(self, pair: int) -> str:
         """What meets what, for people."""

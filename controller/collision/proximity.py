@@ -210,6 +210,10 @@ class Proximity:
             return f"{self._collision.names[pair - count]} and what the camera sees"
         return self._collision.pair_name(pair)
 
+    def pair_points(self, pair: int) -> tuple[Array, Array] | None:
+        """Where two shapes are nearest to each other, as last measured; None for what is seen."""
+        return self._collision.nearest_points(pair) if pair < len(self._moves) else None
+
     def _note_motion(self, here: Pose2D, q: Array) -> None:
         """Note by how much every degree of freedom may have moved."""
         gone = hypot(here.x - self._here.x, here.y - self._here.y)

@@ -4,18 +4,26 @@ from controller.stance.approach import Approach
 from controller.stance.bias import Remaining, StanceBias, bias_towards
 from controller.stance.finder import StanceFinder
 from controller.stance.following import Follower
+from controller.stance.free_space import se3_of
+from controller.stance.postures import Bank, bank, forward_kinematics
 from controller.stance.reachability import out_of_reach
 from controller.stance.search import StanceSearch
-from controller.stance.stance import Stance
+from controller.stance.stance import REACHED, Stance, refine_standing
 
 __all__ = [
+    "REACHED",
     "Approach",
+    "Bank",
     "Follower",
     "Remaining",
     "Stance",
     "StanceBias",
     "StanceFinder",
     "StanceSearch",
+    "bank",
     "bias_towards",
+    "forward_kinematics",
     "out_of_reach",
+    "refine_standing",
+    "se3_of",
 ]

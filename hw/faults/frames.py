@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from hw.faults.effect import Effect
-from hw.frame import DepthArray, DepthFrame
+from hw.frame import DepthArray, DepthFrame, Paint
 
 
 class FramesLost(Effect):
@@ -61,24 +61,36 @@ class _Repainted(Effect):
         """The changed frame, one object for each frame of the camera."""
         if frame is not self._seen:
             self._seen = frame
-            self._shown = frame and replace(frame, depth=self.repaint(frame.depth))
+            self._shown = frame and replace(
+                frame, depth=self.repaint(frame.depth), paint=self.recolour(frame.paint)
+            )
         return self._shown
 
     def repaint(self, depth: DepthArray) -> DepthArray:
         """The picture instead of a picture."""
         raise NotImplementedError
 
+    def recolour(self, paint: Paint | None) -> Paint | None:
+        """The colours instead of those of a picture: the same, unless a subclass says otherwise."""
+        return paint
+
 
 class PictureFrozen(_Repainted):
     """The picture stands still; stamps and places of the camera are fresh."""
 
     _first: DepthArray | None = None
+    _first_paint: Paint | None = None
 
     def repaint(self, depth: DepthArray) -> DepthArray:
         """The first picture."""
         if self._first is None:
             self._first = depth
         return self._first
+
+    def recolour(self, paint: Paint | None) -> Paint | None:
+        """Those of the first picture."""
+        self._first_paint = self._first_paint or paint
+        return self._first_paint
 
 
 class FramesFilled(_Repainted):

@@ -11,9 +11,24 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator, mod
 from config import StrictModel, suggest
 from hw.sim.mesh_file import Footprint, MeshFile
 from hw.sim.objects import HOUSEHOLD, OBJECT_CLASSES
+from perception import ColourName
 
-Length = Annotated[float, Field(gt=0.0, le=10.0)]
-Coordinate = Annotated[float, Field(ge=-50.0, le=50.0)]
+
+def _at_most(most: float) -> AfterValidator:
+    """Of a length [m]; a larger one may have been meant in millimetres."""
+
+    def check(length: float) -> float:
+        if abs(length) > most:
+            is_other = abs(length) >= 100.0 and abs(length) / 1000.0 <= most
+            hint = f"did you mean {length / 1000.0:g}?" if is_other else "lengths are in metres"
+            raise ValueError(f"is {length:g} m, and {most:g} m are possible; {hint}")
+        return length
+
+    return AfterValidator(check)
+
+
+Length = Annotated[float, Field(gt=0.0), _at_most(10.0)]
+Coordinate = Annotated[float, _at_most(50.0)]
 _HEAD = 1.2
 """Below this height nothing stands over the footprint; the folded arm is there [m]."""
 _MOST = 100
@@ -171,6 +186,8 @@ class Item(MeshFile):
     kind: Annotated[str, AfterValidator(_is_known)] | None = None
     mass_g: _Grams | None = None
     """Drawn if it is not given, as for any other object [g]."""
+    colour: ColourName | None = None
+    """Drawn if it is not given."""
     friction: Annotated[float, Field(ge=0.05, le=3.0)] | None = None
     """Coulomb friction with the finger pads; drawn if it is not given."""
     at: tuple[Coordinate, Coordinate] | None = None

@@ -10,7 +10,7 @@ from pinocchio import SE3
 
 from hw.sim.furniture import Item, Objects
 from hw.sim.meshes import convex_parts, fewer
-from hw.sim.objects import DENSITY, FRICTION, OBJECT_CLASSES, PALETTE, fitting, make_object
+from hw.sim.objects import DENSITY, FRICTION, OBJECT_CLASSES, PAINT, PALETTE, fitting, make_object
 from hw.sim.sim_object import SimObject
 from hw.sim.surface import Mesh
 from robots import Geom, centroid, volume
@@ -37,6 +37,9 @@ def make_item(item: Item, number: int, others: Objects, rng: np.random.Generator
         made = make_object(f"{item.kind} {number}", of_kind, widths, (low, high), rng)
     else:
         made = _of_mesh(item, number, (low, high), rng)
+    if item.colour is not None:
+        paint = PAINT[item.colour]
+        made = replace(made, parts=tuple(Geom(p.shape, p.pose, p.name, paint) for p in made.parts))
     return replace(
         made,
         mass=made.mass if item.mass_g is None else item.mass_g / 1000.0,

@@ -20,6 +20,7 @@ from pinocchio import SE3
 from hw.sim.surface import Mesh, Surface, Visible
 from hw.sim.triangles import Body, draw
 from robots import (
+    GREY,
     Box,
     Capsule,
     Cylinder,
@@ -165,6 +166,18 @@ class DepthRenderer:
         rectangles = np.stack(bounds, axis=1)
         rectangles[np.isinf(half[:, 0])] = (0, camera.width, 0, camera.height)
         return rectangles.tolist()  # type: ignore[no-any-return]
+
+
+def painted(shapes: Sequence[Visible], ids: Ids) -> npt.NDArray[np.uint8]:
+    """(H, W, 3) colours of what is rendered: flat, without light and shadow; grey where nothing.
+
+    Args:
+        shapes: that were rendered.
+        ids: (H, W) which of them each pixel shows, -1 for none.
+    """
+    # The last one is that of -1.
+    colours = np.array([*(shape.colour for shape in shapes), GREY], dtype=np.uint8)
+    return colours[ids]
 
 
 def _in_camera(number: int, shape: Hull | Mesh, cTs: SE3) -> Body:

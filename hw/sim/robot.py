@@ -12,11 +12,11 @@ from pinocchio import SE3
 from hw.background import InlineExecutor
 from hw.clock import Clock
 from hw.composition import ComposedRobot
-from hw.frame import DepthImage
+from hw.frame import ColourArray, DepthImage
 from hw.sim.body import Dynamics, SimBody, Stopper
 from hw.sim.kinematic import KinematicBody
 from hw.sim.noise import D435Noise
-from hw.sim.render import DepthRenderer
+from hw.sim.render import DepthRenderer, painted
 from hw.sim.surface import Visible
 from hw.sim.world import World
 from hw.state import ArmState, Array, BaseState, Fault, FaultKind, GripperState
@@ -170,7 +170,11 @@ class SimCamera(_SimPart):
         rng = np.random.default_rng((self._seed, number))
         depth = self._renderer.render(shapes, wTc)
         noisy = self._noise.apply(depth, self._camera, rng)
-        return DepthImage(depth=noisy, stamp=stamp)
+
+        def paint() -> ColourArray:
+            return painted(shapes, self._renderer.render(shapes, wTc, with_ids=True)[1])
+
+        return DepthImage(depth=noisy, stamp=stamp, paint=paint)
 
 
 def simulated_robot(

@@ -19,6 +19,7 @@ from py_trees.common import Status
 from tree_toys import ToyContext
 
 import trees
+from behaviours import SeenObjects
 from behaviours.key import Key
 from config import Diagnostic
 from trees.language import (
@@ -31,6 +32,7 @@ from trees.language import (
     known_leaves,
     load,
 )
+from trees.language.value_types import SEEN_LIST
 
 HEAD = """\
 task: some_words
@@ -75,6 +77,23 @@ tree:
             - {force_failure: true, say: {text: $side}}
             - {force_success: true, reactive_sequence: [at_least: {value: $found, least: 2}]}
 """,
+    "choosing": """\
+regions: {box: {centre: [0, 0, 0.5], size: [1, 1, 0.2], yaw_deg: 5}}
+tree:
+  sequence:
+    - detect: {region: box, list: things, count: found, choose: nearest, min_width_mm: 20}
+    - for_each:
+        item: thing
+        in: $things
+        do:
+          sequence:
+            - looks_like: {object: $thing, colour: red, max_width_mm: 60}
+            - look_at: {at: $thing}
+            - navigate: {to: $thing}
+            - grasp: {within: $thing}
+    - unless: {at_least: {value: $found, least: 1}}
+      grasp: {within: box, colour: blue, choose: largest, min_width_mm: 20, max_width_mm: 40}
+""",
     "subtrees": """\
 scene: single
 tree:
@@ -95,12 +114,24 @@ tree:
 """
 
 SNIPPETS = (
+    *("{type: object}", "$thing", "list: things, ", "in: $things", "colour: red, "),
     *("\n", ":", "- ", "{", "}", "[", "]", "$", "&a ", "*a", "!t ", "'", '"', "|", "\t", "#", ","),
     *("? ", "0", "-1", ".nan", "1e999", "null", "true", "\u2028", "\x00", "ü", "---\n", "  "),
     *("sequence:", "fallback: ", "forever: ", "until: ", "parallel: ", "policy: 2, children: "),
     *("retry: 2, ", "while: arm_healthy, ", "unless: holding_object, ", "invert: true, "),
     *("set: {found: 1}", "$found", "$pause", "$count", "count: found", "subtree: ", "with: "),
-    *("out: ", "{file: parts/bit.yaml}", "{file: ../x.yaml}", "{type: pose}", "default: ", "min: "),
+    *(
+        "out: ",
+        "{file: parts/bit.yaml}",
+        "{file: ../x.yaml}",
+        "{type: object}",
+        "$thing",
+        "list: things, ",
+        "in: $things",
+        "{type: pose}",
+        "default: ",
+        "min: ",
+    ),
 )
 LEAVES = known_leaves()
 
@@ -108,15 +139,15 @@ LEAVES = known_leaves()
 class Dice(Behaviour):
     """Ends or runs on as a die falls; a success writes every key."""
 
-    def __init__(self, name: str, rng: random.Random, keys: list[Key]) -> None:
+    def __init__(self, name: str, rng: random.Random, values: dict[Key, object]) -> None:
         super().__init__(name)
-        self.rng, self.keys = rng, keys
+        self.rng, self.values = rng, values
 
     def update(self) -> Status:
         status = self.rng.choice([Status.SUCCESS, Status.FAILURE, Status.RUNNING, Status.INVALID])
         if status is Status.SUCCESS:
-            for key in self.keys:
-                key.write(1)
+            for key, value in self.values.items():
+                key.write(value)
         return status
 
 
@@ -203,7 +234,13 @@ def run(task: Task, rng: random.Random) -> None:
         task,
         context,
         lambda node, context, arguments: Dice(
-            node.name, rng, [value for value in arguments.values() if isinstance(value, Key)]
+            node.name,
+            rng,
+            {
+                key: SeenObjects([1, 2]) if node.type.outputs[name].type == SEEN_LIST else 1
+                for name, key in arguments.items()
+                if isinstance(key, Key)
+            },
         ),
     )
     for _ in range(12):

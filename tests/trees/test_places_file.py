@@ -124,3 +124,11 @@ def test_a_file_of_places_is_begun_by_the_first_pose(tmp_path):
     assert site.read_text() == "poses:\n  start: {base: [0, 0], heading_deg: 0}\n"
     refused = call("teach", "no name", "--places", site)
     assert (refused.exit_code, "cannot be the name" in refused.stderr) == (2, True)
+
+
+@pytest.mark.parametrize("empty", ["poses: {}", "poses: {} # none yet", "poses: null", "poses:"])
+def test_a_pose_is_taught_into_a_section_without_poses(tmp_path, empty):
+    site = tmp_path / "site.yaml"
+    site.write_text(f"{empty}\n")
+    assert call("teach", "parked", "--of", "base", "--places", site).exit_code == 0
+    assert "  parked: {base: [0, 0], heading_deg: 0}\n" in site.read_text()

@@ -194,6 +194,10 @@ class _Writer:
         if node.cases:
             self._switch(node, above)
             return
+        if node.item is not None:
+            message = "`for_each` over what is detected has no counterpart in the XML"
+            self._diagnostics.error(node.location, message, "leave it out for the export")
+            return
         counterpart = COMPOSITES[node.key].counterpart
         options = COMPOSITES[node.key].options
         values = {key: node.options.get(key, option.default) for key, option in options.items()}

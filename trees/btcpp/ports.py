@@ -20,6 +20,7 @@ _PORT_TYPES = {
     "base_pose": "BasePose",
     "posture": "Posture",
     "region": "Region",
+    "object": "DetectedObject",
 }
 """The name of a port's type, by the type of a parameter in a task file."""
 

@@ -83,11 +83,15 @@ class _Builder:
             options: dict[str, object] = dict(node.options)
             if node.cases:
                 options = {"value": self._supply(node.options["value"]), "cases": node.cases}
+            if node.item is not None:
+                listed = self._supply(node.options["in"])
+                options = {"values": listed, "item": self._key(node.item.name)}
             behaviour: Behaviour = composite.built(node.name, children, options, self.context)
         elif isinstance(node, SubtreeNode):
             behaviour = self._subtree(node)
         else:
             behaviour = self._leaf(node)
+            behaviour.given = node.arguments  # type: ignore[attr-defined]  # for whoever draws it
         for key, value in node.modifiers.items():
             guard = value if isinstance(value, LeafNode | CompositeNode) else None
             made = self.build(guard) if guard is not None else value

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any, cast
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from behaviours import Key, LeafCrashedError
 from config import parse_scalar
 from trees.language.branch import Branch, Ticking
 from trees.language.composites import Sequence
+
+if TYPE_CHECKING:
+    from behaviours import Context
 
 
 def is_case(value: object, case: str) -> bool:
@@ -63,3 +68,69 @@ class ForEach(Sequence):
     """Runs a node for each of several values, in order; fails when one fails."""
 
     key = "for_each"
+
+    @classmethod
+    def built(
+        cls,
+        name: str,
+        children: Iterable[Behaviour],
+        options: Mapping[str, object],
+        context: Context,
+    ) -> Branch:
+        """One that has a copy for each value; or one child, if the values are those of a list."""
+        return ForEachOf(name, children, **cast(Any, options)) if options else cls(name, children)
+
+
+class ForEachOf(Branch):
+    """Runs its child for each value of a list, which is read when it starts.
+
+    Args:
+        name: the node's name in the tree.
+        children: one.
+        values: the list.
+        item: the key that has the value whose turn it is.
+    """
+
+    key = "for_each"
+
+    def __init__(
+        self,
+        name: str,
+        children: Iterable[Behaviour],
+        *,
+        values: Callable[[], object],
+        item: Key[object],
+    ) -> None:
+        super().__init__(name, children)
+        self._read = values
+        self._item = item
+
+    def restart(self) -> None:
+        """Read the list and begin with its first value.
+
+        Raises:
+            LeafCrashedError: it was not written; its writer is at fault.
+        """
+        try:
+            values = self._read()
+        except LookupError as error:
+            raise LeafCrashedError(self.name, error) from error
+        assert isinstance(values, tuple)
+        self._left = list(values)
+        if self._left:
+            self._item.write(self._left[0])
+
+    def advance(self) -> Ticking:
+        """Tick the child; the next value has its turn at the next tick."""
+        if not self._left:
+            self.feedback_message = "nothing is on the list"
+            return Status.SUCCESS
+        status = yield from self.run(self.children[0])
+        if status is not Status.SUCCESS:
+            return status
+        del self._left[0]
+        if not self._left:
+            return Status.SUCCESS
+        self.rewind()
+        self._item.write(self._left[0])
+        return Status.RUNNING

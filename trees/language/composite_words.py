@@ -9,13 +9,14 @@ from trees.language.ends import (
     InOrder,
     Need,
     Outcome,
+    each,
     one_of,
     opposite,
     side_by_side,
     until_first_succeeds,
     until_success,
 )
-from trees.language.least_times import enough, first, in_order, nothing_sure, quickest
+from trees.language.least_times import enough, first, for_each, in_order, nothing_sure, quickest
 from trees.language.value_types import ValueType
 from trees.language.word_types import CompositeWord, Counterpart, Form, Option
 
@@ -220,8 +221,8 @@ COMPOSITES: Mapping[str, CompositeWord] = {
             form=Form.EACH,
             asks=False,
             at_once=False,
-            lasts=in_order,
-            ends=InOrder(Outcome.SUCCESS),
+            lasts=for_each,
+            ends=each,
             is_reactive=False,
             takes_time=False,
             needs=Need.NOTHING,

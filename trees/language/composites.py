@@ -229,6 +229,9 @@ class Until(Branch):
     def advance(self) -> Ticking:
         """Continue with the child that was running; a new round begins at the next tick."""
         question, *work = self.children
+        if self._position > len(work):  # only now, so that how the last child ended can be seen
+            self.rewind()
+            self.restart()
         if self._position == 0:
             status = yield from self.run(question)
             if status is not Status.FAILURE:
@@ -239,6 +242,4 @@ class Until(Branch):
             if status is not Status.SUCCESS:
                 return status
             self._position += 1
-        self.rewind()
-        self.restart()
         return Status.RUNNING

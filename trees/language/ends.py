@@ -155,3 +155,13 @@ def until_first_succeeds(
     question, *work = children
     asked = question(before)
     return Ends(asked.success, InOrder(Outcome.SUCCESS)(work, {}, asked.failure).failure)
+
+
+def each(children: Sequence[Child], options: Mapping[str, object], before: Keys) -> Ends:
+    """One copy for each value, in order; or one child for all of a list, which may be empty."""
+    item = getattr(options.get("item"), "name", None)
+    if not isinstance(item, str):
+        return InOrder(Outcome.SUCCESS)(children, options, before)
+    [child] = children
+    ends = child(None if before is None else before | {item})
+    return Ends(before, ends.failure)

@@ -18,7 +18,7 @@ from trees.language.ends import NEVER, Ends, Keys
 from trees.language.parameters import TaskParameter
 from trees.language.registry import ADD, SET
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, TaskOutput
-from trees.language.value_types import ValueType, type_of
+from trees.language.value_types import SEEN_ONE, ValueType, type_of
 from trees.language.values import Argument, KeyRead, KeyWrite
 from trees.language.vocabulary import COMPOSITES, MODIFIERS
 
@@ -112,7 +112,9 @@ class _Flow:
             children = [partial(self.follow, child) for child in node.children]
             for option in node.options.values():
                 self._read(option, start)
-            options = {**node.options, "cases": node.cases}
+            if node.item is not None:
+                self._write(node.item, SEEN_ONE)
+            options = {**node.options, "cases": node.cases, "item": node.item}
             ends = COMPOSITES[node.key].ends(children, options, start)
             self._compare_cases(node)
         elif isinstance(node, SubtreeNode):

@@ -19,11 +19,11 @@ from config import (
 )
 from trees.language.arguments import read_argument, read_key_name
 from trees.language.choosing import is_case
-from trees.language.mappings import fields
+from trees.language.mappings import WORD, fields
 from trees.language.parameters import TaskParameter
 from trees.language.scope import Scope
 from trees.language.syntax import CompositeNode, Node
-from trees.language.value_types import NamedValue, ValueType, type_of
+from trees.language.value_types import SEEN_LIST, NamedValue, ValueType, type_of
 from trees.language.values import KeyRead, Reference
 from trees.language.word_types import Form
 
@@ -88,6 +88,18 @@ def read_for_each(entry: YamlEntry, scope: Scope, read: Read) -> Node | None:
     if entries is None:
         return None
     item = read_key_name("item", entries["item"].value, scope)
+    listed = _listed(entries["in"].value, scope)
+    if item is not None and listed is not None:
+        child = read(entries["do"].value, scope)
+        return child and CompositeNode(
+            location=entry.location,
+            name="for_each",
+            modifiers={},
+            key="for_each",
+            children=(child,),
+            options={"in": listed},
+            item=item,
+        )
     values = _values(entries["in"].value, scope)
     if item is None or not values:
         return None
@@ -119,13 +131,30 @@ def read_for_each(entry: YamlEntry, scope: Scope, read: Read) -> Node | None:
     )
 
 
+def _listed(value: YamlValue, scope: Scope) -> KeyRead | None:
+    """The key of a list that is known only while the task runs; None if it is something else."""
+    text = value.value if isinstance(value, YamlScalar) else None
+    if not isinstance(text, str) or not text.startswith("$"):
+        return None
+    name = text[1:]
+    if name in scope.parameters or not WORD.fullmatch(name):
+        return None
+    return KeyRead(location=value.location, name=name, type=SEEN_LIST)
+
+
 def _values(listed: YamlValue, scope: Scope) -> list[Plain | NamedValue]:
     """What stands after `in`: all of one kind; empty, and an error, if they cannot be used."""
     if not isinstance(listed, YamlList) or not 0 < len(listed.items) <= _MOST:
-        message = f"`in` is a list of 1 to {_MOST} names or values, not {describe(listed)}"
+        message = (
+            f"`in` is a list of 1 to {_MOST} names or values, or the key of a list of detected "
+            f"objects, not {describe(listed)}"
+        )
         if isinstance(listed, YamlList):
             message = f"`in` has {len(listed.items)} values, and 1 to {_MOST} are possible"
-        scope.diagnostics.error(listed.location, message, "write `in: [left, right]`")
+        text = listed.value if isinstance(listed, YamlScalar) else None
+        is_word = isinstance(text, str) and WORD.fullmatch(text)
+        hint = f"write `${text}` if that is its key, else " if is_word else "write "
+        scope.diagnostics.error(listed.location, message, f"{hint}`in: [left, right]`")
         return []
     values: list[Plain | NamedValue] = []
     for one in listed.items:

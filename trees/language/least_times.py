@@ -35,6 +35,11 @@ def nothing_sure(children: Sequence[float], options: Mapping[str, object]) -> fl
     return 0.0
 
 
+def for_each(children: Sequence[float], options: Mapping[str, object]) -> float:
+    """All of them in order; a list that is known only during the run may be empty."""
+    return 0.0 if options else sum(children)
+
+
 def enough(children: Sequence[float], options: Mapping[str, object]) -> float:
     """As many side by side as the policy wants."""
     policy = options.get("policy", "all")

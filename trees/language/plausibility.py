@@ -27,6 +27,8 @@ def meant(number: float, unit: str, fits: Callable[[float], bool]) -> str:
         unit: in which it was expected.
         fits: whether a number is within the bounds.
     """
+    if unit == "mm" and 0.0 < number < 1.0 and fits(1000.0 * number):
+        return f"did you mean {1000.0 * number:g} (from metres)?"
     if not 10.0 <= abs(number) < inf:
         return ""
     fitting = [

@@ -53,6 +53,8 @@ class CompositeNode:
     cases: tuple[str, ...] = ()
     """Of a switch: for each child the value that it stands for; the one after them is the `else`.
     """
+    item: KeyWrite | None = None
+    """Of a `for_each` over a list: the key that has the value whose turn it is."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Annotated, Literal, TypeAlias, Union, get_args, get_origin
 
-from behaviours import BasePose, Bounds, Posture, Region, ToolPose
+from behaviours import BasePose, Bounds, Posture, Region, SeenObject, SeenObjects, ToolPose
 from config import Plain, written
 
 NamedValue: TypeAlias = ToolPose | BasePose | Posture | Region
@@ -24,6 +24,11 @@ NAMED_TYPES: Mapping[type, str] = {
     Posture: "posture",
     Region: "region",
 }
+SEEN_TYPES: Mapping[type, str] = {
+    SeenObject: "a detected object",
+    SeenObjects: "a list of detected objects",
+}
+"""Those whose values only leaves can make: a task file has them by their keys."""
 _PLAIN_TYPES: Mapping[type, str] = {
     bool: "true or false",
     int: "a whole number",
@@ -31,6 +36,7 @@ _PLAIN_TYPES: Mapping[type, str] = {
     str: "text",
     types.NoneType: "null",
 }
+_ALL_TYPES = frozenset({*_PLAIN_TYPES, *NAMED_TYPES, *SEEN_TYPES})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +52,7 @@ class ValueType:
 
     def __str__(self) -> str:
         names = [
-            (_PLAIN_TYPES.get(one) or f"a {NAMED_TYPES[one]}")
+            (_PLAIN_TYPES.get(one) or SEEN_TYPES.get(one) or f"a {NAMED_TYPES[one]}")
             + (self._bounds if one in (int, float) else "")
             for one in self.types
         ]
@@ -108,7 +114,7 @@ def read_annotation(annotation: object) -> ValueType:
         member = types.NoneType if part is None else part
         if get_origin(part) is Literal:
             choices.extend(get_args(part))
-        elif isinstance(member, type) and (member in _PLAIN_TYPES or member in NAMED_TYPES):
+        elif isinstance(member, type) and member in _ALL_TYPES:
             found.append(member)
         else:
             raise TypeError(f"a task file cannot give a value of type {annotation!r}")
@@ -130,5 +136,9 @@ PARAMETER_TYPES: Mapping[str, ValueType] = {
     "base_pose": ValueType(types=(BasePose,)),
     "posture": ValueType(types=(Posture,)),
     "region": ValueType(types=(Region,)),
+    "object": ValueType(types=(SeenObject,)),
 }
 """What may stand after `type:` in the section `params`; a list of choices may too."""
+
+SEEN_ONE = ValueType(types=(SeenObject,))
+SEEN_LIST = ValueType(types=(SeenObjects,))

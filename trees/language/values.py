@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from config import Location, Plain, YamlScalar, YamlValue, describe, quoted, suggest
-from trees.language.value_types import NAMED_TYPES, NamedValue, ValueType
+from config import Location, Plain, YamlScalar, YamlValue, describe, quoted, suggest, written
+from trees.language.value_types import NAMED_TYPES, SEEN_TYPES, NamedValue, ValueType
 
 _SUM = re.compile(r"[-+.\d\s()]*\d\s*[-+*/]\s*[-+.\d\s()*/]+")
 _WITH_UNIT = re.compile(r"([-+]?\d+(?:\.\d+)?)\s*(?:m|cm|mm|s|ms|min|deg|°|rad|%|N|m/s|kg|g)")
@@ -142,11 +142,16 @@ def _mismatch(
     expected: ValueType, value: YamlScalar | Reference, hint: str | None = None
 ) -> MismatchError:
     message = f"expected {expected}, got {described(value)}"
+    if expected.choices and isinstance(value.value, str):
+        near = suggest(value.value, [written(choice) for choice in expected.choices])
+        hint = near if near.startswith("did you mean") else hint
     if expected.is_number and isinstance(value.value, str):
         if _SUM.fullmatch(value.value):
             hint = "write the number itself: nothing is computed in a task"
         elif with_unit := _WITH_UNIT.fullmatch(value.value):
             hint = f"write {with_unit[1]} alone: the unit stands in the name of the parameter"
+    if hint is None and not SEEN_TYPES.keys().isdisjoint(expected.types):
+        hint = "give `$` and the key of a `detect`, or the item of a `for_each` over it"
     return MismatchError(message, hint or f"write {expected}")
 
 

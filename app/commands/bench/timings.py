@@ -1,4 +1,4 @@
-"""`bench step`, `tree`, `perception` and `watch`: the time that the parts of a run take."""
+"""`bench step`, `tree`, `perception`, `watch` and `start`: the time that parts of a run take."""
 
 from __future__ import annotations
 
@@ -127,3 +127,17 @@ def watch(
         results = bench.measure_watching(path, seconds, lambda: advance(False))
     console().print(bench.watch_table(results))
     write_json(json, bench.watch_json(results))
+
+
+def start(
+    tree: Annotated[str, typer.Argument(help="A task file or a shipped task.")] = "pick_place",
+    runs: Annotated[int, typer.Option(help="How often to start it.", min=1)] = 5,
+    json: Json = None,
+) -> None:
+    """Time from `frankie-task run` to the first words, and to the first motion."""
+    from app.lab import bench, machine
+
+    check_writable(json)
+    starts = bench.time_start(find_tree(tree), runs)
+    console().print(bench.start_table(starts))
+    write_results(json, starts, machine())

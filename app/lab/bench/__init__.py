@@ -5,6 +5,13 @@ own reports: joint and base limits, contacts, arrival, jerk. `run_pick_place` co
 task achieves.
 """
 
+from app.lab.bench.choosing import (
+    Taking,
+    choosing_json,
+    choosing_notes,
+    choosing_table,
+    run_choosing,
+)
 from app.lab.bench.configuration import EXAMPLE, Configuration
 from app.lab.bench.disturbance import NOISY, STARTS, Disturbance
 from app.lab.bench.fault_matrix import QUICK, QUICK_PHASES
@@ -28,7 +35,19 @@ from app.lab.bench.obstacles import (
     run_worlds,
     world_names,
 )
-from app.lab.bench.pick_place import pick_place_json, pick_place_table, run_pick_place
+from app.lab.bench.pick_place import (
+    PickPlaceRun,
+    pick_place_json,
+    pick_place_table,
+    run_pick_place,
+)
+from app.lab.bench.pick_place_figures import (
+    PickPlaceFigures,
+    pick_place_figures,
+    pick_place_notes,
+    table_iv,
+)
+from app.lab.bench.pick_place_plots import plot_pick_place
 from app.lab.bench.plots import make_plots, prepare_plots
 from app.lab.bench.poses import POSES, PoseRun, pose_result, poses_tables, run_pose
 from app.lab.bench.reach import (
@@ -50,6 +69,7 @@ from app.lab.bench.signals import (
     signals_table,
 )
 from app.lab.bench.soak import Soak, run_soak, soak_json, soak_table
+from app.lab.bench.start import start_table, time_start
 from app.lab.bench.step import step_notes, step_table, time_steps
 from app.lab.bench.step_near import time_near
 from app.lab.bench.step_run import (
@@ -83,17 +103,23 @@ __all__ = [
     "Disturbance",
     "Following",
     "ObstacleRow",
+    "PickPlaceFigures",
+    "PickPlaceRun",
     "PoseRun",
     "Reach",
     "RunSteps",
     "Setup",
     "SignalResult",
     "Soak",
+    "Taking",
     "Watcher",
     "WorldRun",
     "WorldTrial",
     "aggregate_trials",
     "cells",
+    "choosing_json",
+    "choosing_notes",
+    "choosing_table",
     "faults_json",
     "faults_notes",
     "faults_table",
@@ -106,8 +132,11 @@ __all__ = [
     "obstacle_notes",
     "obstacle_rows",
     "obstacle_table",
+    "pick_place_figures",
     "pick_place_json",
+    "pick_place_notes",
     "pick_place_table",
+    "plot_pick_place",
     "plot_worlds",
     "pose_result",
     "poses_tables",
@@ -115,6 +144,7 @@ __all__ = [
     "reach_notes",
     "reach_table",
     "run_cells",
+    "run_choosing",
     "run_following",
     "run_in_worlds",
     "run_pick_place",
@@ -130,10 +160,13 @@ __all__ = [
     "signals_table",
     "soak_json",
     "soak_table",
+    "start_table",
     "step_notes",
     "step_table",
+    "table_iv",
     "time_near",
     "time_run",
+    "time_start",
     "time_steps",
     "time_tree",
     "trace_world",

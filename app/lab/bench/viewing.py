@@ -1,8 +1,8 @@
 """What watching costs the control loop: the main task in real time, without and with a viewer.
 
-The cost is that of making a snapshot and handing it to the recorder, on the thread of the loop,
-with everything recorded. The viewer is the real one without a window. It uses the processor like
-any other program, and is suspended for half of the last run.
+The cost is that of making a snapshot and handing it to the recorder and the terminal, on the thread
+of the loop, with everything recorded. The viewer is the real one without a window. It uses the
+processor like any other program, and is suspended for half of the last run.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import os
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from enum import Enum
@@ -33,12 +33,22 @@ from app.core import (
     scene_view,
 )
 from app.lab import machine
-from app.live import Address, Control, Recorder, headless_viewer, tree_view
+from app.live import (
+    About,
+    Address,
+    Control,
+    Moment,
+    Recorder,
+    RunDisplay,
+    headless_viewer,
+    tree_view,
+)
+from app.terminal import Terminal
 from controller import robot_model
 from hw import WorldOptions, stopwatch
 from perception import GraspDetector
 from robots import load_robot
-from trees.language import build, load, nodes_in_order
+from trees.language import TreeNode, build, load, nodes_in_order
 
 if TYPE_CHECKING:
     import subprocess
@@ -141,11 +151,13 @@ def _watch(setup: Setup, tree: Path, seconds: float, watcher: Watcher) -> WatchC
             server=server,
         )
         before = _resident_mb()
-        with _watched(server) as process:
+        with _watched(server) as process, _display(nodes) as display:
 
             def watch(tick: Tick) -> None:
                 begun = stopwatch()
-                recorder.record(snapshots.of(tick))
+                seen = snapshots.of(tick)
+                recorder.record(seen)
+                display.update(Moment(seen=seen, placed=0, attempts=0), changed=True)
                 meter.tick(tick.number, begun)
                 if process is not None and watcher is Watcher.HUNG:
                     if tick.number == round(_SUSPENDED_FROM * ticks):
@@ -191,6 +203,16 @@ def _watched(server: Address | None) -> Iterator[subprocess.Popen[bytes] | None]
             yield viewer.process
         finally:
             viewer.process.send_signal(signal.SIGCONT)
+
+
+@contextmanager
+def _display(nodes: Sequence[TreeNode]) -> Iterator[RunDisplay]:
+    """The tree in a terminal that nobody sees."""
+    with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
+        terminal = Terminal(file=nowhere, force_terminal=True, width=120, height=40)
+        about = About(task="watch", where="", objects=10)
+        with RunDisplay(about, tree_view(nodes), console=terminal) as display:
+            yield display
 
 
 def _resident_mb() -> float:

@@ -18,8 +18,8 @@ from app.lab.grasps.closed_loop import OBJECTS, Pick, empty_container, heldout_c
 from app.lab.grasps.cornell import ROOM, CornellImage, matches, read_folder
 from app.lab.grasps.images import CATEGORIES, ImageResult, evaluate_image, evaluation_image
 from app.lab.grasps.picture import overlay, side_by_side
-from app.lab.grasps.statistics import interval, share
 from app.lab.grasps.step_time import approach, time_steps
+from app.lab.statistics import interval, share
 
 _DRAWN = 24  # failures at most
 

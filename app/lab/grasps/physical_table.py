@@ -10,7 +10,7 @@ from rich.table import Table
 
 from app.lab.grasps.closed_loop import HELD
 from app.lab.grasps.physical_results import BIN, HARD, NO_GRASP, PhysicalEvaluation, Row
-from app.lab.grasps.statistics import interval, paired_difference
+from app.lab.statistics import interval, paired_difference
 
 _TOLD = 20
 """Ends of attempts at single objects that are told at most."""

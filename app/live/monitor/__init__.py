@@ -5,11 +5,12 @@ tick, writes the recording and serves it; `Viewer` starts the viewer that connec
 itself is imported when the first recorder is made.
 """
 
+from app.choices import View
 from app.live.monitor.headless import HeadlessViewer, headless_viewer
 from app.live.monitor.open_recording import open_in_viewer
-from app.live.monitor.ports import Address
 from app.live.monitor.recorder import AnyRecorder, NoRecorder, Recorder, RecorderError
-from app.live.monitor.viewer import View, Viewer, ViewError, ViewOptions
+from app.live.monitor.viewer import Viewer, ViewError, ViewOptions
+from app.live.web.ports import Address
 
 __all__ = [
     "Address",

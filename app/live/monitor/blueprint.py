@@ -9,10 +9,10 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint import archetypes, encodings
 
+from app.live.monitor.framing import Eye
+from app.live.monitor.signals_panel import PLOTS
 from app.live.monitor.tree_layout import MOST_SHOWN, ROW, Layout, chart_layout, list_layout
 from app.live.nodes import NodeInfo
-from app.live.snapshot import SceneView
-from robots import Plane
 
 _PLOT_WINDOW = 20.0
 _HISTORY_WINDOW = 30.0
@@ -20,9 +20,18 @@ _TRAIL_WINDOW = 8.0
 _FEWEST_ROWS = 22
 """A smaller tree is drawn at the scale of one with this many, so that labels fit their pills."""
 
-_EYE = np.array([-0.16, -0.60, 0.42])
-_AIM = np.array([0.09, -0.06, 0.0])
-"""Position and target of the view, from the middle of the scene, as shares of its size."""
+SCENE = "scene"
+"""Name of the 3-D view."""
+
+_TABS = {
+    "velocities": ("joint_velocity", "base_velocity", "base_rotation"),
+    "goal": ("distance", "angle"),
+    "controller": ("clearance", "manipulability", "slack"),
+    "loop": ("tick", "dropped"),
+}
+"""The plots of each tab, by their entities."""
+_SHARES = (-1.05, 1.05)
+
 _CLOUD_RANGE = (150.0, 1500.0)
 """Depths that get the first and the last colour of the cloud [mm]."""
 
@@ -42,23 +51,16 @@ class Arrangement(rrb.Blueprint):
         del self._stream
 
 
-def blueprint(tree: Sequence[NodeInfo], scene: SceneView, *, live: bool) -> Arrangement:
-    """The layout for `tree` and `scene`; in a `live` run the cursor follows the newest data."""
+def blueprint(tree: Sequence[NodeInfo], eye: Eye, *, live: bool) -> Arrangement:
+    """The layout for `tree`, seen by `eye`; in a `live` run the cursor follows the newest data."""
     history = rrb.StateTimelineView(
         origin="/status", name="history", time_view=_last(_HISTORY_WINDOW)
     )
     signals = rrb.Tabs(
-        rrb.Vertical(
-            _plot("joint_velocity", "joint velocities / limits", (-1.05, 1.05)),
-            _plot("base_twist", "base velocity"),
-            name="velocities",
+        *(
+            rrb.Vertical(*(_plot(entity) for entity in entities), name=name)
+            for name, entities in _TABS.items()
         ),
-        rrb.Vertical(
-            _plot("error", "distance to the goal"),
-            _plot("controller", "manipulability and slack"),
-            name="controller",
-        ),
-        _plot("loop"),
         active_tab=0,
     )
     camera = rrb.Spatial2DView(
@@ -69,11 +71,11 @@ def blueprint(tree: Sequence[NodeInfo], scene: SceneView, *, live: bool) -> Arra
             rrb.Vertical(_trees(tree), _texts(), row_shares=[5, 1]),
             rrb.Vertical(history, _log(), row_shares=[2, 1]),
             rrb.Vertical(
-                _scene(scene),
+                _scene(eye),
                 rrb.Horizontal(camera, signals, column_shares=[1, 1.3]),
-                row_shares=[1.25, 1],
+                row_shares=[1.5, 1],
             ),
-            column_shares=[1, 1.15, 1.75],
+            column_shares=[1, 1, 1.9],
         ),
         rrb.TimePanel(
             state="collapsed", timeline="t", play_state="following" if live else "playing"
@@ -91,15 +93,15 @@ def _last(seconds: float) -> archetypes.TimeAxis:
     return archetypes.TimeAxis(view_range=window)
 
 
-def _plot(
-    signal: str, name: str | None = None, values: tuple[float, float] | None = None
-) -> rrb.TimeSeriesView:
+def _plot(entity: str) -> rrb.TimeSeriesView:
     return rrb.TimeSeriesView(
-        origin=f"/signals/{signal}",
-        name=name or signal,
+        origin=f"/signals/{entity}",
+        name=PLOTS[entity].name,
         axis_x=_last(_PLOT_WINDOW),
-        axis_y=None if values is None else rrb.ScalarAxis(range=values),
-        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop),
+        axis_y=rrb.ScalarAxis(range=_SHARES) if entity == "joint_velocity" else None,
+        plot_legend=rrb.PlotLegend(
+            corner=rrb.Corner2D.LeftTop, visible=len(PLOTS[entity].series) > 1
+        ),
     )
 
 
@@ -149,27 +151,26 @@ def _log() -> rrb.TextLogView:
     return rrb.TextLogView(origin="/log", name="log", columns=columns)
 
 
-def _scene(scene: SceneView) -> rrb.Spatial3DView:
-    parts = [part for part in scene.fixtures if not isinstance(part.shape, Plane)]
-    points = np.array([[0.0, 0.0, 0.0], *(part.pose.translation for part in parts)])
-    low, high = points.min(axis=0), points.max(axis=0)
-    reach = max(float(np.linalg.norm((high - low)[:2])), 2.0)
-    target = np.append((low + high)[:2] / 2.0, 0.3) + reach * _AIM
+def _scene(eye: Eye) -> rrb.Spatial3DView:
     relative = rrb.TimeRangeBoundary.cursor_relative
     trail = rrb.VisibleTimeRanges(
         timeline="t", start=relative(seconds=-_TRAIL_WINDOW), end=relative()
     )
     return rrb.Spatial3DView(
         origin="/world",
-        name="scene",
-        contents=["+ $origin/**", "- /world/camera/quality", "- /world/camera/grasps"],
+        name=SCENE,
+        contents=[
+            "+ $origin/**",
+            *(f"- /world/camera/{part}" for part in ("quality", "grasps", "old")),
+        ],
         overrides={
             "world/trail": trail,
+            "world/base_trail": trail,
             "world/camera/depth": rr.EncodedDepthImage.from_fields(
                 colormap="viridis", point_fill_ratio=0.6, depth_range=_CLOUD_RANGE
             ),
         },
         background=_BACKGROUND,
         line_grid=rrb.LineGrid3D(visible=True, spacing=0.5, color=(70, 74, 82)),
-        eye_controls=rrb.EyeControls3D(position=target + reach * _EYE, look_target=target),
+        eye_controls=rrb.EyeControls3D(position=eye.position, look_target=eye.target),
     )

@@ -1,4 +1,7 @@
-"""The wrist camera: depth image, the network's quality map over it, and the grasps found."""
+"""The wrist camera: depth image, the network's quality map over it, and the grasps found.
+
+A picture that is no longer true fades: it is drawn dark, and its points and grasps are gone.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from app.live.monitor.columns import Array, Instant, send_poses, set_time
+from app.live.monitor.columns import WORLD, Array, Instant, send_poses, set_time
 from app.live.monitor.glyphs import Colour
+from app.live.monitor.scene_panel import gripper_outline
 from app.live.snapshot import Snapshot
 from hw import DepthFrame
 from perception import Detection, GraspEstimate
@@ -28,6 +32,15 @@ _BEST: Colour = (255, 255, 255)
 _OTHERS: Colour = (150, 155, 165)
 _MOST_GRASPS = 6
 _FINGER_BREADTH = 0.02
+
+STALE = 1.5
+"""A picture that is older fades [s]."""
+_FADED = 0.35
+"""Brightness of a faded picture."""
+_RUNNERS_UP = "world/runners_up"
+_TRUE_ONLY = (f"{_CAMERA}/depth", f"{_CAMERA}/quality", f"{_CAMERA}/grasps", _RUNNERS_UP)
+"""What is drawn of a picture only as long as it is true."""
+_OLD = f"{_CAMERA}/old"
 
 
 def millimetres(depth: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
@@ -75,11 +88,15 @@ class CameraPanel:
 
     Args:
         stream: where to.
+        lens: of the camera, as far as it is known before the first image.
     """
 
-    def __init__(self, stream: rr.RecordingStream) -> None:
+    def __init__(self, stream: rr.RecordingStream, lens: Intrinsics) -> None:
         self._stream = stream
         self._intrinsics: Intrinsics | None = None
+        self._draw_camera(lens, -(-lens.width // _WIDEST))
+        self._shown: tuple[float, npt.NDArray[np.uint16]] | None = None
+        """Stamp and depth of the picture that is drawn and true."""
         steps = np.arange(_LEVELS + 1)
         grey = (255 * steps / _LEVELS).astype(np.uint8)
         colours = cv2.applyColorMap(grey, cv2.COLORMAP_TURBO).reshape(-1, 3)[:, ::-1]
@@ -89,7 +106,7 @@ class CameraPanel:
             )
             for step, colour in zip(steps.tolist(), colours.tolist(), strict=True)
         ]
-        for part in ("depth", "quality", "grasps"):
+        for part in ("depth", "quality", "grasps", "old"):
             stream.log(f"{_CAMERA}/{part}", rr.CoordinateFrame(_IMAGE), static=True)
         stream.log(f"{_CAMERA}/quality", rr.AnnotationContext(classes), static=True)
         stream.log(
@@ -97,19 +114,43 @@ class CameraPanel:
             rr.LineStrips2D.from_fields(radii=rr.Radius.ui_points(1.5)),
             static=True,
         )
+        stream.log(_RUNNERS_UP, rr.CoordinateFrame(WORLD), static=True)
+        thin = rr.LineStrips3D.from_fields(colors=[_OTHERS], radii=rr.Radius.ui_points(1.0))
+        stream.log(_RUNNERS_UP, thin, static=True)
 
     def write(self, batch: Sequence[Snapshot]) -> None:
         """Add the frames of a batch."""
         for snapshot in batch:
             frame = snapshot.frame
-            if frame is not None:
+            if frame is None:
+                self._fade(snapshot)
+            else:
                 step = -(-frame.intrinsics.width // _WIDEST)
                 captured = Instant(tick=snapshot.tick, stamp=frame.stamp)
                 self._draw_camera(frame.intrinsics, step)
                 send_poses(self._stream, [(captured, {_CAMERA: frame.wTc})])
                 set_time(self._stream, captured)
-                self._draw_depth(millimetres(frame.depth[::step, ::step]))
+                depth = millimetres(frame.depth[::step, ::step])
+                if self._shown is None:
+                    self._stream.log(_OLD, rr.Clear(recursive=False))
+                self._shown = frame.stamp, depth
+                self._draw_depth(depth)
                 self._draw_detection(frame, snapshot.detection, step)
+
+    def _fade(self, snapshot: Snapshot) -> None:
+        """Darken the picture once it is old, and take away what was in it."""
+        if self._shown is None or snapshot.stamp - self._shown[0] < STALE:
+            return
+        _, depth = self._shown
+        self._shown = None
+        set_time(self._stream, snapshot)
+        for path in _TRUE_ONLY:
+            self._stream.log(path, rr.Clear(recursive=False))
+        near, far = _grey_range(depth)
+        grey = np.clip((depth - near) / (far - near), 0.0, 1.0) * (depth > 0)
+        dark = np.ascontiguousarray((255.0 * _FADED * grey).astype(np.uint8))
+        _, jpeg = cv2.imencode(".jpg", dark, [cv2.IMWRITE_JPEG_QUALITY, 60])
+        self._stream.log(_OLD, rr.EncodedImage(contents=jpeg.tobytes(), media_type="image/jpeg"))
 
     def _draw_camera(self, camera: Intrinsics, step: int) -> None:
         """The pinhole model of the image that keeps every `step`th pixel."""
@@ -153,3 +194,5 @@ class CameraPanel:
             colors=[_BEST, *[_OTHERS] * len(grasps)][: len(grasps)],
         )
         self._stream.log(f"{_CAMERA}/grasps", outlines)
+        others = [gripper_outline(grasp.wTg, grasp.width) for grasp in grasps[1:]]
+        self._stream.log(_RUNNERS_UP, rr.LineStrips3D.from_fields(strips=others))

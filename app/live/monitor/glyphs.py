@@ -1,4 +1,4 @@
-"""Colours and characters of the drawings: a status has one of each.
+"""Colours and characters of the drawings: a look has one of each.
 
 The viewer's font is Inter. Without a window the viewer stops on a character that the font lacks, so
 every text from outside (names, messages) goes through `printable` first.
@@ -10,19 +10,33 @@ from types import MappingProxyType
 
 from py_trees.common import Status
 
+from app.live.nodes import Look
+
 Colour = tuple[int, int, int]
 
-STATUS_COLOUR = MappingProxyType(
+LOOK_COLOUR = MappingProxyType(
     {
-        Status.RUNNING: (52, 120, 230),
-        Status.SUCCESS: (38, 140, 64),
-        Status.FAILURE: (214, 58, 48),
-        Status.INVALID: (72, 77, 86),
+        Look.RUNNING: (52, 120, 230),
+        Look.SUCCESS: (38, 140, 64),
+        Look.NOT_YET: (184, 120, 16),
+        Look.FAILURE: (214, 58, 48),
+        Look.IDLE: (72, 77, 86),
+    }
+)
+LOOK_GLYPH = MappingProxyType(
+    {
+        Look.RUNNING: "▶",
+        Look.SUCCESS: "✔",
+        Look.NOT_YET: "○",
+        Look.FAILURE: "✗",
+        Look.IDLE: "·",
     }
 )
 STATUS_GLYPH = MappingProxyType(
     {Status.RUNNING: "▶", Status.SUCCESS: "✔", Status.FAILURE: "✗", Status.INVALID: "·"}
 )
+OUTLINE: Colour = (255, 255, 255)
+"""Around the leaf that runs."""
 KIND_GLYPH = MappingProxyType(
     {
         "sequence": "→",

@@ -5,7 +5,6 @@ It needs a Vulkan driver; without a graphics card `apt-get install mesa-vulkan-d
 
 from __future__ import annotations
 
-import os
 import subprocess
 import threading
 from collections.abc import Iterator
@@ -15,8 +14,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from app.live.monitor.ports import LOOPBACK, choose_port
-from app.live.monitor.viewer import ViewError, viewer_program
+from app.live.monitor.viewer import ViewError
+from app.live.web import viewer_environment, viewer_program
+from app.live.web.ports import LOOPBACK, choose_port
 from hw import stopwatch
 
 _DRIVERS = Path("/usr/share/vulkan/icd.d")
@@ -68,9 +68,8 @@ def headless_viewer(
     with TemporaryDirectory() as folder:
         log = Path(folder) / "viewer.log"
         with log.open("wb") as out:
-            process = subprocess.Popen(
-                command, stdout=out, stderr=out, env=os.environ | {"XDG_RUNTIME_DIR": folder}
-            )
+            environment = viewer_environment() | {"XDG_RUNTIME_DIR": folder}
+            process = subprocess.Popen(command, stdout=out, stderr=out, env=environment)
         try:
             begun = stopwatch()
             while True:

@@ -3,41 +3,115 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+import signal
+import subprocess
+import threading
+from collections.abc import Callable, Sequence
 from os.path import isfile
 from pathlib import Path
-from typing import NoReturn
-from urllib.parse import quote
+from typing import Any
 
-from app.live.monitor.ports import Address, choose_port
-from app.live.monitor.viewer import USUAL_WEB_PORT, ViewError, has_screen, viewer_program
+from app.live.monitor.viewer import USUAL_WEB_PORT, ViewError, has_screen
+from app.live.web import (
+    FileServer,
+    viewer_address,
+    viewer_environment,
+    viewer_program,
+    viewer_web_files,
+)
+from app.live.web.file_server import RECORDING
+from app.live.web.ports import LOOPBACK, Address, choose_port
 
+_LOOK_PERIOD = 0.1
+"""How often to look whether a viewer has come up [s]."""
 _MAGIC = b"RRF2"
 """Every recording begins with it."""
 
 
-def open_in_viewer(recording: Path, *, web: bool, say: Callable[[str], None]) -> NoReturn:
-    """Show a recording: this process becomes the viewer, and ends with it.
+def open_in_viewer(
+    recording: Path, *, web: bool, say: Callable[[str], None], at: float | None = None
+) -> int:
+    """Show a recording until a person ends it.
 
     Args:
         recording: the file.
         web: in the browser instead of a window.
         say: receives the address of the page.
+        at: the moment to show first [s]; None begins at the beginning.
+
+    Returns:
+        The viewer's exit code.
 
     Raises:
-        ViewError: there is no recording there, no viewer, or no screen for a window.
+        ViewError: there is no recording there, or no screen for a window.
+        WebFilesError: there is no viewer.
     """
     _check(recording)
-    data = Address()
-    command = [str(viewer_program()), "--bind", data.host, "--port", str(data.port)]
+    if at is not None and (web or not has_screen()):
+        raise ViewError(
+            "--at needs a window: a viewer in the browser cannot be told the moment; leave it out"
+        )
     if web:
-        port = choose_port(usual=USUAL_WEB_PORT)
-        command += ["--serve-web", "--web-viewer-port", str(port)]
-        page = f"http://{data.host}:{port}/?url={quote(data.url, safe='')}"
-        say(f"watch at {page}; Ctrl-C ends it")
-    elif not has_screen():
+        return _serve(recording, say)
+    if not has_screen():
         raise ViewError("there is no screen here; --web shows the recording in a browser")
-    os.execv(command[0], [*command, str(recording)])
+    data = Address()
+    command = [str(viewer_program()), "--bind", data.host, "--port", str(data.port), str(recording)]
+    if at is not None:
+        return _at_moment(command, data.url, at)
+    os.execve(command[0], command, viewer_environment())
+
+
+def _at_moment(command: Sequence[str], url: str, at: float) -> int:
+    """Run a viewer and send it to a moment [s]; its exit code."""
+    with subprocess.Popen(command, env=viewer_environment()) as viewer:
+        try:
+            _go_to(url, at, while_there=lambda: viewer.poll() is None)
+            return viewer.wait()
+        except KeyboardInterrupt:  # the viewer has it as well
+            return viewer.wait()
+
+
+def _serve(recording: Path, say: Callable[[str], None]) -> int:
+    """Serve a page that shows the recording, until Ctrl-C."""
+    viewer_web_files()
+    files = FileServer(LOOPBACK, choose_port(usual=USUAL_WEB_PORT), recording=recording)
+    origin = f"http://{LOOPBACK}:{files.port}"
+    say(f"watch at {origin}/{viewer_address(f'{origin}/{RECORDING}')}; Ctrl-C ends it")
+    try:
+        signal.pause()
+    except KeyboardInterrupt:
+        files.close()
+    return 0
+
+
+def _go_to(url: str, at: float, while_there: Callable[[], bool]) -> None:
+    """Tell a viewer that has just been started which moment to show."""
+    from rerun.experimental import ViewerClient
+
+    while while_there():
+        try:
+            client = ViewerClient.connect(url)
+            break
+        except Exception:  # Rerun raises many kinds while nobody listens
+            threading.Event().wait(_LOOK_PERIOD)
+    else:
+        return
+    show_moment(client, at, while_there)
+
+
+def show_moment(client: Any, at: float, while_there: Callable[[], bool] = lambda: True) -> None:
+    """Let a viewer show a moment as soon as it has a recording, and stand still there.
+
+    Args:
+        client: Rerun's `ViewerClient` for it.
+        at: the moment [s].
+        while_there: asked whether to wait on.
+    """
+    while while_there() and not client.get_state().recordings:
+        threading.Event().wait(_LOOK_PERIOD)
+    if while_there():
+        client.set_time("t", duration=at, play_state="paused")
 
 
 def _check(recording: Path) -> None:

@@ -16,7 +16,7 @@ from app.live.throttle import Throttle
 from config import UserError
 
 if TYPE_CHECKING:
-    from app.live.monitor.ports import Address
+    from app.live.web.ports import Address
     from controller import RobotModel
 
 _PERIOD = 0.5

@@ -2,24 +2,67 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import rerun as rr
 
-from app.live.monitor.columns import timelines
+from app.live.monitor.columns import Array, timelines
+from app.live.monitor.glyphs import Colour
 from app.live.snapshot import Snapshot
 from controller import N_ARM
 from robots import Limits
 
-_SERIES = {
-    "joint_velocity": [f"joint {i + 1}" for i in range(N_ARM)],
-    "base_twist": ["vx [m/s]", "vy [m/s]", "ω [rad/s]"],
-    "error": ["position [m]", "orientation [rad]", "heading θε [rad]"],
-    "controller": ["manipulability", "slack"],
-    "loop": ["tick [ms]", "dropped snapshots"],
+SEVEN: tuple[Colour, ...] = (
+    (230, 80, 70),
+    (240, 160, 40),
+    (225, 220, 70),
+    (90, 200, 90),
+    (60, 200, 215),
+    (90, 130, 255),
+    (210, 110, 230),
+)
+"""Colours that are told apart on a dark ground; the joints take all, other curves the first ones
+of `FEW`."""
+FEW = (SEVEN[4], SEVEN[1], SEVEN[6])
+
+
+class Curves(NamedTuple):
+    """The curves of one plot, all in one unit."""
+
+    name: str
+    series: Sequence[str]
+    unit: str
+
+
+PLOTS = {
+    "joint_velocity": Curves(
+        "joint velocities / limits", [f"joint {i + 1}" for i in range(N_ARM)], "1"
+    ),
+    "base_velocity": Curves("base velocity [m/s]", ["vx", "vy"], "m/s"),
+    "base_rotation": Curves("base rotation [rad/s]", ["ω"], "rad/s"),
+    "distance": Curves("distance to the goal [m]", ["distance"], "m"),
+    "angle": Curves("angles to the goal [rad]", ["hand", "heading θε"], "rad"),
+    "clearance": Curves("nearest obstacle [m]", ["clearance"], "m"),
+    "manipulability": Curves("manipulability", ["manipulability"], "m^3"),
+    "slack": Curves("slack of the programme [m/s, rad/s]", ["slack"], "mixed norm"),
+    "tick": Curves("tick [ms]", ["tick"], "ms"),
+    "dropped": Curves("dropped snapshots", ["dropped"], "1"),
 }
-"""Entities and their series; few entities keep the recording small."""
+"""By entity, below /signals. One unit an axis: a metre and a radian are never compared."""
+
+_Row = Callable[[Snapshot], object]
+_ROWS: dict[str, _Row] = {
+    "base_velocity": lambda s: s.command.base_twist[:2],
+    "base_rotation": lambda s: s.command.base_twist[2:],
+    "distance": lambda s: (s.signals.position_error,),
+    "angle": lambda s: (s.signals.orientation_error, s.signals.heading_error),
+    "clearance": lambda s: (s.signals.clearance,),
+    "manipulability": lambda s: (s.signals.manipulability,),
+    "slack": lambda s: (s.signals.slack,),
+    "tick": lambda s: (s.signals.tick_ms,),
+}
 
 
 class SignalsPanel:
@@ -34,30 +77,27 @@ class SignalsPanel:
         self._stream = stream
         self._limits = limits
         self._written = 0
-        for name, series in _SERIES.items():
-            stream.log(f"signals/{name}", rr.SeriesLines(names=series), static=True)
+        for entity, curves in PLOTS.items():
+            colours = (SEVEN if len(curves.series) > len(FEW) else FEW)[: len(curves.series)]
+            look = rr.SeriesLines(names=curves.series, colors=colours)
+            stream.log(f"signals/{entity}", look, static=True)
 
     def write(self, batch: Sequence[Snapshot]) -> None:
         """Add the rows of a batch."""
-        times = timelines(batch)
-        signals = [snapshot.signals for snapshot in batch]
-        errors = [(s.position_error, s.orientation_error, s.heading_error) for s in signals]
         # A tick that is missing here was dropped by the feed.
         self._written += len(batch)
         dropped = batch[-1].tick + 1 - self._written
-        rows = {
-            "joint_velocity": [s.command.qd / self._limits.qd for s in batch],
-            "base_twist": [s.command.base_twist for s in batch],
-            "error": errors,
-            "controller": [(s.manipulability, s.slack) for s in signals],
-            "loop": [(s.tick_ms, dropped) for s in signals],
-        }
-        for name, values in rows.items():
-            table = np.array(values, dtype=float)
-            self._stream.send_columns(
-                f"signals/{name}",
-                indexes=times,
-                columns=rr.Scalars.columns(scalars=table.ravel()).partition(
-                    [table.shape[1]] * len(batch)
-                ),
-            )
+        self._send("joint_velocity", batch, [s.command.qd / self._limits.qd for s in batch])
+        self._send("dropped", batch[-1:], [(dropped,)])
+        for entity, row in _ROWS.items():
+            self._send(entity, batch, [row(snapshot) for snapshot in batch])
+
+    def _send(self, entity: str, batch: Sequence[Snapshot], rows: Sequence[object]) -> None:
+        table: Array = np.array(rows, dtype=float)
+        self._stream.send_columns(
+            f"signals/{entity}",
+            indexes=timelines(batch),
+            columns=rr.Scalars.columns(scalars=table.ravel()).partition(
+                [table.shape[1]] * len(batch)
+            ),
+        )

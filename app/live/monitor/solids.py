@@ -14,24 +14,33 @@ from robots import Box, Capsule, Cylinder, Geom, Hull, Shape, Sphere
 AnyShape = TypeVar("AnyShape", bound=Shape)
 
 
-def solids(parts: Sequence[Geom]) -> list[Any]:
-    """Archetypes of the parts, in the frame of their poses; planes are left out."""
+def solids(parts: Sequence[Geom], fill: str = "solid") -> list[Any]:
+    """Archetypes of the parts, in the frame of their poses; planes are left out.
+
+    Args:
+        parts: the shapes.
+        fill: Rerun's fill mode.
+    """
     bodies: list[Any] = []
     if boxes := _of_type(parts, Box):
         half_sizes = [box.half for _, box in boxes]
-        bodies.append(rr.Boxes3D(half_sizes=half_sizes, centers=_centres(boxes), **_looks(boxes)))
+        bodies.append(
+            rr.Boxes3D(half_sizes=half_sizes, centers=_centres(boxes), **_looks(boxes, fill))
+        )
     if balls := _of_type(parts, Sphere):
         radii = [ball.radius for _, ball in balls]
-        bodies.append(rr.Ellipsoids3D(radii=radii, centers=_centres(balls), **_looks(balls)))
+        bodies.append(rr.Ellipsoids3D(radii=radii, centers=_centres(balls), **_looks(balls, fill)))
     if cylinders := _of_type(parts, Cylinder):
         sizes = _radii_and_lengths(cylinders)
-        bodies.append(rr.Cylinders3D(**sizes, centers=_centres(cylinders), **_looks(cylinders)))
+        bodies.append(
+            rr.Cylinders3D(**sizes, centers=_centres(cylinders), **_looks(cylinders, fill))
+        )
     if capsules := _of_type(parts, Capsule):
         sizes = _radii_and_lengths(capsules)
         ends = [
             part.pose.act(np.array([0.0, 0.0, -capsule.half_length])) for part, capsule in capsules
         ]
-        bodies.append(rr.Capsules3D(**sizes, translations=ends, **_looks(capsules)))
+        bodies.append(rr.Capsules3D(**sizes, translations=ends, **_looks(capsules, fill)))
     if hulls := _of_type(parts, Hull):
         bodies.append(_one_mesh(hulls))
     return bodies
@@ -72,9 +81,9 @@ def _radii_and_lengths(
     }
 
 
-def _looks(bodies: Sequence[tuple[Geom, Any]]) -> dict[str, Any]:
+def _looks(bodies: Sequence[tuple[Geom, Any]], fill: str) -> dict[str, Any]:
     return {
         "quaternions": [quaternion(part.pose) for part, _ in bodies],
         "colors": [part.colour for part, _ in bodies],
-        "fill_mode": "solid",
+        "fill_mode": fill,
     }

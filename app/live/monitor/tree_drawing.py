@@ -6,12 +6,17 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import rerun as rr
+from py_trees.common import Status
 
 from app.live.monitor.columns import timelines
-from app.live.monitor.glyphs import STATUS_COLOUR, STATUS_GLYPH, printable
-from app.live.monitor.tree_layout import PILL_RADIUS, Layout, title, visible
-from app.live.nodes import NodeInfo
+from app.live.monitor.glyphs import LOOK_COLOUR, LOOK_GLYPH, OUTLINE, printable
+from app.live.monitor.tree_layout import PILL_RADIUS, Array, Layout, title, visible
+from app.live.nodes import Look, NodeInfo, looks, tip
 from app.live.snapshot import Snapshot
+
+_OUTLINE_RADIUS = PILL_RADIUS + 3.0
+_ON_TOP = (Look.IDLE, Look.SUCCESS, Look.NOT_YET, Look.FAILURE, Look.RUNNING)
+"""Lines of a later look lie over those of an earlier one, with which they share a trunk."""
 
 
 class TreeDrawing:
@@ -39,6 +44,7 @@ class TreeDrawing:
         lines = rr.LineStrips2D.from_fields
         for part, look in {
             "edges": lines(radii=rr.Radius.ui_points(1.2), draw_order=1),
+            "outline": lines(radii=_OUTLINE_RADIUS, colors=[OUTLINE], draw_order=1.5),
             "pills": lines(radii=PILL_RADIUS, draw_order=2),
             "labels": rr.Points2D.from_fields(
                 radii=0.01, colors=(255, 255, 255), draw_order=3, show_labels=True
@@ -65,7 +71,8 @@ class TreeDrawing:
                 *(layout.left + layout.width - PILL_RADIUS, layout.height),
             ],
             axis=1,
-        )
+        ).reshape(-1, 2, 2)
+        self._ends, self._edges = ends, layout.edges
         # The viewer hangs a label a little below its point.
         above = layout.middles - [0.0, PILL_RADIUS - 2.0]
         details = rr.AnyValues.columns(
@@ -73,9 +80,8 @@ class TreeDrawing:
             kind=[self._tree[index].kind for index in self._visible],
         )
         for part, columns in {
-            "edges": rr.LineStrips2D.columns(strips=layout.edges).partition([len(layout.edges)]),
             "pills": [
-                *rr.LineStrips2D.columns(strips=ends.reshape(-1, 2, 2)).partition([len(ends)]),
+                *rr.LineStrips2D.columns(strips=ends).partition([len(ends)]),
                 *details.partition([len(ends)]),
             ],
             "labels": rr.Points2D.columns(positions=above).partition([len(ends)]),
@@ -85,27 +91,40 @@ class TreeDrawing:
             )
 
     def _send_statuses(self, changed: Sequence[Snapshot]) -> None:
-        """Colours, labels, and the details that a click on a pill shows."""
+        """Colours, labels, the outline, and the details that a click on a pill shows."""
         if not changed:
             return
         nodes = [[snapshot.nodes[index] for index in self._visible] for snapshot in changed]
         per_node = [len(self._visible)] * len(changed)
-        colours = np.array([[STATUS_COLOUR[n.status] for n in row] for row in nodes], np.uint8)
+        shown = [looks(self._tree, snapshot.nodes) for snapshot in changed]
+        seen = [[row[index] for index in self._visible] for row in shown]
+        colours = np.array([[LOOK_COLOUR[look] for look in row] for row in seen], np.uint8)
         names = self._titles()
         labels = [
-            f"{STATUS_GLYPH[node.status]} {name}"
-            for row in nodes
-            for node, name in zip(row, names, strict=True)
+            f"{LOOK_GLYPH[look]} {name}"
+            for row in seen
+            for look, name in zip(row, names, strict=True)
+        ]
+        running = [self._ends_of_running(snapshot) for snapshot in changed]
+        # Every node but the root has an edge; `sorted` keeps the order of equals.
+        over = [
+            sorted(range(len(row) - 1), key=lambda i: _ON_TOP.index(row[i + 1])) for row in seen
         ]
         details = rr.AnyValues.columns(
             status=[node.status.value for row in nodes for node in row],
             message=[printable(node.message) for row in nodes for node in row],
         )
-        edge_colours = colours[:, 1:].reshape(-1, 3)  # every node but the root has one
         for part, columns in {
-            "edges": rr.LineStrips2D.columns(colors=edge_colours).partition(
-                [n - 1 for n in per_node]
-            ),
+            "edges": rr.LineStrips2D.columns(
+                strips=[self._edges[i] for order in over for i in order],
+                colors=np.array(
+                    [row[i + 1] for row, order in zip(colours, over, strict=True) for i in order],
+                    np.uint8,
+                ).reshape(-1, 3),
+            ).partition([n - 1 for n in per_node]),
+            "outline": rr.LineStrips2D.columns(
+                strips=[strip for row in running for strip in row]
+            ).partition([len(row) for row in running]),
             "pills": [
                 *rr.LineStrips2D.columns(colors=colours.reshape(-1, 3)).partition(per_node),
                 *details.partition(per_node),
@@ -115,6 +134,12 @@ class TreeDrawing:
             self._stream.send_columns(
                 f"{self._path}/{part}", indexes=timelines(changed), columns=columns
             )
+
+    def _ends_of_running(self, snapshot: Snapshot) -> list[Array]:
+        """Ends of the pill that the run is at; none when it is over."""
+        at = tip(snapshot.nodes)
+        is_running = snapshot.nodes[at].status is Status.RUNNING and at in self._visible
+        return [self._ends[self._visible.index(at)]] if is_running else []
 
     def _titles(self) -> list[str]:
         """Titles of the drawn nodes, each with the number of nodes hidden below it."""

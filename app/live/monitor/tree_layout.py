@@ -28,7 +28,7 @@ _INDENT = 28.0
 _LEVEL = 64.0
 _GAP = 14.0
 _CHARACTER = 7.4
-_LONGEST_NAME = 30
+_LONGEST_NAME = 34
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -52,7 +52,7 @@ class Layout:
 
 def title(node: NodeInfo) -> str:
     """Title of a node in a drawing."""
-    name = printable(node.name)
+    name = printable(node.title)
     if len(name) > _LONGEST_NAME:
         name = name[: _LONGEST_NAME - 1] + "…"
     return f"{KIND_GLYPH.get(node.kind, '')} {name}".strip()

@@ -9,13 +9,13 @@ import rerun as rr
 from py_trees.common import Status
 
 from app.live.monitor.columns import timelines
-from app.live.monitor.glyphs import STATUS_COLOUR, STATUS_GLYPH
+from app.live.monitor.glyphs import LOOK_COLOUR, LOOK_GLYPH
+from app.live.monitor.history import History
 from app.live.monitor.tree_drawing import TreeDrawing
 from app.live.monitor.tree_layout import chart_layout, list_layout, title
-from app.live.nodes import NodeInfo, parents
+from app.live.nodes import Look, NodeInfo, looks, parents
 from app.live.snapshot import Snapshot
 
-_SHOWN = (Status.RUNNING, Status.SUCCESS, Status.FAILURE)
 _IDLE_TEXT = (130, 136, 146)
 """The graph colours only the text; the grey of a pill would be hard to read."""
 
@@ -30,12 +30,14 @@ class TreePanel:
 
     def __init__(self, stream: rr.RecordingStream, tree: Sequence[NodeInfo]) -> None:
         self._stream = stream
+        self._tree = tuple(tree)
         self._titles = [title(node) for node in tree]
         self._statuses: tuple[Status, ...] | None = None
         self._drawings = (
             TreeDrawing(stream, "tree/list", tree, list_layout),
             TreeDrawing(stream, "tree/chart", tree, chart_layout),
         )
+        self._history = History(stream, self._titles)
         names = [str(index) for index in range(len(tree))]
         edges = [
             (names[parent], names[child])
@@ -48,15 +50,6 @@ class TreePanel:
             rr.GraphEdges(edges, graph_type="directed"),
             static=True,
         )
-        stream.log(
-            "status",
-            rr.StateConfiguration(
-                values=[_state(i, status) for i in range(len(tree)) for status in _SHOWN],
-                labels=[name for name in self._titles for _ in _SHOWN],
-                colors=[STATUS_COLOUR[status] for _ in tree for status in _SHOWN],
-            ),
-            static=True,
-        )
 
     def write(self, batch: Sequence[Snapshot]) -> None:
         """Add the changes of a batch."""
@@ -66,28 +59,21 @@ class TreePanel:
             if statuses != self._statuses:
                 self._statuses = statuses
                 changed.append(snapshot)
+        shown = [looks(self._tree, snapshot.nodes) for snapshot in changed]
+        self._history.write(changed, shown, until=batch[-1])
         if not changed:
             return
         for drawing in self._drawings:
             drawing.write(changed)
-        self._send_graph(changed)
-        states = [_state(i, n.status) for s in changed for i, n in enumerate(s.nodes)]
-        self._stream.send_columns(
-            "status",
-            indexes=timelines(changed),
-            columns=rr.StateChange.columns(state=states).partition(
-                [len(self._titles)] * len(changed)
-            ),
-        )
+        self._send_graph(changed, [look for row in shown for look in row])
 
-    def _send_graph(self, changed: Sequence[Snapshot]) -> None:
-        statuses = [node.status for snapshot in changed for node in snapshot.nodes]
-        look = STATUS_COLOUR | {Status.INVALID: _IDLE_TEXT}
+    def _send_graph(self, changed: Sequence[Snapshot], shown: Sequence[Look]) -> None:
+        colour = LOOK_COLOUR | {Look.IDLE: _IDLE_TEXT}
         columns = rr.GraphNodes.columns(
-            colors=np.array([look[status] for status in statuses], np.uint8),
+            colors=np.array([colour[look] for look in shown], np.uint8),
             labels=[
-                f"{STATUS_GLYPH[status]} {name}"
-                for status, name in zip(statuses, self._titles * len(changed), strict=True)
+                f"{LOOK_GLYPH[look]} {name}"
+                for look, name in zip(shown, self._titles * len(changed), strict=True)
             ],
         )
         self._stream.send_columns(
@@ -95,7 +81,3 @@ class TreePanel:
             indexes=timelines(changed),
             columns=columns.partition([len(self._titles)] * len(changed)),
         )
-
-
-def _state(index: int, status: Status) -> str:
-    return "" if status == Status.INVALID else f"{index}|{status.value}"

@@ -9,7 +9,6 @@ another.
 from __future__ import annotations
 
 import errno
-import importlib.util
 import ipaddress
 import os
 import socket
@@ -18,11 +17,18 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
-from urllib.parse import quote
 
-from app.live.monitor.ports import LOOPBACK, Address, choose_port, reachable
+from app.choices import View
+from app.live.web import (
+    FileServer,
+    WebFilesError,
+    viewer_address,
+    viewer_environment,
+    viewer_program,
+    viewer_web_files,
+)
+from app.live.web.ports import LOOPBACK, Address, choose_port, reachable
 from config import UserError
 from hw import stopwatch
 
@@ -37,18 +43,6 @@ _PATIENCE = 15.0
 
 class ViewError(UserError):
     """A run cannot be shown as requested."""
-
-
-class View(StrEnum):
-    """How a run is shown while it goes on."""
-
-    AUTO = "auto"
-    """A window if there is a screen, else nothing."""
-    SPAWN = "spawn"
-    """The native viewer, in a window."""
-    WEB = "web"
-    """The viewer as a page for a browser."""
-    NONE = "none"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,8 +91,8 @@ class Viewer:
         self.server = Address(host=host, port=port)
         if self._view is View.WEB:
             self._web_port = _port(host, options.web_port, USUAL_WEB_PORT, "--web-port", taken=port)
-            source = quote(self.server.url, safe="")
-            self.page = f"http://{reachable(host)}:{self._web_port}/?url={source}"
+            query = viewer_address(self.server.url)
+            self.page = f"http://{reachable(host)}:{self._web_port}/{query}"
 
     @contextmanager
     def showing(self, log: Path) -> Iterator[None]:
@@ -119,49 +113,45 @@ class Viewer:
                 f"warning: anybody who can reach {self.server.host} can watch this run, "
                 "without a password"
             )
+        if self._view is View.WEB:
+            with self._page(self.server):
+                yield
+        else:
+            self._open_window(self.server, log)
+            yield
+
+    @contextmanager
+    def _page(self, data: Address) -> Iterator[None]:
+        """Serve the web viewer."""
+        hosts = f"'self' http://{reachable(data.host)}:{data.port} http://localhost:{data.port}"
+        try:
+            viewer_web_files()
+            files = FileServer(data.host, self._web_port, hosts=hosts)
+        except (WebFilesError, OSError) as error:
+            self._say(f"the viewer did not start ({error}); the run is still recorded")
+            yield
+            return
+        self._say(f"watch at {self.page}")
+        try:
+            yield
+        finally:
+            files.close()
+
+    def _open_window(self, data: Address, log: Path) -> None:
+        """Start the native viewer."""
+        port = choose_port()
+        command = [str(viewer_program()), "--bind", LOOPBACK, "--port", str(port)]
         with log.open("w", encoding="utf-8") as messages:
-            command, port = self._command(self.server)
             process = subprocess.Popen(
-                command,
+                [*command, "--connect", data.url, "--expect-data-soon"],
                 stdin=subprocess.DEVNULL,
                 stdout=messages,
                 stderr=messages,
+                env=viewer_environment(),
                 start_new_session=True,  # Ctrl-C is for the robot
             )
-        try:
-            if not _comes_up(process, reachable(self.server.host), port):
-                self._say(f"the viewer did not start (see {log}); the run is still recorded")
-            elif self.page is not None:
-                self._say(f"watch at {self.page}")
-            yield
-        finally:
-            if self._view is View.WEB:
-                process.terminate()
-                process.wait()
-
-    def _command(self, server: Address) -> tuple[list[str], int]:
-        """How to start the viewer, and a port that it listens on when it is up."""
-        program = [str(viewer_program()), "--bind"]
-        if self._view is View.WEB:
-            port = self._web_port
-            where = [server.host, "--serve-web", "--web-viewer-port", str(port)]
-            return [*program, *where, server.url], port
-        port = choose_port()
-        where = [LOOPBACK, "--port", str(port), "--connect", server.url]
-        return [*program, *where, "--expect-data-soon"], port
-
-
-def viewer_program() -> Path:
-    """The viewer itself; the `rerun` on the path is a script that would leave it an orphan.
-
-    Raises:
-        ViewError: it is not installed.
-    """
-    found = importlib.util.find_spec("rerun_cli")
-    program = Path(found.origin).parent / "rerun" if found and found.origin else None
-    if program is None or not program.exists():
-        raise ViewError("the Rerun viewer is not installed: pip install rerun-sdk, or --view none")
-    return program
+        if not _comes_up(process, port):
+            self._say(f"the viewer did not start (see {log}); the run is still recorded")
 
 
 def has_screen(environment: Mapping[str, str] = os.environ) -> bool:
@@ -175,7 +165,7 @@ def _resolved(view: View, environment: Mapping[str, str]) -> View:
     if view is View.AUTO:
         try:
             viewer_program()
-        except ViewError:
+        except WebFilesError:
             return View.NONE
         return View.SPAWN if screen else View.NONE
     if view is View.SPAWN and not screen:
@@ -209,12 +199,12 @@ def _port(host: str, chosen: int | None, usual: int, option: str, taken: int | N
         ) from error
 
 
-def _comes_up(process: subprocess.Popen[bytes], host: str, port: int) -> bool:
+def _comes_up(process: subprocess.Popen[bytes], port: int) -> bool:
     """Wait until a process listens; False if it ends or takes too long."""
     begun = stopwatch()
     while process.poll() is None and stopwatch() - begun < _PATIENCE:
         try:
-            socket.create_connection((host, port), timeout=1.0).close()
+            socket.create_connection((LOOPBACK, port), timeout=1.0).close()
         except OSError:
             threading.Event().wait(0.05)
         else:

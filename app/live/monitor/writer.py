@@ -12,12 +12,13 @@ import threading
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import rerun as rr
 import rerun_bindings
 
-from app.live.monitor.blueprint import blueprint
+from app.live.monitor.blueprint import Arrangement, blueprint
 from app.live.monitor.camera_panel import CameraPanel
-from app.live.monitor.ports import Address
+from app.live.monitor.framing import eye_for, robot_points, task_points
 from app.live.monitor.scene_panel import ScenePanel
 from app.live.monitor.signals_panel import SignalsPanel
 from app.live.monitor.text_panel import TextPanel
@@ -25,6 +26,7 @@ from app.live.monitor.tree_panel import TreePanel
 from app.live.monitor.viewer import ViewError
 from app.live.nodes import NodeInfo
 from app.live.snapshot import SceneView, Snapshot
+from app.live.web.ports import Address
 from controller import RobotModel
 
 APPLICATION = "frankie-task"
@@ -33,6 +35,8 @@ APPLICATION = "frankie-task"
 _SERVER_MEMORY = "200MB"
 """What a viewer that connects late still receives: more than ten minutes."""
 
+_ROOM = 3.0
+"""Where the robot leaves the picture, so much around it is taken into it [m]: it goes on."""
 _PATIENCE = 5.0
 _LINGER = 1.0
 """How long viewers can fetch the end of a run [s]."""
@@ -62,10 +66,12 @@ class Writer:
         scene: SceneView,
         server: Address | None,
     ) -> None:
+        self._tree, self._scene = tuple(tree), scene
+        self._points = task_points(scene)
         rr.set_strict_mode(True)  # mistakes are raised, not turned into a warning on the terminal
         self._live = server is not None
         self._stream = rr.RecordingStream(APPLICATION)
-        layout = blueprint(tree, scene, live=self._live)
+        layout = self._layout()
         self._stream.set_sinks(
             # A footer would keep something of every chunk in memory until the end.
             rr.FileSink(path, write_footer=False),
@@ -79,7 +85,7 @@ class Writer:
             TreePanel(self._stream, tree),
             TextPanel(self._stream, tree),
             ScenePanel(self._stream, model, scene),
-            CameraPanel(self._stream),
+            CameraPanel(self._stream, model.description.camera.intrinsics),
             SignalsPanel(self._stream, model.limits),
         )
 
@@ -87,6 +93,21 @@ class Writer:
         """Add snapshots, in order of time; at least one."""
         for panel in self._panels:
             panel.write(batch)
+        self._widen(batch[-1])
+
+    def _layout(self) -> Arrangement:
+        """The layout, with an eye that has all in its picture that is to be seen."""
+        return blueprint(self._tree, eye_for(self._points), live=self._live)
+
+    def _widen(self, snapshot: Snapshot) -> None:
+        """Step back with the eye once the robot leaves its picture."""
+        x, y, _ = snapshot.state.wTb.translation
+        robot = robot_points(x, y)
+        if not eye_for(self._points).sees(robot):
+            self._points = np.concatenate([self._points, robot_points(x, y, _ROOM)])
+            layout = self._layout()
+            rr.send_blueprint(layout, recording=self._stream)
+            layout.release()
 
     def close(self) -> None:
         """Flush and close the file, stop serving viewers, and end the stream's threads."""

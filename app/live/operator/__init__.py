@@ -14,7 +14,8 @@ from app.live.operator.hooks import (
     matching,
 )
 from app.live.operator.keyboard import HELP, in_terminal, keys
-from app.live.operator.page import ControlPage, PageError, WebViewer
+from app.live.operator.page import ControlPage, Ending, WebViewer
+from app.live.operator.page_server import PageError
 
 __all__ = [
     "ACKNOWLEDGED",
@@ -22,6 +23,7 @@ __all__ = [
     "Control",
     "ControlPage",
     "ControlState",
+    "Ending",
     "Hook",
     "HookAction",
     "PageError",

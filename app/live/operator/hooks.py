@@ -63,6 +63,9 @@ class Hook(Branch):
         self.node = node
         self.actions: dict[Side, HookAction] = {}
         self.answer: Status | None = None
+        self.asks = False
+        """Whether a person has to approve of the node each time that it is entered."""
+        self._forced: Status | None = None
         self._reached = reached
         self._waiting: Side | None = None
         self._ended = Status.INVALID
@@ -75,12 +78,19 @@ class Hook(Branch):
         """Whether the run is paused here."""
         return self._waiting is not None and self.status is Status.RUNNING
 
+    def force(self, outcome: Status) -> None:
+        """End the node with an outcome: now if it runs, else as soon as it is entered."""
+        self._forced = outcome
+
     def restart(self) -> None:
         """Forget a pause and its answer."""
         self._waiting, self.answer = None, None
 
     def advance(self) -> Ticking:
         """Tick the node, with the actions before and after it."""
+        forced, self._forced = self._forced, None
+        if forced is not None:
+            return self._end_with(forced)
         if self._waiting is None and self.node.status is not Status.RUNNING:
             outcome = self._act(Side.BEFORE)
             if outcome is not None:
@@ -90,6 +100,8 @@ class Hook(Branch):
             answer, self.answer = self.answer, None
             if answer is not None:
                 self.feedback_message = f"{answer.value.lower()} chosen by a person"
+                self.node.status = answer
+                self.node.feedback_message = self.feedback_message
                 return answer
             if waited is Side.AFTER:
                 return self._ended
@@ -100,9 +112,21 @@ class Hook(Branch):
         outcome = self._act(Side.AFTER)
         return self._ended if outcome is None else outcome
 
+    def _end_with(self, outcome: Status) -> Status:
+        """Halt the node, and answer for it."""
+        self.restart()
+        if self.node.status is Status.RUNNING:
+            self.node.stop(Status.INVALID)
+        self.node.status = outcome
+        self.feedback_message = f"{outcome.value.lower()} forced by a person"
+        self.node.feedback_message = self.feedback_message
+        return outcome
+
     def _act(self, side: Side) -> Status | None:
         """Status to return at this side of the node; None to continue."""
         action = self.actions.get(side)
+        if action is None and side is Side.BEFORE and self.asks:
+            action = HookAction()
         if action is None:
             return None
         if action.once:

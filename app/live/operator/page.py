@@ -1,73 +1,45 @@
-"""A page in the browser that pauses, steps and stops a run, with the viewer embedded.
+"""A page in the browser that shows the tree of a run, and pauses, steps and stops it.
 
-It is served on the loopback address only. A request needs the token that is part of the printed
-address, must name this host, and its Origin, if the browser sends one, must be this page. The
-viewer's files are proxied here, so that a content security policy keeps the viewer from contacting
-any other machine.
+It draws the tree itself, so it is up to date however far the 3-D viewer beside it lags. It is
+served on the loopback address only. When the run is over the page stays, until its process ends.
 """
 
 from __future__ import annotations
 
-import json
-import re
 import secrets
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from http import HTTPStatus
-from http.client import HTTPException
-from http.server import BaseHTTPRequestHandler
-from importlib.resources import files
+from pathlib import Path
 from typing import TYPE_CHECKING
-from urllib.parse import quote, unquote, urlsplit
-from urllib.request import urlopen
+from urllib.parse import urlsplit
 
-from app.live.nodes import tip
-from app.live.operator.bounded_server import PATIENCE, BoundedServer
+from py_trees.common import Status
+
+from app.live.nodes import looks, tip
 from app.live.operator.control import Control
-from config import UserError
+from app.live.operator.hooks import Hook, HookAction, Side
+from app.live.operator.node_history import NodeHistory
+from app.live.operator.page_server import HOST, listen
+from app.live.web import viewer_address
 from hw import INJECTABLE
 
 if TYPE_CHECKING:
     from app.live.nodes import NodeInfo
     from app.live.snapshot import Snapshot
 
-HOST = "127.0.0.1"
-USUAL_PORT = 9097
-
-_FILES = {
-    "/": ("page.html", "text/html; charset=utf-8"),
-    "/page.js": ("page.js", "text/javascript; charset=utf-8"),
-    "/page.css": ("page.css", "text/css; charset=utf-8"),
-}
-_POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; "
-    "frame-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
-)
-_VIEWER_POLICY = (
-    "default-src 'none'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'; "
-    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "
-    "worker-src 'self' blob:; manifest-src 'self'; connect-src 'self' {data}; "
-    "frame-ancestors 'self'; base-uri 'none'; form-action 'none'"
-)
-_VIEWER_FILE = re.compile(r"/viewer/([\w.-]*)")
 _OFFERED = tuple(name for name, fault in INJECTABLE.items() if not fault.of_world)
 """The faults that every robot can be given."""
 _SHUTDOWN_POLL = 0.1
 """How often the server checks whether it is to end [s]."""
-
-
-class PageError(UserError):
-    """The page cannot be served as requested."""
+_FORCED = {"success": Status.SUCCESS, "failure": Status.FAILURE}
 
 
 @dataclass(frozen=True, kw_only=True)
 class WebViewer:
     """The web viewer that the page embeds."""
 
-    files: str
-    """Where its files are served, for example `http://127.0.0.1:9090`."""
     data: str
     """What it connects to, for example `rerun+http://127.0.0.1:9876/proxy`."""
 
@@ -79,7 +51,17 @@ class WebViewer:
     @property
     def path(self) -> str:
         """Its path on the page's own server."""
-        return f"/viewer/?url={quote(self.data, safe='')}&hide_welcome_screen=1"
+        return f"/viewer/{viewer_address(self.data)}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ending:
+    """What the page shows of a run that is over."""
+
+    outcome: str
+    """In one line."""
+    explanation: str
+    recording: Path | None
 
 
 class ControlPage:
@@ -92,6 +74,8 @@ class ControlPage:
         clear: clears the injected faults.
         viewer: embedded in the page, if there is one.
         port: to listen on; None takes the usual one, or any free one if that is taken.
+        hooks: of the nodes, in the same order; without them there are no breakpoints.
+        may_force: whether people may answer for a node.
 
     Raises:
         PageError: the port is not available.
@@ -106,23 +90,40 @@ class ControlPage:
         clear: Callable[[], None],
         viewer: WebViewer | None = None,
         port: int | None = None,
+        hooks: Sequence[Hook] = (),
+        may_force: bool = False,
     ) -> None:
         self.viewer = viewer
         self.token = secrets.token_urlsafe(16)
+        self.recording: Path | None = None
+        self.recording_path = f"/{secrets.token_urlsafe(16)}.rrd"
         self._control = control
-        self._tree = tree
+        self._tree = tuple(tree)
+        self._hooks = tuple(hooks)
+        self._may_force = may_force and bool(hooks)
+        self._history = NodeHistory(len(tree))
         self._snapshot: Snapshot | None = None
-        self.actions: Mapping[str, Callable[[], None]] = {
+        self._ending: Ending | None = None
+        self._actions: Mapping[str, Callable[[], None]] = {
             "/pause": control.pause,
             "/resume": control.resume,
             "/step": control.step,
             "/next": control.run_to_next_change,
             "/stop": control.stop,
             "/acknowledge": control.acknowledge,
+            "/approve": control.resume,
+            "/refuse": self._refuse,
             "/clear": clear,
             **{f"/fault/{name}": partial(inject, name) for name in _OFFERED},
+            **{f"/break/{i}": partial(self._toggle, hook) for i, hook in enumerate(self._hooks)},
         }
-        self._server = _listen(self, port)
+        if self._may_force:
+            self._actions |= {
+                f"/force/{i}/{name}": partial(hook.force, status)
+                for i, hook in enumerate(self._hooks)
+                for name, status in _FORCED.items()
+            }
+        self._server = listen(self, port)
         self._thread = threading.Thread(
             target=self._server.serve_forever, args=(_SHUTDOWN_POLL,), name="page", daemon=True
         )
@@ -143,13 +144,40 @@ class ControlPage:
         """Host names under which a browser may address this server."""
         return (f"{HOST}:{self.port}", f"localhost:{self.port}")
 
+    @property
+    def viewer_hosts(self) -> str:
+        """To whom the embedded viewer may connect."""
+        return f"'self' {self.viewer.data_origin}" if self.viewer else "'self'"
+
     def show(self, snapshot: Snapshot) -> None:
         """Set the tick that the page shows."""
         self._snapshot = snapshot
+        self._history.note(snapshot)
+
+    def end(self, ending: Ending) -> None:
+        """Show that the run is over, and how it ended; no button works any more."""
+        self.recording = ending.recording
+        self._ending = ending
+
+    def action(self, path: str) -> Callable[[], None] | None:
+        """What a POST to a path does; None if nothing does."""
+        return None if self._ending is not None else self._actions.get(path)
+
+    def tree(self) -> list[dict[str, object]]:
+        """The nodes, for JSON."""
+        return [
+            {"name": n.name, "title": n.title, "kind": n.kind, "depth": n.depth} for n in self._tree
+        ]
+
+    def history(self, node: int) -> list[dict[str, object]]:
+        """What a node has done, for JSON; empty for a number that none has."""
+        return self._history.of(node) if 0 <= node < len(self._tree) else []
 
     def state(self) -> dict[str, object]:
         """What the page shows, for JSON."""
-        state, snapshot = self._control.state, self._snapshot
+        state, snapshot, ending = self._control.state, self._snapshot, self._ending
+        waiting = next((i for i, hook in enumerate(self._hooks) if hook.waiting), None)
+        to_approve = waiting is not None and self._hooks[waiting].asks
         shown: dict[str, object] = {
             "paused": state.paused,
             "why": state.why,
@@ -159,17 +187,50 @@ class ControlPage:
             "pressed": state.pressed,
             "injectable": list(_OFFERED),
             "viewer": self.viewer.path if self.viewer else None,
+            "can_break": bool(self._hooks),
+            "can_force": self._may_force,
+            "breaks": [i for i, hook in enumerate(self._hooks) if self._breaks(hook)],
+            "waiting": waiting,
+            "approve": self._tree[waiting].title if waiting is not None and to_approve else "",
+            "over": None,
         }
+        if ending is not None:
+            source = f"http://{HOST}:{self.port}{self.recording_path}"
+            shown["over"] = {
+                "outcome": ending.outcome,
+                "explanation": ending.explanation,
+                "viewer": f"/viewer/{viewer_address(source)}" if ending.recording else None,
+            }
         if snapshot is not None:
             index = tip(snapshot.nodes)
             shown |= {
                 "time": snapshot.stamp,
+                "tip": index,
                 "node": self._tree[index].name,
                 "status": snapshot.nodes[index].status.value.lower(),
                 "message": snapshot.nodes[index].message,
                 "faults": [fault.text for fault in snapshot.state.faults],
+                "looks": [look.value for look in looks(self._tree, snapshot.nodes)],
             }
         return shown
+
+    def _breaks(self, hook: Hook) -> bool:
+        action = hook.actions.get(Side.BEFORE)
+        return action is not None and action.replace_with is None
+
+    def _toggle(self, hook: Hook) -> None:
+        """Set or remove a breakpoint before a node."""
+        if self._breaks(hook):
+            hook.actions.pop(Side.BEFORE, None)
+        else:
+            hook.actions[Side.BEFORE] = HookAction()
+
+    def _refuse(self) -> None:
+        """Let the node fail that waits for approval."""
+        for hook in self._hooks:
+            if hook.waiting and hook.asks:
+                hook.answer = Status.FAILURE
+                self._control.resume()
 
     def __enter__(self) -> ControlPage:
         return self
@@ -178,120 +239,3 @@ class ControlPage:
         self._server.shutdown()
         self._server.server_close()
         self._thread.join()
-
-
-class _Server(BoundedServer):
-    page: ControlPage
-
-
-class _Request(BaseHTTPRequestHandler):
-    """One request."""
-
-    server: _Server
-    timeout = PATIENCE
-
-    @property
-    def _path(self) -> str:
-        """What is asked for, without the query."""
-        return self.path.partition("?")[0].partition("#")[0]
-
-    def do_GET(self) -> None:
-        """The page's files, the viewer's files, and the state."""
-        path = self._path
-        if not self._is_same_origin():
-            self._refuse(HTTPStatus.FORBIDDEN)
-        elif path in _FILES:
-            name, kind = _FILES[path]
-            self._answer((files("app.live.operator") / name).read_bytes(), kind)
-        elif path == "/state":
-            if self._has_token():
-                self._answer(json.dumps(self.server.page.state()).encode(), "application/json")
-            else:
-                self._refuse(HTTPStatus.FORBIDDEN)
-        elif (wanted := _VIEWER_FILE.fullmatch(path)) and self.server.page.viewer:
-            self._proxy(self.server.page.viewer, wanted[1])
-        else:
-            self._refuse(HTTPStatus.NOT_FOUND)
-
-    def do_POST(self) -> None:
-        """The buttons."""
-        action = self.server.page.actions.get(unquote(self._path))
-        if not (self._is_same_origin() and self._has_token()):
-            self._refuse(HTTPStatus.FORBIDDEN)
-        elif action is None:
-            self._refuse(HTTPStatus.NOT_FOUND)
-        else:
-            try:
-                action()
-            except Exception:  # the run reports it; the page goes on
-                self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR)
-                return
-            self._answer(json.dumps(self.server.page.state()).encode(), "application/json")
-
-    def log_message(self, format: str, *arguments: object) -> None:
-        """Log nothing: the terminal shows the run."""
-
-    def _is_same_origin(self) -> bool:
-        """Whether the request is addressed to this server and comes from no other page."""
-        hosts, origin = self.server.page.hosts, self.headers.get("Origin")
-        return self.headers.get("Host") in hosts and (
-            origin is None or origin in [f"http://{host}" for host in hosts]
-        )
-
-    def _has_token(self) -> bool:
-        shown = self.headers.get("X-Token", "")
-        return secrets.compare_digest(shown.encode(), self.server.page.token.encode())
-
-    def _proxy(self, viewer: WebViewer, name: str) -> None:
-        """A file of the viewer, under a policy that keeps it on this machine."""
-        try:
-            with urlopen(f"{viewer.files}/{name}", timeout=PATIENCE) as reply:
-                body, kind = reply.read(), reply.headers.get_content_type()
-                coding = reply.headers.get("Content-Encoding")
-        except (HTTPException, OSError, ValueError):
-            self._refuse(HTTPStatus.BAD_GATEWAY)
-            return
-        policy = _VIEWER_POLICY.format(data=viewer.data_origin)
-        self._answer(body, kind, policy, {"Content-Encoding": coding} if coding else {})
-
-    def _answer(
-        self,
-        body: bytes,
-        kind: str,
-        policy: str = _POLICY,
-        headers: Mapping[str, str] | None = None,
-        status: HTTPStatus = HTTPStatus.OK,
-    ) -> None:
-        self.send_response(status)
-        all_headers = {
-            "Content-Type": kind,
-            "Content-Length": str(len(body)),
-            "Content-Security-Policy": policy,
-            "X-Content-Type-Options": "nosniff",
-            "Referrer-Policy": "no-referrer",
-            "Cache-Control": "no-store",
-            **(headers or {}),
-        }
-        for name, value in all_headers.items():
-            self.send_header(name, value)
-        self.end_headers()
-        self.wfile.write(body)
-
-    def _refuse(self, status: HTTPStatus) -> None:
-        self._answer(status.phrase.encode(), "text/plain", status=status)
-
-
-def _listen(page: ControlPage, port: int | None) -> _Server:
-    for candidate in (USUAL_PORT, 0) if port is None else (port,):
-        try:
-            server = _Server((HOST, candidate), _Request)
-        except OSError as error:
-            if port is None and candidate:
-                continue
-            raise PageError(
-                f"--control-port {candidate} on {HOST}: {error.strerror}; "
-                "choose another port, or omit the option"
-            ) from error
-        server.page = page
-        return server
-    raise AssertionError("a system without a free port")

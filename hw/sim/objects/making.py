@@ -14,6 +14,7 @@ import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim.sim_object import SimObject
+from perception import ColourName
 from robots import Colour, Geom, Shape, centroid, volume
 
 Parts: TypeAlias = list[Geom]
@@ -46,6 +47,21 @@ PALETTE: tuple[Colour, ...] = (
     (120, 130, 140),
     (230, 140, 160),
 )
+
+PAINT: Mapping[ColourName, Colour] = {
+    "red": (214, 60, 50),
+    "orange": (240, 150, 40),
+    "yellow": (246, 214, 60),
+    "green": (80, 170, 80),
+    "blue": (60, 110, 190),
+    "purple": (140, 80, 170),
+    "pink": (235, 140, 170),
+    "brown": (130, 85, 55),
+    "white": (240, 240, 235),
+    "grey": (130, 130, 130),
+    "black": (30, 30, 30),
+}
+"""What a scene file means by the name of a colour."""
 
 
 @dataclass(frozen=True, kw_only=True)

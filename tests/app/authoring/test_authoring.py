@@ -43,7 +43,7 @@ def test_nodes_lists_every_word_with_what_it_takes():
     first = {line.split()[0] for line in out.splitlines() if line.strip()}
     assert {*LEAVES, *COMPOSITES, *MODIFIERS, "name", "subtree", "set"} <= first
     (grasp,) = [line for line in out.splitlines() if line.startswith("grasp ")]
-    assert "within, [lock_distance_m]" in grasp
+    assert "within, [choose]" in grasp
 
 
 def test_nodes_tells_all_about_one():

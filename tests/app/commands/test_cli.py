@@ -96,7 +96,8 @@ def test_a_run_leaves_summary_commands_recording_and_what_was_run(tmp_path, task
 def test_the_summary_for_people_says_what_happened(tmp_path, task):
     code, out, _ = run(tmp_path, task("navigate: {to: near}"))
     assert code == 0
-    assert "toy: success" in out
+    assert out.startswith("✔ toy succeeded after ")
+    assert "next: frankie-task view" in out
     assert "navigate: at near" in out
     assert str(the_folder(tmp_path).name) in out.replace("\n", "")
 

@@ -4,8 +4,9 @@ import pytest
 from harness import detector, open_floor
 from typer.testing import CliRunner
 
+from app.choices import VisionForm
 from app.commands import app
-from app.core.setup import VisionForm, set_up
+from app.core.setup import set_up
 from hw import Backend, HardwareError, SimClock
 from hw.sim import kinematic_robot
 from robots import load_robot

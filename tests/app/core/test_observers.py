@@ -10,7 +10,7 @@ from app.live import View, ViewOptions
 KINDS = [BrokenPipeError(32, "broken pipe"), OSError(28, "disk full"), ValueError("x"), SystemExit]
 
 WATCHERS = {
-    "the status line": "app.live.status_line.StatusLine.update",
+    "the terminal": "app.live.run_display.RunDisplay.update",
     "the controls": "app.live.console.OperatorConsole.show",
     "the recording": "app.live.monitor.recorder.Recorder.record",
     "what watches the run": "app.core.snapshots.Snapshots.of",
@@ -22,7 +22,7 @@ def options(tmp_path):
     task = tmp_path / "toy.yaml"
     task.write_text("task: toy\ntree: {wait: {duration_s: 0.3}}\n")
     view = ViewOptions(view=View.NONE)
-    return RunOptions(tree=task, record=tmp_path / "runs", view=view, scene="single")
+    return RunOptions(tree=task, record=tmp_path / "runs", view=view, scene="single", shown=True)
 
 
 @pytest.mark.parametrize("error", KINDS, ids=lambda e: getattr(e, "__name__", type(e).__name__))

@@ -10,8 +10,7 @@ from typer.testing import CliRunner
 from app.commands import app
 from app.core.launch import run_task
 from app.core.run_options import RunOptions
-from app.export import export_lerobot
-from app.export.lerobot import ExportError
+from app.export import ExportError, export_lerobot
 
 TASK = """\
 task: {name}
@@ -42,7 +41,7 @@ def folders(tmp_path_factory):
 @pytest.fixture(scope="module")
 def dataset(folders, tmp_path_factory):
     out = tmp_path_factory.mktemp("export") / "dataset"
-    frames = export_lerobot(folders, out, fps=50)
+    frames = export_lerobot(folders, out, fps=50).frames
     return out, frames
 
 

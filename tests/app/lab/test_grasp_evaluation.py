@@ -15,7 +15,7 @@ from app.lab.grasps.cornell import CAMERA, agree, overlap, read_folder, rectangl
 from app.lab.grasps.images import evaluate_image, evaluation_image
 from app.lab.grasps.recipe import read_recipe
 from app.lab.grasps.scenes import ROBOT
-from app.lab.grasps.statistics import interval
+from app.lab.statistics import interval
 from config import ConfigError
 from perception import GraspDetector
 from perception.table_plane import NoTableError, camera_above_table

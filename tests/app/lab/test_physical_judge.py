@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from app.commands import app
 from app.lab.grasps.scenes import FLOOR, ROBOT
-from app.lab.grasps.statistics import paired_difference
+from app.lab.statistics import paired_difference
 from hw.sim import SimObject, World
 from perception import GraspDetector, GraspEstimate
 from robots import Box, Geom

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from app.live import ObjectView, SceneView, Signals, Snapshot
+from app.live import ObjectView, RegionView, SceneView, Signals, Snapshot
 from app.live.nodes import NodeInfo, NodeStatus
 from controller import Command, robot_model
 from hw import DepthFrame, RobotState
@@ -85,6 +86,13 @@ SCENE = SceneView(
             ),
         ),
     ),
+)
+SCENE = replace(
+    SCENE,
+    regions=(
+        RegionView(name="container", pose=_at(3.0, 0.0, 0.556), size=np.array([0.44, 0.36, 0.2])),
+    ),
+    goals=(("above_container", _at(2.95, 0.0, 0.85)), ("at_table", _at(0.0, 1.4, 0.85))),
 )
 OBJECTS = (_at(2.95, 0.05, 0.476), _at(3.06, -0.05, 0.496), _at(2.92, -0.09, 0.481))
 LENS = Intrinsics(width=160, height=120, fx=96.0, fy=96.0, cx=79.5, cy=59.5)

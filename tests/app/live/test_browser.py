@@ -1,81 +1,41 @@
 """The control page in a real browser, with a real run in a process of its own."""
 
-import os
-import re
-import subprocess
-import sys
 import time
-from pathlib import Path
-from shutil import which
 
 import pytest
+from browsers import Run, chromium
 
-FOLDER = Path(__file__).parents[3]
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+LEAVES = """
+task: toy
+tree:
+  sequence:
+    - name: first
+      wait: {duration_s: 1000}
+    - name: second
+      wait: {duration_s: 1000}
+    - name: third
+      wait: {duration_s: 1000}
+"""
+MOVING = """
+task: toy
+tree:
+  sequence:
+    - name: ahead
+      drive: {forward_m: 0.2}
+    - name: back
+      drive: {forward_m: -0.2}
+"""
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def browser():
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    program = next((found for name in BROWSERS if (found := which(name))), None)
-    if program is None:
-        pytest.skip("no Chromium on this machine; on Debian: apt install chromium")
-    with playwright.sync_playwright() as play:
-        browser = play.chromium.launch(
-            executable_path=program,
-            args=[
-                "--no-sandbox",
-                "--use-gl=angle",
-                "--use-angle=gl-egl",
-                "--ignore-gpu-blocklist",
-            ],
-        )
+    with chromium() as browser:
         yield browser
-        browser.close()
-
-
-class Run:
-    """`frankie-task run` with the page, until the end of the `with` statement."""
-
-    def __init__(self, folder: Path, *options: str) -> None:
-        task = folder / "toy.yaml"
-        task.write_text(
-            "task: toy\ntree:\n  sequence:\n"
-            "    - wait: {duration_s: 1000}\n    - name: the end\n      wait: {duration_s: 1}\n"
-        )
-        command = [
-            sys.executable,
-            "-m",
-            "frankie_task_cli",
-            "run",
-            task,
-            "--record",
-            folder,
-            "--control",
-        ]
-        self.process = subprocess.Popen(
-            [*map(str, command), "--speed", "real", *options],
-            stderr=subprocess.PIPE,
-            text=True,
-            env=os.environ | {"PYTHONPATH": str(FOLDER)},
-        )
-        output = ""
-        while not (found := re.search(r"control at (http://127\.0\.0\.1:\d+/#\S+)", output)):
-            line = self.process.stderr.readline()
-            assert line, f"the run ended: {output}"
-            output += line
-        self.url = found[1]
-
-    def __enter__(self) -> "Run":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.process.terminate()  # not killed: it has a viewer to end as well
-        self.process.communicate(timeout=30.0)
 
 
 def ticks(page) -> int:
-    return int(page.locator("#ticks").inner_text())
+    shown = page.locator("#ticks").inner_text()
+    return int(shown) if shown.isdecimal() else 0
 
 
 def settled(page) -> int:
@@ -91,7 +51,73 @@ def wait_until_ticks(page, most: int) -> None:
         page.wait_for_timeout(100)
 
 
-def test_pause_step_resume_and_stop_are_seen_on_the_page(tmp_path, browser):
+def opened(browser, run: Run):
+    page = browser.new_page(viewport={"width": 1280, "height": 720})
+    page.set_default_timeout(20_000)
+    page.goto(run.url)
+    return page
+
+
+def node(page, name: str):
+    return page.locator("svg .node").filter(has_text=name)
+
+
+def test_breakpoint_keys_forced_outcome_and_the_end_are_had_by_a_click(tmp_path, browser):
+    from playwright.sync_api import expect
+
+    with Run(tmp_path, "--view", "none", "--force-outcomes", task=LEAVES) as run:
+        page = opened(browser, run)
+        expect(page.locator("#run")).to_have_text("running")
+        expect(page.locator("svg .tip")).to_contain_text("first")
+        header = page.locator("header").bounding_box()
+        node(page, "second").click()
+        page.click("#break")
+        expect(page.locator("#break")).to_have_text("Remove breakpoint")
+        node(page, "first").click()
+        page.click("#force-success")
+        expect(page.locator("#run")).to_have_text("paused before second")
+        expect(page.locator("#history")).to_contain_text("success forced by a person")
+        assert "waits" in node(page, "second").get_attribute("class")
+        paused_at = settled(page)
+        page.keyboard.press("s")
+        assert settled(page) == paused_at + 1
+        page.keyboard.press(" ")
+        expect(page.locator("#run")).to_have_text("running")
+        wait_until_ticks(page, paused_at + 20)
+        page.keyboard.press(" ")
+        expect(page.locator("#run")).to_have_text("paused by a person")
+        page.keyboard.press("n")
+        expect(page.locator("#run")).to_have_text("running")
+        assert page.locator("header").bounding_box() == header, "the header does not jump"
+        node(page, "second").click()
+        page.click("#force-failure")
+        expect(page.locator("#outcome")).to_contain_text("toy failed")
+        expect(page.locator("#explanation")).to_contain_text("forced by a person")
+        expect(page.locator("iframe")).to_have_count(1)
+        assert page.locator("#pause").is_disabled()
+        assert page.locator("header").bounding_box() == header
+        assert run.process.poll() is None, "the page stays"
+        assert run.end() == 1
+        expect(page.locator("#run")).to_have_text("the run has ended")
+
+
+def test_every_motion_waits_for_a_person_and_may_be_refused(tmp_path, browser):
+    from playwright.sync_api import expect
+
+    with Run(tmp_path, "--view", "none", "--approve", task=MOVING) as run:
+        page = opened(browser, run)
+        expect(page.locator("#wanted")).to_contain_text("the robot wants to: ahead")
+        settled(page)
+        expect(page.locator("#run")).to_have_text("paused ahead waits for approval")
+        page.click("#approve")
+        expect(page.locator("#wanted")).to_contain_text("the robot wants to: back")
+        page.click("#refuse")
+        expect(page.locator("#outcome")).to_contain_text("toy failed")
+        expect(page.locator("#outcome")).to_contain_text("failure chosen by a person")
+        assert run.end() == 1
+
+
+def test_a_fault_is_told_and_an_emergency_stop_acknowledged_on_the_page(tmp_path, browser):
     from playwright.sync_api import expect
 
     with Run(tmp_path, "--view", "none") as run:
@@ -101,29 +127,29 @@ def test_pause_step_resume_and_stop_are_seen_on_the_page(tmp_path, browser):
         stranger.click("#stop")
         assert stranger.locator("#ticks").inner_text() == "–"
 
-        page = browser.new_page()
-        page.goto(run.url)
-        expect(page.locator("#run")).to_have_text("running")
+        page = opened(browser, run)
         wait_until_ticks(page, 20)
-        page.click("#pause")
-        expect(page.locator("#run")).to_have_text("paused by a person")
-        paused_at = settled(page)
-        assert settled(page) == paused_at
-        page.click("#step")
-        page.click("#step")
-        assert settled(page) == paused_at + 2
-        page.click("#resume")
-        wait_until_ticks(page, paused_at + 50)
         page.select_option("#fault", "reflex")
         page.click("#inject")
         expect(page.locator("#faults")).to_have_text("reflex of the arm, injected")
         page.click("#clear")
         expect(page.locator("#faults")).to_be_hidden()
+        page.select_option("#fault", "emergency stop")
+        page.click("#inject")
+        expect(page.locator("#acknowledge")).to_be_disabled()
+        page.click("#clear")
+        expect(page.locator("#acknowledge")).to_be_enabled()
+        page.click("#acknowledge")
+        expect(page.locator("#acknowledge")).to_be_hidden()
+        paused_at = settled(page)
+        page.click("#resume")
+        wait_until_ticks(page, paused_at)
         page.click("#stop")
-        assert run.process.wait(timeout=20.0) == 130
-        expect(page.locator("#run")).to_have_text("the run has ended")
+        expect(page.locator("#outcome")).to_contain_text("toy was interrupted")
+        assert run.end() == 130
 
 
+@pytest.mark.slow
 def test_the_viewer_on_the_page_shows_the_run_and_phones_nowhere(tmp_path, browser):
     from playwright.sync_api import expect
 

@@ -91,7 +91,8 @@ def test_an_image_that_arrives_late_is_recorded_at_its_time_of_capture(tmp_path:
     for entity in ("depth", "quality", "grasps"):
         for row in rows(path, f"/world/camera/{entity}"):
             assert row["t"] == pytest.approx(late[row["tick"]].stamp - LATENCY, abs=1e-6)
-    camera = poses(path, "world/camera")
+    before, *camera = poses(path, "world/camera")
+    assert before["tick"] == 0, "where an image would be taken"
     assert [row["tick"] for row in camera] == [row["tick"] for row in images]
     for row in camera:
         frame = late[row["tick"]].frame

@@ -1,7 +1,9 @@
 """The options of `run` for control, and what happens when they are wrong."""
 
 import json
+import signal
 import socket
+import subprocess
 import sys
 from dataclasses import replace
 
@@ -74,12 +76,32 @@ def test_a_missing_extra_is_named(tmp_path, task, monkeypatch):
     assert 'pip install "frankie-task[groot]"' in err
 
 
-def test_a_run_with_the_page_ends_by_itself_and_closes_its_ports(tmp_path, task):
+def test_the_page_stays_after_the_run_until_ctrl_c_and_closes_its_ports(tmp_path, task):
     with socket.create_server(("127.0.0.1", 0)) as probe:
         port = probe.getsockname()[1]
-    code, err = run(tmp_path, task, "--control", "--control-port", port)
-    assert code == 0
-    assert f"control at http://127.0.0.1:{port}/#" in err
+    command = ["run", task, "--record", tmp_path / "runs", "--view", "none"]
+    with subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "frankie_task_cli",
+            *map(str, command),
+            "--control",
+            "--control-port",
+            str(port),
+        ],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stderr is not None
+        said = []
+        for line in process.stderr:
+            said.append(line)
+            if "the page stays" in line:
+                process.send_signal(signal.SIGINT)
+    assert process.returncode == 0
+    assert f"control at http://127.0.0.1:{port}/#" in "".join(said)
     with socket.create_server(("127.0.0.1", port)):
         pass
     (folder,) = (tmp_path / "runs").iterdir()

@@ -14,7 +14,9 @@ from recordings import recorder
 
 from app.live.monitor.glyphs import LETTERS, SYMBOLS
 from app.live.monitor.headless import HeadlessViewer, has_vulkan, headless_viewer
-from app.live.monitor.ports import Address
+from app.live.monitor.open_recording import show_moment
+from app.live.monitor.signals_panel import PLOTS
+from app.live.web.ports import Address
 
 pytestmark = pytest.mark.skipif(
     not has_vulkan(), reason="the viewer needs Vulkan: apt-get install mesa-vulkan-drivers"
@@ -22,8 +24,8 @@ pytestmark = pytest.mark.skipif(
 
 VIEWS = {
     *("tree", "top-down", "graph", "now", "blackboard", "history", "log", "scene"),
-    *("depth and grasp quality", "joint velocities / limits", "base velocity"),
-    *("distance to the goal", "manipulability and slack", "loop"),
+    "depth and grasp quality",
+    *(curves.name for curves in PLOTS.values()),
 }
 CLOSE_BEHIND = 2.0
 """A viewer that is this close is live [s]."""
@@ -144,3 +146,15 @@ def test_the_end_of_a_run_reaches_the_viewer(live: LiveRun) -> None:
         wait_for(lambda: viewer.cursor > 1.0)
         live.end()
         wait_for(lambda: viewer.cursor == pytest.approx(live.stamp, abs=0.05))
+
+
+def test_a_recording_is_opened_at_the_moment_that_was_asked_for(tmp_path: Path) -> None:
+    path = tmp_path / "run.rrd"
+    with headless_viewer() as viewer:
+        written = recorder(path)
+        for snapshot in samples.run(300):
+            written.record(snapshot)
+        written.close()
+        viewer.client.open(str(path))
+        show_moment(viewer.client, 2.5)
+        wait_for(lambda: abs(viewer.cursor - 2.5) < 1e-6)

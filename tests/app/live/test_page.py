@@ -3,14 +3,18 @@
 import http.client
 import http.server
 import json
-import threading
 from pathlib import Path
 
+import py_trees
 import pytest
+from py_trees.common import Status
 from sample_run import TREE, snapshot
 
+from app.live.nodes import NodeInfo
 from app.live.operator import Control
-from app.live.operator.page import ControlPage, PageError, WebViewer
+from app.live.operator.hooks import insert_hooks
+from app.live.operator.page import ControlPage, Ending, WebViewer
+from app.live.operator.page_server import PageError
 from hw import INJECTABLE
 
 
@@ -137,40 +141,138 @@ def test_every_answer_forbids_the_browser_to_go_anywhere_else(page):
     assert page.token not in client.ask("GET", "/")[1]
 
 
-def test_the_viewer_passes_through_and_may_only_talk_to_its_data(control):
-    class Files(http.server.BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            body = f"file {self.path}".encode()
-            self.send_response(200 if self.path in ("/", "/viewer.js") else 404)
-            self.send_header("Content-Type", "text/javascript")
-            self.end_headers()
-            self.wfile.write(body)
-
-        def log_message(self, *_: object) -> None: ...
-
-    server = http.server.HTTPServer(("127.0.0.1", 0), Files)
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    viewer = WebViewer(
-        files=f"http://127.0.0.1:{server.server_port}", data="rerun+http://127.0.0.1:9876/proxy"
-    )
+def test_the_viewer_is_served_at_home_dark_and_may_only_talk_to_its_data(control):
+    viewer = WebViewer(data="rerun+http://127.0.0.1:9876/proxy")
     with ControlPage(
         control, TREE, inject=print, clear=print, viewer=viewer, port=_free_port()
     ) as page:
         client = Client(page)
         path = client.state()["viewer"]
-        assert path == "/viewer/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A9876%2Fproxy&" + (
-            "hide_welcome_screen=1"
-        )
+        source = "rerun%2Bhttp%3A%2F%2F127.0.0.1%3A9876%2Fproxy"
+        assert path == f"/viewer/?url={source}&theme=dark&hide_welcome_screen=1"
         status, body, headers = client.ask("GET", path)
-        assert (status, body) == (200, "file /")
+        assert status == 200
+        assert "fonts.googleapis.com" not in body
         policy = headers["Content-Security-Policy"]
         assert "connect-src 'self' http://127.0.0.1:9876;" in policy
         assert "https:" not in policy
-        assert client.ask("GET", "/viewer/viewer.js")[1] == "file /viewer.js"
-        assert client.ask("GET", "/viewer/missing.js")[0] == 502
+        assert "wasm_bindgen" in client.ask("GET", "/viewer/re_viewer.js")[1]
+        assert client.ask("GET", "/viewer/missing.js")[0] == 404
         assert client.ask("GET", "/viewer/../secret")[0] == 404
-    server.shutdown()
-    server.server_close()
+
+
+class Waiting:
+    """A tree with hooks on all nodes, ticked by a test."""
+
+    def __init__(self, control: Control) -> None:
+        self.leaves = [py_trees.behaviours.Running(name="first"), py_trees.behaviours.Success("b")]
+        root = py_trees.composites.Sequence("root", memory=True, children=list(self.leaves))
+        nodes = [root, *self.leaves]
+        self.root, self.hooks = insert_hooks(
+            root, nodes, lambda hook, side, action: control.pause(hook.name)
+        )
+        self.tree = [
+            NodeInfo(name=node.name, kind="", depth=int(node is not root)) for node in nodes
+        ]
+
+
+@pytest.fixture
+def waiting(control):
+    return Waiting(control)
+
+
+@pytest.fixture
+def hooked(control, waiting):
+    with ControlPage(
+        *(control, waiting.tree),
+        inject=print,
+        clear=print,
+        hooks=waiting.hooks,
+        may_force=True,
+        port=_free_port(),
+    ) as page:
+        yield Client(page), page
+
+
+def test_a_breakpoint_is_set_by_a_click_and_removed_by_another(hooked, waiting, control):
+    client, _ = hooked
+    client.ask("POST", "/break/1")
+    assert client.state()["breaks"] == [1]
+    waiting.root.tick_once()
+    assert control.state.paused
+    assert client.state()["waiting"] == 1
+    client.ask("POST", "/break/1")
+    client.ask("POST", "/resume")
+    waiting.root.tick_once()
+    state = client.state()
+    assert (state["breaks"], state["waiting"], state["paused"]) == ([], None, False)
+
+
+def test_an_outcome_is_forced_on_what_runs_and_on_what_comes(hooked, waiting):
+    client, _ = hooked
+    waiting.root.tick_once()
+    client.ask("POST", "/force/2/failure")
+    client.ask("POST", "/force/1/success")
+    waiting.root.tick_once()
+    assert [leaf.status for leaf in waiting.leaves] == [Status.SUCCESS, Status.FAILURE]
+    assert waiting.leaves[0].feedback_message == "success forced by a person"
+    assert waiting.root.status is Status.FAILURE
+
+
+def test_outcomes_are_forced_only_where_that_was_asked_for(page, control, waiting):
+    assert Client(page).ask("POST", "/force/1/success")[0] == 404
+    with ControlPage(
+        control, waiting.tree, inject=print, clear=print, hooks=waiting.hooks, port=_free_port()
+    ) as plain:
+        client = Client(plain)
+        assert client.state()["can_force"] is False
+        assert client.ask("POST", "/force/1/success")[0] == 404
+
+
+def test_a_motion_waits_until_a_person_approves_and_fails_if_refused(hooked, waiting, control):
+    client, _ = hooked
+    waiting.hooks[1].asks = True
+    waiting.root.tick_once()
+    assert waiting.leaves[0].status is Status.INVALID, "it has not begun"
+    assert client.state()["approve"] == "first"
+    client.ask("POST", "/approve")
+    waiting.root.tick_once()
+    assert waiting.leaves[0].status is Status.RUNNING
+    waiting.root.stop(Status.INVALID)
+    waiting.root.tick_once()
+    client.ask("POST", "/refuse")
+    assert not control.state.paused
+    waiting.root.tick_once()
+    assert waiting.leaves[0].status is Status.FAILURE
+
+
+def test_the_history_of_a_node_is_told(page):
+    for tick in (0, 30, 180):
+        page.show(snapshot(tick))
+    client = Client(page)
+    status, body, _ = client.ask("GET", "/history?node=4")
+    assert status == 200
+    assert [(one["time"], one["status"]) for one in json.loads(body)] == [(0.6, "failure")]
+    assert json.loads(client.ask("GET", "/history?node=99")[1]) == []
+    titles = [node["title"] for node in json.loads(client.ask("GET", "/tree")[1])]
+    assert titles == [node.title for node in TREE]
+    looks = client.state()["looks"]
+    assert (looks[1], looks[4], looks[8]) == ("running", "not yet", "success")
+
+
+def test_a_run_that_is_over_stays_with_outcome_explanation_and_recording(page, control, tmp_path):
+    recording = tmp_path / "recording.rrd"
+    recording.write_bytes(b"RRF2 and more")
+    client = Client(page)
+    page.end(Ending(outcome="toy failed", explanation="because", recording=recording))
+    over = client.state()["over"]
+    assert (over["outcome"], over["explanation"]) == ("toy failed", "because")
+    assert "theme=dark" in over["viewer"]
+    assert client.ask("GET", page.recording_path)[:2] == (200, "RRF2 and more")
+    assert client.ask("POST", "/pause")[0] == 404
+    assert not control.state.paused
+    recording.unlink()
+    assert client.ask("GET", page.recording_path)[0] == 404
 
 
 def test_it_listens_on_loopback_alone_and_says_when_a_port_is_taken(page, control):

@@ -12,9 +12,10 @@ from contextlib import suppress
 import pytest
 from sample_run import TREE, snapshot
 
-from app.live.operator import Control, bounded_server
-from app.live.operator.bounded_server import MOST_CONNECTIONS
-from app.live.operator.page import ControlPage, WebViewer
+from app.live.operator import Control
+from app.live.operator.page import ControlPage
+from app.live.web import bounded_server
+from app.live.web.bounded_server import MOST_CONNECTIONS
 
 
 @pytest.fixture
@@ -190,24 +191,10 @@ def test_an_action_that_fails_is_answered(control, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_viewer_that_answers_nonsense_is_a_bad_gateway(control):
-    with socket.create_server(("127.0.0.1", 0)) as viewer:
-        port = viewer.getsockname()[1]
+def test_a_viewer_whose_files_are_not_to_be_had_is_a_bad_gateway(page, monkeypatch):
+    def no_files(name: str) -> None:
+        raise OSError("no space left")
 
-        def answer() -> None:
-            for reply in (
-                b"nonsense\r\n\r\n",
-                b"HTTP/1.1 200 OK\r\nContent-Length: 9\r\n\r\nx",
-                b"",
-            ):
-                connection, _ = viewer.accept()
-                connection.recv(1000)
-                connection.sendall(reply)
-                connection.close()
-
-        threading.Thread(target=answer, daemon=True).start()
-        shown = WebViewer(files=f"http://127.0.0.1:{port}", data="rerun+http://127.0.0.1:1/proxy")
-        with ControlPage(control, TREE, inject=print, clear=print, viewer=shown, port=None) as page:
-            for _ in range(3):
-                assert b" 502 " in send(page, request(page, b"GET /viewer/a.js HTTP/1.1"))[:30]
-            assert alive(page)
+    monkeypatch.setattr("app.live.operator.page_server.read_file", no_files)
+    assert b" 502 " in send(page, request(page, b"GET /viewer/re_viewer.js HTTP/1.1"))[:30]
+    assert alive(page)

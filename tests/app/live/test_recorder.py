@@ -10,6 +10,8 @@ from recordings import poses, record, rows, static, with_component
 from rerun.chunk import RrdReader
 
 from app.live import SceneView, Snapshot
+from app.live.monitor.history import MARK
+from app.live.monitor.signals_panel import PLOTS
 from app.live.nodes import NodeInfo, NodeStatus
 from controller import robot_model
 from hw import Fault, FaultKind
@@ -30,7 +32,6 @@ def recording(tmp_path_factory: pytest.TempPathFactory, snapshots: list[Snapshot
 def test_every_part_of_the_picture_is_in_the_file(recording: Path) -> None:
     chunks = RrdReader(recording).stream().to_chunks()
     links = [f"/world/robot/link{i}" for i in range(8)]
-    signals = ["joint_velocity", "base_twist", "error", "controller", "loop"]
     parts = ("pills", "edges", "labels")
     assert {chunk.entity_path for chunk in chunks} >= {
         *(f"/tree/{drawing}/{part}" for drawing in ("list", "chart") for part in parts),
@@ -40,7 +41,9 @@ def test_every_part_of_the_picture_is_in_the_file(recording: Path) -> None:
         *("/world/robot/base", "/world/robot/hand", *links),
         *("/world/robot/left_finger", "/world/robot/right_finger", "/world/poses"),
         *("/world/camera", "/world/camera/depth", "/world/camera/quality", "/world/camera/grasps"),
-        *(f"/signals/{signal}" for signal in signals),
+        *("/world/fault", "/world/ghost/hand", "/world/ghost/base", "/world/frustum"),
+        *("/world/way", "/world/felt", "/world/regions", "/world/runners_up"),
+        *(f"/signals/{signal}" for signal in PLOTS),
     }
 
 
@@ -68,34 +71,55 @@ def test_signals_have_a_row_every_tick(recording: Path, snapshots: list[Snapshot
         [snapshot.command.qd / limits for snapshot in snapshots],
     )
     for entity, given in {
-        "controller": [[s.signals.manipulability, s.signals.slack] for s in snapshots],
-        "loop": [[s.signals.tick_ms, 0.0] for s in snapshots],
-        "base_twist": [s.command.base_twist for s in snapshots],
+        "manipulability": [[s.signals.manipulability] for s in snapshots],
+        "slack": [[s.signals.slack] for s in snapshots],
+        "tick": [[s.signals.tick_ms] for s in snapshots],
+        "base_velocity": [s.command.base_twist[:2] for s in snapshots],
+        "base_rotation": [s.command.base_twist[2:] for s in snapshots],
     }.items():
         kept = [row["scalars"] for row in rows(recording, f"/signals/{entity}")]
         np.testing.assert_allclose(kept, given, err_msg=entity)
-    errors = rows(recording, "/signals/error")
-    assert errors[100]["scalars"] == pytest.approx([2.0, 0.2, 0.1])
+    assert rows(recording, "/signals/distance")[100]["scalars"] == pytest.approx([2.0])
+    assert rows(recording, "/signals/angle")[100]["scalars"] == pytest.approx([0.2, 0.1])
+
+
+def test_every_joint_has_a_colour_of_its_own_and_every_axis_one_unit(recording: Path) -> None:
+    colours = static(recording, "/signals/joint_velocity", "SeriesLines:colors")
+    assert len(set(colours)) == 7
+    for curves in PLOTS.values():
+        assert curves.unit in curves.name or curves.unit in ("1", "m^3", "mixed norm"), curves
 
 
 def test_dropped_snapshots_show_as_a_curve(tmp_path: Path) -> None:
     run = [snapshot for snapshot in samples.run(30) if not 10 <= snapshot.tick < 20]
-    loop = rows(record(tmp_path / "x.rrd", run), "/signals/loop")
-    assert loop[-1]["scalars"][1] == 10.0
-    names = static(tmp_path / "x.rrd", "/signals/loop", "SeriesLines:names")
-    assert names == ["tick [ms]", "dropped snapshots"]
+    dropped = rows(record(tmp_path / "x.rrd", run), "/signals/dropped")
+    assert dropped[-1]["scalars"] == [10.0]
 
 
-def test_statuses_are_kept_when_they_change(recording: Path) -> None:
-    kept = rows(recording, "/status")
-    assert [row["tick"] for row in kept] == [tick for tick, _ in samples.STATUSES]
-    for row, (_, given) in zip(kept, samples.STATUSES, strict=True):
-        names = [state.split("|")[1] if state else "INVALID" for state in row["state"]]
-        assert names == [status.value for status in given]
+def test_history_is_activity_with_a_mark_where_it_ends(recording: Path) -> None:
+    kept = sorted(rows(recording, "/status"), key=lambda row: row["t"])
+    names = [node.name for node in samples.TREE]
+    grasp, asked = names.index("grasp 🤖"), names.index("region empty?")
+
+    def line(index: int) -> list[tuple[float, str]]:
+        states = [(round(row["t"], 3), row["state"][index].partition("|")[2]) for row in kept]
+        return [s for i, s in enumerate(states) if i == 0 or s[1] != states[i - 1][1]]
+
+    ended = 250 * samples.PERIOD
+    begun = 170 * samples.PERIOD
+    assert line(grasp) == [
+        (0.0, ""),
+        (begun, "running"),
+        (ended, "not yet"),
+        (round(ended + MARK, 3), ""),
+    ]
+    asked_at = 30 * samples.PERIOD
+    assert line(asked) == [(0.0, ""), (asked_at, "not yet"), (round(asked_at + MARK, 3), "")]
     values = static(recording, "/status", "StateConfiguration:values")
     labels = static(recording, "/status", "StateConfiguration:labels")
     named = dict(zip(values, labels, strict=True))
-    assert named["8|RUNNING"] == "navigate to above_container"
+    assert named["8|running"] == "navigate to above_container"
+    assert named["8|success"] == "✔"
     assert set().union(*(row["state"] for row in kept)) - {""} <= set(named)
 
 
@@ -106,11 +130,11 @@ def test_pills_tell_status_by_colour_and_glyph(recording: Path) -> None:
     )
     last = dict(zip(labels[-1]["labels"], pills[-1]["colors"], strict=True))
     colours = {label[0]: {c for text, c in last.items() if text[0] == label[0]} for label in last}
-    assert set(colours) == set("▶✔✗·")
+    assert set(colours) == set("▶✔○·"), "a failure that the tree goes on after is not red"
     assert all(len(of_glyph) == 1 for of_glyph in colours.values())
     assert len(set().union(*colours.values())) == 4
-    assert "✗ → pick once" in last
-    assert "✗ grasp □" in last, "a character that the viewer cannot draw must not reach it"
+    assert "○ → pick once" in last
+    assert "○ grasp □" in last, "a character that the viewer cannot draw must not reach it"
 
 
 def test_log_tells_transitions_with_their_reasons(recording: Path) -> None:
@@ -199,7 +223,7 @@ def test_a_bare_robot_with_a_one_node_tree_is_recorded(tmp_path: Path) -> None:
         for s in samples.run(20)
     ]
     path = record(tmp_path / "x.rrd", run, tree=(node,), scene=SceneView())
-    assert len(rows(path, "/signals/loop")) == 20
+    assert len(rows(path, "/signals/tick")) == 20
     assert with_component(path, "/tree/list/labels", "labels")[0]["labels"] == ["▶ wait"]
 
 

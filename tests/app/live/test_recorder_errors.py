@@ -25,7 +25,7 @@ def test_close_twice(tmp_path: Path) -> None:
     made.close()
     made.close()
     made.record(samples.snapshot(1))
-    assert len(rows(tmp_path / "x.rrd", "/signals/loop")) == 1
+    assert len(rows(tmp_path / "x.rrd", "/signals/tick")) == 1
 
 
 def test_an_error_in_the_writer_is_reported_once_and_spares_the_run(tmp_path: Path) -> None:
@@ -37,7 +37,7 @@ def test_an_error_in_the_writer_is_reported_once_and_spares_the_run(tmp_path: Pa
     with pytest.raises(RecorderError, match=r"x\.rrd: the recording ends early"):
         made.close()
     made.close()
-    assert len(rows(tmp_path / "x.rrd", "/signals/loop")) < 200
+    assert len(rows(tmp_path / "x.rrd", "/signals/tick")) < 200
 
 
 LIMITED = """
@@ -102,5 +102,5 @@ def test_a_run_that_is_killed_is_kept_up_to_a_second_before(tmp_path: Path) -> N
         process.kill()
         stamps += [float(line) for line in process.stdout if line.endswith("\n")]
     assert process.returncode == -signal.SIGKILL
-    for entity in ("/signals/loop", "/world/poses", "/world/camera/depth"):
+    for entity in ("/signals/tick", "/world/poses", "/world/camera/depth"):
         assert rows(path, entity)[-1]["t"] >= stamps[-1] - 1.0, entity

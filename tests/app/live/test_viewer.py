@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from app.commands import app
 from app.live import View, Viewer, ViewError, ViewOptions
-from app.live.monitor.ports import LOOPBACK
+from app.live.web.ports import LOOPBACK
 
 ROOT = Path(__file__).parents[3]
 NO_SCREEN: dict[str, str] = {}
@@ -107,17 +107,21 @@ def test_whoever_serves_others_is_warned_that_there_is_no_password(tmp_path: Pat
     assert messages[1].startswith("watch at http://127.0.0.1:")
 
 
+@pytest.mark.parametrize("view", [View.SPAWN, View.WEB])
 def test_a_viewer_that_does_not_start_is_no_reason_not_to_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    view: View, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     messages: list[str] = []
-    monkeypatch.setattr("app.live.monitor.viewer.viewer_program", lambda: "/bin/false")
-    log = tmp_path / "viewer.log"
+    shown = viewer(messages=messages, view=view, screen=True)
+    for room in ("monitor.viewer", "web.viewer_files"):
+        monkeypatch.setattr(f"app.live.{room}.viewer_program", lambda: "/bin/false")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))  # where nothing is kept yet
     ran = False
-    with viewer(messages=messages, view=View.WEB).showing(log):
+    with shown.showing(tmp_path / "viewer.log"):
         ran = True
     assert ran
-    assert messages == [f"the viewer did not start (see {log}); the run is still recorded"]
+    assert messages[0].startswith("the viewer did not start (")
+    assert messages[0].endswith("; the run is still recorded")
 
 
 def listening(process: int) -> set[tuple[str, int]]:

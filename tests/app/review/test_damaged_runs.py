@@ -157,7 +157,8 @@ def test_view_opens_what_a_killed_run_leaves(run, tmp_path, monkeypatch):
     started = []
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(
-        "app.live.monitor.open_recording.os.execv", lambda program, command: started.append(command)
+        "app.live.monitor.open_recording.os.execve",
+        lambda program, command, environment: started.append(command),
     )
     assert call("view", damaged(run, tmp_path, "recording.rrd", first_half))[0] == 0
     assert started

@@ -102,12 +102,23 @@ def test_view_without_a_screen_says_what_to_do(runs, monkeypatch):
     assert "--web" in err
 
 
+def test_a_moment_needs_a_window(runs, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    folder = run_folders(runs)[0]
+    for options in (("--at", "1.5"), ("--at", "1.5", "--web")):
+        code, _, err = call("view", folder, "--runs", runs, *options)
+        assert code == 2
+        assert "browser cannot be told the moment" in err
+
+
 def test_view_opens_the_recording_on_loopback_alone(runs, monkeypatch):
     """What is started is the real viewer's command line; only the start is recorded."""
     started = []
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(
-        "app.live.monitor.open_recording.os.execv", lambda program, command: started.append(command)
+        "app.live.monitor.open_recording.os.execve",
+        lambda program, command, environment: started.append(command),
     )
     for name in (run_folders(runs)[0].name, run_folders(runs)[0] / "recording.rrd"):
         assert call("view", name, "--runs", runs)[0] == 0

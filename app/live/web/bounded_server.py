@@ -19,6 +19,8 @@ MOST_CONNECTIONS = 32
 class BoundedServer(ThreadingHTTPServer):
     """A thread for each connection, but a bounded number, and none for longer than `PATIENCE`."""
 
+    patience: float | None = None
+    """Another limit than `PATIENCE` [s]."""
     daemon_threads = True
     request_queue_size = MOST_CONNECTIONS
 
@@ -46,8 +48,9 @@ class BoundedServer(ThreadingHTTPServer):
 
     def service_actions(self) -> None:
         """Called at every poll: end the connections that have had their time."""
+        now, patience = stopwatch(), PATIENCE if self.patience is None else self.patience
         with self._lock:
-            late = [one for one, begun in self._begun.items() if stopwatch() - begun > PATIENCE]
+            late = [one for one, begun in self._begun.items() if now - begun > patience]
         for request in late:
             with suppress(OSError):  # its thread has ended it meanwhile
                 request.shutdown(socket.SHUT_RDWR)

@@ -1,0 +1,208 @@
+"""Whether the object that was asked for is the one that is taken, judged by the simulated world."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cache
+from typing import Any, cast
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+from py_trees.common import Status
+from rich.table import Table
+
+from app.core import Trial, VisionForm, set_up
+from app.lab import machine
+from app.lab.bench.choosing_scenes import ALIKE, CLUTTER, FLOOR, INNER, TRAY, make_scene
+from app.lab.statistics import interval
+from app.lab.workers import run_all
+from behaviours import (
+    Detect,
+    Grasp,
+    Key,
+    Leaf,
+    Navigate,
+    OpenGripper,
+    Recover,
+    Region,
+    RetreatCheck,
+    SeenObjects,
+    ToolPose,
+)
+from hw import Backend, SimClock
+from hw.sim import World, kinematic_robot
+from perception import GraspDetector
+from robots import Array, load_robot
+
+ATTEMPTS = 3
+"""How often the hand goes for it, as in the shipped tasks."""
+_RATE = 10.0
+"""Of the camera [Hz]: rendering takes most of the time."""
+_ALIKE = 0.015
+"""Of two objects whose distances differ by less than this either is the nearest [m]."""
+_TRAY = Region(
+    name="tray",
+    wTr=SE3(np.eye(3), np.array([*TRAY, FLOOR + 0.1])),
+    size=np.array([*INNER, 0.2]),
+)
+_ABOVE = ToolPose(
+    name="above the tray",
+    wTe=SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0), np.array([TRAY[0] - 0.065, TRAY[1], 0.85])),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Taking:
+    """What came of one scene."""
+
+    seed: int
+    clutter: str
+    asked: str
+    """Which words were used."""
+    objects: int
+    """How many stood there."""
+    counted: int
+    """How many were told apart, from where the camera looked first; -1 if that failed."""
+    wanted: str
+    """Name of what was meant."""
+    taken: str
+    """Name of what the hand held after the last attempt; empty if nothing."""
+    attempts: int
+    reason: str
+    """Of the last failure."""
+
+    @property
+    def is_right(self) -> bool:
+        """Whether the object that was asked for was taken."""
+        return self.taken == self.wanted
+
+
+@cache
+def _detector() -> GraspDetector:
+    return GraspDetector(gripper=load_robot("frankie").gripper)
+
+
+def take(seed: int) -> Taking:
+    """Build a scene, ask for an object of it, and see what the hand holds in the end."""
+    world, clutter, asked = make_scene(seed)
+    described = load_robot("frankie")
+    description = replace(described, camera=replace(described.camera, rate=_RATE))
+    clock = SimClock()
+    robot = kinematic_robot(description, world, clock, seed=seed)
+    backend = Backend(robot=robot, clock=clock, truth=world, world="kinematic")
+    with set_up(backend, _detector(), VisionForm.STEP) as setup:
+        trial = Trial(setup)
+        found: Key[SeenObjects] = Key("found")
+        context = trial.context
+        trial.run(Navigate("go", context, to=_ABOVE))
+        trial.run(OpenGripper("open", context))
+        seen = trial.run(Detect("count", context, region=_TRAY, list=found)) is Status.SUCCESS
+        near = _near(world, context.state.wTb.translation)
+        taken, reason, attempts = "", "", 0
+        while not taken and attempts < ATTEMPTS:
+            attempts += 1
+            grasp = Grasp("grasp", context, within=_TRAY, **cast(Any, asked.words))
+            check = RetreatCheck("check", context)
+            leaves: tuple[Leaf, ...] = (grasp, check)
+            for leaf in leaves:
+                if trial.run(leaf) is not Status.SUCCESS:
+                    reason = leaf.feedback_message
+                    break
+            taken = next((name for name, on in world.supports().items() if on == "hand"), "")
+            if not taken and attempts < ATTEMPTS:
+                trial.run(Recover("recover", context))
+                trial.run(Navigate("back", context, to=_ABOVE))
+                trial.run(OpenGripper("open", context))
+    wanted = asked.name or (taken if taken in near else near[0])
+    return Taking(
+        seed=seed,
+        clutter=clutter,
+        asked=asked.kind,
+        objects=len(world.objects),
+        counted=len(found.read()) if seen else -1,
+        wanted=wanted,
+        taken=taken,
+        attempts=attempts,
+        reason="" if taken else reason,
+    )
+
+
+def _near(world: World, base: Array) -> list[str]:
+    """The objects that may be called the nearest to the robot's base (3,), the nearest first."""
+    gaps = {
+        one.name: float(np.linalg.norm((one.pose.translation - base)[:2])) for one in world.objects
+    }
+    near = [name for name, gap in gaps.items() if gap < min(gaps.values()) + _ALIKE]
+    return sorted(near, key=lambda name: gaps[name])
+
+
+def run_choosing(
+    seeds: Sequence[int],
+    done: Callable[[Taking], None],
+    *,
+    workers: int,
+    cluster: str | None,
+) -> list[Taking]:
+    """All scenes, in the order of their seeds.
+
+    Args:
+        seeds: of the scenes.
+        done: called after each scene.
+        workers: number of processes; 1 is this one.
+        cluster: address of a dask.distributed scheduler to use instead.
+    """
+    results: dict[int, Taking] = {}
+    for number, taking in run_all(take, seeds, workers=workers, cluster=cluster, batch=1):
+        results[number] = taking
+        done(taking)
+    return [results[number] for number in range(len(seeds))]
+
+
+def choosing_table(takings: Sequence[Taking]) -> Table:
+    """Shares by kind of clutter and by what was asked, each with its 95 % interval."""
+    names = ("taken", "the right one, of those taken [%]", "of all [%]", "told apart rightly [%]")
+    table = Table("scenes", "number", *names)
+    groups = [("all", list(takings))]
+    kinds = [kind + alike for kind in CLUTTER for alike in ("", ALIKE)]
+    groups += [(kind, [one for one in takings if one.clutter == kind]) for kind in kinds]
+    asked = sorted({one.asked for one in takings})
+    groups += [(kind, [one for one in takings if one.asked == kind]) for kind in asked]
+    for name, group in groups:
+        if not group:
+            continue
+        table.add_row(
+            name,
+            str(len(group)),
+            str(sum(bool(one.taken) for one in group)),
+            _share([one.is_right for one in group if one.taken]),
+            _share([one.is_right for one in group]),
+            _share([one.counted == one.objects for one in group]),
+        )
+    return table
+
+
+def choosing_notes(takings: Sequence[Taking]) -> list[str]:
+    """A line for each scene in which something else came of it."""
+    return [
+        f"seed {one.seed} ({one.clutter}, {one.asked}): wanted {one.wanted}, "
+        + (f"took {one.taken}" if one.taken else f"took nothing: {one.reason}")
+        for one in takings
+        if not one.is_right
+    ]
+
+
+def choosing_json(takings: Sequence[Taking]) -> str:
+    """Every scene, and the machine."""
+    scenes = [asdict(one) | {"right": one.is_right} for one in takings]
+    return json.dumps({"about": machine(), "scenes": scenes}, indent=2)
+
+
+def _share(outcomes: Sequence[bool]) -> str:
+    if not outcomes:
+        return "-"
+    low, high = interval(outcomes)
+    share = 100.0 * sum(outcomes) / len(outcomes)
+    return f"{share:.1f} ({100.0 * low:.1f} to {100.0 * high:.1f})"

@@ -1,0 +1,207 @@
+"""Scenes of `bench choosing`: a few objects in a tray, and which one of them is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from pinocchio import SE3
+
+from hw.sim import HOUSEHOLD, Container, DepthRenderer, Objects, Scene, SimObject, Table, World
+from hw.sim import build_world as _built
+from perception import colour_name
+from robots import Array, Intrinsics
+
+TRAY = (0.80, 0.0)
+"""Middle of the tray, before the robot [m]."""
+INNER = (0.44, 0.36)
+FLOOR = 0.456
+CLUTTER = ("apart", "pairs", "cluster")
+"""How objects lie: 6 mm or more apart; two pairs that touch; all pushed to one in the middle."""
+ALIKE = ", alike"
+"""Added to that where two that touch have one colour."""
+_AHEAD = 1.1
+"""What is asked for by its size is larger by this factor than the next one, or smaller."""
+_WIDER = 0.004
+"""What is asked for by its width is wider than the limit by this, and the others less [m]."""
+_EYE = Intrinsics(width=400, height=400, fx=4000.0, fy=4000.0, cx=199.5, cy=199.5)
+_ABOVE = 6.0
+_FAR_EYE = Intrinsics(width=400, height=400, fx=20000.0, fy=20000.0, cx=199.5, cy=199.5)
+_TRIES = 200
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TrueThing:
+    """An object of a scene as it truly is."""
+
+    name: str
+    colour: str
+    area: float
+    """What it covers, seen from above [m^2]."""
+    width: float
+    """Shorter edge of the smallest rectangle around that [m]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Asked:
+    """What is asked for, and what is meant by it."""
+
+    words: Mapping[str, object] = field(default_factory=dict)
+    """As parameters of `grasp`."""
+    name: str
+    """Of the one object that is meant; empty for the nearest, which depends on the robot."""
+
+    @property
+    def kind(self) -> str:
+        """Which words, for a table."""
+        by_width = any(word.endswith("width_mm") for word in self.words)
+        parts = [str(self.words.get("choose", "")), "colour" if "colour" in self.words else ""]
+        return " + ".join(part for part in (*parts, "width" if by_width else "") if part)
+
+
+def make_scene(seed: int) -> tuple[World, str, Asked]:
+    """A world, how its objects lie, and what is asked for: always the same for a seed."""
+    rng = np.random.default_rng((seed, 17))
+    clutter = CLUTTER[seed % len(CLUTTER)]
+    for _ in range(_TRIES):
+        world = _world(clutter, rng)
+        things = [_true(obj) for obj in world.objects]
+        asking = _ASKING[(seed // len(CLUTTER)) % len(_ASKING)]
+        if asked := asking(things, rng):
+            return world, clutter + (ALIKE if _alike_touch(world) else ""), asked
+    raise RuntimeError(f"no scene for seed {seed}")
+
+
+def _world(clutter: str, rng: np.random.Generator) -> World:
+    count = int(rng.integers(5, 9))
+    scene = Scene(
+        container=Container(centre=TRAY, inner_size=INNER, floor_height=FLOOR),
+        table=Table(centre=(0.0, 2.5), size=(1.2, 0.6)),
+        objects=Objects(count=count, kinds=tuple(HOUSEHOLD), width_mm=(15.0, 60.0)),
+    )
+    world = _built(scene, rng)
+    if clutter == "pairs":
+        for obj in world.objects[:2]:
+            _push(world, obj, _nearest(obj, world.objects))
+    elif clutter == "cluster":
+        middle = min(world.objects, key=lambda obj: _gap(obj, np.array([*TRAY, 0.0])))
+        others = sorted(world.objects, key=lambda obj: _gap(obj, middle.pose.translation))
+        for obj in others[1:]:
+            _push(world, obj, middle)
+    return world
+
+
+def _push(world: World, obj: SimObject, other: SimObject) -> None:
+    """Push an object along the floor towards another one, until something stops it."""
+    way = other.pose.translation - obj.pose.translation
+    way[2] = 0.0
+    length = float(np.linalg.norm(way))
+    world.push(obj, way / length, length)
+
+
+def _nearest(obj: SimObject, objects: Sequence[SimObject]) -> SimObject:
+    others = [other for other in objects if other is not obj]
+    return min(others, key=lambda other: _gap(other, obj.pose.translation))
+
+
+def _gap(obj: SimObject, point: Array) -> float:
+    return float(np.linalg.norm((obj.pose.translation - point)[:2]))
+
+
+def _true(obj: SimObject) -> TrueThing:
+    """Measured on an image of this object alone, from so far above that all rays are parallel."""
+    x, y, z = obj.pose.translation
+    wTc = SE3(np.diag([1.0, -1.0, -1.0]), np.array([x, y, z + _ABOVE]))
+    _, ids = DepthRenderer(_EYE).render(obj.seen(), wTc, with_ids=True)
+    pixel = _ABOVE / _EYE.fx
+    covered = np.argwhere(ids >= 0)
+    _, edges, _ = cv2.minAreaRect(covered.astype(np.float32))
+    return TrueThing(
+        name=obj.name,
+        colour=colour_name(*obj.parts[0].colour),
+        area=len(covered) * pixel**2,
+        width=(min(edges) + 1.0) * pixel,
+    )
+
+
+def _alike_touch(world: World) -> bool:
+    """Whether two objects of one colour are less than 2 mm apart, seen from above."""
+    seen = [one for obj in world.objects for one in obj.seen()]
+    numbers = [n for n, obj in enumerate(world.objects) for _ in obj.seen()]
+    wTc = SE3(np.diag([1.0, -1.0, -1.0]), np.array([*TRAY, FLOOR + 5.0 * _ABOVE]))
+    _, ids = DepthRenderer(_FAR_EYE).render(seen, wTc, with_ids=True)
+    shown = np.array([*numbers, -1])[ids]
+    colours = [colour_name(*obj.parts[0].colour) for obj in world.objects]
+    wide = [cv2.dilate((shown == n).astype(np.uint8), np.ones((3, 3))) for n in set(numbers)]
+    return any(
+        colours[a] == colours[b] and np.logical_and(wide[a], wide[b]).any()
+        for a in range(len(colours))
+        for b in range(a)
+    )
+
+
+def _largest(things: Sequence[TrueThing], rng: np.random.Generator) -> Asked | None:
+    first, second = sorted(things, key=lambda one: -one.area)[:2]
+    if first.area < _AHEAD * second.area:
+        return None
+    return Asked(words={"choose": "largest"}, name=first.name)
+
+
+def _smallest(things: Sequence[TrueThing], rng: np.random.Generator) -> Asked | None:
+    first, second = sorted(things, key=lambda one: one.area)[:2]
+    if second.area < _AHEAD * first.area:
+        return None
+    return Asked(words={"choose": "smallest"}, name=first.name)
+
+
+def _nearest_one(things: Sequence[TrueThing], rng: np.random.Generator) -> Asked | None:
+    """Known once the robot stands where it looks from."""
+    return Asked(words={"choose": "nearest"}, name="")
+
+
+def _of_colour(things: Sequence[TrueThing], rng: np.random.Generator) -> Asked | None:
+    colours = [one.colour for one in things]
+    single = [one for one in things if colours.count(one.colour) == 1]
+    if not single:
+        return None
+    one = single[rng.integers(len(single))]
+    return Asked(words={"colour": one.colour}, name=one.name)
+
+
+def _largest_of_colour(things: Sequence[TrueThing], rng: np.random.Generator) -> Asked | None:
+    colours = [one.colour for one in things]
+    several = sorted({colour for colour in colours if colours.count(colour) > 1})
+    if not several:
+        return None
+    colour = several[rng.integers(len(several))]
+    asked = _largest([one for one in things if one.colour == colour], rng)
+    return asked and Asked(words={**asked.words, "colour": colour}, name=asked.name)
+
+
+def _widest(things: Sequence[TrueThing], rng: np.random.Generator) -> Asked | None:
+    first, second = sorted(things, key=lambda one: -one.width)[:2]
+    if first.width < second.width + 2.0 * _WIDER:
+        return None
+    limit = round(500.0 * (first.width + second.width))
+    return Asked(words={"min_width_mm": float(limit)}, name=first.name)
+
+
+def _narrowest(things: Sequence[TrueThing], rng: np.random.Generator) -> Asked | None:
+    first, second = sorted(things, key=lambda one: one.width)[:2]
+    if second.width < first.width + 2.0 * _WIDER:
+        return None
+    limit = round(500.0 * (first.width + second.width))
+    return Asked(words={"max_width_mm": float(limit)}, name=first.name)
+
+
+_ASKING: tuple[Callable[[Sequence[TrueThing], np.random.Generator], Asked | None], ...] = (
+    _largest,
+    _smallest,
+    _nearest_one,
+    _of_colour,
+    _largest_of_colour,
+    _widest,
+    _narrowest,
+)

@@ -1,0 +1,149 @@
+"""What the robot wants and feels: ghosts of its goals, the way of the base, and what is near."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import cos, sin
+from typing import Any
+
+import numpy as np
+import rerun as rr
+
+from app.live.monitor.columns import WORLD, Array, timelines
+from app.live.monitor.glyphs import Colour, printable
+from app.live.monitor.robot_shapes import base_parts, finger_parts, finger_poses, hand_parts
+from app.live.monitor.solids import solids
+from app.live.snapshot import SceneView, Snapshot
+from app.live.throttle import Throttle
+from robots import RobotDescription
+
+GHOST: Colour = (120, 190, 255)
+_WAY: Colour = (120, 190, 255)
+_FELT: Colour = (255, 150, 40)
+_REGION: Colour = (110, 150, 120)
+_SEEN: Colour = (235, 110, 90)
+_FLOOR = 0.012
+"""Lines on the floor lie this high, so that it does not hide them [m]."""
+_FAR = 0.5
+"""What is farther away is felt by the controller, but not drawn [m]."""
+_SEEN_POINTS = 1000
+"""Of what the camera has seen at most so many points are drawn,"""
+_SEEN_PERIOD = 1.0
+"""and not more often than this [s]."""
+
+
+def ghost_hand(robot: RobotDescription) -> list[Any]:
+    """The open hand as a see-through shape, in the frame of a tool pose."""
+    gripper = robot.gripper
+    eTh = gripper.hTe.inverse()
+    palm, _ = hand_parts(robot)
+    fingers = [
+        part.moved(pose)
+        for pose in finger_poses(gripper, gripper.opening)
+        for part in finger_parts(gripper)
+    ]
+    parts = [part.moved(eTh) for part in (palm, *fingers)]
+    return _coloured(solids(parts, "TransparentFillMajorWireframe"))
+
+
+def ghost_base(robot: RobotDescription) -> list[Any]:
+    """The base as a see-through shape, in its own frame."""
+    return _coloured(solids(base_parts(robot.base)[:1], "TransparentFillMajorWireframe"))
+
+
+def _coloured(bodies: list[Any]) -> list[Any]:
+    for body in bodies:
+        body.colors = [(*GHOST, 90)]
+    return bodies
+
+
+class IntentPanel:
+    """Draws the way, the distances, the regions, and the points that the camera has seen.
+
+    Args:
+        stream: where to.
+        scene: whose regions to draw.
+    """
+
+    def __init__(self, stream: rr.RecordingStream, scene: SceneView) -> None:
+        self._stream = stream
+        self._last: dict[str, object] = {}
+        self._seen = Throttle(_SEEN_PERIOD)
+        lines = rr.LineStrips3D.from_fields
+        looks: dict[str, list[Any]] = {
+            "world/way": [lines(colors=[_WAY], radii=rr.Radius.ui_points(2.0))],
+            "world/felt": [lines(colors=[_FELT], radii=rr.Radius.ui_points(2.5), show_labels=True)],
+            "world/seen": [rr.Points3D.from_fields(colors=[_SEEN], radii=0.008)],
+        }
+        if scene.regions:
+            looks["world/regions"] = [
+                rr.Boxes3D(
+                    half_sizes=[region.size / 2.0 for region in scene.regions],
+                    centers=[region.pose.translation for region in scene.regions],
+                    quaternions=[_upright(region.pose.rotation) for region in scene.regions],
+                    labels=[printable(region.name) for region in scene.regions],
+                    show_labels=True,
+                    colors=[_REGION],
+                    radii=rr.Radius.ui_points(1.0),
+                    fill_mode="MajorWireframe",
+                )
+            ]
+        for path, bodies in looks.items():
+            stream.log(path, rr.CoordinateFrame(WORLD), static=True)
+            for body in bodies:
+                stream.log(path, body, static=True)
+
+    def write(self, shown: Sequence[Snapshot]) -> None:
+        """Add some snapshots, each of which is drawn if it has changed."""
+        self._send("world/way", shown, lambda s: s.way, _way)
+        self._send("world/felt", shown, lambda s: s.feels, _felt)
+        some = [snapshot for snapshot in shown if self._seen.due(snapshot.stamp)]
+        self._send("world/seen", some, lambda s: s.seen, _seen)
+
+    def _send(
+        self,
+        path: str,
+        shown: Sequence[Snapshot],
+        source: Callable[[Snapshot], object],
+        drawn: Callable[[Snapshot], tuple[int, Any]],
+    ) -> None:
+        """Send the snapshots in which something else is to be drawn."""
+        for snapshot in shown:
+            now = source(snapshot)
+            if path in self._last and now is self._last[path]:
+                continue
+            self._last[path] = now
+            count, columns = drawn(snapshot)
+            self._stream.send_columns(
+                path, indexes=timelines([snapshot]), columns=columns.partition([count])
+            )
+
+
+def _way(snapshot: Snapshot) -> tuple[int, Any]:
+    """The way of the base on the floor."""
+    if snapshot.way is None or len(snapshot.way) < 2:
+        return 0, rr.LineStrips3D.columns(strips=[])
+    points = np.column_stack([snapshot.way[:, :2], np.full(len(snapshot.way), _FLOOR)])
+    return 1, rr.LineStrips3D.columns(strips=[points])
+
+
+def _felt(snapshot: Snapshot) -> tuple[int, Any]:
+    """A line over the shortest distance that the controller keeps, with its length."""
+    distance = snapshot.signals.clearance
+    if snapshot.feels is None or not distance < _FAR:
+        return 0, rr.LineStrips3D.columns(strips=[], labels=[])
+    label = f"{100.0 * distance:.0f} cm"
+    return 1, rr.LineStrips3D.columns(strips=[np.stack(snapshot.feels)], labels=[label])
+
+
+def _seen(snapshot: Snapshot) -> tuple[int, Any]:
+    """The obstacles that the camera has seen."""
+    points: Array = np.zeros((0, 3)) if snapshot.seen is None else snapshot.seen.points
+    some = points[:: max(1, -(-len(points) // _SEEN_POINTS))]
+    return len(some), rr.Points3D.columns(positions=some)
+
+
+def _upright(rotation: Array) -> rr.Quaternion:
+    """A turn about z only."""
+    yaw = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
+    return rr.Quaternion(xyzw=(0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0)))

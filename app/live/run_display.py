@@ -1,0 +1,121 @@
+"""What a terminal shows of a run while it goes on, on standard error.
+
+In a terminal the tree stays in place, with the running leaf in bold; elsewhere every change is one
+line, which keeps a log file readable. Both are written on a thread of their own: the loop only
+leaves the newest snapshot, or appends one in which something changed.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.live import Live
+
+from app.live.tree_text import About, Changes, Moment, picture
+from app.terminal import Terminal
+from hw import stopwatch
+
+if TYPE_CHECKING:
+    from app.live.nodes import NodeInfo
+
+_PERIOD = 0.2
+"""How often something is written [s of real time]."""
+_PATIENCE = 1.0
+"""Time that a terminal has for the last of it [s]."""
+
+
+class RunDisplay:
+    """Shows the snapshots that it is given; use it in a `with` statement.
+
+    Args:
+        about: the run.
+        tree: the nodes of the tree, in preorder.
+        seconds: real time from an arbitrary start [s].
+        console: where to write; standard error by default.
+    """
+
+    def __init__(
+        self,
+        about: About,
+        tree: Sequence[NodeInfo],
+        *,
+        seconds: Callable[[], float] = stopwatch,
+        console: Console | None = None,
+    ) -> None:
+        self._about, self._tree = about, tuple(tree)
+        self._seconds, self._began = seconds, seconds()
+        self._console = console or Terminal(stderr=True)
+        self._changes = Changes(about, self._tree)
+        self._live: Live | None = None
+        if self._console.is_terminal:
+            self._live = Live(console=self._console, auto_refresh=False, transient=True)
+        self._newest: Moment | None = None
+        self._changed: deque[Moment] = deque()
+        self._paused, self._faults = "", 0
+        self._error: Exception | None = None
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="terminal", daemon=True)
+
+    def __enter__(self) -> RunDisplay:
+        if self._live is not None:
+            self._live.start()
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._closing.set()
+        self._thread.join(_PATIENCE)
+        if self._live is not None:
+            with suppress(OSError):  # the terminal is gone
+                self._live.stop()
+
+    def update(self, moment: Moment, *, changed: bool) -> None:
+        """Leave a tick to be shown; takes no time to speak of.
+
+        Args:
+            moment: the tick.
+            changed: whether the status of a node changed in it.
+
+        Raises:
+            Exception: what writing an earlier one has ended with.
+        """
+        if self._error is not None:
+            raise self._error
+        if self._live is not None:
+            self._newest = moment
+            return
+        faults = len(moment.seen.state.faults)
+        if changed or moment.paused != self._paused or faults != self._faults:
+            self._paused, self._faults = moment.paused, faults
+            self._changed.append(moment)
+
+    def _run(self) -> None:
+        try:
+            while not self._closing.wait(_PERIOD):
+                self.write()
+            if self._live is None:
+                self.write()
+        except Exception as error:  # whatever it is, the robot must go on
+            self._error = error
+
+    def write(self) -> None:
+        """Write what there is to be shown now."""
+        if self._live is None:
+            while self._changed:
+                for line in self._changes.lines(self._changed.popleft()):
+                    self._console.print(line, soft_wrap=True, markup=False, highlight=False)
+        elif (moment := self._newest) is not None:
+            text = picture(
+                self._about,
+                self._tree,
+                moment,
+                elapsed=self._seconds() - self._began,
+                width=self._console.width,
+                rows=self._console.height - 2,
+            )
+            self._live.update(text, refresh=True)

@@ -1,0 +1,195 @@
+"""A tree and its run as text for a terminal: what is drawn of one snapshot, and one line a change.
+
+Everything here is a plain function of snapshots; `run_display` says when it is called.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from py_trees.common import Status
+from rich.text import Text
+
+from app.live.nodes import Look, looks, parents, path_from_root, tip
+
+if TYPE_CHECKING:
+    from app.live.nodes import NodeInfo, NodeStatus
+    from app.live.snapshot import Snapshot
+
+_LOOKS = {
+    Look.IDLE: ("·", "bright_black"),
+    Look.RUNNING: ("▶", "cyan"),
+    Look.SUCCESS: ("✔", "green"),
+    Look.NOT_YET: ("○", "yellow"),
+    Look.FAILURE: ("✗", "red"),
+}
+_GLYPH = {Status.RUNNING: "▶", Status.SUCCESS: "✔", Status.FAILURE: "✗"}
+_ANSWERED_NO = "○"
+_BAR = 20
+_LONGEST_NAME = 40
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moment:
+    """One tick, with what a terminal shows beside the tree."""
+
+    seen: Snapshot
+    placed: int
+    attempts: int
+    paused: str = ""
+    """What paused the run; empty if it is not paused."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class About:
+    """What does not change while a run goes on."""
+
+    task: str
+    where: str
+    """Robot, world, scene and seed."""
+    objects: int = 0
+    """How many there are to be placed; 0 if the task places none, or nobody knows."""
+
+
+def picture(
+    about: About, tree: Sequence[NodeInfo], moment: Moment, *, elapsed: float, width: int, rows: int
+) -> Text:
+    """The whole display: badges, figures, and the tree with the running leaf in bold.
+
+    Args:
+        about: the run.
+        tree: its nodes, in preorder.
+        moment: what to draw.
+        elapsed: real time since the run began [s].
+        width: of the terminal [characters].
+        rows: that there are for it.
+    """
+    lines = [_head(about, moment), _figures(about, moment, elapsed)]
+    lines += tree_lines(tree, moment.seen.nodes, rows=max(3, rows - len(lines)))
+    for line in lines:
+        line.no_wrap = True
+        line.truncate(width, overflow="ellipsis")
+    return Text("\n").join(lines)
+
+
+def _head(about: About, moment: Moment) -> Text:
+    text = Text()
+    faults = [fault.text for fault in moment.seen.state.faults]
+    if faults:
+        text.append(f" FAULT: {'; '.join(faults)} ", style="bold white on red")
+        text.append(" ")
+    if moment.paused:
+        text.append(f" PAUSED {moment.paused} ", style="bold black on yellow")
+        text.append(" ")
+    text.append(about.task, style="bold")
+    text.append(f"  {about.where}", style="bright_black")
+    return text
+
+
+def _figures(about: About, moment: Moment, elapsed: float) -> Text:
+    text, seen = Text(), moment.seen
+    if about.objects:
+        done = min(_BAR, round(_BAR * moment.placed / about.objects))
+        text.append("━" * done, style="green")
+        text.append("━" * (_BAR - done), style="bright_black")
+        text.append(f" {moment.placed} of {about.objects} placed", style="bold")
+        text.append(f"  {_counted(moment.attempts, 'grasp')}  ")
+    speed = f", {seen.stamp / elapsed:.1f} times real time" if elapsed > 0.0 else ""
+    text.append(f"{seen.stamp:.1f} s{speed}", style="bright_black")
+    return text
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}" + ("" if number == 1 else "s" if what[-1] != "s" else "es")
+
+
+def tree_lines(tree: Sequence[NodeInfo], nodes: Sequence[NodeStatus], *, rows: int) -> list[Text]:
+    """A line for every node that fits: those on the way to the running leaf, then those beside it.
+
+    Args:
+        tree: the nodes, in preorder.
+        nodes: their statuses.
+        rows: most lines.
+    """
+    running = tip(nodes)
+    shown, seen_as = _most_telling(tree, running, rows), looks(tree, nodes)
+    lines = []
+    for index in shown:
+        node, status = tree[index], nodes[index]
+        glyph, style = _LOOKS[seen_as[index]]
+        line = Text("  " * node.depth)
+        line.append(f"{glyph} ", style=style)
+        line.append(_shortened(node.title), style=f"bold {style}" if index == running else style)
+        message = " ".join(status.message.split())
+        if index == running:
+            line.append(f"  {message}")
+        elif status.status is Status.FAILURE and _is_leaf(tree, index):
+            line.append(f"  {message}", style="dim")
+        lines.append(line)
+    if hidden := len(tree) - len(shown):
+        lines[-1].append(f"   (+ {hidden} nodes)", style="bright_black")
+    return lines
+
+
+def _most_telling(tree: Sequence[NodeInfo], running: int, rows: int) -> list[int]:
+    """Which nodes to draw, in preorder, at most `rows`."""
+    if len(tree) <= rows:
+        return list(range(len(tree)))
+    way, above = path_from_root(tree, running), parents(tree)
+    beside = [i for i, parent in enumerate(above) if parent in way and i not in way]
+    beside.sort(key=lambda i: (-tree[i].depth, abs(i - running)))
+    return sorted([*way[-rows:], *beside[: max(0, rows - len(way))]])
+
+
+def _is_leaf(tree: Sequence[NodeInfo], index: int) -> bool:
+    return index + 1 == len(tree) or tree[index + 1].depth <= tree[index].depth
+
+
+def _shortened(name: str) -> str:
+    name = " ".join(name.split())
+    return name if len(name) <= _LONGEST_NAME else name[: _LONGEST_NAME - 1] + "…"
+
+
+class Changes:
+    """One line for every change of a leaf, of the robot's faults, and of what pauses the run.
+
+    Args:
+        about: the run.
+        tree: its nodes, in preorder.
+    """
+
+    def __init__(self, about: About, tree: Sequence[NodeInfo]) -> None:
+        self._about = about
+        self._leaves = [index for index in range(len(tree)) if _is_leaf(tree, index)]
+        self._names = [_shortened(node.title) for node in tree]
+        self._statuses = [Status.INVALID] * len(tree)
+        self._faults: tuple[str, ...] = ()
+        self._paused, self._placed = "", 0
+
+    def lines(self, moment: Moment) -> Iterator[str]:
+        """What is new since the moment before."""
+        at = f"{moment.seen.stamp:8.2f} s  "
+        faults = tuple(fault.text for fault in moment.seen.state.faults)
+        if faults != self._faults:
+            yield f"{at}! {'FAULT: ' + '; '.join(faults) if faults else 'faults cleared'}"
+        if moment.paused != self._paused:
+            yield f"{at}‖ PAUSED {moment.paused}" if moment.paused else f"{at}▶ resumed"
+        self._faults, self._paused = faults, moment.paused
+        for index in self._leaves:
+            before, now = self._statuses[index], moment.seen.nodes[index]
+            self._statuses[index] = now.status
+            if now.status is not before and (line := self._change(index, before, now)):
+                yield at + line
+        if moment.placed != self._placed and self._about.objects:
+            yield f"{at}  {moment.placed} of {self._about.objects} placed"
+        self._placed = moment.placed
+
+    def _change(self, index: int, before: Status, now: NodeStatus) -> str:
+        if now.status is Status.INVALID:
+            return f"■ {self._names[index]}: halted" if before is Status.RUNNING else ""
+        message = " ".join(now.message.split())
+        answered_no = now.status is Status.FAILURE and before is not Status.RUNNING
+        glyph = _ANSWERED_NO if answered_no else _GLYPH[now.status]
+        return f"{glyph} {self._names[index]}" + (f": {message}" if message else "")

@@ -1,0 +1,33 @@
+"""The web viewer, served from this process: its files, and a server that keeps it at home.
+
+The viewer's own program would serve them too, but resolves the name of a telemetry host, keeps a
+third of a core busy, and lets the page in the browser ask for fonts and releases elsewhere.
+"""
+
+from app.live.web.file_server import FileServer
+from app.live.web.viewer_files import (
+    FILES,
+    WebFilesError,
+    at_home,
+    read_file,
+    viewer_address,
+    viewer_environment,
+    viewer_page,
+    viewer_policy,
+    viewer_program,
+    viewer_web_files,
+)
+
+__all__ = [
+    "FILES",
+    "FileServer",
+    "WebFilesError",
+    "at_home",
+    "read_file",
+    "viewer_address",
+    "viewer_environment",
+    "viewer_page",
+    "viewer_policy",
+    "viewer_program",
+    "viewer_web_files",
+]

@@ -1,0 +1,174 @@
+"""The files of the web viewer, taken once from the viewer's program, which carries them.
+
+Its page is changed in two ways: it asks nobody for fonts, and a policy says to whom the browser may
+connect at all. Other requests, as for telemetry, are refused by the browser itself.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import threading
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from tempfile import mkdtemp
+from urllib.error import URLError
+from urllib.parse import quote
+from urllib.request import ProxyHandler, build_opener
+
+from app.live.web.ports import LOOPBACK, choose_port
+from config import UserError
+from hw import stopwatch
+
+FILES = {
+    "index.html": "text/html; charset=utf-8",
+    "re_viewer.js": "text/javascript; charset=utf-8",
+    "re_viewer_bg.wasm": "application/wasm",
+    "favicon.ico": "image/x-icon",
+}
+"""Names of the files, and their types."""
+
+_POLICY = (
+    "default-src 'none'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "
+    "worker-src 'self' blob:; manifest-src 'self'; connect-src {hosts}; "
+    "base-uri 'none'; form-action 'none'"
+)
+_FOREIGN = re.compile(r"<link\s[^>]*https://[^>]*>")
+_PROXIES = ("ALL_PROXY", "HTTPS_PROXY", "HTTP_PROXY", "all_proxy", "https_proxy", "http_proxy")
+_PATIENCE = 20.0
+"""Time that the viewer's program has to hand out its files [s]."""
+
+
+class WebFilesError(UserError):
+    """The files of the web viewer are not to be had."""
+
+
+def viewer_program() -> Path:
+    """The viewer itself; the `rerun` on the path is a script that would leave it an orphan.
+
+    Raises:
+        WebFilesError: it is not installed.
+    """
+    found = importlib.util.find_spec("rerun_cli")
+    program = Path(found.origin).parent / "rerun" if found and found.origin else None
+    if program is None or not program.exists():
+        raise WebFilesError(
+            "the Rerun viewer is not installed: pip install rerun-sdk, or --view none"
+        )
+    return program
+
+
+def viewer_environment(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
+    """The environment in which the viewer's program calls nobody.
+
+    Where `CI` is set it sends no telemetry. For the number of its newest release it asks through
+    the proxy that the environment names; here that is a port on which nobody listens.
+    """
+    kept = {name: value for name, value in environment.items() if "ANALYTICS" not in name}
+    return kept | {"CI": "1"} | dict.fromkeys(_PROXIES, f"http://{LOOPBACK}:9")
+
+
+def viewer_web_files() -> Path:
+    """The folder with the files; filled when it is first asked for.
+
+    Raises:
+        WebFilesError: the viewer's program is missing, or does not hand them out.
+    """
+    root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    kept = Path(root) / "frankie-task" / f"web-viewer-{version('rerun-sdk')}"
+    if all((kept / name).is_file() for name in FILES):
+        return kept
+    try:
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        made = Path(mkdtemp(dir=kept.parent))
+        _fetch(made)
+        shutil.rmtree(kept, ignore_errors=True)
+        made.rename(kept)
+    except OSError as error:
+        raise WebFilesError(
+            f"{kept}: the files of the web viewer cannot be kept ({error}); "
+            "set XDG_CACHE_HOME to a folder that is writable and has 50 MB"
+        ) from error
+    return kept
+
+
+def read_file(name: str) -> tuple[bytes, str] | None:
+    """Content and type of one file; None if there is none of this name.
+
+    Raises:
+        OSError, WebFilesError: the files are not to be had.
+    """
+    return ((viewer_web_files() / name).read_bytes(), FILES[name]) if name in FILES else None
+
+
+def at_home(page: bytes, hosts: str = "'self'") -> bytes:
+    """The viewer's page without foreign links, and with the policy in the page itself.
+
+    Args:
+        page: as the program hands it out.
+        hosts: to whom it may connect, as in a content security policy.
+    """
+    text = _FOREIGN.sub("", page.decode())
+    meta = f'<meta http-equiv="Content-Security-Policy" content="{viewer_policy(hosts)}">'
+    return text.replace("<head>", f"<head>\n    {meta}", 1).encode()
+
+
+def viewer_page() -> bytes:
+    """The viewer's page for a place where nothing but its own host is to be asked.
+
+    Raises:
+        OSError, WebFilesError: the files are not to be had.
+    """
+    return at_home((viewer_web_files() / "index.html").read_bytes())
+
+
+def viewer_policy(hosts: str = "'self'") -> str:
+    """The content security policy of the viewer's page."""
+    return _POLICY.format(hosts=hosts)
+
+
+def viewer_address(source: str) -> str:
+    """The query of the viewer's page that shows a source, dark whatever the browser prefers."""
+    return f"?url={quote(source, safe='')}&theme=dark&hide_welcome_screen=1"
+
+
+def _fetch(folder: Path) -> None:
+    """Let the program serve its files for a moment, on loopback, and keep them.
+
+    Raises:
+        WebFilesError: it does not.
+    """
+    data, port = choose_port(), choose_port()
+    command = [str(viewer_program()), "--serve-web", "--bind", LOOPBACK, "--port", str(data)]
+    process = subprocess.Popen(
+        [*command, "--web-viewer-port", str(port)],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env=viewer_environment() | {"BROWSER": "true"},
+        start_new_session=True,
+    )
+    try:
+        for name in FILES:
+            content = _get(process, f"http://{LOOPBACK}:{port}/{name}")
+            (folder / name).write_bytes(content)
+    finally:
+        process.terminate()
+        process.wait()
+
+
+def _get(process: subprocess.Popen[bytes], url: str) -> bytes:
+    begun, opener = stopwatch(), build_opener(ProxyHandler({}))
+    while process.poll() is None and stopwatch() - begun < _PATIENCE:
+        try:
+            with opener.open(url, timeout=_PATIENCE) as reply:
+                content: bytes = reply.read()
+                return content
+        except (URLError, ConnectionError):
+            threading.Event().wait(0.05)
+    raise WebFilesError("the Rerun viewer does not hand out its web page; choose --view none")

@@ -1,0 +1,110 @@
+"""The attempts of a run, and what ate its time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from app.review.cause import Cause, about, cause_of
+from app.review.timeline import Span, Timeline
+
+_MOST_EATERS = 5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Attempt:
+    """One round of something that is tried again."""
+
+    number: int
+    what: str
+    begin: float
+    end: float
+    """[s]."""
+    result: str
+    cause: Cause | None
+    """Why it failed; None if it did not."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Eater:
+    """A leaf, and the time that it took in all its rounds."""
+
+    name: str
+    seconds: float
+    rounds: int
+
+
+def attempts(run: Timeline) -> list[Attempt]:
+    """The rounds of everything below a `retry`, in order; of `forever` only those that failed."""
+    spans: list[Span] = []
+    for node, kind in enumerate(one.kind for one in run.nodes):
+        if kind not in ("retry", "forever"):
+            continue
+        for child in run.children(node):
+            rounds = run.rounds.get(child, ())
+            spans += [one for one in rounds if kind == "retry" or one.status == "FAILURE"]
+    spans.sort(key=lambda span: (span.begin, span.node))
+    return [_attempt(run, number, span) for number, span in enumerate(spans, start=1)]
+
+
+def _attempt(run: Timeline, number: int, span: Span) -> Attempt:
+    cause = cause_of(run, span) if span.status == "FAILURE" else None
+    endings = {"SUCCESS": "done", "INVALID": "halted", "RUNNING": "under way"}
+    result = endings.get(span.status, "")
+    if cause is not None:
+        where = "" if cause.node is None else f"{run.nodes[cause.node].name}: "
+        words = about(cause.reason)
+        result = f"{words or 'failed'}: {where}{cause.reason}"
+    return Attempt(
+        number=number,
+        what=run.nodes[span.node].name,
+        begin=span.begin,
+        end=span.end,
+        result=result,
+        cause=cause,
+    )
+
+
+def eaters(run: Timeline) -> list[Eater]:
+    """The leaves that took the most time, the longest first."""
+    found = [
+        Eater(
+            name=_short_path(run.nodes[node].path),
+            seconds=sum(span.seconds for span in rounds),
+            rounds=sum(span.seconds > 0.0 for span in rounds),
+        )
+        for node, rounds in run.rounds.items()
+        if run.is_leaf(node)
+    ]
+    found = [one for one in found if one.seconds > 0.0]
+    return sorted(found, key=lambda one: -one.seconds)[:_MOST_EATERS]
+
+
+def attempts_text(found: Sequence[Attempt], most: int = 12) -> list[str]:
+    """The table, a line an attempt; the middle of a long one is left out."""
+    lines = [f"  {'#':>3}  {'from':>8}  {'took':>7}  what came of it"]
+    for one in found:
+        took = f"{one.end - one.begin:.1f} s"
+        lines.append(f"  {one.number:>3}  {one.begin:>6.1f} s  {took:>7}  {one.what}: {one.result}")
+    if len(lines) > most + 1:
+        half = most // 2
+        left_out = len(lines) - 1 - 2 * half
+        lines = [*lines[: half + 1], f"       ... {left_out} more ...", *lines[-half:]]
+    return lines
+
+
+def eaters_text(found: Sequence[Eater], total: float, paused: float) -> list[str]:
+    """What ate the time, a line a leaf."""
+    rows = [(one.name, one.seconds, f"{one.rounds} rounds") for one in found]
+    if paused > 0.0:
+        rows.append(("paused", paused, ""))
+    width = max((len(name) for name, _, _ in rows), default=0)
+    return [
+        f"  {name:{width}}  {seconds:>7.1f} s  {100.0 * seconds / max(total, 1e-9):>3.0f} %  {note}"
+        for name, seconds, note in rows
+    ]
+
+
+def _short_path(path: str) -> str:
+    """The end of a path: the node and what it is part of."""
+    return " > ".join(path.split("/")[-2:])

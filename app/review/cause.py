@@ -1,0 +1,189 @@
+"""The earliest cause of a failure: of what went wrong first, not of what failed last.
+
+A tree that gives up has failed several times: its retries are attempts that failed one after the
+other, its fallbacks are remedies that failed as well, and below it the robot may have had a fault.
+From the node that failed the search goes down and back in time:
+
+| node | what failed it |
+|---|---|
+| `retry`, `forever` | the first attempt of those that failed in a row |
+| `fallback` | the first child that tried something; a question with the answer no did not |
+| `parallel` | the child that failed first |
+| `until` | the work, not the question |
+| `timeout` | the first failed attempt below it, or else that the time was over |
+| other branches | the child that failed last: those before it had succeeded |
+| a leaf | the robot's fault, if it had one while the leaf ran |
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from app.review.timeline import Span, Timeline
+
+_AGAIN = ("retry", "forever")
+_FALLBACKS = ("fallback", "reactive_fallback")
+_FORCED = ("force_failure",)
+_NUMBER = re.compile(r"-?\d+(\.\d+)?")
+_TIMES = ", # times in a row"
+"""What `forever` adds to the message of the failure with which it gives up."""
+
+_WORDS = (
+    (r"emergency stop", "emergency stop"),
+    (r"battery", "battery"),
+    (r"closed on nothing|nothing held|nothing (left )?to place", "held nothing"),
+    (r"fingers (did not move|still move|stopped)|not let go", "the gripper does not work"),
+    (
+        r"the arm has no posture|the hand reaches|below the floor|would be inside|: inside "
+        r"|no stance|no way for the base|would stand in|out of reach",
+        "out of reach",
+    ),
+    (r"camera frame|frames come|depth was measured|same in every pixel|is not seen", "no picture"),
+    (r"^no grasp for", "no grasp found"),
+    (r"no place free|places on .* are taken", "no place free"),
+    (r"^not done (within|after)|^not at .* after", "out of time"),
+    (r"stuck|^arm stopped|^not at ", "not reached"),
+    (r"does not do what it is commanded|does not answer", "the robot does not obey"),
+    (r"relocalised", "lost its place"),
+)
+"""What messages are about, in the words of a person; the first that fits."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cause:
+    """What went wrong first."""
+
+    time: float
+    """[s]."""
+    node: int | None
+    """Where; None if nothing was at work."""
+    reason: str
+    """As the node or the robot put it."""
+    about: str
+    """The same in a word or two; empty where there is no better word."""
+    is_fault: bool = False
+    """Whether it is a fault of the robot."""
+
+
+def about(reason: str) -> str:
+    """What a message is about, in a word or two; empty where nothing is known."""
+    return next((words for pattern, words in _WORDS if re.search(pattern, reason)), "")
+
+
+def cause_of(run: Timeline, span: Span) -> Cause:
+    """Why a round of a node failed.
+
+    Args:
+        run: the run.
+        span: a round that ended in failure.
+    """
+    return _cause(run, _origin(run, span))
+
+
+def first_setback(run: Timeline) -> Cause | None:
+    """What failed first of the attempts that were under way at the end; None if nothing had."""
+    failed: list[Span] = []
+    for node, rounds in run.rounds.items():
+        if run.nodes[node].kind in _AGAIN and rounds[-1].status == "RUNNING":
+            failed += _attempts(run, rounds[-1])
+    return cause_of(run, min(failed, key=lambda span: span.end)) if failed else None
+
+
+def fault_cause(run: Timeline) -> Cause | None:
+    """The fault that the robot had at the end, from its beginning; None if it had none."""
+    standing = [fault for fault in run.faults if fault.end == float("inf")]
+    if not standing:
+        return None
+    first = standing[0]
+    for fault in reversed(run.faults):  # faults that followed each other without a gap are one
+        if fault.end == first.begin:
+            first = fault
+    return _of_fault(run, first.begin, first.text)
+
+
+def _cause(run: Timeline, span: Span) -> Cause:
+    """The failure of a leaf, or the fault of the robot behind it."""
+    for fault in run.faults:
+        if fault.begin <= span.end and fault.end >= span.begin:
+            return _of_fault(run, fault.begin, fault.text)
+    return Cause(time=span.end, node=span.node, reason=span.message, about=about(span.message))
+
+
+def _of_fault(run: Timeline, time: float, text: str) -> Cause:
+    words = about(text) or "a fault of the robot"
+    return Cause(time=time, node=run.leaf_at(time), reason=text, about=words, is_fault=True)
+
+
+def _origin(run: Timeline, span: Span) -> Span:
+    """The round of the leaf, or of the modifier, in which a failure began."""
+    failed = _failed_children(run, span)
+    match run.nodes[span.node].kind:
+        case kind if kind in _AGAIN:
+            failed = _attempts(run, span)
+            chosen = failed[0] if failed else None
+        case kind if kind in _FALLBACKS:
+            tried = [one for one in failed if not _is_question(run, one)]
+            asked = [one for one in failed if run.nodes[one.node].kind not in _FORCED]
+            chosen = next(iter([*tried[:1], *asked[-1:], *failed[-1:]]), None)
+        case "parallel":
+            chosen = failed[0] if failed else None
+        case "until":
+            work = [one for one in failed if one.node != run.children(span.node)[0]]
+            chosen = work[-1] if work else failed[-1] if failed else None
+        case "timeout" if not failed:
+            chosen = _setback_below(run, span)
+        case _:
+            chosen = failed[-1] if failed else None
+    return span if chosen is None else _origin(run, chosen)
+
+
+def _failed_children(run: Timeline, span: Span) -> list[Span]:
+    """The failures right below, in order of time."""
+    failed = [
+        one
+        for child in run.children(span.node)
+        for one in run.within(span, child)
+        if one.status == "FAILURE"
+    ]
+    return sorted(failed, key=lambda one: one.end)
+
+
+def _attempts(run: Timeline, span: Span) -> list[Span]:
+    """The failed attempts of a node that tries again; those before the last success are over."""
+    failed = _failed_children(run, span)
+    if run.nodes[span.node].kind != "forever" or not failed:
+        return failed
+    last = _likeness(run, failed[-1])
+    in_a_row: list[Span] = []
+    for one in reversed(failed):
+        if _likeness(run, one) != last:
+            break
+        in_a_row.insert(0, one)
+    return in_a_row
+
+
+def _likeness(run: Timeline, span: Span) -> tuple[int, str]:
+    """Two attempts that are alike in this failed for the same reason, but for the figures."""
+    origin = _origin(run, span)
+    return origin.node, _NUMBER.sub("#", origin.message).removesuffix(_TIMES)
+
+
+def _setback_below(run: Timeline, span: Span) -> Span | None:
+    """The first failed attempt of what was running below a node when its time was over."""
+    below = (node for node in run.below(span.node) if run.nodes[node].kind in _AGAIN)
+    rounds = [one for node in below for one in run.within(span, node) if one.end == span.end]
+    failed = [attempt for one in rounds for attempt in _attempts(run, one)]
+    return min(failed, key=lambda one: one.end, default=None)
+
+
+def _is_question(run: Timeline, span: Span) -> bool:
+    """Whether it only asked, or failed because it was told to."""
+    if run.nodes[span.node].kind in _FORCED:
+        return not _failed_children(run, span)
+    return run.is_leaf(span.node) and span.seconds == 0.0 and not _had_to_work(run, span.node)
+
+
+def _had_to_work(run: Timeline, node: int) -> bool:
+    """Whether the node has ever run for longer than a tick."""
+    return any(one.seconds > 0.0 for one in run.rounds.get(node, ()))

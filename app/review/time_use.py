@@ -1,0 +1,244 @@
+"""Where the time of a run goes: which node, whether the robot moves, and what limits it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from app.core import SUMMARY
+from app.review.event_log import DamagedRunError, Log, Node, NodeEvent, read_log
+from app.review.motion import Reason, RunMotion, read_motion
+
+_SHOWN = 0.05
+"""What takes less than this is left out of the text [s]."""
+_SHARE = 0.04
+"""Limits of a smaller share of a node's time are left out."""
+_MOST = 3
+"""Limits that are named for a node."""
+_WIDEST = 34
+"""Characters of a node's name and message."""
+_Seconds = Annotated[float, Field(ge=0.0, le=1e9)]
+
+
+class CarriedObject(BaseModel):
+    """One object of a summary."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
+
+    begun: _Seconds
+    attempts: int
+    grasp_time: _Seconds
+    placed: _Seconds | None
+
+
+class _Carried(BaseModel):
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+    carried: list[CarriedObject] = []
+
+
+class Stretch(NamedTuple):
+    """A leaf while it ran."""
+
+    node: Node
+    begin: float
+    """On the session's clock [s]."""
+    end: float
+    message: str = ""
+    """The last thing that it said."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NodeTime:
+    """What became of the time of one node."""
+
+    name: str
+    message: str
+    """The last thing that it said."""
+    count: int
+    """How often it ran."""
+    seconds: float
+    base: float
+    """Of them with the base moving [s]; base and arm may move at the same time."""
+    arm: float
+    """The same of the arm [s]."""
+    waiting: float
+    """With neither [s]."""
+    reasons: Mapping[str, float]
+    """What limited it, and how long [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cycle:
+    """From the release of one object to that of the next, or a whole run."""
+
+    number: int
+    """From 1; 0 is the whole run."""
+    begin: float
+    end: float
+    nodes: Sequence[NodeTime]
+    """In the order in which they first ran."""
+    rest: NodeTime
+    """Everything together."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TimeUse:
+    """Where the time of a run goes."""
+
+    motion: RunMotion
+    stretches: Sequence[Stretch]
+    cycles: Sequence[Cycle]
+    """One for every object that was placed; without any, the whole run."""
+
+    @property
+    def typical(self) -> Cycle:
+        """The cycle of median length."""
+        ordered = sorted(self.cycles, key=lambda cycle: cycle.end - cycle.begin)
+        return ordered[(len(ordered) - 1) // 2]
+
+    def by_kind(self) -> list[NodeTime]:
+        """The whole run by kind of leaf, the longest first."""
+        kinds = dict.fromkeys(one.node.kind for one in self.stretches)
+        found = [
+            node_time(kind, [one for one in self.stretches if one.node.kind == kind], self.motion)
+            for kind in kinds
+        ]
+        return sorted(found, key=lambda one: -one.seconds)
+
+    def __str__(self) -> str:
+        """One cycle taken apart, as text."""
+        return "\n".join(_text(self))
+
+
+def time_use(folder: Path) -> TimeUse:
+    """Where the time of a finished run went.
+
+    Raises:
+        DamagedRunError: its log or its motion cannot be read.
+    """
+    log, motion = read_log(folder), read_motion(folder)
+    found = stretches(log)
+    placed = [one.placed for one in carried_objects(folder) if one.placed is not None]
+    spans = list(zip([float(motion.times[0]), *placed], placed, strict=False))
+    if not spans:
+        spans = [(float(motion.times[0]), float(motion.times[-1]))]
+    cycles = [
+        _cycle(number if placed else 0, begin, end, found, motion)
+        for number, (begin, end) in enumerate(spans, start=1)
+    ]
+    return TimeUse(motion=motion, stretches=found, cycles=cycles)
+
+
+def carried_objects(folder: Path) -> list[CarriedObject]:
+    """What the summary of a run says of the objects; nothing where there is none.
+
+    Raises:
+        DamagedRunError: it cannot be read.
+    """
+    try:
+        text = (folder / SUMMARY).read_text(encoding="utf-8")
+        return _Carried.model_validate_json(text).carried
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError, ValidationError) as error:
+        raise DamagedRunError(f"{folder / SUMMARY}: cannot be read") from error
+
+
+def stretches(log: Log) -> list[Stretch]:
+    """When each leaf ran, in the order of their ends."""
+    inner = {node.path.rpartition("/")[0] for node in log.nodes}
+    leaves = {number for number, node in enumerate(log.nodes) if node.path not in inner}
+    running: dict[int, float] = {}
+    found = []
+    for event in log.events:
+        if not isinstance(event, NodeEvent) or event.node not in leaves:
+            continue
+        if event.node in running:
+            begin, node = running.pop(event.node), log.nodes[event.node]
+            found.append(Stretch(node, begin, event.time, event.message))
+        if event.status == "RUNNING":
+            running[event.node] = event.time
+    last = log.events[-1].time
+    return [*found, *(Stretch(log.nodes[node], begin, last) for node, begin in running.items())]
+
+
+def _cycle(
+    number: int, begin: float, end: float, found: Sequence[Stretch], motion: RunMotion
+) -> Cycle:
+    inside = [
+        one._replace(begin=max(one.begin, begin), end=min(one.end, end))
+        for one in found
+        if one.end > begin and one.begin < end
+    ]
+    names = dict.fromkeys(one.node.path for one in sorted(inside, key=lambda one: one.begin))
+    title = {one.node.path: one.node.name for one in inside}
+    return Cycle(
+        number=number,
+        begin=begin,
+        end=end,
+        nodes=[
+            node_time(title[path], [one for one in inside if one.node.path == path], motion)
+            for path in names
+        ],
+        rest=node_time("all", [Stretch(Node(path="", name="", kind=""), begin, end)], motion),
+    )
+
+
+def node_time(name: str, some: Sequence[Stretch], motion: RunMotion) -> NodeTime:
+    """What became of the time of some stretches."""
+    chosen = np.zeros(len(motion.times), bool)
+    for one in some:
+        chosen |= motion.between(one.begin, one.end)
+    steps = np.where(chosen, motion.steps, 0.0)
+    spent = np.bincount(motion.reasons, weights=steps, minlength=len(Reason))
+    reasons = {reason.value: float(s) for reason, s in zip(Reason, spent, strict=True) if s > 0.0}
+    return NodeTime(
+        name=name,
+        message=some[-1].message if some else "",
+        count=len(some),
+        seconds=float(steps.sum()),
+        base=float(steps[motion.base_moves].sum()),
+        arm=float(steps[motion.arm_moves].sum()),
+        waiting=float(steps[motion.stationary].sum()),
+        reasons=dict(Counter(reasons).most_common()),
+    )
+
+
+def _text(use: TimeUse) -> Iterator[str]:
+    cycle = use.typical
+    length = cycle.end - cycle.begin
+    if cycle.number:
+        mean = np.mean([one.end - one.begin for one in use.cycles])
+        of = f"Object {cycle.number} of {len(use.cycles)}, the one of median time"
+        yield f"{of}: {length:.2f} s from the release before to its own; mean {mean:.2f} s"
+    else:
+        yield f"The whole run, in which nothing was placed: {length:.2f} s"
+    yield ""
+    width = max(len(_name(one)) for one in (*cycle.nodes, cycle.rest))
+    yield f"  {'node':{width}}  {'time':>6}  {'base':>6}  {'arm':>6}  {'still':>6}  limited by"
+    for one in (*(one for one in cycle.nodes if one.seconds >= _SHOWN), cycle.rest):
+        figures = (one.seconds, one.base, one.arm, one.waiting)
+        row = "  ".join(f"{value:6.2f}" for value in figures)
+        yield f"  {_name(one):{width}}  {row}  {_limits(one)}".rstrip()
+    yield ""
+    yield "  Seconds; base and arm may move at the same time. Everything at its limit is as fast as"
+    yield "  this robot goes; what is still, or not at a limit, is what a task could save."
+
+
+def _name(one: NodeTime) -> str:
+    """Of the node, and what it did there."""
+    return f"{one.name}: {one.message}"[:_WIDEST] if one.message else one.name
+
+
+def _limits(one: NodeTime) -> str:
+    """The largest reasons, each with its share of the time."""
+    least = _SHARE * one.seconds
+    some = [(reason, spent / one.seconds) for reason, spent in one.reasons.items() if spent > least]
+    return ", ".join(f"{reason} {100.0 * share:.0f} %" for reason, share in some[:_MOST])

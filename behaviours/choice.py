@@ -1,0 +1,201 @@
+"""Which of the objects that stand in a region is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from behaviours.context import Context
+from behaviours.key import Key
+from behaviours.poses import Region
+from hw import DepthFrame
+from perception import ColourName, GraspEstimate, SeenObject, SeenObjects, seen_objects
+
+Array: TypeAlias = npt.NDArray[np.float64]
+Choose: TypeAlias = Literal["best", "largest", "smallest", "nearest"]
+
+WORDS = ("choose", "colour", "min_width_mm", "max_width_mm")
+"""The parameters of leaves that choose."""
+
+_ORDERS: Mapping[str, Callable[[SeenObject, Array], float]] = {
+    "largest": lambda one, base: -one.area,
+    "smallest": lambda one, base: one.area,
+    "nearest": lambda one, base: float(np.linalg.norm((one.position - base)[:2])),
+}
+"""The object that is meant has the least of it; `base` is (3,), the robot's base in the world."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choice:
+    """What an object must be like, and which of those that are is meant."""
+
+    choose: Choose = "best"
+    """`best` leaves it to the grasps."""
+    colour: ColourName | None = None
+    narrowest: float = 0.0
+    """Its shorter edge, seen from above, is not less than this [m] ..."""
+    widest: float = np.inf
+    """... and not more than this [m]."""
+
+    @classmethod
+    def of(
+        cls,
+        choose: Choose,
+        colour: ColourName | None,
+        min_width_mm: float | None,
+        max_width_mm: float | None,
+    ) -> Choice:
+        """From what a task says."""
+        return cls(
+            choose=choose,
+            colour=colour,
+            narrowest=0.0 if min_width_mm is None else min_width_mm / 1000.0,
+            widest=np.inf if max_width_mm is None else max_width_mm / 1000.0,
+        )
+
+    @property
+    def is_free(self) -> bool:
+        """Whether any object will do, so that nobody needs to tell them apart."""
+        return self == Choice()
+
+    def fitting(self, objects: Sequence[SeenObject], base: Array) -> list[SeenObject]:
+        """Those that will do, the one that is meant first; `best` leaves their order.
+
+        Args:
+            objects: that stand there.
+            base: (3,) the robot's base in the world [m].
+        """
+        fitting = [
+            one
+            for one in objects
+            if self.narrowest <= one.width <= self.widest and self.colour in (None, one.colour)
+        ]
+        order = _ORDERS.get(self.choose)
+        return fitting if order is None else sorted(fitting, key=lambda one: order(one, base))
+
+    def __str__(self) -> str:
+        """What is looked for, for people: `a red object of at least 30 mm`."""
+        what = f"{self.colour} object" if self.colour else "object"
+        article = "an" if what[0] in "aeiou" else "a"
+        least = f"at least {1000 * self.narrowest:g} mm" if self.narrowest else ""
+        most = f"at most {1000 * self.widest:g} mm" if self.widest < np.inf else ""
+        width = " and ".join(bound for bound in (least, most) if bound)
+        return f"{article} {what}" + (f" of {width}" if width else "")
+
+
+def misfit(arguments: Mapping[str, object], region: str = "") -> str:
+    """What is wrong with the words of a choice, then `; ` and a hint; empty if nothing is.
+
+    Args:
+        arguments: of a leaf, as for `Leaf.misfit`.
+        region: the parameter that is a region or an object; empty if it is a region.
+    """
+    least, most = arguments.get("min_width_mm"), arguments.get("max_width_mm")
+    if isinstance(least, float) and isinstance(most, float) and least > most:
+        return (
+            f"has a least width of {least:g} mm and a largest of {most:g} mm, between which "
+            "nothing is; exchange them"
+        )
+    words = [word for word in WORDS if word in arguments]
+    if region and words and isinstance(arguments.get(region), Key):
+        return (
+            f"chooses by `{words[0]}` among one object, that of `{region}`; leave it out, or name "
+            "a region"
+        )
+    return ""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Chosen:
+    """A workspace in which only grasps on certain objects count."""
+
+    objects: tuple[SeenObject, ...]
+    """At least one."""
+
+    @property
+    def floor(self) -> float:
+        """Height of what they stand on, in the world [m]."""
+        return self.objects[0].floor
+
+    def contains(self, points: Array) -> npt.NDArray[np.bool_]:
+        """Which of (N, 3) points of the world [m] belong to one of them, or are right beside it."""
+        inside: npt.NDArray[np.bool_] = np.any(
+            [one.contains(points) for one in self.objects], axis=0
+        )
+        return inside
+
+    def owns(self, grasp: GraspEstimate) -> bool:
+        """Whether a grasp is on one of them, and closes on nothing else."""
+        centre, closing = grasp.wTg.translation, grasp.wTg.rotation[:, 1]
+        ends = centre + 0.5 * grasp.width * np.stack([-closing, closing])
+        return any(
+            one.footprint.holds(centre[:1], centre[1:2])[0] and one.contains(ends).all()
+            for one in self.objects
+        )
+
+
+class Target:
+    """What a grasp is looked for on: all that stands in a region, or what is chosen there.
+
+    Args:
+        context: of the tree.
+        within: a region, or an object that was detected.
+        choice: what is meant of a region.
+    """
+
+    def __init__(self, context: Context, within: Region | SeenObject, choice: Choice) -> None:
+        self._context, self._within, self._choice = context, within, choice
+        self.begin()
+
+    def begin(self) -> None:
+        """Choose anew."""
+        self.reason = ""
+        """Why nothing is chosen; empty if it is, or nobody has looked yet."""
+        self._chosen: Chosen | None = None
+        if isinstance(self._within, SeenObject):
+            self._chosen = Chosen(objects=(self._within,))
+
+    def track(self, now: float) -> GraspEstimate | None:
+        """The grasp that is followed on it, as `Vision.track` says; None if nothing is chosen.
+
+        Args:
+            now: session time [s].
+        """
+        vision, within = self._context.vision, self._within
+        if isinstance(within, Region) and self._choice.is_free:
+            return vision.track(within, now)
+        if self._chosen is None and isinstance(within, Region):
+            self._choose(within, now)
+        if self._chosen is None:
+            return None
+        return vision.track(self._chosen, now, self._chosen.owns)
+
+    def _choose(self, region: Region, now: float) -> None:
+        vision = self._context.vision
+        frame = vision.new_frame()
+        if frame is None or vision.is_blind(now):
+            return
+        with vision.timed():
+            objects = look_for(frame, region, self._choice)
+        if isinstance(objects, str):
+            self.reason = objects
+            return
+        fitting = self._choice.fitting(objects, self._context.state.wTb.translation)
+        if fitting:
+            is_one = self._choice.choose != "best"
+            self._chosen = Chosen(objects=tuple(fitting[:1] if is_one else fitting))
+            self.reason = ""
+        else:
+            self.reason = f"{self._choice} is not among the {len(objects)} objects in sight"
+
+
+def look_for(frame: DepthFrame, region: Region, choice: Choice) -> SeenObjects | str:
+    """The objects that a frame shows in a region; or why it cannot be told what is asked for."""
+    if choice.colour is not None and frame.colour is None:
+        return "the camera of this robot sees no colours"
+    objects = seen_objects(frame, region)
+    return "no depth was measured" if objects is None else objects

@@ -1,0 +1,127 @@
+"""Tell apart what stands in a region, for the nodes after it; and ask what one of it is like."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from py_trees.common import Status
+
+from behaviours.choice import Choice, Choose, look_for, misfit
+from behaviours.context import Context
+from behaviours.key import Key
+from behaviours.leaf import Condition, Leaf
+from behaviours.poses import Region
+from behaviours.ranges import Millimetres, Seconds
+from perception import ColourName, SeenObject, SeenObjects
+
+
+class Detect(Leaf):
+    """Look at a region from where the hand is, at rest, and tell apart what stands in it.
+
+    Succeeds with any number of objects, none included. What it finds can be the goal of `navigate`,
+    `look_at` and `grasp`, one after the other below `for_each`. Fails when the camera gives no
+    usable picture, or sees no colours and is asked for one.
+
+    Args:
+        region: of the task file; its floor is what objects stand on.
+        list: key for what stands there: place, size, width and colour of each object.
+        count: key for the number of objects.
+        choose: which comes first: the largest covers most, seen from above, and the nearest is near
+            to the base; `best` goes from the left of the image to the right.
+        colour: only objects of this colour.
+        min_width_mm: only those whose shorter edge, seen from above, is at least this [mm].
+        max_width_mm: only those whose shorter edge is at most this [mm].
+        patience_s: give up without a picture after this [s].
+    """
+
+    key: ClassVar[str] = "detect"
+    moves: ClassVar[bool] = False
+    surfaces: ClassVar[tuple[str, ...]] = ("region",)
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        region: Region,
+        list: Key[SeenObjects] | None = None,
+        count: Key[int] | None = None,
+        choose: Choose = "best",
+        colour: ColourName | None = None,
+        min_width_mm: Millimetres | None = None,
+        max_width_mm: Millimetres | None = None,
+        patience_s: Seconds = 1.0,
+    ) -> None:
+        super().__init__(name, context)
+        self._region = region
+        self._list, self._count = list, count
+        self._choice = Choice.of(choose, colour, min_width_mm, max_width_mm)
+        self._patience = patience_s
+
+    @classmethod
+    def misfit(cls, arguments: Mapping[str, object]) -> str:
+        """Widths between which nothing lies."""
+        return misfit(arguments)
+
+    def initialise(self) -> None:
+        """Start to look."""
+        self._begun, self._seen_since = self.context.clock.now(), self.context.state.stamp
+
+    def update(self) -> Status:
+        """One tick; standing still, as no goal is left."""
+        vision, state = self.context.vision, self.context.state
+        frame = vision.new_frame()
+        if frame is None or frame.stamp < self._seen_since or vision.is_blind(state.stamp):
+            if self.context.clock.now() - self._begun > self._patience:
+                return self.failure(vision.blindness(state.stamp) or "no camera frame")
+            return self.running("looking")
+        with vision.timed():
+            objects = look_for(frame, self._region, self._choice)
+        if isinstance(objects, str):
+            return self.failure(objects)
+        found = SeenObjects(self._choice.fitting(objects, state.wTb.translation))
+        if self._list is not None:
+            self._list.write(found)
+        if self._count is not None:
+            self._count.write(len(found))
+        return self.success(f"{len(found)} of {len(objects)}: {found}")
+
+
+class LooksLike(Condition):
+    """Succeeds if a detected object is what is asked for.
+
+    Args:
+        object: that `detect` found.
+        colour: it has this colour.
+        min_width_mm: its shorter edge, seen from above, is at least this [mm].
+        max_width_mm: its shorter edge is at most this [mm].
+    """
+
+    key: ClassVar[str] = "looks_like"
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        object: SeenObject,
+        colour: ColourName | None = None,
+        min_width_mm: Millimetres | None = None,
+        max_width_mm: Millimetres | None = None,
+    ) -> None:
+        super().__init__(name, context)
+        self._object = object
+        self._choice = Choice.of("best", colour, min_width_mm, max_width_mm)
+
+    @classmethod
+    def misfit(cls, arguments: Mapping[str, object]) -> str:
+        """Widths between which nothing lies, or nothing that is asked."""
+        if len(arguments) == 1:
+            return "asks nothing of its object; add `colour`, `min_width_mm` or `max_width_mm`"
+        return misfit(arguments)
+
+    def update(self) -> Status:
+        """One tick."""
+        found = self._choice.fitting([self._object], self.context.state.wTb.translation)
+        return self.success(str(self._object)) if found else self.failure(str(self._object))

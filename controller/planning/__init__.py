@@ -1,0 +1,10 @@
+"""Motion by plans, the baseline: the base drives to a stance, then the arm follows a trajectory.
+
+The paths of the arm come from RRT-Connect of the Open Motion Planning Library, which is an extra.
+"""
+
+from controller.planning.planning_controller import PlanningController
+from controller.planning.rrt import PlanningError, planning_library
+from controller.planning.settings import PlanningSettings
+
+__all__ = ["PlanningController", "PlanningError", "PlanningSettings", "planning_library"]

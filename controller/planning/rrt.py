@@ -1,0 +1,109 @@
+"""Paths of the arm by RRT-Connect, from the Open Motion Planning Library."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from config import UserError
+from controller.command import N_ARM, Array
+
+
+class PlanningError(UserError):
+    """Motions cannot be planned: what does it is not installed."""
+
+
+def planning_library() -> Any:
+    """OMPL, with its messages off.
+
+    Raises:
+        PlanningError: it is not installed.
+    """
+    try:
+        base, geometric, util = (
+            import_module(f"ompl.{name}") for name in ("base", "geometric", "util")
+        )
+    except ImportError:
+        raise PlanningError(
+            '--motion planning needs an extra: pip install "frankie-task[planning]"'
+        ) from None
+    util.noOutputHandler()
+    return base, geometric, util
+
+
+def rrt_connect(
+    start: Array,
+    goal: Array,
+    limits: tuple[Array, Array],
+    is_free: Callable[[Array], bool],
+    *,
+    seed: int,
+    checks: int,
+    shortcuts: int,
+    resolution: float,
+) -> Array | None:
+    """A path between two postures, shortened and smoothed; None if none was found.
+
+    The budget is a number of checks and not a time: the same seed gives the same path.
+
+    Args:
+        start: (7,) [rad].
+        goal: (7,) [rad].
+        limits: lower and upper joint positions, (7,) each [rad].
+        is_free: whether a posture (7,) touches nothing.
+        seed: of the random numbers, at least 1.
+        checks: the search ends after so many postures.
+        shortcuts: how many are tried.
+        resolution: distance between two postures that are checked [rad].
+
+    Returns:
+        (M, 7) postures from `start` to `goal` [rad].
+    """
+    base, geometric, util = planning_library()
+    util.RNG.setSeed(seed)
+    space = base.RealVectorStateSpace(N_ARM)
+    bounds = base.RealVectorBounds(N_ARM)
+    for joint, (low, high) in enumerate(zip(*limits, strict=True)):
+        bounds.setLow(joint, min(float(low), float(start[joint])))
+        bounds.setHigh(joint, max(float(high), float(start[joint])))
+    space.setBounds(bounds)
+    asked = 0
+
+    def valid(state: Any) -> bool:
+        nonlocal asked
+        asked += 1
+        return is_free(_posture(state))
+
+    information = base.SpaceInformation(space)
+    information.setStateValidityChecker(valid)
+    information.setStateValidityCheckingResolution(resolution / space.getMaximumExtent())
+    information.setup()
+    problem = base.ProblemDefinition(information)
+    problem.setStartAndGoalStates(_state(space, start), _state(space, goal))
+    planner = geometric.RRTConnect(information)
+    planner.setProblemDefinition(problem)
+    planner.setup()
+    planner.solve(base.PlannerTerminationCondition(lambda: asked >= checks))
+    if not problem.hasExactSolution():
+        return None
+    path = problem.getSolutionPath()
+    if path.getStateCount() > 2:
+        simplifier = geometric.PathSimplifier(information)
+        simplifier.reduceVertices(path, shortcuts)
+        simplifier.partialShortcutPath(path, shortcuts, shortcuts)
+        simplifier.smoothBSpline(path, 3)
+    return np.array([_posture(state) for state in path.getStates()])
+
+
+def _posture(state: Any) -> Array:
+    return np.array([state[joint] for joint in range(N_ARM)])
+
+
+def _state(space: Any, q: Array) -> Any:
+    state = space.allocState()
+    for joint, value in enumerate(q.tolist()):
+        state[joint] = value
+    return state

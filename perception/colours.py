@@ -1,0 +1,64 @@
+"""Names of colours, by hue, saturation and value.
+
+Eleven words that people tell apart without thinking. Between two of them there is a line, and light
+moves things across it: a name is only as good as the light is white.
+"""
+
+from __future__ import annotations
+
+from colorsys import rgb_to_hsv
+from typing import Literal, TypeAlias, get_args
+
+ColourName: TypeAlias = Literal[
+    "red",
+    "orange",
+    "yellow",
+    "green",
+    "blue",
+    "purple",
+    "pink",
+    "brown",
+    "white",
+    "grey",
+    "black",
+]
+COLOURS: tuple[ColourName, ...] = get_args(ColourName)
+
+BLACK = 0.2
+"""Darker than this value is black."""
+GREY = 0.17
+"""Less saturated than this is grey, or white ..."""
+WHITE = 0.85
+"""... from this value on."""
+BROWN = 0.5
+"""Orange of less chroma (saturation times value) than this is brown, and yellow."""
+PINK = 0.5
+"""Red of less saturation than this is pink, if its value is at least ..."""
+LIGHT = 0.7
+"""... this."""
+HUES: tuple[tuple[float, ColourName], ...] = (
+    (13.0, "red"),
+    (42.0, "orange"),
+    (70.0, "yellow"),
+    (175.0, "green"),
+    (255.0, "blue"),
+    (300.0, "purple"),
+    (335.0, "pink"),
+    (360.0, "red"),
+)
+"""Up to which hue each name goes [deg]."""
+
+
+def colour_name(red: float, green: float, blue: float) -> ColourName:
+    """The name of a colour; red, green and blue are of 255."""
+    hue, saturation, value = rgb_to_hsv(red / 255.0, green / 255.0, blue / 255.0)
+    if value < BLACK:
+        return "black"
+    if saturation < GREY:
+        return "white" if value >= WHITE else "grey"
+    name = next(name for end, name in HUES if 360.0 * hue <= end)
+    if name in ("orange", "yellow") and saturation * value < BROWN:
+        return "brown"
+    if name == "red" and saturation < PINK and value >= LIGHT:
+        return "pink"
+    return name

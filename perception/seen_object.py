@@ -1,0 +1,93 @@
+"""What stands in a region, as the camera has seen it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from pinocchio import SE3
+
+from perception.arrays import Array, Mask
+
+REACH = 0.008
+"""Grasps and points this far beside an object still belong to it [m]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Footprint:
+    """Where something stands, seen from above: cells of a grid along x and y of the world."""
+
+    cells: Mask
+    """(rows, columns); rows run along y, columns along x."""
+    origin: Array
+    """(2,) x and y of the centre of cell (0, 0) [m]."""
+    cell: float
+    """Side of a cell [m]."""
+
+    def holds(self, x: Array, y: Array) -> Mask:
+        """(N,) whether it covers points of the world [m]."""
+        column = np.rint((x - self.origin[0]) / self.cell).astype(np.int64)
+        row = np.rint((y - self.origin[1]) / self.cell).astype(np.int64)
+        rows, columns = self.cells.shape
+        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        held: Mask = np.zeros(len(inside), dtype=np.bool_)
+        held[inside] = self.cells[row[inside], column[inside]]
+        return held
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SeenObject:
+    """One object of a region; it is a `Workspace` that no grasp of its neighbours lies in."""
+
+    wTo: SE3
+    """Middle of the box around it, turned about z only: x along its longer edge seen from above."""
+    size: tuple[float, float, float]
+    """Length, width and height of that box [m]; the width is the shorter edge seen from above."""
+    area: float
+    """What it covers, seen from above [m^2]."""
+    colour: str
+    """The name of its colour; empty where the camera sees none."""
+    whole: bool
+    """Whether the image shows all of it."""
+    box: tuple[int, int, int, int]
+    """Left, top, right and bottom in the image [px]."""
+    floor: float
+    """Height of what it stands on, in the world [m]."""
+    footprint: Footprint
+    around: Footprint = field(repr=False)
+    """The same and `REACH` around it."""
+
+    @property
+    def position(self) -> Array:
+        """(3,) of its middle, in the world [m]."""
+        position: Array = self.wTo.translation
+        return position
+
+    @property
+    def width(self) -> float:
+        """Its shorter edge, seen from above [m]."""
+        return self.size[1]
+
+    @property
+    def name(self) -> str:
+        """For messages."""
+        return f"the {self.colour} object" if self.colour else "the object"
+
+    def __str__(self) -> str:
+        """For people: what it is, where, and how wide."""
+        x, y, _ = self.position
+        return f"{self.name} at {x:.2f}, {y:.2f}, {1000 * self.width:.0f} mm wide"
+
+    def contains(self, points: Array) -> Mask:
+        """Which of (N, 3) points of the world [m] belong to it, or are right beside it."""
+        return self.around.holds(points[:, 0], points[:, 1])
+
+
+class SeenObjects(tuple[SeenObject, ...]):
+    """What stands in a region."""
+
+    __slots__ = ()
+
+    def __str__(self) -> str:
+        """For people."""
+        return ", ".join(map(str, self)) or "nothing"

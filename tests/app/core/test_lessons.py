@@ -1,0 +1,96 @@
+"""The tasks that docs/authoring.md goes through, from beginning to end; the world says what came
+of them."""
+
+import json
+from pathlib import Path
+
+import pytest
+from py_trees.common import Status
+from typer.testing import CliRunner
+
+from app.commands import app
+from frankie_task.testing import trial
+from trees.language import build, load
+from trees.site import check
+
+LESSONS = Path(__file__).parents[3] / "trees" / "lessons"
+SEEDS = (1, 2, 3)
+
+
+def run(record: Path, lesson: str, *arguments: object) -> tuple[int, dict]:
+    """Exit code and summary of a run."""
+    command = ["run", str(LESSONS / f"{lesson}.yaml"), *map(str, arguments)]
+    result = CliRunner().invoke(app, [*command, "--record", str(record), "--json"])
+    assert result.exit_code in (0, 1), result.output
+    return result.exit_code, json.loads(result.stdout)
+
+
+def do(lesson: str, scene: str, seed: int) -> dict[str, str]:
+    """Run a lesson to its end; what carries each object then."""
+    task = load(LESSONS / f"{lesson}.yaml")
+    beside = LESSONS / scene
+    with trial(beside if beside.exists() else scene, seed=seed) as t:
+        root = build(task, t.context)
+        assert t.run(root, seconds=400.0) is Status.SUCCESS, root.feedback_message
+        return dict(t.world.supports())
+
+
+@pytest.mark.parametrize("lesson", ["fetch_one", "sort", "collect", "carry_on", "workshop"])
+def test_nothing_is_to_be_said_against_a_lesson(lesson):
+    assert check(LESSONS / f"{lesson}.yaml") == []
+
+
+@pytest.mark.parametrize("scene", ["sort_scene", "workshop_scene"])
+def test_nothing_is_to_be_said_against_its_scene(scene):
+    assert check(LESSONS / f"{scene}.yaml") == []
+
+
+def test_what_is_in_the_hand_after_a_fault_is_carried_on(tmp_path):
+    code, summary = run(tmp_path, "carry_on", "--seed", 1, "--fault", "reflex@carry")
+    assert code == 0
+    assert (summary["placed"], summary["attempts"]) == (1, 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
+def test_one_object_is_fetched(seed):
+    assert list(do("fetch_one", "single", seed).values()) == ["table"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
+def test_red_things_go_to_the_left_table_and_all_others_to_the_right_one(seed):
+    where = do("sort", "sort_scene.yaml", seed)
+    assert where == {
+        "box 1": "table",
+        "can 2": "table",
+        "ball 3": "right_table",
+        "cylinder 4": "right_table",
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_round_collects_what_stands_on_both_tables(seed):
+    assert set(do("collect", "tidy_two_tables", seed).values()) == {"container"}
+
+
+@pytest.mark.slow
+def test_a_round_ends_at_home_when_the_battery_gets_low(tmp_path):
+    code, summary = run(tmp_path, "collect", "--seed", 1, "-p", "reserve_percent=99.8")
+    assert code == 1
+    assert summary["messages"] == ["I break off, and go home."]
+    assert "at home" in summary["reason"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_fault_on_the_way_costs_no_second_grasp(tmp_path, seed):
+    code, summary = run(tmp_path, "carry_on", "--seed", seed, "--fault", "reflex@carry")
+    assert (code, summary["placed"]) == (0, 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
+def test_tools_are_brought_from_a_scene_of_ones_own(seed):
+    assert set(do("workshop", "workshop_scene.yaml", seed).values()) == {"table"}

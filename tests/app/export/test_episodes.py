@@ -1,0 +1,142 @@
+"""Runs that handle objects, exported: an episode an object, failures labelled, and a video."""
+
+import json
+
+import cv2
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from app.core import RunOptions, ScheduledFault, run_task
+from app.export import export_lerobot
+from app.export.depth_video import FAR, NEAR, pictured
+from trees import find
+
+DEPTH = "observation.images.depth"
+TASK = """\
+task: two_tries
+description: Bring one object from the container to the table.
+poses:
+  above: {xyz: [2.935, 0.0, 0.85], rpy_deg: [180, 0, 0]}
+  at_table: {xyz: [0.0, 1.40, 0.85], rpy_deg: [180, 0, 90]}
+regions:
+  container: {centre: [3.0, 0.0, 0.556], size: [0.44, 0.36, 0.20]}
+  table: {centre: [0.0, 1.6, 0.60], size: [1.0, 0.4, 0.2]}
+tree:
+  sequence:
+    - retry: 3
+      sequence:
+        - navigate: {to: above}
+        - open_gripper
+        - grasp: {within: container}
+        - retreat_check
+    - navigate: {to: at_table}
+    - place: {on: table}
+"""
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """One that succeeds at its second attempt, kept with all images, and one that fails."""
+    root = tmp_path_factory.mktemp("recorded")
+    task = root / "task.yaml"
+    task.write_text(TASK)
+    dead = ScheduledFault(fault="gripper dead", at_s=0.5, for_s=6.0)
+    options = {"scene": "single", "record": root / "runs"}
+    two = run_task(RunOptions(tree=task, faults=(dead,), replayable=True, **options))
+    assert two.summary.placed == 1
+    lost = ScheduledFault(fault="gripper dead", at_s=0.5)
+    failed = run_task(RunOptions(tree=find("pick_one"), faults=(lost,), **options))
+    assert failed.summary.outcome == "failure"
+    return two.folder, failed.folder
+
+
+@pytest.fixture(scope="module")
+def dataset(runs, tmp_path_factory):
+    out = tmp_path_factory.mktemp("export") / "dataset"
+    return out, export_lerobot(runs, out, fps=25)
+
+
+@pytest.fixture(scope="module")
+def episodes(dataset):
+    return pq.read_table(dataset[0] / "meta/episodes/chunk-000/file-000.parquet").to_pylist()
+
+
+@pytest.fixture(scope="module")
+def frames(dataset):
+    return pq.read_table(dataset[0] / "data/chunk-000/file-000.parquet").to_pylist()
+
+
+def test_every_attempt_and_every_object_is_an_episode(dataset, episodes, runs):
+    first = [one for one in episodes if one["run"] == runs[0].name]
+    assert [one["success"] for one in first] == [False, True]
+    assert first[0]["ended"] == "the fingers did not move"
+    assert first[1]["ended"].startswith("placed on table")
+    rest = [one for one in episodes if one["run"] == runs[1].name]
+    assert [one["success"] for one in rest] == [False] * len(rest)
+    assert len(rest) == 3
+    assert (dataset[1].episodes, dataset[1].failed) == (5, 4)
+
+
+def test_the_last_frame_of_an_episode_has_its_success(episodes, frames):
+    for one in episodes:
+        part = frames[one["dataset_from_index"] : one["dataset_to_index"]]
+        assert [row["next.done"] for row in part] == [False] * (len(part) - 1) + [True]
+        assert [row["next.success"] for row in part[:-1]] == [False] * (len(part) - 1)
+        assert part[-1]["next.success"] is one["success"]
+
+
+def test_an_episode_that_succeeded_opens_the_hand_over_the_table(episodes, frames):
+    [one] = [one for one in episodes if one["success"]]
+    part = frames[one["dataset_from_index"] : one["dataset_to_index"]]
+    fingers = [row["observation.state"][10] for row in part]
+    assert min(fingers) < 0.07 < fingers[-1]
+    assert part[0]["timestamp"] == 0.0
+    assert part[-1]["timestamp"] == pytest.approx((len(part) - 1) / 25, abs=1e-4)
+
+
+def test_the_video_has_a_picture_for_every_frame(dataset, episodes, frames):
+    info = json.loads((dataset[0] / "meta/info.json").read_text())
+    feature = info["features"][DEPTH]
+    assert (feature["dtype"], feature["info"]["video.is_depth_map"]) == ("video", True)
+    path = dataset[0] / info["video_path"].format(video_key=DEPTH, chunk_index=0, file_index=0)
+    video = cv2.VideoCapture(str(path))
+    assert video.get(cv2.CAP_PROP_FPS) == info["fps"] == 25
+    count = 0
+    while (read := video.read())[0]:
+        assert read[1].shape == tuple(feature["shape"])
+        count += 1
+    assert count == len(frames)
+    for one in episodes:
+        assert one[f"videos/{DEPTH}/from_timestamp"] == one["dataset_from_index"] / 25
+        assert one[f"videos/{DEPTH}/to_timestamp"] == one["dataset_to_index"] / 25
+    statistics = json.loads((dataset[0] / "meta/stats.json").read_text())[DEPTH]
+    assert np.shape(statistics["mean"]) == (3, 1, 1)
+    assert statistics["count"] == [len(frames)]
+
+
+def test_a_picture_shows_the_depth_that_was_measured_then(dataset, episodes, frames, runs):
+    [one] = [one for one in episodes if one["success"]]
+    middle = (one["dataset_from_index"] + one["dataset_to_index"]) // 2
+    video = cv2.VideoCapture(str(dataset[0] / f"videos/{DEPTH}/chunk-000/file-000.mp4"))
+    video.set(cv2.CAP_PROP_POS_FRAMES, middle)
+    shown = video.read()[1][:, :, 0].astype(float)
+    states = np.load(runs[0] / "states.npy")
+    after = frames[middle]["timestamp"] + _begin(states, one, frames)
+    kept = list(pa.ipc.open_stream(pa.memory_map(str(runs[0] / "frames.arrow"))))
+    newest = [batch for batch in kept if batch["stamp"][0].as_py() <= after + 1e-6][-1]
+    depth = newest["depth"].flatten().to_numpy().reshape(newest["shape"].flatten().to_numpy())
+    expected = pictured(depth).astype(float)
+    assert np.median(np.abs(shown - expected)) <= 6.0  # 3 cm: the video is compressed with loss
+
+
+def _begin(states, one, frames) -> float:
+    """When an episode began in its run [s]: the time of the state that it begins with."""
+    q = np.array(frames[one["dataset_from_index"]]["observation.state"][3:10])
+    return float(states[np.abs(states[:, 7:14] - q).max(axis=1).argmin(), 0])
+
+
+def test_depth_becomes_eight_bits():
+    depth = np.array([[0.0, np.nan, NEAR, FAR, 9.0, (NEAR + FAR) / 2]], np.float32)
+    assert pictured(depth).tolist() == [[0, 0, 1, 255, 255, 128]]

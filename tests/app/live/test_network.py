@@ -1,0 +1,200 @@
+"""Nobody but this machine is called: by a run that is watched, by `view`, by the pages."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from shutil import which
+from urllib.request import urlopen
+
+import pytest
+import sample_run as samples
+from browsers import FOLDER, WAITING, chromium
+from recordings import record
+
+from app.live.monitor.headless import has_vulkan
+from app.live.web import viewer_environment, viewer_page, viewer_program
+from app.review import demo_page
+
+_ADDRESS = re.compile(r'(?:inet_addr\("|inet_pton\(AF_INET6, ")([^"]+)"')
+_HERE = ("127.", "::1", "::ffff:127.", "0.0.0.0", "::")
+
+needs_strace = pytest.mark.skipif(
+    which("strace") is None, reason="no strace on this machine; on Debian: apt install strace"
+)
+
+
+def called(trace: Path) -> set[str]:
+    """Addresses off this machine that a traced process and its children tried to reach."""
+    found = set()
+    for line in trace.read_text(errors="replace").splitlines():
+        if re.search(r"\b(connect|sendto|sendmsg|sendmmsg)\(", line):
+            found |= set(_ADDRESS.findall(line))
+    return {address for address in found if not address.startswith(_HERE)}
+
+
+def traced(trace: Path, *command: object) -> list[str]:
+    calls = "trace=connect,sendto,sendmsg,sendmmsg"
+    return [str(part) for part in ("strace", "-f", "-qq", "-e", calls, "-o", trace, *command)]
+
+
+def frankie(*words: object) -> list[object]:
+    return [sys.executable, "-m", "frankie_task_cli", *words]
+
+
+@contextmanager
+def running(command: list[str]) -> Iterator[subprocess.Popen[str]]:
+    """A process until the end of the context, then Ctrl-C for it and what it traces."""
+    environment = os.environ | {"PYTHONPATH": str(FOLDER)}
+    with subprocess.Popen(
+        command, stderr=subprocess.PIPE, text=True, env=environment, start_new_session=True
+    ) as process:
+        try:
+            yield process
+        finally:
+            os.killpg(process.pid, signal.SIGINT)
+            process.communicate(timeout=60.0)
+
+
+def address_in(process: subprocess.Popen[str], word: str) -> str:
+    for line in process.stderr:
+        if found := re.search(rf"{word} (http://127\.0\.0\.1:\S+?)[;\s]", line + " "):
+            return found[1]
+    raise AssertionError(f"nothing said: {word}")
+
+
+@needs_strace
+def test_the_trace_sees_a_call_that_goes_out(tmp_path: Path) -> None:
+    out = "import socket; s = socket.socket(2, 2); s.connect(('203.0.113.7', 9))"
+    subprocess.run(traced(tmp_path / "trace", sys.executable, "-c", out), check=False)
+    assert called(tmp_path / "trace") == {"203.0.113.7"}
+
+
+@needs_strace
+def test_a_run_with_viewer_and_page_calls_nobody(tmp_path: Path) -> None:
+    (tmp_path / "toy.yaml").write_text(WAITING)
+    options = ["--view", "web", "--control", "--speed", "real", "--record", tmp_path]
+    command = frankie("run", tmp_path / "toy.yaml", *options)
+    with running(traced(tmp_path / "trace", *command)) as process:
+        page = address_in(process, "watch at").partition("?")[0]
+        for name in ("", "re_viewer.js"):
+            assert urlopen(page + name, timeout=30.0).status == 200
+        control = address_in(process, "control at").partition("#")[0]
+        assert urlopen(control, timeout=30.0).status == 200
+        time.sleep(1.0)
+    assert called(tmp_path / "trace") == set()
+
+
+@needs_strace
+def test_view_in_the_browser_calls_nobody_and_costs_nothing_when_idle(tmp_path: Path) -> None:
+    recording = record(tmp_path / "recording.rrd", list(samples.run(20)))
+    command = frankie("view", recording, "--web")
+    with running(traced(tmp_path / "trace", *command)) as process:
+        page = address_in(process, "watch at").partition("?")[0]
+        assert urlopen(f"{page}recording.rrd", timeout=30.0).read() == recording.read_bytes()
+    assert called(tmp_path / "trace") == set()
+    with running([str(word) for word in command]) as process:
+        address_in(process, "watch at")
+        before = processor_time(process.pid)
+        time.sleep(3.0)
+        assert processor_time(process.pid) - before < 0.05 * 3.0
+
+
+def processor_time(process: int) -> float:
+    """Of a process so far [s]."""
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@needs_strace
+@pytest.mark.skipif(not has_vulkan(), reason="the viewer needs Vulkan")
+def test_the_native_viewer_calls_nobody(tmp_path: Path) -> None:
+    recording = record(tmp_path / "recording.rrd", list(samples.run(20)))
+    options = ["--headless", "--bind", "127.0.0.1", "--port", "0", "--window-size", "800x600"]
+    command = traced(tmp_path / "trace", viewer_program(), *options, recording)
+    environment = viewer_environment() | {"XDG_RUNTIME_DIR": str(tmp_path)}
+    with subprocess.Popen(command, env=environment, start_new_session=True) as process:
+        time.sleep(4.0)
+        os.killpg(process.pid, signal.SIGTERM)
+        process.wait(timeout=30.0)
+    assert called(tmp_path / "trace") == set()
+
+
+def test_the_viewers_page_names_no_other_host_as_a_source() -> None:
+    page = viewer_page().decode()
+    assert "fonts.g" not in page
+    policy = re.search(r'Content-Security-Policy" content="([^"]+)"', page)[1]
+    assert "https:" not in policy
+    assert "connect-src 'self';" in policy
+
+
+OF_CHROMIUM = (
+    *("update.googleapis.com", "clients2.google.com", "clientservices.googleapis.com"),
+    *("accounts.google.com", "optimizationguide-pa.googleapis.com", "content-autofill.googleapis"),
+    *("www.google.com", "android.clients.google.com", "mtalk.google.com", "redirector.gvt1.com"),
+    *("safebrowsing", "edgedl.me.gvt1.com"),
+)
+"""What the browser itself asks, whatever page it shows."""
+
+
+class Guard(BaseHTTPRequestHandler):
+    """A proxy that notes what a browser asks of other machines, and gives nothing."""
+
+    asked: list[str]
+
+    def refuse(self) -> None:
+        type(self).asked.append(self.path)
+        self.send_error(502)
+
+    do_GET = do_POST = do_CONNECT = do_OPTIONS = refuse
+
+    def log_message(self, *_: object) -> None: ...
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    def log_message(self, *_: object) -> None: ...
+
+
+@contextmanager
+def serving(handler) -> Iterator[int]:
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        thread = threading.Thread(target=server.serve_forever, daemon=True)
+        thread.start()
+        yield server.server_port
+        server.shutdown()
+
+
+@pytest.mark.slow
+def test_the_demo_page_plays_the_recording_and_calls_nobody(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    run.mkdir()
+    record(run / "recording.rrd", list(samples.run(300)))
+    demo_page(run, tmp_path / "page")
+    asked: list[str] = []
+    guard = type("Noting", (Guard,), {"asked": asked})
+    files = type("Files", (Quiet,), {"directory": str(tmp_path / "page")})
+    with (
+        serving(lambda *more: files(*more, directory=str(tmp_path / "page"))) as port,
+        serving(guard) as proxy,
+        chromium(proxy=f"http://127.0.0.1:{proxy}") as browser,
+    ):
+        page = browser.new_page(viewport={"width": 1200, "height": 800}, color_scheme="light")
+        page.add_init_script("console.debug = () => {}")
+        page.goto(f"http://127.0.0.1:{port}/")
+        page.frame_locator("iframe").locator("canvas").wait_for(timeout=60_000)
+        page.wait_for_timeout(15_000)
+        pictures = set()
+        for _ in range(4):
+            pictures.add(page.screenshot(timeout=60_000))
+            page.wait_for_timeout(1_500)
+        (tmp_path / "page.png").write_bytes(page.screenshot(timeout=60_000))
+        assert len(pictures) > 1, "it plays"
+    hosts = [address.removeprefix("http://") for address in asked]
+    assert [host for host in hosts if not host.startswith(OF_CHROMIUM)] == []

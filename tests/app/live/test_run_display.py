@@ -1,0 +1,146 @@
+"""What a terminal, or a file, shows of a run while it goes on."""
+
+import io
+from dataclasses import replace
+
+import pytest
+import sample_run as samples
+from py_trees.common import Status
+from rich.console import Console
+
+from app.live import About, Moment, RunDisplay
+from app.live.nodes import NodeStatus
+from app.live.tree_text import picture, tree_lines
+from hw import Fault, FaultKind
+
+ABOUT = About(task="pick_place", where="frankie · kinematic", objects=10)
+
+
+def moment(tick: int, paused: str = "", faults: tuple[Fault, ...] = (), placed: int = 7) -> Moment:
+    seen = samples.snapshot(tick)
+    seen = replace(seen, state=replace(seen.state, faults=faults))
+    return Moment(seen=seen, placed=placed, attempts=8, paused=paused)
+
+
+def shown(moments: list[Moment], *, terminal: bool, height: int = 30) -> str:
+    """What is written when each moment is shown for long enough."""
+    out = io.StringIO()
+    console = Console(
+        file=out, force_terminal=terminal, width=100, height=height, color_system=None
+    )
+    display = RunDisplay(ABOUT, samples.TREE, console=console, seconds=lambda: 100.0)
+    before = None
+    for one in moments:
+        display.update(one, changed=before is None or one.seen.nodes != before)
+        before = one.seen.nodes
+        display.write()
+    return out.getvalue()
+
+
+def test_a_terminal_shows_task_figures_and_the_whole_tree() -> None:
+    text = picture(ABOUT, samples.TREE, moment(60), elapsed=2.0, width=100, rows=30).plain
+    assert "pick_place  frankie · kinematic" in text
+    assert "7 of 10 placed  8 grasps" in text
+    assert all(node.name.split()[0] in text for node in samples.TREE)
+    assert "▶ navigate to above_container  2.4" in text
+
+
+def test_the_running_leaf_is_bold_and_no_other_node() -> None:
+    nodes = samples.snapshot(60).nodes
+    lines = tree_lines(samples.TREE, nodes, rows=30)
+    bold = [line.plain for line in lines if any("bold" in str(span.style) for span in line.spans)]
+    assert len(bold) == 1
+    assert "navigate to above_container" in bold[0]
+
+
+def test_pauses_and_faults_are_badges() -> None:
+    fault = Fault(kind=FaultKind.REFLEX, text="collision reflex", clearable=True)
+    one = moment(60, paused="by a person", faults=(fault,))
+    text = picture(ABOUT, samples.TREE, one, elapsed=2.0, width=100, rows=30)
+    first = text.plain.splitlines()[0]
+    assert first.startswith(" FAULT: collision reflex   PAUSED by a person  pick_place")
+    assert (
+        "PAUSED"
+        not in picture(ABOUT, samples.TREE, moment(60), elapsed=2.0, width=100, rows=30).plain
+    )
+
+
+def test_what_a_terminal_has_no_rows_for_is_left_out_but_never_the_running_leaf() -> None:
+    for rows in range(4, 14):
+        lines = picture(
+            ABOUT, samples.TREE, moment(60), elapsed=2.0, width=60, rows=rows
+        ).plain.splitlines()
+        assert len(lines) <= max(rows, 5)
+        assert all(len(line) <= 60 for line in lines)
+        assert any("navigate to above_container" in line for line in lines)
+
+
+def test_red_is_only_what_failed_the_whole_tree() -> None:
+    question = samples.snapshot(60).nodes  # `region empty?` said no, and the tree goes on
+    lines = tree_lines(samples.TREE, question, rows=30)
+    assert lines[4].plain.strip().startswith("○ region empty?")
+    over = tuple(NodeStatus(Status.FAILURE, "no") for _ in samples.TREE)
+    assert "✗ region empty?" in tree_lines(samples.TREE, over, rows=30)[4].plain
+
+
+def test_a_file_gets_one_line_a_change() -> None:
+    text = shown([moment(tick, placed=tick // 100) for tick in range(300)], terminal=False)
+    lines = text.splitlines()
+    assert "\x1b" not in text
+    assert lines[0] == "    0.00 s  ▶ recover: 3.00 m to go ⏱"
+    assert any("✔ recover" in line for line in lines)
+    assert any(line.endswith("1 of 10 placed") for line in lines)
+    assert sum("navigate to above" in line for line in lines) == 2  # begun, and done
+    assert len(lines) < 15
+
+
+def test_a_file_gets_a_line_for_pause_and_fault_and_for_their_end() -> None:
+    fault = Fault(kind=FaultKind.REFLEX, text="reflex", clearable=True)
+    moments = [moment(0), moment(1, "by a person", (fault,)), moment(2, "by a person"), moment(3)]
+    lines = [line[12:] for line in shown(moments, terminal=False).splitlines()]
+    assert [line for line in lines if "recover" not in line and "region" not in line] == [
+        "  7 of 10 placed",
+        "! FAULT: reflex",
+        "‖ PAUSED by a person",
+        "! faults cleared",
+        "▶ resumed",
+    ]
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_markup_in_a_message_is_only_text(terminal: bool) -> None:
+    one = moment(0)
+    nodes = tuple(node._replace(message="[red]a\nb[/nope]") for node in one.seen.nodes)
+    one = replace(one, seen=replace(one.seen, nodes=nodes))
+    if terminal:
+        text = picture(ABOUT, samples.TREE, one, elapsed=2.0, width=100, rows=30).plain
+    else:
+        text = shown([one], terminal=False)
+    assert "[red]a b[/nope]" in text
+
+
+def test_the_loop_is_told_when_the_terminal_is_gone() -> None:
+    class Gone(io.StringIO):
+        def write(self, text: str) -> int:
+            raise OSError(5, "gone")
+
+    console = Console(file=Gone(), force_terminal=False, width=100)
+    with RunDisplay(ABOUT, samples.TREE, console=console) as display:
+        display.update(moment(0), changed=True)
+        display._thread.join(5.0)
+        with pytest.raises(OSError, match="gone"):
+            display.update(moment(1), changed=True)
+
+
+def test_all_that_changed_is_written_before_it_ends() -> None:
+    out = io.StringIO()
+    console = Console(file=out, force_terminal=False, width=100)
+    with RunDisplay(ABOUT, samples.TREE, console=console) as display:
+        for tick in range(300):
+            display.update(moment(tick), changed=True)
+    assert "grasp" in out.getvalue()
+
+
+def test_it_goes_to_standard_error() -> None:
+    console = RunDisplay(ABOUT, samples.TREE)._console  # the default is the promise
+    assert console.stderr

@@ -1,0 +1,143 @@
+"""What the viewer draws beside the robot: looks of nodes, ghosts, ways, distances, faults."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sample_run as samples
+from recordings import poses, record, rows, with_component
+from sample_run import FAILURE, IDLE, RUNNING, SUCCESS
+
+from app.live.monitor.camera_panel import STALE
+from app.live.monitor.glyphs import LOOK_COLOUR
+from app.live.monitor.solids import solids
+from app.live.nodes import Look, NodeInfo, NodeStatus, looks, tree_view
+from controller import Pose2D
+from hw import Fault, FaultKind
+from trees import shipped
+from trees.language import build, load, nodes_in_order
+
+FAULT = Fault(kind=FaultKind.REFLEX, text="reflex of the arm", clearable=True)
+
+
+def packed(colour: tuple[int, int, int]) -> int:
+    r, g, b = colour
+    return (r << 24) | (g << 16) | (b << 8) | 255
+
+
+def test_only_what_failed_the_whole_tree_is_red() -> None:
+    tree = [NodeInfo(name=str(i), kind="x", depth=d) for i, d in enumerate((0, 1, 2, 1))]
+
+    def looks_of(*statuses) -> tuple[Look, ...]:
+        return looks(tree, [NodeStatus(status, "") for status in statuses])
+
+    going = looks_of(RUNNING, FAILURE, FAILURE, RUNNING)
+    assert going == (Look.RUNNING, Look.NOT_YET, Look.NOT_YET, Look.RUNNING)
+    assert looks_of(SUCCESS, FAILURE, FAILURE, SUCCESS)[1] is Look.NOT_YET
+    assert looks_of(FAILURE, SUCCESS, FAILURE, FAILURE) == (
+        Look.FAILURE,
+        Look.SUCCESS,
+        Look.NOT_YET,
+        Look.FAILURE,
+    )
+    assert looks_of(IDLE, IDLE, IDLE, IDLE) == (Look.IDLE,) * 4
+
+
+def test_pills_tell_what_a_leaf_was_given(harness_context) -> None:
+    nodes = nodes_in_order(build(load(shipped("pick_place")), harness_context))
+    titles = [node.title for node in tree_view(nodes)]
+    assert "navigate → at_table" in titles
+    assert "navigate → above_container" in titles
+    assert "place → table" in titles
+
+
+@pytest.fixture
+def harness_context():
+    from harness import Harness
+
+    return Harness().context
+
+
+def test_the_leaf_that_runs_is_outlined_until_the_run_ends(tmp_path: Path) -> None:
+    run = list(samples.run(60))
+    over = tuple(NodeStatus(SUCCESS, "") for _ in samples.TREE)
+    run[55:] = [replace(snapshot, nodes=over) for snapshot in run[55:]]
+    outlines = with_component(record(tmp_path / "x.rrd", run), "/tree/list/outline", "strips")
+    assert [(row["tick"], len(row["strips"])) for row in outlines] == [
+        *((0, 1), (30, 1), (50, 1), (55, 0)),
+    ]
+    pills = with_component(tmp_path / "x.rrd", "/tree/list/pills", "strips")[0]["strips"]
+    assert outlines[0]["strips"] == [pills[2]], "recover runs first"
+
+
+def test_a_line_to_what_runs_lies_over_those_it_shares_a_trunk_with(tmp_path: Path) -> None:
+    path = record(tmp_path / "x.rrd", list(samples.run(60)))
+    last = with_component(path, "/tree/list/edges", "colors")[-1]
+    running = packed(LOOK_COLOUR[Look.RUNNING])
+    first_running = last["colors"].index(running)
+    assert set(last["colors"][first_running:]) == {running}
+    assert 0 < first_running < len(last["colors"])
+
+
+def test_ghosts_stand_at_the_goals_and_are_gone_without_one(tmp_path: Path) -> None:
+    run = [
+        replace(snapshot, base_goal=Pose2D(2.3, 0.1, 0.5) if snapshot.tick >= 20 else None)
+        for snapshot in samples.run(80)
+    ]
+    path = record(tmp_path / "x.rrd", run)
+    base = [row["translation"][0] for row in poses(path, "world/ghost/base")]
+    assert base[0][2] < -10.0, "out of sight"
+    assert base[-1] == pytest.approx([2.3, 0.1, 0.0])
+    hand = [row["translation"][0] for row in poses(path, "world/ghost/hand")]
+    assert hand[-1] == pytest.approx(run[-1].goal.translation)
+
+
+def test_the_way_and_the_nearest_distance_are_drawn_while_they_are_there(tmp_path: Path) -> None:
+    way = np.array([[0.0, 0.0, 0.0], [1.0, 0.2, 0.1], [2.0, 0.2, 0.0]])
+    points = (np.array([1.0, 0.0, 0.3]), np.array([1.0, 0.12, 0.3]))
+    run = list(samples.run(60))
+    for tick in range(20, 40):
+        signals = replace(run[tick].signals, clearance=0.12)
+        run[tick] = replace(run[tick], way=way, feels=points, signals=signals)
+    path = record(tmp_path / "x.rrd", run)
+    counts = [(row["tick"], len(row["strips"])) for row in rows(path, "/world/way")]
+    assert [count for _, count in counts] == [0, 1, 0]
+    drawn = next(row for row in rows(path, "/world/felt") if row["strips"])
+    assert drawn["labels"] == ["12 cm"]
+    np.testing.assert_allclose(drawn["strips"][0], points, atol=1e-6)
+
+
+def test_a_fault_turns_the_robot_red_and_names_itself(tmp_path: Path) -> None:
+    run = list(samples.run(60))
+    for tick in range(20, 40):
+        run[tick] = replace(run[tick], state=replace(run[tick].state, faults=(FAULT,)))
+    path = record(tmp_path / "x.rrd", run)
+    banner = [
+        (row["tick"], row["labels"]) for row in with_component(path, "/world/fault", "labels")
+    ]
+    assert banner == [(0, []), (20, ["⚠ FAULT: reflex of the arm"]), (40, [])]
+    painted = [
+        row["tick"]
+        for row in rows(path, "/world/robot/base")
+        if {"colors", "albedo_factor"} & set(row)
+    ]
+    assert sorted(set(painted)) == [0, 20, 40]
+    assert solids(samples.SCENE.fixtures), "what is drawn elsewhere keeps its colours"
+
+
+def test_a_picture_that_is_old_fades_and_its_points_and_grasps_go(tmp_path: Path) -> None:
+    run = list(samples.run(320))
+    for tick in range(200, 320):
+        run[tick] = replace(run[tick], frame=None, detection=None)
+    path = record(tmp_path / "x.rrd", run)
+    seen_last = max(row["t"] for row in with_component(path, "/world/camera/depth", "blob"))
+    (faded,) = with_component(path, "/world/camera/old", "blob")
+    assert faded["t"] == pytest.approx(seen_last + STALE, abs=0.6)
+    cleared = [row["t"] for row in with_component(path, "/world/camera/depth", "is_recursive")]
+    assert cleared == [pytest.approx(faded["t"])]
+
+
+def test_before_the_first_image_the_camera_has_its_place_and_its_lens(tmp_path: Path) -> None:
+    path = record(tmp_path / "x.rrd", list(samples.run(10)))
+    assert poses(path, "world/camera")[0]["tick"] == 0, "else the viewer marks it red"

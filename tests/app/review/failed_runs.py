@@ -1,0 +1,237 @@
+"""Tasks that fail, each in a way of its own, and what goes wrong first in them."""
+
+from dataclasses import dataclass, field
+
+from app.core import ScheduledFault
+
+HEAD = """\
+task: toy
+poses:
+  near: {xyz: [0.9, 0.1, 0.7], rpy_deg: [180, 0, 0]}
+  far: {xyz: [-40.0, 0.0, 0.7], rpy_deg: [180, 0, 0]}
+  above: {xyz: [2.935, 0.0, 0.85], rpy_deg: [180, 0, 0]}
+  inside: {xyz: [3.0, 0.0, 0.3], rpy_deg: [180, 0, 0]}
+  under_table: {base: [0.0, 1.6], heading_deg: 0}
+regions:
+  floor: {centre: [0.7, 0.0, 0.3], size: [0.4, 0.4, 0.6]}
+  container: {centre: [3.0, 0.0, 0.556], size: [0.44, 0.36, 0.20]}
+tree:
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A run that fails, and what went wrong first in it."""
+
+    tree: str
+    node: str
+    """End of the path of the node of the cause."""
+    reason: str
+    """Expression that fits the cause."""
+    about: str = ""
+    outcome: str = "failure"
+    faults: tuple[ScheduledFault, ...] = ()
+    since: tuple[float, float] = (0.0, 60.0)
+    """Between which times the cause is [s]."""
+    options: dict[str, object] = field(default_factory=dict)
+
+
+def fault(name: str, **when) -> ScheduledFault:
+    return ScheduledFault(fault=name, **when)
+
+
+PICK = """
+name: pick
+retry: {attempts}
+sequence:
+  - recover
+  - navigate: {{to: near}}
+  - open_gripper
+  - grasp: {{within: floor, patience_s: 0.3}}
+  - retreat_check
+"""
+FETCH = """
+name: pick
+retry: 2
+sequence:
+  - recover
+  - navigate: {to: above}
+  - open_gripper
+  - grasp: {within: container}
+  - retreat_check
+"""
+
+CASES = {
+    "a pose that is too far for its time": Case(
+        tree="navigate: {to: far, timeout_s: 0.4}",
+        node="navigate",
+        reason=r"^not at far after 0\.4 s",
+        about="out of time",
+    ),
+    "a pose inside the container's wall": Case(
+        tree="navigate: {to: inside}",
+        node="navigate",
+        reason=r"would be inside|: inside",
+        about="out of reach",
+    ),
+    "a place on the floor inside a table": Case(
+        tree="navigate: {to: under_table}",
+        node="navigate",
+        reason="the base would stand in",
+        about="out of reach",
+    ),
+    "an empty region, three times": Case(
+        tree=PICK.format(attempts=3),
+        node="pick/grasp",
+        reason=r"^no grasp for 0\.3 s",
+        about="no grasp found",
+        since=(0.3, 3.0),
+    ),
+    "a gripper that is dead": Case(
+        tree=FETCH,
+        node="pick/grasp",
+        reason="the fingers",
+        about="the gripper does not work",
+        faults=(fault("gripper dead", at_s=0.5),),
+    ),
+    "a camera without frames": Case(
+        tree=FETCH,
+        node="pick/grasp",
+        reason="no camera frame",
+        about="no picture",
+        faults=(fault("frames lost", at_s=0.5),),
+    ),
+    "a camera that sees black": Case(
+        tree=FETCH,
+        node="pick/grasp",
+        reason="hardly any depth was measured",
+        about="no picture",
+        faults=(fault("frames black", at_s=0.5),),
+    ),
+    "a camera that is late": Case(
+        tree=FETCH,
+        node="pick/grasp",
+        reason=r"frames come 0\.\d+ s late",
+        about="no picture",
+        faults=(fault("frames late", at_s=0.5),),
+    ),
+    "a hand that came back empty": Case(
+        tree="sequence: [close_fingers, {name: lift, retreat_check: }]",
+        node="lift",
+        reason="the fingers closed on nothing",
+        about="held nothing",
+    ),
+    "the object is taken from the hand": Case(
+        tree="{name: pick, retry: 1, sequence: ["
+        "{navigate: {to: above}}, {grasp: {within: container}}, retreat_check]}",
+        node="pick/retreat_check",
+        reason="fingers",
+        about="held nothing",
+        faults=(fault("object taken", phase="close"),),
+    ),
+    "nothing in the hand to be placed": Case(
+        tree="place: {on: floor}",
+        node="place",
+        reason="^nothing to place",
+        about="held nothing",
+    ),
+    "an empty battery behind a guard": Case(
+        tree="{while: {battery_above: {percent: 99.99}}, sequence: [{wait: {duration_s: 5}}]}",
+        node="battery_above",
+        reason="^battery at ",
+        about="battery",
+        since=(1.4, 1.5),
+    ),
+    "an empty battery and a message about it": Case(
+        tree="""
+sequence:
+  - wait: {duration_s: 1.6}
+  - fallback:
+      - battery_above: {percent: 99.99}
+      - force_failure: true
+        say: {text: I must charge.}
+""",
+        node="battery_above",
+        reason="^battery at ",
+        about="battery",
+    ),
+    "a reflex that nothing clears": Case(
+        tree="fallback: [{name: job, sequence: [{navigate: {to: far}}]}, {move_arm: {to: ready}}]",
+        node="job/navigate",
+        reason="reflex of the arm",
+        about="a fault of the robot",
+        faults=(fault("reflex", at_s=0.5),),
+        since=(0.5, 0.52),
+    ),
+    "a bumper, while a timeout runs": Case(
+        tree="{timeout_s: 3.0, retry: 9, sequence: [{drive: {forward_m: 2}}]}",
+        node="drive",
+        reason="bumper of the base",
+        about="a fault of the robot",
+        faults=(fault("bumper", at_s=0.3),),
+        since=(0.3, 0.32),
+    ),
+    "an emergency stop with nobody there": Case(
+        tree="navigate: {to: far}",
+        node="navigate",
+        reason="emergency stop",
+        about="emergency stop",
+        outcome="hardware fault",
+        faults=(fault("emergency stop", at_s=0.4),),
+        since=(0.4, 0.42),
+    ),
+    "a base that does not move": Case(
+        tree="navigate: {to: above}",
+        node="navigate",
+        reason="does not do what it is commanded",
+        about="the robot does not obey",
+        outcome="hardware fault",
+        faults=(fault("base ignores commands", at_s=0.3),),
+    ),
+    "a time that was over while one leaf waited": Case(
+        tree="{timeout_s: 0.5, sequence: [{wait: {duration_s: 9}}]}",
+        node="timeout",
+        reason=r"^not done within 0\.5 s \(wait",
+        about="out of time",
+    ),
+    "a time that was over after failed attempts": Case(
+        tree="{timeout_s: 1.5, retry: 99, sequence: [{wait: {duration_s: 0.4}}, holding_object]}",
+        node="holding_object",
+        reason="the fingers",
+        since=(0.3, 0.5),
+    ),
+    "a remedy that failed as well": Case(
+        tree="""
+fallback:
+  - {name: first way, navigate: {to: far, timeout_s: 0.3}}
+  - {name: second way, drive: {forward_m: 9, timeout_s: 0.3}}
+""",
+        node="first way",
+        reason="^not at far",
+        since=(0.2, 0.4),
+    ),
+    "a question that said no before the work failed": Case(
+        tree="fallback: [holding_object, {navigate: {to: far, timeout_s: 0.3}}]",
+        node="navigate",
+        reason="^not at far",
+    ),
+    "the work of a loop, not its question": Case(
+        tree="until: [holding_object, {navigate: {to: far, timeout_s: 0.3}}]",
+        node="navigate",
+        reason="^not at far",
+    ),
+    "one of two at the same time": Case(
+        tree="parallel: [{wait: {duration_s: 5}}, "
+        "{name: late, sequence: [{wait: {duration_s: 0.2}}, holding_object]}]",
+        node="late/holding_object",
+        reason="fingers",
+        since=(0.1, 0.3),
+    ),
+    "again and again for the same reason": Case(
+        tree="forever: {sequence: [{wait: {duration_s: 2.1}}, "
+        "{navigate: {to: far, timeout_s: 0.1}}]}",
+        node="navigate",
+        reason="^not at far",
+        since=(2.1, 2.4),
+    ),
+}

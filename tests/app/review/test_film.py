@@ -1,0 +1,43 @@
+"""`film`: a recording as a moving picture."""
+
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from app.commands import app
+from app.core import RunOptions, run_task
+from app.live.monitor.headless import has_vulkan
+from trees import find
+
+
+@pytest.mark.parametrize(
+    ("out", "options", "said"),
+    [
+        ("run.mp4", (), "a film ends in .webp or .gif"),
+        ("run.webp", ("--from", "5", "--to", "5"), "is no time"),
+    ],
+)
+def test_what_cannot_be_filmed_is_one_line(tmp_path, out, options, said):
+    recording = tmp_path / "recording.rrd"
+    recording.write_bytes(b"RRF2")
+    result = CliRunner().invoke(app, ["film", str(recording), str(tmp_path / out), *options])
+    assert result.exit_code == 2
+    assert said in result.output
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    not has_vulkan(), reason="the viewer needs Vulkan: apt-get install mesa-vulkan-drivers"
+)
+def test_a_film_shows_that_something_moves(tmp_path):
+    folder = run_task(RunOptions(tree=find("pick_one"), record=tmp_path)).folder
+    out = tmp_path / "run.webp"
+    result = CliRunner().invoke(app, ["film", str(folder), str(out), "--to", "1", "--width", "320"])
+    assert result.exit_code == 0, result.output
+    film = Image.open(out)
+    assert film.n_frames == 4
+    pictures = []
+    for number in range(film.n_frames):
+        film.seek(number)
+        pictures.append(film.convert("RGB").tobytes())
+    assert len(set(pictures)) == film.n_frames

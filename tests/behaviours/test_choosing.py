@@ -1,0 +1,119 @@
+"""Which object is meant: `grasp` with a choice, `detect`, and objects as goals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from harness import ON_TABLE, TABLE_TOP, Harness, block, looking_down, table_world
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours import Detect, Grasp, Key, LookAt, Navigate, SeenObjects
+from behaviours.detect import LooksLike
+from robots import Geom
+
+RED, BLUE, GREEN = (214, 60, 50), (60, 110, 190), (80, 170, 80)
+
+
+def painted(obj, colour):
+    """The object in a colour."""
+    return replace(obj, parts=tuple(Geom(p.shape, p.pose, p.name, colour) for p in obj.parts))
+
+
+@pytest.fixture
+def three():
+    """A small red, a large red and a blue block, the robot looking down at them."""
+    world = table_world(
+        painted(block((0.012, 0.012, 0.02), x=0.62, y=0.08, name="small red"), RED),
+        painted(block((0.02, 0.04, 0.02), x=0.74, y=0.06, name="large red"), RED),
+        painted(block((0.018, 0.03, 0.02), x=0.68, y=-0.08, name="blue"), BLUE),
+    )
+    harness = Harness(world)
+    harness.reach_over(looking_down(0.6, 0.0, TABLE_TOP + 0.45))
+    return harness
+
+
+@pytest.mark.parametrize(
+    ("words", "taken"),
+    [
+        pytest.param({"colour": "blue"}, "blue", marks=pytest.mark.slow),
+        ({"colour": "red", "choose": "smallest"}, "small red"),
+        pytest.param({"choose": "largest"}, "large red", marks=pytest.mark.slow),
+        pytest.param({"choose": "nearest"}, "small red", marks=pytest.mark.slow),
+        ({"min_width_mm": 38.0}, "large red"),
+        pytest.param({"max_width_mm": 30.0}, "small red", marks=pytest.mark.slow),
+    ],
+)
+def test_the_hand_closes_on_what_was_asked_for(three, words, taken):
+    grasp = Grasp("grasp", three.context, within=ON_TABLE, **words)
+    assert three.run(grasp) is Status.SUCCESS, grasp.feedback_message
+    assert three.world.held is three.world.find(taken)
+
+
+def test_what_is_not_there_is_not_replaced_by_something_else(three):
+    grasp = Grasp("grasp", three.context, within=ON_TABLE, colour="green", patience_s=0.5)
+    assert three.run(grasp) is Status.FAILURE
+    assert "a green object is not among the 3 objects in sight" in grasp.feedback_message
+    assert three.world.held is None
+
+    grasp = Grasp("grasp", three.context, within=ON_TABLE, colour="red", patience_s=0.5)
+    camera = three.context.vision._camera
+    three.context.vision._camera = Colourless(camera)
+    assert three.run(grasp) is Status.FAILURE
+    assert "the camera of this robot sees no colours" in grasp.feedback_message
+
+
+class Colourless:
+    """A camera that sees no colours."""
+
+    def __init__(self, camera) -> None:
+        self._camera, self._last = camera, (None, None)
+
+    def latest(self, max_age):
+        frame = self._camera.latest(max_age)
+        if frame is not self._last[0]:
+            self._last = frame, frame and replace(frame, paint=None)
+        return self._last[1]
+
+
+def test_what_is_detected_is_a_goal(three):
+    found, count = Key[SeenObjects]("found"), Key[int]("count")
+    detect = Detect(
+        "see", three.context, region=ON_TABLE, list=found, count=count, choose="largest"
+    )
+    assert three.run(detect) is Status.SUCCESS
+    assert count.read() == 3
+    large, blue, small = found.read()
+    assert (large.colour, blue.colour, small.colour) == ("red", "blue", "red")
+    assert np.linalg.norm(large.position[:2] - [0.74, 0.06]) < 0.004
+    assert large.width == pytest.approx(0.04, abs=0.004)
+    wide = LooksLike("wide", three.context, object=large, colour="red", min_width_mm=30.0)
+    narrow = LooksLike("narrow", three.context, object=large, max_width_mm=30.0)
+    assert (three.run(wide), three.run(narrow)) == (Status.SUCCESS, Status.FAILURE)
+    assert three.run(LookAt("look", three.context, at=blue)) is Status.SUCCESS
+    assert three.run(Navigate("go", three.context, to=blue)) is Status.SUCCESS
+    camera = three.context.wTe * three.robot.description.camera.eTc
+    assert np.linalg.norm(camera.translation[:2] - blue.position[:2]) < 0.02
+    assert three.run(Grasp("grasp", three.context, within=blue)) is Status.SUCCESS
+    assert three.world.held is three.world.find("blue")
+
+
+def test_detect_finds_only_what_is_asked_for(three):
+    found = Key[SeenObjects]("found")
+    detect = Detect("see", three.context, region=ON_TABLE, list=found, colour="blue")
+    assert three.run(detect) is Status.SUCCESS
+    assert [one.colour for one in found.read()] == ["blue"]
+    assert detect.feedback_message.startswith("1 of 3: the blue object at 0.68, -0.08")
+
+
+def test_neighbours_that_touch_are_not_taken_along():
+    world = table_world(
+        painted(block((0.015, 0.03, 0.02), x=0.68, name="left"), GREEN),
+        painted(block((0.015, 0.03, 0.02), x=0.71, name="right"), BLUE),
+    )
+    harness = Harness(world)
+    harness.reach_over(looking_down(0.63, 0.0, TABLE_TOP + 0.45))
+    grasp = Grasp("grasp", harness.context, within=ON_TABLE, colour="blue")
+    assert harness.run(grasp) is Status.SUCCESS, grasp.feedback_message
+    assert world.held is world.find("right")
+    assert SE3(world.find("left").pose).isApprox(SE3(np.eye(3), np.array([0.68, 0.0, 0.52])), 1e-2)

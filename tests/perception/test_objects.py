@@ -1,0 +1,122 @@
+"""Telling apart what stands in a region, and naming its colour."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from pinocchio import SE3
+
+from behaviours import Region
+from hw import DepthFrame
+from hw.sim import DepthRenderer
+from hw.sim.render import painted
+from perception import colour_name, seen_objects
+from robots import Box, Cylinder, Geom, Plane, Sphere, load_robot
+
+CAMERA = load_robot("frankie").camera.intrinsics
+FLOOR = 0.4
+REGION = Region(
+    name="tray", wTr=SE3(np.eye(3), np.array([0.0, 0.0, 0.5])), size=np.array([0.4, 0.3, 0.2])
+)
+RED, BLUE = (214, 84, 70), (84, 104, 184)
+
+
+def put(shape, x, y, height, colour, yaw=0.0):
+    pose = SE3(pin.rpy.rpyToMatrix(0.0, 0.0, yaw), np.array([x, y, FLOOR + height / 2.0]))
+    return Geom(shape, pose, "thing", colour)
+
+
+def frame(*things, colour=True, height=0.45):
+    floor = Geom(Plane(), SE3(np.eye(3), np.array([0.0, 0.0, FLOOR])), "floor", (120, 150, 170))
+    wTc = SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0), np.array([0.0, 0.0, FLOOR + height]))
+    depth, ids = DepthRenderer(CAMERA).render([floor, *things], wTc, with_ids=True)
+    colours = painted([floor, *things], ids)
+    return DepthFrame(
+        depth=depth,
+        intrinsics=CAMERA,
+        wTc=wTc,
+        stamp=0.0,
+        paint=(lambda: colours) if colour else None,
+    )
+
+
+def test_place_size_width_and_colour_are_measured():
+    box = put(Box((0.05, 0.02, 0.02)), 0.05, -0.03, 0.04, RED, yaw=0.5)
+    (seen,) = seen_objects(frame(box), REGION)
+    assert np.linalg.norm(seen.position - [0.05, -0.03, FLOOR + 0.02]) < 0.003
+    assert seen.size == pytest.approx((0.1, 0.04, 0.04), abs=0.004)
+    assert seen.area == pytest.approx(0.004, rel=0.06)
+    assert (seen.colour, seen.whole, seen.floor) == ("red", True, FLOOR)
+    assert str(seen).startswith("the red object at 0.05, -0.03, 4")
+
+
+def test_things_of_two_colours_that_touch_are_two():
+    left = put(Box((0.02, 0.03, 0.02)), -0.02, 0.0, 0.04, RED)
+    right = put(Box((0.02, 0.03, 0.02)), 0.02, 0.0, 0.04, BLUE)
+    assert sorted(one.colour for one in seen_objects(frame(left, right), REGION)) == ["blue", "red"]
+
+
+@pytest.mark.parametrize(
+    "right",
+    [
+        pytest.param(put(Sphere(0.025), 0.05, 0.0, 0.05, RED), id="a neck and a valley"),
+        pytest.param(put(Cylinder(0.025, 0.045), 0.05, 0.0, 0.09, RED), id="a step"),
+    ],
+)
+def test_round_things_of_one_colour_that_touch_are_two(right):
+    left = put(Sphere(0.025), 0.0, 0.0, 0.05, RED)
+    assert len(seen_objects(frame(left, right), REGION)) == 2
+
+
+def test_boxes_of_one_colour_face_to_face_are_one():
+    """What cannot be told is not guessed."""
+    left = put(Box((0.02, 0.03, 0.02)), -0.02, 0.0, 0.04, RED)
+    right = put(Box((0.02, 0.03, 0.02)), 0.02, 0.0, 0.04, RED)
+    assert len(seen_objects(frame(left, right), REGION)) == 1
+
+
+def test_without_colours_heights_tell_things_apart():
+    low = put(Box((0.03, 0.03, 0.01)), -0.03, 0.0, 0.02, RED)
+    high = put(Box((0.03, 0.03, 0.04)), 0.03, 0.0, 0.08, BLUE)
+    seen = seen_objects(frame(low, high, colour=False), REGION)
+    assert [one.colour for one in seen] == ["", ""]
+
+
+def test_what_stands_outside_or_is_cut_off_is_not_taken_for_whole():
+    outside = put(Box((0.02, 0.02, 0.02)), 0.3, 0.0, 0.04, RED)
+    cut_off = put(Box((0.05, 0.02, 0.02)), -0.17, 0.0, 0.04, BLUE)
+    (seen,) = seen_objects(frame(outside, cut_off, height=0.2), REGION)
+    assert seen.colour == "blue"
+    assert not seen.whole
+
+
+def test_no_depth_is_no_answer_and_an_empty_region_has_nothing():
+    empty = frame()
+    assert seen_objects(empty, REGION) == ()
+    blind = DepthFrame(
+        depth=np.full_like(empty.depth, np.nan),
+        intrinsics=CAMERA,
+        wTc=empty.wTc,
+        stamp=0.0,
+        paint=empty.paint,
+    )
+    assert seen_objects(blind, REGION) is None
+
+
+@pytest.mark.parametrize(
+    ("colour", "name"),
+    [
+        ((220, 30, 30), "red"),
+        ((240, 140, 20), "orange"),
+        ((240, 220, 40), "yellow"),
+        ((40, 160, 60), "green"),
+        ((30, 80, 200), "blue"),
+        ((120, 40, 160), "purple"),
+        ((240, 150, 180), "pink"),
+        ((120, 80, 50), "brown"),
+        ((250, 250, 250), "white"),
+        ((128, 128, 128), "grey"),
+        ((10, 10, 10), "black"),
+    ],
+)
+def test_colours_have_the_names_that_people_give_them(colour, name):
+    assert colour_name(*colour) == name

@@ -1,0 +1,119 @@
+"""`install.sh`, and with it `make`: which Python it takes, asked of fakes on the path."""
+
+import os
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+WORKS = f'#!/bin/sh\nexec {sys.executable} "$@"\n'
+A_SHIM_WITHOUT_PYTHON = "#!/bin/sh\necho 'pyenv: command not found' >&2\nexit 127\n"
+
+
+def of_version(major: int, minor: int) -> str:
+    """A Python that says it is of this version."""
+    told = f"import sys; sys.version_info = ({major}, {minor}, 0)\n"
+    return f'#!/bin/sh\nshift\nexec {sys.executable} -c "{told}$1"\n'
+
+
+@pytest.fixture
+def choose(tmp_path):
+    """What the installation says, and its exit code, with these programs before the shell's own."""
+
+    def run(*folders: dict[str, str], **environment: str) -> tuple[str, int]:
+        path = []
+        for number, programs in enumerate(folders):
+            folder = tmp_path / str(number)
+            folder.mkdir()
+            path.append(str(folder))
+            for name, text in programs.items():
+                (folder / name).write_text(text)
+                (folder / name).chmod(0o755)
+        tools = tmp_path / "tools"  # the shell's tools, and no Python
+        tools.mkdir()
+        for tool in ("sh", "dirname"):
+            found = next(p for p in ("/bin", "/usr/bin") if (Path(p) / tool).exists())
+            (tools / tool).symlink_to(Path(found) / tool)
+        done = subprocess.run(
+            ["/bin/sh", str(ROOT / "install.sh"), "--which"],
+            env={"PATH": os.pathsep.join([*path, str(tools)]), **environment},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        said = (done.stdout + done.stderr).strip().replace(str(tmp_path), "")
+        return said, done.returncode
+
+    return run
+
+
+@pytest.mark.parametrize("name", ["python3.11", "python3.12", "python3.13", "python3", "python"])
+def test_any_name_of_a_python_serves(choose, name):
+    assert choose({name: WORKS}) == (f"/0/{name}", 0)
+
+
+@pytest.mark.parametrize("minor", [11, 12, 13])
+def test_every_version_from_3_11_to_3_13_serves(choose, minor):
+    assert choose({"python3": of_version(3, minor)}) == ("/0/python3", 0)
+
+
+@pytest.mark.parametrize("minor", [8, 10, 14])
+def test_other_versions_are_passed_over(choose, minor):
+    said, code = choose({"python3": of_version(3, minor)})
+    assert code == 2
+    assert "needs Python 3.11, 3.12 or 3.13" in said
+
+
+def test_the_version_that_everything_is_tested_with_comes_first(choose):
+    assert choose({"python3.13": WORKS, "python3.11": WORKS, "python3": WORKS})[0] == (
+        "/0/python3.11"
+    )
+
+
+def test_a_shim_that_does_not_run_is_passed_over(choose):
+    found = choose({"python3.11": A_SHIM_WITHOUT_PYTHON}, {"python3.12": WORKS})
+    assert found == ("/1/python3.12", 0)
+
+
+def test_behind_a_shim_the_next_of_the_same_name_is_found(choose):
+    found = choose({"python3.11": A_SHIM_WITHOUT_PYTHON}, {"python3.11": WORKS})
+    assert found == ("/1/python3.11", 0)
+
+
+def test_without_any_there_is_one_line(choose):
+    said, code = choose()
+    assert code == 2
+    assert said.count("\n") == 0
+    assert said.startswith("frankie-task needs Python 3.11, 3.12 or 3.13 with venv")
+
+
+def test_the_one_that_a_person_names_is_taken(choose):
+    assert choose({"mine": WORKS, "python3.11": WORKS}, PYTHON="mine") == ("mine", 0)
+
+
+def test_one_that_a_person_names_and_that_does_not_serve_is_refused(choose):
+    said, code = choose({"mine": of_version(3, 9), "python3.11": WORKS}, PYTHON="mine")
+    assert code == 2
+    assert said.startswith("PYTHON=mine: is no Python 3.11, 3.12 or 3.13")
+    assert said.count("\n") == 0
+
+
+def test_the_package_asks_for_the_same_versions():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert project["requires-python"] == ">=3.11,<3.14"
+
+
+def test_make_installs_with_it():
+    done = subprocess.run(
+        ["make", "--dry-run", "--always-make", "run", "PYTHON=python3.13"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert 'PYTHON="python3.13" ./install.sh' in done.stdout
+    assert "frankie-task run trees/pick_place.yaml" in done.stdout
