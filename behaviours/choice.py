@@ -174,6 +174,23 @@ class Target:
             return None
         return vision.track(self._chosen, now, self._chosen.owns)
 
+    def middle(self) -> Array | None:
+        """(3,) of what is meant, as the newest frame shows it, in the world [m]; None if none is.
+
+        Of several it is the largest.
+        """
+        frame, base = self._context.vision.frame, self._context.state.wTb.translation
+        if self._chosen is not None:
+            return self._chosen.objects[0].position
+        if frame is None or not isinstance(self._within, Region):
+            return None
+        with self._context.vision.timed():
+            objects = look_for(frame, self._within, self._choice)
+        if isinstance(objects, str):
+            return None
+        fitting = self._choice.fitting(objects, base)
+        return max(fitting, key=lambda one: one.area).position if fitting else None
+
     def _choose(self, region: Region, now: float) -> None:
         vision = self._context.vision
         frame = vision.new_frame()

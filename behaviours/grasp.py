@@ -11,6 +11,7 @@ import numpy.typing as npt
 from pinocchio import SE3
 from py_trees.common import Status
 
+from behaviours.another_view import AnotherView
 from behaviours.choice import Choice, Choose, Target, misfit
 from behaviours.context import Context
 from behaviours.leaf import Leaf
@@ -31,7 +32,8 @@ class Grasp(Leaf):
     """Grasp an object seen in a region, following it until the camera is near.
 
     Which one may be chosen by its size, place, width and colour, among those that the camera sees
-    when it begins; else it is the one with the best grasp.
+    when it begins; else it is the one with the best grasp. Where something stands and no grasp is
+    seen, or only a doubtful one, the camera looks again from straight above.
 
     Ends when the fingers have closed; whether they hold something is for `retreat_check` to say.
     Fails when no grasp is seen, frames come too late to be believed, the hand does not get there,
@@ -87,7 +89,7 @@ class Grasp(Leaf):
     @property
     def phase(self) -> str:
         """`approach` until locked, `lock` until the hand is above it, `descend`, `close`."""
-        if self._step in (self._follow, self._come_nearer):
+        if self._step in (self._follow, self._come_nearer, self._look):
             return "lock" if self.context.vision.tracker.locked else "approach"
         return "descend" if self._step == self._descend else "close"
 
@@ -96,6 +98,7 @@ class Grasp(Leaf):
         self._begun = self._seen = self.context.clock.now()
         self._step = self._follow
         self._came_nearer = False
+        self._looks = 0
         self._aim.begin()
         self._go_after(_NOWHERE)
         follows = self.context.follows_goals
@@ -127,6 +130,8 @@ class Grasp(Leaf):
             if now - self._seen > self._patience:
                 if vision.detection is not None and vision.detection.grasps:
                     vision.tracker.forget()  # every grasp in sight failed once: try them again
+                if self._looks_again(None if vision.is_blind(read) else self._aim.middle()):
+                    return self._look()
                 reason = vision.blindness(read) or self._aim.reason or vision.tracker.reason
                 return self.failure(f"no grasp for {self._patience:g} s: {reason}")
             return self.running("looking for a grasp")
@@ -149,11 +154,36 @@ class Grasp(Leaf):
         is_above = report.position_error <= settings.above_position
         if not is_above or report.orientation_error > settings.above_angle:
             return self.running(f"locked, {report.position_error:.3f} m to go")
+        if grasp.quality < settings.doubtful and self._looks_again(grasp.wTg.translation):
+            return self._look()
         self.grip(grasp.opening, self._force)
         self._locked = grasp
         self._progress = Progress(self.context, straight=True)
         self._step = self._descend
         return self._descend()
+
+    def _looks_again(self, point: Array | None) -> bool:
+        """Whether there is something to look at, (3,) in the world [m], and a look left."""
+        if point is None or self._looks == self.settings.grasp.looks:
+            return False
+        self._looks += 1
+        self._view = AnotherView(self, point, self._timeout)
+        self._step = self._look
+        return True
+
+    def _look(self) -> Status:
+        """Go to look from above; from as far as the camera gets."""
+        if self._view.tick() is Status.RUNNING:
+            return Status.RUNNING
+        self._look_anew()
+        return self._follow()
+
+    def _look_anew(self) -> None:
+        """Follow what is seen from here."""
+        self.context.vision.reset()
+        self._seen = self.context.clock.now()
+        self._go_after(_NOWHERE)
+        self._step = self._follow
 
     def _leave_for(self, grasp: GraspEstimate) -> Status:
         """The grasp is out of reach from here: have the base come to it from elsewhere, once."""
@@ -173,10 +203,7 @@ class Grasp(Leaf):
         )
         report = self.pursue(goal, "come nearer")
         if report is not None and report.arrived:
-            self.context.vision.reset()
-            self._seen = self.context.clock.now()
-            self._go_after(_NOWHERE)
-            self._step = self._follow
+            self._look_anew()
             return self._follow()
         if report is not None and self._stalled(report):
             return self._out_of_reach(report)

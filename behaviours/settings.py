@@ -78,6 +78,13 @@ class GraspSettings(Checked):
     from which the hand is free to go round [m] ..."""
     nearer_tolerance: float = 0.03
     """... and the hand follows the grasp again when it is this near to that [m]."""
+    looks: int = 2
+    """How often an attempt looks again from straight above, where it sees no grasp or only a
+    doubtful one."""
+    look_height: float = 0.4
+    """Height of the camera then over what is looked at [m]."""
+    doubtful: float = 0.1
+    """The hand does not go down on a grasp of less quality before it has looked again."""
     follow_speed: float = 0.5
     """[m/s]."""
     descend_speed: float = 0.25

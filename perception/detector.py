@@ -9,19 +9,23 @@ import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, Image, Mask
-from perception.candidates import WITHOUT_NETWORK, CandidateSource, Proposals
+from perception.candidates import WITHOUT_NETWORK, CandidateSource
 from perception.frame import Frame, Workspace
-from perception.geometry import Camera, closing_direction, grasp_pose, world_points
-from perception.grasp import Detection, GraspEstimate
-from perception.height_map import HeightMap, build_height_map
-from perception.lever_arm import LeverArms
+from perception.geometry import world_points
+from perception.grasp import Detection
+from perception.grasp_search import MIN_OBJECT_HEIGHT, GraspSearch
+from perception.height_map import HeightMap
 from perception.network_io import INPUT_SIZE, OUTPUT_STRIDE
-from perception.preprocess import NoDepthError, Prepared, central_crop, prepare, valid_depth
-from perception.refine import ALL_DIRECTIONS, refine
+from perception.preprocess import (
+    NoDepthError,
+    Prepared,
+    central_crop,
+    prepare,
+    valid_depth,
+)
+from perception.surroundings import surroundings
 from robots import GripperDescription
 
-MIN_OBJECT_HEIGHT = 0.008
-"""Surfaces lower than this above the floor are not grasped [m]."""
 OCCUPIED_HEIGHT = 0.010
 """Surfaces lower than this above the floor do not count as occupied [m]."""
 WALL_MARGIN = 0.008
@@ -30,8 +34,6 @@ _MIN_VALID = 0.02  # smallest share of pixels with a depth in a usable frame
 _MAX_CAMERA_AXIS_Z = -0.5  # the optical axis is within 60 degrees of straight down
 _LEVEL_BIN = 0.005  # of the histogram of heights that finds the largest level surface [m]
 _AREA_STEP = 3  # only every third row and column is counted for areas [cells]
-_INSIDE = 2  # of the border of the image by so many pixels
-_ANGLE_STEP = 0.005  # to either side of a grasp, to see its direction in the image [m]
 
 
 class GraspDetector:
@@ -86,17 +88,15 @@ class GraspDetector:
         if reason := _unusable(frame):
             return _no_grasp(frame, reason)
         depth = np.asarray(frame.depth, dtype=np.float32)
-        crop = central_crop(
-            depth.shape, frame.intrinsics, _support_depth(depth, frame.wTc, workspace)
-        )
+        support = _support_depth(depth, frame.wTc, workspace)
+        crop = central_crop(depth.shape, frame.intrinsics, support)
         try:
             prepared = prepare(depth, crop, frame.intrinsics, frame.wTc)
         except NoDepthError:
             return _no_grasp(frame, "no depth was measured in the middle of the image")
 
-        u = np.arange(crop.size, dtype=float)[None, :] + crop.u0
-        v = np.arange(crop.size, dtype=float)[:, None] + crop.v0
-        scene = build_height_map(prepared.native, frame.intrinsics, frame.wTc, u, v)
+        around = surroundings(frame, depth, crop, support)
+        scene = around.scene
         floor = _level(scene) if workspace is None else workspace.floor
         allowed = _allowed(prepared, frame, workspace, floor)
         occupied = _occupied_area(scene, workspace, floor)
@@ -105,7 +105,8 @@ class GraspDetector:
         if not allowed.any():
             return _no_grasp(frame, "nothing stands out in the workspace", covered, occupied)
         proposals = self.proposer.propose(prepared.network_input, allowed)
-        grasps = _grasps(frame, prepared, scene, proposals, workspace, floor, self._gripper)
+        search = GraspSearch(frame, prepared, around, workspace, floor, self._gripper)
+        grasps = search.among(proposals) or search.elsewhere(allowed)
         if grasps:
             reason = ""
         elif len(proposals.candidates.quality) == 0:
@@ -210,68 +211,3 @@ def _occupied_area(scene: HeightMap, workspace: Workspace | None, floor: float) 
     x, y = scene.origin[0] + column * side, scene.origin[1] + row * side
     points = np.stack([x, y, heights[row, column].astype(float)], axis=1)
     return float(_well_inside(workspace, points).sum() * side**2)
-
-
-def _border(frame: Frame, prepared: Prepared) -> Array:
-    """(B, 3) points along the border of the crop, in the world [m]."""
-    crop, depth = prepared.crop, prepared.native
-    along = np.arange(_INSIDE, crop.size - _INSIDE)
-    low, high = np.full_like(along, along[0]), np.full_like(along, along[-1])
-    row = np.concatenate([along, along, low, high])
-    column = np.concatenate([low, high, along, along])
-    return world_points(
-        depth[row, column], frame.intrinsics, frame.wTc, column + crop.u0, row + crop.v0
-    )
-
-
-def _grasps(
-    frame: Frame,
-    prepared: Prepared,
-    scene: HeightMap,
-    proposals: Proposals,
-    workspace: Workspace | None,
-    floor: float,
-    gripper: GripperDescription,
-) -> tuple[GraspEstimate, ...]:
-    candidates = proposals.candidates
-    if len(candidates.quality) == 0:
-        return ()
-    pixel = prepared.crop.to_image(candidates.pixel)
-    column, row = np.clip(np.rint(candidates.pixel).astype(np.int64), 0, INPUT_SIZE - 1).T
-    points = world_points(
-        prepared.depth[row, column], frame.intrinsics, frame.wTc, pixel[:, 0], pixel[:, 1]
-    )
-    direction = closing_direction(
-        frame.intrinsics, frame.wTc, pixel, candidates.angle, points[:, 2]
-    )
-    at = (points[:, 0], points[:, 1], direction, candidates.quality, floor, gripper)
-    border = _border(frame, prepared)
-    levers = LeverArms(scene, floor + MIN_OBJECT_HEIGHT, workspace, border)
-    cost = proposals.turn_cost
-    found = refine(scene, *at, directions=proposals.directions, turn_cost=cost, levers=levers)
-    if len(found.score) == 0 and proposals.directions < ALL_DIRECTIONS:
-        found = refine(scene, *at, directions=ALL_DIRECTIONS, turn_cost=cost, levers=levers)
-    camera = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)
-    centre = np.stack([found.x, found.y, found.top], axis=1)
-    along = _ANGLE_STEP * np.stack(
-        [np.cos(found.direction), np.sin(found.direction), np.zeros(len(found.x))], axis=1
-    )
-    pixel = camera.project(centre)
-    line = camera.project(centre + along) - camera.project(centre - along)
-    whole = levers.shows_all(found.x, found.y)
-    inside = np.ones(len(centre), dtype=np.bool_)
-    if workspace is not None and len(centre):
-        inside = workspace.contains(centre)
-    return tuple(
-        GraspEstimate(
-            wTg=grasp_pose(found.x[i], found.y[i], found.z[i], found.direction[i], frame.wTc),
-            width=float(found.width[i]),
-            opening=float(found.opening[i]),
-            quality=float(found.score[i]),
-            whole=bool(whole[i]),
-            stamp=frame.stamp,
-            pixel=(float(pixel[i, 0]), float(pixel[i, 1])),
-            angle=float(np.arctan2(line[i, 1], line[i, 0])),
-        )
-        for i in np.flatnonzero(inside)
-    )

@@ -3,7 +3,8 @@
 For a grasp from straight above, the scene is sampled along lines in the closing direction, spread
 over the width of the fingers. On each line the solid run around the grasp centre is the body that
 the pads close on. Everything else above the finger tips must leave room for the fingers, and
-everything above the palm must leave room for the palm.
+everything above the palm must leave room for the palm. What the image does not show is in the way
+of the fingers.
 
 The same check labels training scenes, where heights are exact, and refines the candidates of a
 network, where they are measured.
@@ -21,6 +22,7 @@ from perception.arrays import Array, Image, Mask
 from perception.hand_dimensions import PALM_SPACING, HandDimensions, hand_dimensions
 from perception.height_map import CELL, HeightMap, look_up
 from perception.line_profile import ALONG, contact_edge, flare, free_distances, runs
+from perception.unknown import TALLEST
 from robots import GripperDescription
 
 DEPTHS = (0.014, 0.022, 0.030)
@@ -116,14 +118,19 @@ def assess(
     along, across = ALONG[None, None, :], hand.lines[None, :, None]
     c, s = (a.astype(np.float32)[:, None, None] for a in (cosine, sine))
     east, north = (a.astype(np.float32)[:, None, None] for a in (x, y))
-    heights = scene.at(east + c * along - s * across, north + s * along + c * across)
-    under_palm = _highest_under_palm(scene, hand, x, y, cosine, sine)
+    cells = scene.cells(east + c * along - s * across, north + s * along + c * across)
+    heights = scene.heights.ravel().take(cells)
+    unknown = np.zeros((len(x), len(ALONG)), dtype=np.bool_)
+    if scene.unknown is not None:
+        unknown = np.asarray(scene.unknown.ravel().take(cells).any(axis=1))
+    under_palm = _highest_under_palm(scene, hand, x, y, cosine, sine, floor)
     lowest = under_palm + _PALM_CLEARANCE - hand.palm
     deepest = np.maximum(0.5 * (top + floor), floor + FLOOR_CLEARANCE)
     # All depths at once: with so few grasps the overhead of numpy's calls dominates.
     n = len(DEPTHS)
     found = _assess_at(
         np.concatenate([heights] * n),
+        np.tile(unknown, (n, 1)),
         np.tile(top, n),
         np.concatenate([np.maximum(top - depth, deepest) for depth in DEPTHS]),
         np.tile(lowest, n),
@@ -163,12 +170,13 @@ class _AtDepth:
 
 
 def _assess_at(
-    heights: Image, top: Array, deep: Array, lowest: Array, hand: HandDimensions
+    heights: Image, unknown: Mask, top: Array, deep: Array, lowest: Array, hand: HandDimensions
 ) -> _AtDepth:
     """Assess grasps at one depth each.
 
     Args:
         heights: (N, across, along) around each grasp, in the world [m].
+        unknown: (N, along) where the image does not show all that is in the way of the fingers.
         top: (N,) height of the surface at the grasp [m].
         deep: (N,) desired height of the grasp centre [m].
         lowest: (N,) height below which the palm would collide [m].
@@ -192,7 +200,7 @@ def _assess_at(
     width, offset = last - first, 0.5 * (first + last)
 
     high = heights > level + np.float32(hand.finger)
-    spare, opening = _room(low, high, body_first, body_last, offset, hand)
+    spare, opening = _room(low, high, unknown, body_first, body_last, offset, hand)
 
     across = hand.lines[None, pads]
     turn_left, lines_left, at_left = contact_edge(left, solid, first, across)
@@ -227,11 +235,21 @@ def _assess_at(
 
 
 def _highest_under_palm(
-    scene: HeightMap, hand: HandDimensions, x: Array, y: Array, cosine: Array, sine: Array
+    scene: HeightMap,
+    hand: HandDimensions,
+    x: Array,
+    y: Array,
+    cosine: Array,
+    sine: Array,
+    floor: float,
 ) -> Array:
-    """(N,) largest height under the palm [m]."""
+    """(N,) largest height under the palm [m]; what is unknown is `TALLEST`."""
+    heights = scene.heights
+    if scene.unknown is not None:
+        tallest = np.where(scene.unknown, np.float32(floor + TALLEST), np.float32(-np.inf))
+        heights = np.maximum(heights, tallest)
     square = np.ones((_PALM_CELLS, _PALM_CELLS), dtype=np.uint8)
-    highest = np.asarray(cv2.dilate(scene.heights, square), dtype=np.float32)
+    highest = np.asarray(cv2.dilate(heights, square), dtype=np.float32)
     along, across = (
         grid.ravel()[None, :] for grid in np.meshgrid(hand.palm_along, hand.palm_across)
     )
@@ -249,6 +267,7 @@ def _highest_under_palm(
 def _room(
     low: Mask,
     high: Mask,
+    unknown: Mask,
     body_first: Array,
     body_last: Array,
     centre: Array,
@@ -259,6 +278,7 @@ def _room(
     Args:
         low: (N, across, along) what is in the way of the pads.
         high: (N, across, along) what is in the way of the fingers above them.
+        unknown: (N, along) where anything may be in the way of both.
         body_first: (N,) start of the body between the fingers, along the closing direction [m].
         body_last: (N,) its end [m].
         centre: (N,) middle between the fingers [m].
@@ -270,7 +290,7 @@ def _room(
             distance - thickness
             for occupied, thickness in ((low, hand.pad_thickness), (high, hand.finger_thickness))
             for distance in free_distances(
-                np.asarray(occupied.any(axis=1)), body_first, body_last, centre
+                unknown | np.asarray(occupied.any(axis=1)), body_first, body_last, centre
             )
         ]
     )

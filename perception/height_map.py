@@ -8,16 +8,17 @@ import cv2
 import numpy as np
 from pinocchio import SE3
 
-from perception.arrays import Array, Image
+from perception.arrays import Array, Image, Indices, Mask
 from perception.geometry import world_maps
 from perception.preprocess import fill
+from perception.unknown import Unseen
 from robots import Intrinsics
 
 CELL = 0.0015
 """Side of a cell [m]."""
 MAX_OFFSET = 0.36
-"""Points farther than this from the camera along x or y of the world are left out, which bounds the
-size of the map [m]."""
+"""Points farther than this along x or y of the world from what the middle of the image shows are
+left out, which bounds the size of the map [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,31 +31,50 @@ class HeightMap:
     """(2,) x and y of the centre of cell (0, 0) [m]."""
     cell: float = CELL
     """Side of a cell [m]."""
+    unknown: Mask | None = None
+    """(rows, columns) where something may stand that the image does not show; None is nowhere."""
 
     def at(self, x: Array | Image, y: Array | Image) -> Image:
         """Heights at world positions of any shape [m]; outside the grid, those of its border."""
         return look_up(self.heights, self.origin, self.cell, x, y)
 
+    def cells(self, x: Array | Image, y: Array | Image) -> Indices:
+        """Flat indices of the cells at world positions [m]; outside the grid, of its border."""
+        return _cells(self.heights.shape, self.origin, self.cell, x, y)
+
 
 def look_up(values: Image, origin: Array, cell: float, x: Array | Image, y: Array | Image) -> Image:
     """Values of the cells at world positions [m]; outside the grid, those of its border."""
-    rows, columns = values.shape
+    found: Image = values.ravel().take(_cells(values.shape, origin, cell, x, y))
+    return found
+
+
+def _cells(
+    shape: tuple[int, ...], origin: Array, cell: float, x: Array | Image, y: Array | Image
+) -> Indices:
+    rows, columns = shape
     # Half a cell is added so that truncation rounds to the nearest.
     column = (x - (origin[0] - 0.5 * cell)) * (1.0 / cell)
     row = (y - (origin[1] - 0.5 * cell)) * (1.0 / cell)
     column = np.clip(column, 0, columns - 1).astype(np.int32)
     row = np.clip(row, 0, rows - 1).astype(np.int32)
-    found: Image = values.ravel().take(row * np.int32(columns) + column)
-    return found
+    flat: Indices = row * np.int32(columns) + column
+    return flat
 
 
 def build_height_map(
-    depth: Image, intrinsics: Intrinsics, wTc: SE3, u: Array, v: Array
+    depth: Image,
+    intrinsics: Intrinsics,
+    wTc: SE3,
+    u: Array,
+    v: Array,
+    unseen: Unseen | None = None,
 ) -> HeightMap:
     """The upper surface of a depth image.
 
-    A cell without a point is hidden behind something higher, so it takes the lower of its two
-    neighbours in the row. A 3x3 median then removes single outliers.
+    A cell without a point takes the lower of its two neighbours in the row: behind something higher
+    lies the background. A 3x3 median then removes single outliers. Where the image does not show
+    what stands there, the cell is unknown besides.
 
     Args:
         depth: (H, W) without holes [m].
@@ -62,23 +82,40 @@ def build_height_map(
         wTc: camera in the world.
         u: (1, W) columns in the full image [px].
         v: (H, 1) rows in the full image [px].
+        unseen: what the image does not show; None if it shows all.
     """
     # Relative to the camera, single precision is exact to a micrometre.
     here = SE3(wTc.rotation, np.array([0.0, 0.0, wTc.translation[2]]))
     x, y, z = (each.ravel() for each in world_maps(depth, intrinsics, here, u, v))
-    near = (np.abs(x) < MAX_OFFSET) & (np.abs(y) < MAX_OFFSET)
+    middle = depth.size // 2 + depth.shape[1] // 2
+    near = (np.abs(x - x[middle]) < MAX_OFFSET) & (np.abs(y - y[middle]) < MAX_OFFSET)
+    is_cut = not near.all()
+    if unseen is not None:
+        near &= ~unseen.pixels.ravel()
     if not near.any():
         near[0] = True
     if not near.all():
         x, y, z = x[near], y[near], z[near]
-    first_x, first_y = x.min(), y.min()
+    # A margin of one cell stands for all that is outside.
+    first_x, first_y = x.min() - np.float32(CELL), y.min() - np.float32(CELL)
     column = ((x - first_x) * np.float32(1.0 / CELL) + np.float32(0.5)).astype(np.int32)
     row = ((y - first_y) * np.float32(1.0 / CELL) + np.float32(0.5)).astype(np.int32)
-    shape = (int(row.max()) + 1, int(column.max()) + 1)
+    shape = (int(row.max()) + 2, int(column.max()) + 2)
     heights = np.full(shape, -np.inf, dtype=np.float32)
     np.maximum.at(heights.ravel(), row * np.int32(shape[1]) + column, z)
-    heights = -fill(-heights, np.isinf(heights))
+    empty = np.isinf(heights)
+    heights = -fill(-heights, empty)
+    origin = np.array([first_x, first_y], dtype=float) + wTc.translation[:2]
+    unknown = None
+    if unseen is not None:
+        row, column = np.nonzero(empty)
+        at_x, at_y = origin[0] + CELL * column, origin[1] + CELL * row
+        unknown = np.zeros(shape, dtype=np.bool_)
+        unknown[row, column] = unseen.hides(at_x, at_y, intrinsics, wTc)
+        if is_cut:
+            unknown[[0, -1]] = unknown[:, [0, -1]] = True
     return HeightMap(
         heights=np.asarray(cv2.medianBlur(heights, 3), dtype=np.float32),
-        origin=np.array([first_x, first_y], dtype=float) + wTc.translation[:2],
+        origin=origin,
+        unknown=unknown,
     )

@@ -6,7 +6,8 @@ surface, as far as the image is large enough. Nor can it infer the camera's tilt
 by the vertical distance below the camera, which equals the depth if the camera looks straight down.
 
 A stereo camera mostly misses the shadow of a nearer surface. The background lies hidden there, so a
-hole takes the farther of its two neighbours in the row.
+hole takes the farther of its two neighbours in the row. Which holes are no shadows is told apart
+where it matters to the hand (`unknown.py`).
 """
 
 from __future__ import annotations
@@ -71,8 +72,6 @@ class Prepared:
     """(300, 300) vertical distance below the camera [m]."""
     missing: Mask
     """(300, 300) where `depth` was filled in."""
-    native: Image
-    """(size, size) depth without holes at the camera's resolution [m]."""
 
     @property
     def network_input(self) -> Image:
@@ -125,7 +124,6 @@ def prepare(depth: Image, crop: Crop, intrinsics: Intrinsics, wTc: SE3) -> Prepa
         missing=cv2.resize(
             missing.astype(np.uint8), (INPUT_SIZE, INPUT_SIZE), interpolation=cv2.INTER_NEAREST
         ).astype(np.bool_),
-        native=native,
     )
 
 

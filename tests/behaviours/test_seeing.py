@@ -1,5 +1,7 @@
 """The behaviours that look: grasp and region_empty, with the real network on rendered frames."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from harness import REFLEX, TABLE_TOP, Harness, block, looking_down, table_world
@@ -11,7 +13,7 @@ from behaviours.grasp import Grasp
 from behaviours.navigate import Navigate
 from behaviours.region_empty import RegionEmpty
 from hw.sim import SimObject
-from robots import Box, Geom
+from robots import Box, Cylinder, Geom
 
 REGION = Region(
     name="spot",
@@ -170,6 +172,45 @@ def test_a_grasp_may_be_halted_at_any_tick(after):
     harness.run_for(None, 1.0)
     assert harness.speed < 1e-3
     assert harness.context.vision.grasp is None
+
+
+def highest_view(harness: Harness, leaf: Grasp, x: float, y: float) -> float:
+    """Run a leaf; how high the camera looked down from over a place on the table [m]; 0: never."""
+    highest = 0.0
+    while leaf.status is not Status.SUCCESS and leaf.status is not Status.FAILURE:
+        harness.tick(leaf)
+        wTc = harness.context.wTe * harness.context.robot.description.camera.eTc
+        away = wTc.translation - np.array([x, y, TABLE_TOP])
+        if np.linalg.norm(away[:2]) < 0.05 and wTc.rotation[2, 2] < -0.99:
+            highest = max(highest, away[2])
+    return highest
+
+
+def test_where_no_grasp_is_seen_the_camera_looks_again_from_above():
+    tin = SimObject(
+        name="tin",
+        parts=(Geom(Cylinder(0.06, 0.03), SE3.Identity(), "tin"),),
+        mass=0.1,
+        pose=SE3(np.eye(3), np.array([0.80, 0.08, TABLE_TOP + 0.03])),
+    )
+    harness = looking_stage(tin)
+    leaf = grasp(harness)
+    harness.tick(leaf)
+    assert highest_view(harness, leaf, 0.80, 0.08) > 0.38
+    assert leaf.status is Status.FAILURE
+    assert "the hand does not fit" in leaf.feedback_message
+
+
+def test_a_hand_looks_again_before_it_goes_down_on_a_doubtful_grasp():
+    harness = looking_stage(block(x=0.75, y=0.05))
+    settings = harness.context.settings
+    doubting = replace(settings, grasp=replace(settings.grasp, doubtful=1.1))
+    harness.context.settings = doubting
+    leaf = grasp(harness)
+    harness.tick(leaf)
+    assert highest_view(harness, leaf, 0.75, 0.05) > 0.38
+    assert leaf.status is Status.SUCCESS
+    assert harness.world.held is harness.world.find("block")
 
 
 # region_empty

@@ -34,7 +34,7 @@ def _parts() -> Functions:
     detector = getmodule(GraspDetector)
     return {
         "prepare": ((detector, "prepare"),),
-        "height map": ((detector, "build_height_map"),),
+        "height map": ((detector, "surroundings"),),
         "network": ((Proposer, "infer"),),
         "candidates": ((Proposer, "propose"),),
         "refine": ((detector, "refine"),),

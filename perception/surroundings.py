@@ -1,0 +1,69 @@
+"""The heights in and around a crop: of all that a hand may touch that grasps there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from perception.arrays import Array, Image
+from perception.frame import Frame
+from perception.geometry import world_points
+from perception.height_map import HeightMap, build_height_map
+from perception.preprocess import Crop, fill, valid_depth
+from perception.unknown import Unseen, unknown_pixels
+
+REACH = 0.07
+"""Of the open hand beside a grasp [m]."""
+_INSIDE = 2  # of the border by so many pixels
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Surroundings:
+    """What a frame shows in and around a crop."""
+
+    scene: HeightMap
+    """Measured heights."""
+    border: Array
+    """(B, 3) points along the border of what it is made of, in the world [m]."""
+
+
+def surroundings(frame: Frame, depth: Image, crop: Crop, support: float) -> Surroundings:
+    """The heights of a crop and, as far as the image shows it, of `REACH` around it.
+
+    Args:
+        frame: with the camera's model and pose.
+        depth: (H, W) of the frame [m].
+        crop: where grasps are looked for.
+        support: depth of the support surface along the optical axis [m].
+
+    Raises:
+        NoDepthError: no pixel has a depth.
+    """
+    more = int(REACH * frame.intrinsics.fx / support)
+    u, v = (
+        np.arange(max(first - more, 0), min(first + crop.size + more, end))
+        for first, end in ((crop.u0, depth.shape[1]), (crop.v0, depth.shape[0]))
+    )
+    part = depth[v[0] : v[-1] + 1, u[0] : u[-1] + 1]
+    missing = ~valid_depth(part)
+    filled = fill(part, missing)
+    unseen = Unseen(
+        pixels=unknown_pixels(part, missing, frame.intrinsics.fx, support),
+        corner=(int(u[0]), int(v[0])),
+        ground=float(frame.wTc.act(np.array([0.0, 0.0, support]))[2]),
+    )
+    u, v = u.astype(float)[None, :], v.astype(float)[:, None]
+    return Surroundings(
+        scene=build_height_map(filled, frame.intrinsics, frame.wTc, u, v, unseen),
+        border=_border(frame, filled, u, v),
+    )
+
+
+def _border(frame: Frame, depth: Image, u: Array, v: Array) -> Array:
+    edge = np.zeros(depth.shape, dtype=np.bool_)
+    last = -1 - _INSIDE
+    edge[[_INSIDE, last], _INSIDE:-_INSIDE] = True
+    edge[_INSIDE:-_INSIDE, [_INSIDE, last]] = True
+    row, column = np.nonzero(edge)
+    return world_points(depth[edge], frame.intrinsics, frame.wTc, u[0, column], v[row, 0])

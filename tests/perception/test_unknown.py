@@ -1,0 +1,132 @@
+"""What an image does not show: holes and their causes, the border, and the hand beside them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pinocchio import SE3
+from test_detector import CAMERA, FLOOR, GRIPPER, WORKSPACE, box_world, frame, looking_down
+from test_grasp_feasibility import FLOOR as MAP_FLOOR
+from test_grasp_feasibility import HAND, X, box, scene
+
+from hw.sim import World
+from perception import GraspDetector
+from perception.antipodal import antipodal_pairs
+from perception.candidates import RandomPoints
+from perception.grasp_feasibility import assess
+from perception.height_map import HeightMap
+from perception.preprocess import central_crop
+from perception.surroundings import surroundings
+from perception.unknown import BASELINE, unknown_pixels
+from robots import Box, Geom
+
+FX = 400.0
+
+
+def image_with_hole(begin: int, end: int, near: float = 0.3, far: float = 0.6) -> np.ndarray:
+    """The far surface left of a hole and the near one right of it."""
+    depth = np.full((40, 120), far, dtype=np.float32)
+    depth[:, end:] = near
+    depth[:, begin:end] = np.nan
+    return depth
+
+
+def unknown_share(depth: np.ndarray) -> float:
+    missing = np.isnan(depth)
+    return float(unknown_pixels(depth, missing, FX, 0.6)[missing].mean())
+
+
+def test_only_a_hole_wider_than_any_shadow_is_unknown() -> None:
+    shadow = round(FX * BASELINE * (1 / 0.3 - 1 / 0.6))
+    assert unknown_share(image_with_hole(40, 40 + shadow)) == 0.0
+    assert unknown_share(image_with_hole(40, 60 + shadow)) == 1.0
+    assert unknown_share(image_with_hole(40, 40 + shadow, near=0.59)) == 1.0
+
+
+def test_a_speckle_is_not_unknown() -> None:
+    depth = np.full((40, 120), 0.6, dtype=np.float32)
+    depth[10:14, 50:54] = np.nan
+    assert unknown_share(depth) == 0.0
+
+
+def test_a_hole_without_neighbours_is_unknown() -> None:
+    depth = np.full((40, 120), 0.6, dtype=np.float32)
+    depth[10:25] = np.nan
+    assert unknown_share(depth) == 1.0
+
+
+def seen_from(wTc: SE3, hole: int = 0) -> HeightMap:
+    """A box on a wide floor, with a square hole of so many pixels in the middle of the image."""
+    floor = Geom(Box((2.0, 2.0, 0.1)), SE3(np.eye(3), np.array([3.0, 0.0, FLOOR - 0.1])), "floor")
+    world = World([floor], box_world(yaw=0.0, x=3.0, y=0.0).objects)
+    seen = frame(world, wTc)
+    depth = np.array(seen.depth)
+    rows, columns = (slice(n // 2 - hole // 2, n // 2 + hole // 2) for n in depth.shape)
+    depth[rows, columns] = np.nan
+    support = float((FLOOR - wTc.translation[2]) / wTc.rotation[2, 2])
+    return surroundings(seen, depth, central_crop(depth.shape, CAMERA, support), support).scene
+
+
+def unknown_at(found: HeightMap, x: float, y: float) -> bool:
+    assert found.unknown is not None
+    return bool(found.unknown.ravel()[found.cells(np.array([x]), np.array([y]))][0])
+
+
+def test_what_is_beyond_the_image_is_unknown_and_what_a_thing_hides_is_not() -> None:
+    tilted = looking_down(0.45, tilt=(0.35, 0.0))
+    ahead = tilted.rotation[:, 2] * 0.45 / -tilted.rotation[2, 2]
+    tilted.translation[:2] -= ahead[:2]  # the box is in the middle of the image
+    found = seen_from(tilted)
+    behind = 0.028 * np.sign(ahead[1])
+    assert not unknown_at(found, 3.0, behind)
+    assert not unknown_at(found, 3.0, 0.0)
+    assert unknown_at(found, 3.0, -0.6)
+    assert unknown_at(found, 3.0, 0.6)
+    assert unknown_at(found, 3.6, 0.0)
+
+
+def test_a_thing_that_gives_no_depth_is_unknown_where_it_stands() -> None:
+    assert not unknown_at(seen_from(looking_down(0.4)), 3.0, 0.0)
+    found = seen_from(looking_down(0.4), hole=80)
+    assert unknown_at(found, 3.0, 0.0)
+    assert not unknown_at(found, 3.1, 0.0)
+
+
+@pytest.mark.parametrize(("beside", "fits"), [(0.010, False), (0.062, True)])
+def test_no_finger_goes_down_where_the_image_shows_nothing(beside: float, fits: bool) -> None:
+    where = scene(box(0.0, 0.0, 0.03, 0.12, 0.05))
+    where = replace(where, unknown=0.015 + beside < X)
+    one = np.ones(1)
+    assert HAND.opening > 0.03
+    found = assess(where, 0 * one, 0 * one, 0 * one, MAP_FLOOR, GRIPPER)
+    assert (found.score[0] > 0.0) == fits
+
+
+def test_edges_that_face_each_other_give_the_middle_of_a_thing() -> None:
+    where = scene(box(0.02, 0.01, 0.12, 0.04, 0.05, yaw_deg=30.0))
+    x, y, direction = antipodal_pairs(where, MAP_FLOOR, GRIPPER)
+    normal = np.deg2rad(120.0)
+    across = (x - 0.02) * np.cos(normal) + (y - 0.01) * np.sin(normal)
+    turn = np.abs((direction - normal + np.pi / 2) % np.pi - np.pi / 2)
+    along_the_sides = turn < np.deg2rad(10.0)
+    assert along_the_sides.mean() > 0.6
+    assert np.abs(across[along_the_sides]).max() < 0.004
+
+
+def test_a_flat_floor_has_no_edges() -> None:
+    x, y, direction = antipodal_pairs(scene(), MAP_FLOOR, GRIPPER)
+    assert len(x) == len(y) == len(direction) == 0
+
+
+class Nothing(RandomPoints):
+    """Proposes nothing."""
+
+    def __init__(self) -> None:
+        super().__init__(0)
+
+
+def test_where_the_candidates_give_no_grasp_others_are_looked_for() -> None:
+    detector = GraspDetector(gripper=GRIPPER, proposer=Nothing())
+    found = detector.detect(frame(box_world(), looking_down(0.4)), WORKSPACE)
+    assert found.grasps
+    assert found.grasps[0].quality > 0.3
