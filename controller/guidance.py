@@ -166,15 +166,9 @@ class Guide:
         following = None
         if goal.is_moving and self._model.n_base == 2:
             following = self._follower(self.stance, goal, error, wTb, q)
+        model, settings, detour = self._model, self._settings, self.detour
         return bias_towards(
-            self._model,
-            self._settings,
-            remaining,
-            goal,
-            wTb,
-            q,
-            detour=self.detour,
-            following=following,
+            model, settings, remaining, goal, wTb, q, detour=detour, following=following
         )
 
     @property

@@ -82,17 +82,17 @@ class Onward:
         if lead.unreachable:
             return None
         velocity = drive_along(self._model, self._settings, lead, onward.speed)
-        velocity *= _ease(manipulability, onward)
         change = onward.acceleration * self._settings.period * self._accelerations
         slower = np.abs(velocity) < np.abs(self._led)
         self._led = np.where(
             slower, velocity, np.clip(velocity, self._led - change, self._led + change)
         )
         late = self._coasting + self._lead * (base - self._coasting)
+        weight = onward.base_weight / max(error, self._settings.min_error)
         return StanceBias(
             blend=0.0,
             min_tracking=0.0,
-            base_weight=onward.base_weight / max(error, self._settings.min_error),
+            base_weight=weight * _ease(manipulability, onward),
             base_velocity=self._led,
             posture_weight=0.0,
             joint_velocity=np.zeros(len(q)),
@@ -102,6 +102,6 @@ class Onward:
 
 
 def _ease(manipulability: float, onward: OnwardSettings) -> float:
-    """Share of its speed that the base has, so that the arm does not come to its end."""
+    """Share of its weight that the base has, so that the arm does not come to its end."""
     spare = (manipulability - onward.least_manipulability) / onward.spare_manipulability
     return min(1.0, max(0.0, spare))
