@@ -6,7 +6,7 @@ TASK ?= trees/pick_place.yaml
 SEED ?= 0
 WORLD ?= kinematic
 
-.PHONY: run test test-all lint film language-server clean
+.PHONY: run test test-all lint system film language-server clean
 
 run: .venv/installed
 	@$(BIN)/frankie-task run $(TASK) --seed $(SEED) --world $(WORLD)
@@ -21,6 +21,12 @@ lint: .venv/developing
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# What some tests need from a Debian or Ubuntu system, as root: a page's browser, a viewer's Vulkan,
+# the camera's USB, and strace to see who is called. Tests are skipped without it.
+SYSTEM := chromium libusb-1.0-0 mesa-vulkan-drivers strace
+system:
+	dpkg -s $(SYSTEM) >/dev/null 2>&1 || { apt-get update -qq && apt-get install -y -qq $(SYSTEM); }
 
 # The moving picture of the README; needs a Vulkan driver (Debian: mesa-vulkan-drivers).
 film: .venv/installed

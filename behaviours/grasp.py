@@ -15,7 +15,7 @@ from behaviours.another_view import AnotherView
 from behaviours.choice import Choice, Choose, Target, misfit
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.poses import Region
+from behaviours.poses import Region, ToolPose
 from behaviours.progress import Progress
 from behaviours.ranges import Distance, Force, Millimetres, Seconds
 from controller import PoseGoal, StepReport
@@ -50,6 +50,7 @@ class Grasp(Leaf):
         max_width_mm: only those whose shorter edge is at most this [mm].
         lock_distance_m: nearer than this to the camera the goal no longer moves [m].
         force_n: force of the fingers [N].
+        onward: where the task goes next; once the grasp is locked, the base sets out for it.
         patience_s: give up after not seeing a grasp for this long [s].
         timeout_s: give up the whole attempt after this [s].
     """
@@ -69,6 +70,7 @@ class Grasp(Leaf):
         max_width_mm: Millimetres | None = None,
         lock_distance_m: Distance = 0.25,
         force_n: Force = 20.0,
+        onward: ToolPose | None = None,
         patience_s: Seconds = 1.5,
         timeout_s: Seconds = 20.0,
     ) -> None:
@@ -78,6 +80,7 @@ class Grasp(Leaf):
         self._aim = Target(context, within, choice)
         self._lock_distance = lock_distance_m
         self._force = force_n
+        self._onward = None if onward is None else onward.wTe
         self._patience = patience_s
         self._timeout = timeout_s
 
@@ -140,7 +143,13 @@ class Grasp(Leaf):
         if np.linalg.norm(grasp.wTg.translation - self._target) > settings.other_target:
             self._go_after(grasp.wTg.translation)
         report = self.pursue(
-            PoseGoal(wTe=above, speed=settings.follow_speed, straight=True, hand_may_touch=True),
+            PoseGoal(
+                wTe=above,
+                speed=settings.follow_speed,
+                straight=True,
+                hand_may_touch=True,
+                onward=self._onward if vision.tracker.locked else None,
+            ),
             "follow",
         )
         if report is None:
@@ -256,6 +265,7 @@ class Grasp(Leaf):
             position_tolerance=settings.descend_tolerance,
             straight=True,
             hand_may_touch=True,
+            onward=self._onward,
         )
         return self.pursue(goal, "descend")
 

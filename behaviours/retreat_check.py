@@ -10,6 +10,7 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf
+from behaviours.poses import ToolPose
 from behaviours.progress import Progress
 from behaviours.ranges import Lift
 from controller import PoseGoal
@@ -27,13 +28,17 @@ class RetreatCheck(Leaf):
 
     Args:
         rise_m: how far to lift the hand [m].
+        onward: where the task goes next; the base sets out for it meanwhile.
     """
 
     key: ClassVar[str] = "retreat_check"
 
-    def __init__(self, name: str, context: Context, *, rise_m: Lift = 0.2) -> None:
+    def __init__(
+        self, name: str, context: Context, *, rise_m: Lift = 0.2, onward: ToolPose | None = None
+    ) -> None:
         super().__init__(name, context)
         self._rise = rise_m
+        self._onward = onward
 
     def initialise(self) -> None:
         """Rise from wherever the hand is now."""
@@ -47,6 +52,7 @@ class RetreatCheck(Leaf):
             position_tolerance=retreat.tolerance,
             straight=True,
             hand_may_touch=True,
+            onward=None if self._onward is None else self._onward.wTe,
         )
         self._progress = Progress(self.context, straight=True)
         self._up_since: TaskTime | None = None

@@ -61,6 +61,10 @@ class PoseGoal:
     grasp from a container or to set something down. The palm comes near, but does not touch; the
     rest of the robot keeps its distance."""
 
+    onward: SE3 | None = None
+    """Where the end effector is to go next; the base sets out for it as far as the arm can keep to
+    this goal meanwhile. None keeps the base here."""
+
     @property
     def is_moving(self) -> bool:
         """Whether the goal is known to move."""

@@ -220,6 +220,11 @@ class HolisticController:
             self._guide.waits = bool(self._waits_for)
             bias = self._guide.bias(goal, error, here, state.q, surroundings)
             base_time, posture_error = self._guide.left
+            if goal.onward is None:
+                self._guide.onward.reset()
+            elif bias is None:
+                m = linearisation.manipulability
+                bias = self._guide.onward.bias(goal.onward, error.position, m, last, here, state.q)
         norm = error_norm(settings, bTe, error)
         qp = build_qp(model, settings, linearisation, twist, norm, bounds, last, bias)
         guide = self._guide

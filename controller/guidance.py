@@ -16,6 +16,7 @@ from controller.settings import ControllerSettings
 from controller.stance import (
     Approach,
     Follower,
+    Onward,
     Remaining,
     Stance,
     StanceBias,
@@ -58,6 +59,7 @@ class Guide:
         self._base_goal, self._base_obstacle = Pose2D(inf, inf, inf), ""
         self._approach = Approach(model, settings.guidance, self._route)
         self._follower = Follower(model, settings)
+        self.onward = Onward(model, settings, self._finder)
         self._hand_may_touch = False
         self.waits = False
         """Whether the robot gives way to somebody: that is no stall."""
@@ -80,6 +82,7 @@ class Guide:
         self._first_goal: SE3 | None = None
         self._searched = 0
         self._follower.reset()
+        self.onward.reset()
         self._start_goal(None)
         self._set_stance(None)
 
@@ -163,15 +166,9 @@ class Guide:
         following = None
         if goal.is_moving and self._model.n_base == 2:
             following = self._follower(self.stance, goal, error, wTb, q)
+        model, settings, detour = self._model, self._settings, self.detour
         return bias_towards(
-            self._model,
-            self._settings,
-            remaining,
-            goal,
-            wTb,
-            q,
-            detour=self.detour,
-            following=following,
+            model, settings, remaining, goal, wTb, q, detour=detour, following=following
         )
 
     @property

@@ -80,6 +80,10 @@ def build_qp(
         bias: from the guidance, if there is any.
     """
     n_base, J = model.n_base, linearisation.J
+    if bias is not None and bias.coasting is not None:
+        base = J[:, :n_base]
+        twist = twist - (1.0 - bias.response) * (base @ bias.coasting)
+        J = np.hstack([bias.response * base, J[:, n_base:]])
     tracking = 1.0 / max(error, settings.min_error)  # λ_δ
     # λ_q (eq. 14)
     base_effort, arm_effort = settings.base_effort * tracking, settings.arm_effort

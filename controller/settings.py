@@ -189,6 +189,24 @@ class GuidanceSettings(Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
+class OnwardSettings(Checked):
+    """How the base sets out for the next goal while the end effector is busy with this one."""
+
+    POSITIVE = ("spare_manipulability",)
+
+    speed: float = 0.4
+    """Largest speed of the base meanwhile [m/s]."""
+    base_weight: float = 0.1
+    """Of the base's velocity in the QP, as a share of the end effector's λ_δ."""
+    acceleration: float = 0.6
+    """Share of its acceleration that it uses: the arm has to make up for it at once."""
+    least_manipulability: float = 0.08
+    """Of the arm, at which the base stops ..."""
+    spare_manipulability: float = 0.04
+    """... and so much above that it still has its full speed."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class ControllerSettings(Checked):
     """How the terms of the QP weigh against each other, and what surrounds it.
 
@@ -228,6 +246,7 @@ class ControllerSettings(Checked):
     collision: CollisionSettings | None = CollisionSettings()
     """None lets the robot touch itself, the floor and everything else."""
     drive: DriveSettings = DriveSettings()
+    onward: OnwardSettings = OnwardSettings()
     guidance: GuidanceSettings | None = GuidanceSettings()
     """None leaves every goal to the end effector alone, local minima included."""
 

@@ -5,6 +5,7 @@ from controller.stance.bias import Remaining, StanceBias, bias_towards
 from controller.stance.finder import StanceFinder
 from controller.stance.following import Follower
 from controller.stance.free_space import se3_of
+from controller.stance.onward import Onward
 from controller.stance.postures import Bank, bank, forward_kinematics
 from controller.stance.reachability import out_of_reach
 from controller.stance.search import StanceSearch
@@ -15,6 +16,7 @@ __all__ = [
     "Approach",
     "Bank",
     "Follower",
+    "Onward",
     "Remaining",
     "Stance",
     "StanceBias",

@@ -31,6 +31,11 @@ class StanceBias(NamedTuple):
     posture_weight: float
     joint_velocity: Array
     """(7,) towards the posture [rad/s]."""
+    coasting: Array | None = None
+    """(n_base,) velocity that the base has, of which this period's command changes a share; None
+    takes the base for as fast as it is told."""
+    response: float = 1.0
+    """That share, in (0, 1]."""
 
 
 class Remaining(NamedTuple):

@@ -6,7 +6,7 @@ vendor's library: `arm_process` with its loop at 1 kHz in `streaming` and `limit
 """
 
 from hw.panda.arm import ArmSettings, PandaArm
-from hw.panda.generation import PANDA, Generation, JointLimits, is_installed
+from hw.panda.generation import PANDA, Generation, JointLimits, missing
 from hw.panda.hand import HandSettings, PandaHand
 from hw.panda.limiter import VelocityLimiter
 from hw.panda.records import ArmReading, HandReading, Mode
@@ -23,5 +23,5 @@ __all__ = [
     "PandaArm",
     "PandaHand",
     "VelocityLimiter",
-    "is_installed",
+    "missing",
 ]

@@ -7,9 +7,9 @@ version, and a library that speaks it. Everything else of the driver asks the ge
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import sys
 from dataclasses import dataclass
+from importlib.util import find_spec
 from types import ModuleType
 
 from hw.processes.light import light_package
@@ -60,14 +60,9 @@ PANDA = Generation(
 )
 
 
-def is_installed(generation: Generation = PANDA) -> bool:
-    """Whether the library of a generation is there."""
-    return importlib.util.find_spec(generation.library[0]) is not None
-
-
 def missing(generation: Generation = PANDA) -> str:
     """What to tell a person if the library is not there; empty if it is."""
-    if is_installed(generation):
+    if find_spec(generation.library[0]) is not None:
         return ""
     return (
         f"the driver of the {generation.name} is not installed: "

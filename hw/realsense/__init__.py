@@ -7,7 +7,7 @@ processes share. docs/hardware.md says what of all this was verified, and what i
 """
 
 from hw.realsense.camera import CameraReport, GreyImage, RealSenseCamera
-from hw.realsense.library import is_installed
+from hw.realsense.library import missing
 from hw.realsense.records import Status
 from hw.realsense.settings import RealSenseSettings
 from hw.realsense.wire import HEAD, Introduction
@@ -20,5 +20,5 @@ __all__ = [
     "RealSenseCamera",
     "RealSenseSettings",
     "Status",
-    "is_installed",
+    "missing",
 ]

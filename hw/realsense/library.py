@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.util
+from ctypes import CDLL
+from importlib.util import find_spec
 
-
-def is_installed() -> bool:
-    """Whether the library is there."""
-    return importlib.util.find_spec("pyrealsense2") is not None
+_USB = "libusb-1.0.so.0"
 
 
 def missing() -> str:
-    """What to tell a person if the library is not there; empty if it is."""
-    if is_installed():
-        return ""
-    return 'the driver of the RealSense is not installed: pip install "frankie-task[hardware]"'
+    """What to tell a person if the library cannot be loaded; empty if it can be."""
+    if find_spec("pyrealsense2") is None:
+        return 'the driver of the RealSense is not installed: pip install "frankie-task[hardware]"'
+    try:
+        CDLL(_USB)
+    except OSError:
+        return f"the driver of the RealSense needs {_USB}: on Debian, apt install libusb-1.0-0"
+    return ""

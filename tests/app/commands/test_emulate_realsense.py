@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from app.commands import app
 from hw import WallClock
-from hw.realsense import RealSenseCamera, RealSenseSettings, is_installed
+from hw.realsense import RealSenseCamera, RealSenseSettings, missing
 from robots import load_robot
 
 
@@ -19,7 +19,7 @@ def emulate(*arguments: str):
     return result.exit_code, result.output
 
 
-@pytest.mark.skipif(not is_installed(), reason="pyrealsense2 is not installed")
+@pytest.mark.skipif(bool(missing()), reason=missing())
 def test_an_emulated_camera_in_a_process_of_its_own():
     arguments = "emulate realsense --port 0 --scene single --fault drops"
     process = subprocess.Popen(

@@ -10,14 +10,13 @@ from pathlib import Path
 import pytest
 from emulated_panda import IN_TIME, free_address
 
+from hw import panda, realsense
 from hw.emulators.frankie import EmulatorLink
-from hw.panda import is_installed
 from robots import load_real_robot
 
 ROOT = Path(__file__).parents[3]
-needs_drivers = pytest.mark.skipif(
-    not is_installed(), reason='panda-python is not installed: pip install "frankie-task[hardware]"'
-)
+_missing = panda.missing() or realsense.missing()
+needs_drivers = pytest.mark.skipif(bool(_missing), reason=_missing)
 
 
 def robot_file(folder: Path, name: str = "robot", **changes: str) -> Path:

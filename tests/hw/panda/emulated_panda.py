@@ -13,12 +13,10 @@ from typing import Any
 
 import pytest
 
-from hw.panda import is_installed
+from hw.panda import missing
 
 ROOT = Path(__file__).parents[3]
-needs_library = pytest.mark.skipif(
-    not is_installed(), reason='panda-python is not installed: pip install "frankie-task[hardware]"'
-)
+needs_library = pytest.mark.skipif(bool(missing()), reason=missing())
 _numbers = count(1)
 
 

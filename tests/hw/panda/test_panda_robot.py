@@ -93,5 +93,9 @@ def test_a_composed_robot_moves_grips_and_recovers(robot, emulator):
     until(lambda: not robot.read().recovering)
     assert robot.read().faults == ()
     send(Command.stop(), 0.1)
-    send(command, 0.3)
-    assert robot.read().qd[5] > 0.1
+
+    def moves_again() -> bool:
+        send(command, 0.1)
+        return bool(robot.read().qd[5] > 0.1)
+
+    until(moves_again)

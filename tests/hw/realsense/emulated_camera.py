@@ -13,14 +13,11 @@ import pytest
 from hw import WallClock
 from hw.clock import stopwatch
 from hw.emulators.realsense import Options, RealSenseEmulator, Shot, still
-from hw.realsense import RealSenseCamera, RealSenseSettings, is_installed
+from hw.realsense import RealSenseCamera, RealSenseSettings, missing
 from robots import load_robot
 
 D435 = load_robot("frankie").camera
-needs_library = pytest.mark.skipif(
-    not is_installed(),
-    reason='pyrealsense2 is not installed: pip install "frankie-task[hardware]"',
-)
+needs_library = pytest.mark.skipif(bool(missing()), reason=missing())
 
 
 def picture() -> np.ndarray:

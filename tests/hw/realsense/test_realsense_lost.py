@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 import time
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -27,8 +28,14 @@ def refusal(**settings) -> str:
 
 
 def test_without_the_library_it_says_what_to_install(monkeypatch):
-    monkeypatch.setattr("hw.realsense.library.is_installed", lambda: False)
+    monkeypatch.setattr("hw.realsense.library.find_spec", lambda name: None)
     assert 'pip install "frankie-task[hardware]"' in refusal()
+
+
+@pytest.mark.skipif(find_spec("pyrealsense2") is None, reason="pyrealsense2 is not installed")
+def test_without_the_library_of_the_system_it_says_what_to_install(monkeypatch):
+    monkeypatch.setattr("hw.realsense.library._USB", "libusb-of-nobody.so.0")
+    assert "needs libusb-of-nobody.so.0: on Debian, apt install" in refusal()
 
 
 @needs_library

@@ -21,20 +21,17 @@ from app.lab.calibration import (
     render,
 )
 from controller import RobotModel
-from hw import HardwareError, WallClock
+from hw import HardwareError, WallClock, panda, realsense
 from hw.clock import stopwatch
 from hw.emulators.realsense import Options, RealSenseEmulator, Shot
 from hw.panda import PandaArm
-from hw.panda import is_installed as panda_is_installed
-from hw.realsense import RealSenseCamera, RealSenseSettings, is_installed
+from hw.realsense import RealSenseCamera, RealSenseSettings
 from robots import load_robot
 
 ROOT = Path(__file__).parents[4]
 FRANKIE, BOARD = load_robot("frankie"), Board()
-pytestmark = pytest.mark.skipif(
-    not (is_installed() and panda_is_installed()),
-    reason='drivers are not installed: pip install "frankie-task[hardware]"',
-)
+_missing = panda.missing() or realsense.missing()
+pytestmark = pytest.mark.skipif(bool(_missing), reason=_missing)
 
 
 @pytest.fixture

@@ -1,0 +1,82 @@
+"""The base sets out for the next goal while the hand is busy with this one."""
+
+import numpy as np
+import pytest
+from harness import ON_TABLE, Harness, block, looking_down, over_the_table
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours import Leaf, ToolPose
+from behaviours.grasp import Grasp
+from behaviours.navigate import Navigate
+from behaviours.retreat_check import RetreatCheck
+from controller import PoseGoal
+
+BEHIND = looking_down(-3.0, 1.5, 0.8)
+
+
+class Keep(Leaf):
+    """Keeps the hand where it is."""
+
+    key = "keep"
+
+    def __init__(self, context, wTe: SE3, onward: SE3 | None) -> None:
+        super().__init__("keep", context)
+        self._goal = PoseGoal(wTe=wTe, straight=True, onward=onward)
+        self.errors: list[tuple[float, float]] = []
+
+    def update(self) -> Status:
+        report = self.pursue(self._goal)
+        if report is not None:
+            self.errors.append((report.position_error, report.orientation_error))
+        return self.running("keeping")
+
+
+def keep(robot: str, seconds: float, onward: SE3 | None = BEHIND) -> tuple[Harness, Keep]:
+    harness = Harness(robot=robot)
+    harness.reach_over(looking_down(0.65, 0.1, 0.6))
+    here = harness.robot.read()
+    leaf = Keep(harness.context, harness.controller.model.wTe(here.wTb, here.q), onward)
+    harness.run_for(leaf, seconds)
+    return harness, leaf
+
+
+def distance(one: Harness, other: Harness) -> float:
+    """Between their bases [m]."""
+    apart = one.robot.read().wTb.translation - other.robot.read().wTb.translation
+    return float(np.linalg.norm(apart))
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+def test_the_hand_stays_within_millimetres_while_the_base_is_on_its_way(robot):
+    standing, _ = keep(robot, 2.0, onward=None)
+    harness, leaf = keep(robot, 2.0)
+    assert distance(standing, harness) > 0.1
+    positions, angles = zip(*leaf.errors, strict=True)
+    assert max(positions) < 0.005
+    assert max(angles) < np.deg2rad(0.5)
+
+
+@pytest.mark.parametrize("robot", ["frankie", "omni"])
+def test_the_base_stops_before_the_arm_is_at_its_end(robot):
+    harness, leaf = keep(robot, 12.0)
+    assert max(position for position, _ in leaf.errors) < 0.01
+    assert np.abs(harness.robot.read().base_twist).max() < 0.05
+
+
+@pytest.mark.parametrize("next_place", [(-3.0, 1.5), (-1.0, 0.0)])
+def test_a_grasp_on_the_move_holds_and_the_next_place_is_reached_sooner(next_place):
+    there = ToolPose(name="there", wTe=looking_down(*next_place, 0.8))
+    times = []
+    for onward in (None, there):
+        harness = over_the_table(block())
+        context = harness.context
+        for leaf in (
+            Grasp("grasp", context, within=ON_TABLE, onward=onward),
+            RetreatCheck("retreat_check", context, rise_m=0.1, onward=onward),
+            Navigate("navigate", context, to=there),
+        ):
+            assert harness.run(leaf) is Status.SUCCESS
+        times.append(harness.clock.now())
+    standing, on_the_move = times
+    assert on_the_move < standing - 0.2
