@@ -106,7 +106,7 @@ class GraspDetector:
             return _no_grasp(frame, "nothing stands out in the workspace", covered, occupied)
         proposals = self.proposer.propose(prepared.network_input, allowed)
         search = GraspSearch(frame, prepared, around, workspace, floor, self._gripper)
-        grasps = search.among(proposals) or search.elsewhere(allowed)
+        grasps = search.among(proposals)
         if grasps:
             reason = ""
         elif len(proposals.candidates.quality) == 0:

@@ -4,25 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from perception.antipodal import antipodal_pairs
-from perception.arrays import Array, Mask
-from perception.candidates import Proposals, RandomPoints
+from perception.arrays import Array
+from perception.candidates import Proposals
 from perception.frame import Frame, Workspace
 from perception.geometry import Camera, closing_direction, grasp_pose, world_points
 from perception.grasp import GraspEstimate
 from perception.lever_arm import LeverArms
 from perception.network_io import INPUT_SIZE
 from perception.preprocess import Prepared
-from perception.refine import ALL_DIRECTIONS, TURN_COST, RefinedGrasps, refine
+from perception.refine import ALL_DIRECTIONS, RefinedGrasps, refine
 from perception.surroundings import Surroundings
 from robots import GripperDescription
 
 MIN_OBJECT_HEIGHT = 0.008
 """Surfaces lower than this above the floor are not grasped [m]."""
-LEAST_QUALITY = 0.05
-"""Worse grasps are none: half of them fail, and a third of them hit something."""
-RANDOM_POINTS = 24
-"""Points where grasps are looked for when the candidates give none, in all directions."""
 _ANGLE_STEP = 0.005  # to either side of a grasp, to see its direction in the image [m]
 
 
@@ -61,24 +56,9 @@ class GraspSearch:
         for directions in sorted({proposals.directions, ALL_DIRECTIONS}):
             cost = proposals.turn_cost
             found = self._refine(x, y, direction, candidates.quality, directions, cost)
-            if grasps := self._estimates(found):
-                return grasps
+            if len(found.score):
+                return self._estimates(found)
         return ()
-
-    def elsewhere(self, allowed: Mask) -> tuple[GraspEstimate, ...]:
-        """The feasible grasps at points by chance and between edges that face each other.
-
-        Args:
-            allowed: (INPUT_SIZE, INPUT_SIZE) where a grasp may be.
-        """
-        chance = RandomPoints(RANDOM_POINTS).propose(np.empty(0, np.float32), allowed).candidates
-        x, y, direction = self._in_world(chance.pixel, chance.angle)
-        turns = np.arange(ALL_DIRECTIONS) * np.pi / ALL_DIRECTIONS
-        pair_x, pair_y, pair_direction = antipodal_pairs(self._scene, self._floor, self._gripper)
-        x = np.concatenate([np.repeat(x, ALL_DIRECTIONS), pair_x])
-        y = np.concatenate([np.repeat(y, ALL_DIRECTIONS), pair_y])
-        direction = np.concatenate([np.add.outer(direction, turns).ravel(), pair_direction])
-        return self._estimates(self._refine(x, y, direction, np.ones(len(x)), 1, TURN_COST))
 
     def _in_world(self, at: Array, angle: Array) -> tuple[Array, Array, Array]:
         """x, y [m] and closing directions [rad] of (N, 2) input pixels and (N,) angles in it."""
@@ -117,9 +97,9 @@ class GraspSearch:
         pixel = camera.project(centre)
         line = camera.project(centre + along) - camera.project(centre - along)
         whole = self._levers.shows_all(found.x, found.y)
-        good = found.score >= LEAST_QUALITY
+        inside = np.ones(len(centre), dtype=np.bool_)
         if self._workspace is not None and len(centre):
-            good &= self._workspace.contains(centre)
+            inside = self._workspace.contains(centre)
         return tuple(
             GraspEstimate(
                 wTg=grasp_pose(found.x[i], found.y[i], found.z[i], found.direction[i], frame.wTc),
@@ -131,5 +111,5 @@ class GraspSearch:
                 pixel=(float(pixel[i, 0]), float(pixel[i, 1])),
                 angle=float(np.arctan2(line[i, 1], line[i, 0])),
             )
-            for i in np.flatnonzero(good)
+            for i in np.flatnonzero(inside)
         )

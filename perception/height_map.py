@@ -87,9 +87,9 @@ def build_height_map(
     # Relative to the camera, single precision is exact to a micrometre.
     here = SE3(wTc.rotation, np.array([0.0, 0.0, wTc.translation[2]]))
     x, y, z = (each.ravel() for each in world_maps(depth, intrinsics, here, u, v))
-    middle = depth.size // 2 + depth.shape[1] // 2
-    near = (np.abs(x - x[middle]) < MAX_OFFSET) & (np.abs(y - y[middle]) < MAX_OFFSET)
-    is_cut = not near.all()
+    middle = depth.shape[0] // 2 * depth.shape[1] + depth.shape[1] // 2
+    middle_x, middle_y = x[middle], y[middle]
+    near = (np.abs(x - middle_x) < MAX_OFFSET) & (np.abs(y - middle_y) < MAX_OFFSET)
     if unseen is not None:
         near &= ~unseen.pixels.ravel()
     if not near.any():
@@ -109,11 +109,11 @@ def build_height_map(
     unknown = None
     if unseen is not None:
         row, column = np.nonzero(empty)
-        at_x, at_y = origin[0] + CELL * column, origin[1] + CELL * row
+        at_x, at_y = first_x + CELL * column, first_y + CELL * row
+        left_out = np.maximum(np.abs(at_x - middle_x), np.abs(at_y - middle_y)) > MAX_OFFSET - CELL
+        at_x, at_y = at_x + wTc.translation[0], at_y + wTc.translation[1]
         unknown = np.zeros(shape, dtype=np.bool_)
-        unknown[row, column] = unseen.hides(at_x, at_y, intrinsics, wTc)
-        if is_cut:
-            unknown[[0, -1]] = unknown[:, [0, -1]] = True
+        unknown[row, column] = left_out | unseen.hides(at_x, at_y, intrinsics, wTc)
     return HeightMap(
         heights=np.asarray(cv2.medianBlur(heights, 3), dtype=np.float32),
         origin=origin,

@@ -61,9 +61,7 @@ def surroundings(frame: Frame, depth: Image, crop: Crop, support: float) -> Surr
 
 
 def _border(frame: Frame, depth: Image, u: Array, v: Array) -> Array:
-    edge = np.zeros(depth.shape, dtype=np.bool_)
-    last = -1 - _INSIDE
-    edge[[_INSIDE, last], _INSIDE:-_INSIDE] = True
-    edge[_INSIDE:-_INSIDE, [_INSIDE, last]] = True
-    row, column = np.nonzero(edge)
-    return world_points(depth[edge], frame.intrinsics, frame.wTc, u[0, column], v[row, 0])
+    rows, columns = (np.arange(_INSIDE, n - _INSIDE) for n in depth.shape)
+    row = np.concatenate([rows, rows, np.repeat(rows[[0, -1]], len(columns))])
+    column = np.concatenate([np.repeat(columns[[0, -1]], len(rows)), columns, columns])
+    return world_points(depth[row, column], frame.intrinsics, frame.wTc, u[0, column], v[row, 0])

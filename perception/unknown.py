@@ -15,7 +15,6 @@ import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, Image, Mask
-from perception.geometry import Camera
 from robots import Intrinsics
 
 BASELINE = 0.05
@@ -35,19 +34,22 @@ def unknown_pixels(depth: Image, missing: Mask, fx: float, farthest: float) -> M
         fx: focal length along the rows [px].
         farthest: depth of the background where a hole reaches the border of the image [m].
     """
-    edges = np.diff(np.pad(missing.astype(np.int8), ((0, 0), (1, 1))), axis=1)
-    row, begin = np.nonzero(edges == 1)
-    _, end = np.nonzero(edges == -1)
     width = depth.shape[1]
-    left = np.where(begin > 0, depth[row, np.maximum(begin - 1, 0)], farthest)
-    right = np.where(end < width, depth[row, np.minimum(end, width - 1)], farthest)
+    pixel = np.flatnonzero(missing)
+    unknown = np.zeros(depth.shape, dtype=np.uint8)
+    if len(pixel) == 0:
+        return unknown.astype(np.bool_)
+    column = pixel % width
+    starts = np.concatenate([[True], (np.diff(pixel) > 1) | (column[1:] == 0)])
+    first = np.flatnonzero(starts)  # of each hole in its row
+    last = np.append(first[1:], len(pixel)) - 1
+    values = depth.ravel()
+    left = np.where(column[first] > 0, values[pixel[first] - 1], farthest)
+    after = np.minimum(pixel[last] + 1, depth.size - 1)
+    right = np.where(column[last] + 1 < width, values[after], farthest)
     shadow = fx * BASELINE * np.abs(1.0 / left - 1.0 / right)
-    wide = end - begin > shadow + _MARGIN
-    # Runs of ones between +1 at their beginning and -1 past their end.
-    steps = np.zeros((depth.shape[0], width + 1), dtype=np.int8)
-    steps[row[wide], begin[wide]] = 1
-    steps[row[wide], end[wide]] = -1
-    unknown = np.cumsum(steps, axis=1, dtype=np.int8)[:, :width].astype(np.uint8)
+    wide = last + 1 - first > shadow + _MARGIN
+    unknown.ravel()[pixel[wide[np.cumsum(starts) - 1]]] = 1
     square = np.ones((_SMALLEST, _SMALLEST), dtype=np.uint8)
     opened: Mask = np.asarray(cv2.morphologyEx(unknown, cv2.MORPH_OPEN, square)) > 0
     return opened
@@ -71,9 +73,15 @@ class Unseen:
         the image: outside, or in a hole, something unknown may stand there. Where a measured thing
         hides the ground, nothing else is supposed to.
         """
-        ground = np.column_stack([x, y, np.full(len(x), self.ground)])
-        u, v = np.rint(Camera(intrinsics=intrinsics, wTc=wTc).project(ground)).astype(np.int64).T
-        column, row = u - self.corner[0], v - self.corner[1]
+        camera = wTc.inverse()
+        ground = camera.rotation[:, 2] * self.ground + camera.translation
+        along_x, along_y, along_z = (
+            camera.rotation[axis, 0] * x + camera.rotation[axis, 1] * y + ground[axis]
+            for axis in range(3)
+        )
+        u = intrinsics.fx * along_x / along_z + (intrinsics.cx - self.corner[0])
+        v = intrinsics.fy * along_y / along_z + (intrinsics.cy - self.corner[1])
+        column, row = np.rint(u).astype(np.int32), np.rint(v).astype(np.int32)
         rows, columns = self.pixels.shape
         inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
         hidden: Mask = ~inside

@@ -5,14 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pinocchio import SE3
-from test_detector import CAMERA, FLOOR, GRIPPER, WORKSPACE, box_world, frame, looking_down
+from test_detector import CAMERA, FLOOR, GRIPPER, box_world, frame, looking_down
 from test_grasp_feasibility import FLOOR as MAP_FLOOR
 from test_grasp_feasibility import HAND, X, box, scene
 
 from hw.sim import World
-from perception import GraspDetector
-from perception.antipodal import antipodal_pairs
-from perception.candidates import RandomPoints
 from perception.grasp_feasibility import assess
 from perception.height_map import HeightMap
 from perception.preprocess import central_crop
@@ -100,33 +97,3 @@ def test_no_finger_goes_down_where_the_image_shows_nothing(beside: float, fits: 
     assert HAND.opening > 0.03
     found = assess(where, 0 * one, 0 * one, 0 * one, MAP_FLOOR, GRIPPER)
     assert (found.score[0] > 0.0) == fits
-
-
-def test_edges_that_face_each_other_give_the_middle_of_a_thing() -> None:
-    where = scene(box(0.02, 0.01, 0.12, 0.04, 0.05, yaw_deg=30.0))
-    x, y, direction = antipodal_pairs(where, MAP_FLOOR, GRIPPER)
-    normal = np.deg2rad(120.0)
-    across = (x - 0.02) * np.cos(normal) + (y - 0.01) * np.sin(normal)
-    turn = np.abs((direction - normal + np.pi / 2) % np.pi - np.pi / 2)
-    along_the_sides = turn < np.deg2rad(10.0)
-    assert along_the_sides.mean() > 0.6
-    assert np.abs(across[along_the_sides]).max() < 0.004
-
-
-def test_a_flat_floor_has_no_edges() -> None:
-    x, y, direction = antipodal_pairs(scene(), MAP_FLOOR, GRIPPER)
-    assert len(x) == len(y) == len(direction) == 0
-
-
-class Nothing(RandomPoints):
-    """Proposes nothing."""
-
-    def __init__(self) -> None:
-        super().__init__(0)
-
-
-def test_where_the_candidates_give_no_grasp_others_are_looked_for() -> None:
-    detector = GraspDetector(gripper=GRIPPER, proposer=Nothing())
-    found = detector.detect(frame(box_world(), looking_down(0.4)), WORKSPACE)
-    assert found.grasps
-    assert found.grasps[0].quality > 0.3

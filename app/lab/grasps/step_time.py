@@ -29,6 +29,7 @@ _ROUNDS = 3
 
 def _parts() -> Functions:
     """The functions that a step consists of, where the detector looks them up."""
+    from perception import grasp_search
     from perception.networks import Proposer
 
     detector = getmodule(GraspDetector)
@@ -37,7 +38,7 @@ def _parts() -> Functions:
         "height map": ((detector, "surroundings"),),
         "network": ((Proposer, "infer"),),
         "candidates": ((Proposer, "propose"),),
-        "refine": ((detector, "refine"),),
+        "refine": ((grasp_search, "refine"),),
     }
 
 
