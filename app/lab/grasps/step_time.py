@@ -29,16 +29,16 @@ _ROUNDS = 3
 
 def _parts() -> Functions:
     """The functions that a step consists of, where the detector looks them up."""
-    from perception import grasp_search
     from perception.networks import Proposer
 
     detector = getmodule(GraspDetector)
+    assert detector is not None
     return {
         "prepare": ((detector, "prepare"),),
         "height map": ((detector, "surroundings"),),
         "network": ((Proposer, "infer"),),
         "candidates": ((Proposer, "propose"),),
-        "refine": ((grasp_search, "refine"),),
+        "refine": ((detector.GraspSearch, "among"),),
     }
 
 
