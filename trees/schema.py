@@ -16,6 +16,7 @@ from typing import Any, TypeAlias
 
 from config import StrictModel
 from trees.language import (
+    ADD,
     CHILDREN,
     COMPOSITES,
     FILE_KEYS,
@@ -134,8 +135,9 @@ def _leaf(leaf: LeafType) -> Schema:
         **{name: _parameter(parameter) for name, parameter in leaf.parameters.items()},
         **{name: _output(output) for name, output in leaf.outputs.items()},
     }
+    any_value: Schema | bool = _value(ValueType(types=(float,))) if leaf is ADD else True
     values = (
-        {"type": "object", "minProperties": 1, "additionalProperties": True}
+        {"type": "object", "minProperties": 1, "additionalProperties": any_value}
         if leaf.names_keys
         else _table(properties, required=required)
     )

@@ -35,6 +35,13 @@ tree:
       switch:
         value: 3
 {" " * 8}
+    - grasp: {{within: box, choose: bigest, colour: purpel, min_width_mm: -5}}
+    - add: {{tries: many}}
+    - detect:
+        region: box
+        list: found
+        choose:{" "}
+        colour:{" "}
     - grasp:
         lock_distance_m: 0.2
 {" " * 8}
@@ -61,7 +68,7 @@ def task(tmp_path_factory, server):
 
 
 def line_of(text: str) -> int:
-    return next(n for n, line in enumerate(TASK.splitlines(), start=1) if text in line)
+    return next(n for n, line in enumerate(TASK.splitlines(keepends=True), start=1) if text in line)
 
 
 def test_mistakes_are_underlined_where_they_are(task):
@@ -73,10 +80,14 @@ def test_mistakes_are_underlined_where_they_are(task):
     assert (line_of("fast"), 40) in starts
     assert (line_of("retry"), 14) in starts
     assert (line_of("navigat:"), 7) in starts
-    assert (line_of("grasp:"), 7) in starts
+    assert (line_of("grasp:\n"), 7) in starts
     assert (line_of("forward_m"), 26) in starts
     assert (line_of("du:"), 40) in starts
     assert (line_of("arm_helthy"), 24) in starts
+    assert (line_of("bigest"), 36) in starts
+    assert (line_of("purpel"), 52) in starts
+    assert (line_of("-5"), 74) in starts
+    assert (line_of("tries: many"), 20) in starts
     assert not any(line == line_of("wait:") for line, _ in starts)
 
 
@@ -94,6 +105,19 @@ def test_below_a_leaf_its_parameters_are_offered(server, task):
     assert "navigate" not in offered
 
 
+@pytest.mark.parametrize(
+    ("parameter", "values"),
+    [
+        ("choose:", {"best", "largest", "smallest", "nearest"}),
+        ("colour:", {"red", "green", "blue", "orange"}),
+    ],
+)
+def test_after_a_parameter_its_values_are_offered(server, task, parameter, values):
+    path, _ = task
+    offered = server.completion(path, line_of(f"{parameter} \n"), 17)
+    assert values <= set(offered)
+
+
 def test_below_a_word_with_a_form_of_its_own_its_parts_are_offered(server, task):
     path, _ = task
     offered = server.completion(path, line_of("value: 3") + 1, 9)
@@ -108,6 +132,8 @@ def test_below_a_word_with_a_form_of_its_own_its_parts_are_offered(server, task)
         ("retry", 9, "number of attempts"),
         ("sequence:", 5, "in order"),
         ("for_each", 9, "several values"),
+        ("- detect", 9, "tell apart what stands in it"),
+        ("choose: bigest", 30, "which of those that fit"),
         ("poses:", 2, "Poses of hand, base and arm"),
     ],
 )

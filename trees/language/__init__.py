@@ -14,6 +14,7 @@ from trees.language.mappings import NAMING_HINT, WORD
 from trees.language.named_poses import PoseSection, RegionSection
 from trees.language.parameters import ParameterSection, TaskParameter
 from trees.language.registry import (
+    ADD,
     SET,
     LeafType,
     Output,
@@ -41,6 +42,7 @@ from trees.language.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, SUB
 from trees.language.word_types import CompositeWord, Counterpart, Form, ModifierWord
 
 __all__ = [
+    "ADD",
     "CHILDREN",
     "COMPOSITES",
     "FILE_KEYS",
