@@ -13,13 +13,22 @@ REAL_TIME = [
 ]
 
 
+LIMIT = 300.0
+"""Of a test that is not slow [s]: one that hangs fails, and the others go on.
+
+Measured by a thread, as `hw.watchdog` has the alarm signal to itself.
+"""
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Where an emulated robot runs in real time, a test has three attempts.
+    """A test that hangs fails; where an emulated robot runs in real time, it has three attempts.
 
     A computer that stands still for 20 ms makes such a robot stop, as it should: that says nothing
     about the driver. A driver that is wrong is wrong three times.
     """
     for item in items:
+        if item.get_closest_marker("slow") is None:
+            item.add_marker(pytest.mark.timeout(LIMIT, method="thread"))
         if any(folder in item.path.parents for folder in REAL_TIME):
             item.add_marker(pytest.mark.flaky(reruns=2))
 

@@ -40,6 +40,7 @@ ROOMS = (
     "trees.draw",
     "trees.btcpp",
     "app.choices",
+    "app.interrupt",
     "app.terminal",
     "app.live",
     "app.core",

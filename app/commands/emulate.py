@@ -5,11 +5,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
-from threading import Event
 from typing import Annotated
 
 import typer
 
+from app.interrupt import until_interrupted
 from app.terminal import Terminal
 
 app = typer.Typer(no_args_is_help=True, help="Servers that speak the protocols of real machines.")
@@ -50,11 +50,11 @@ def omron(
         teleop=Teleop(timeout=timeout),
         seed=seed,
     )
-    with OmronEmulator(options, faults=faults) as emulator, suppress(KeyboardInterrupt):
+    with OmronEmulator(options, faults=faults) as emulator:
         console.say(f"ArNetworking at {host}:{emulator.port}, user {user}")
         if arcl_password:
             console.say(f"ARCL at {host}:{emulator.arcl_port}")
-        Event().wait()
+        until_interrupted()
 
 
 @app.command()
@@ -122,12 +122,9 @@ def realsense(
         _list(console, FAULTS)
         return
     options = Options(host=host, port=port, seed=seed)
-    with (
-        RealSenseEmulator(of_scene(scene, seed), options, faults) as emulator,
-        suppress(KeyboardInterrupt),
-    ):
+    with RealSenseEmulator(of_scene(scene, seed), options, faults) as emulator:
         console.say(f"RealSense at {emulator.address}, scene {scene}")
-        Event().wait()
+        until_interrupted()
 
 
 def _list(console: Terminal, meanings: Mapping[str, str]) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
 
+from app.interrupt import until_interrupted
 from app.live.groot import USUAL_PORT, GrootError, GrootServer
 from app.live.nodes import tree_view
 from app.live.operator import (
@@ -183,9 +184,7 @@ class OperatorConsole:
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)
         try:
             self._say(f"the page stays at {self._page.url}; Ctrl-C ends it")
-            signal.pause()
-        except KeyboardInterrupt:
-            pass
+            until_interrupted()
         finally:
             signal.signal(signal.SIGTERM, before)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import threading
 from collections.abc import Callable, Sequence
@@ -11,6 +10,7 @@ from os.path import isfile
 from pathlib import Path
 from typing import Any
 
+from app.interrupt import until_interrupted
 from app.live.monitor.viewer import USUAL_WEB_PORT, ViewError, has_screen
 from app.live.web import (
     FileServer,
@@ -78,10 +78,8 @@ def _serve(recording: Path, say: Callable[[str], None]) -> int:
     files = FileServer(LOOPBACK, choose_port(usual=USUAL_WEB_PORT), recording=recording)
     origin = f"http://{LOOPBACK}:{files.port}"
     say(f"watch at {origin}/{viewer_address(f'{origin}/{RECORDING}')}; Ctrl-C ends it")
-    try:
-        signal.pause()
-    except KeyboardInterrupt:
-        files.close()
+    until_interrupted()
+    files.close()
     return 0
 
 

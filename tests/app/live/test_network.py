@@ -60,7 +60,11 @@ def running(command: list[str]) -> Iterator[subprocess.Popen[str]]:
             yield process
         finally:
             os.killpg(process.pid, signal.SIGINT)
-            process.communicate(timeout=60.0)
+            try:
+                process.communicate(timeout=60.0)
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
+                raise
 
 
 def address_in(process: subprocess.Popen[str], word: str) -> str:
