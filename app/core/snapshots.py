@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite, nan
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
-from app.live import NodeStatus, ObjectView, RegionView, SceneView, Signals, Snapshot
+from py_trees.common import Status
+
+from app.live import NodeStatus, ObjectView, RegionView, SceneView, Snapshot
 from behaviours import BasePose, Region, ToolPose
-from controller import BaseGoal, Pose2D, PoseGoal
 from hw import DepthFrame, TrueObject, Truth
 from robots import Geom
 from trees.language import TreeNode
 
 if TYPE_CHECKING:
     from app.core.session import Tick
+
+
+_STATUS = attrgetter("status", "feedback_message")
 
 
 def scene_view(
@@ -64,43 +68,35 @@ class Snapshots:
 
     def __init__(self, nodes: Sequence[TreeNode], truth: Truth | None) -> None:
         self._nodes = [place.node for place in nodes]
-        self._truth = truth
+        self._statuses = (NodeStatus(Status.INVALID, ""),) * len(self._nodes)
+        self._movable = _movable(truth) if truth else ()
         self._shown: DepthFrame | None = None
 
     def of(self, tick: Tick) -> Snapshot:
         """What one tick looked like; a frame is in the snapshot of the tick that first used it."""
-        context, report, vision = tick.context, tick.report, tick.context.vision
-        goal, base_goal = context.goal, report.stance
-        if isinstance(goal, BaseGoal):
-            base_goal = Pose2D.of(goal.wTb)
+        context, vision = tick.context, tick.context.vision
         is_new = vision.frame is not self._shown
         self._shown = vision.frame
         return Snapshot(
             tick=tick.number,
-            stamp=tick.state.stamp,
             state=tick.state,
             command=tick.applied,
-            nodes=tuple([NodeStatus(n.status, n.feedback_message) for n in self._nodes]),
-            goal=goal.wTe if isinstance(goal, PoseGoal) else None,
-            wTe=tick.state.wTb * report.bTe,
-            signals=Signals(
-                manipulability=report.manipulability,
-                slack=report.slack,
-                position_error=report.position_error,
-                orientation_error=report.orientation_error,
-                heading_error=report.heading_error,
-                tick_ms=1000.0 * tick.seconds,
-                clearance=report.clearance if isfinite(report.clearance) else nan,
-            ),
-            objects=tuple([one.pose for one in _movable(self._truth)]) if self._truth else (),
+            report=tick.report,
+            seconds=tick.seconds,
+            nodes=self._of_nodes(),
+            goal=context.goal,
+            objects=tuple([one.pose for one in self._movable]),
             frame=vision.frame if is_new else None,
             detection=vision.detection if is_new else None,
             grasp=vision.grasp,
             locked=vision.tracker.locked,
-            base_goal=base_goal,
-            way=report.way if base_goal is not None else None,
-            nearest=report.nearest,
-            feels=report.feels,
             seen=None if context.seen is None else context.seen.cloud,
             blackboard={path: key.read() for path, key in context.keys.items() if key.written},
         )
+
+    def _of_nodes(self) -> tuple[NodeStatus, ...]:
+        """A status that has not changed stays the same object, as nearly all do in every tick."""
+        now = map(_STATUS, self._nodes)
+        kept = zip(self._statuses, now, strict=True)
+        self._statuses = tuple([old if old == new else NodeStatus(*new) for old, new in kept])
+        return self._statuses

@@ -25,7 +25,7 @@ from app.live.monitor import (
 from app.live.nodes import NodeStatus, tip, tree_view
 from app.live.operator import Control, Ending, Hook, WebViewer
 from app.live.run_display import RunDisplay
-from app.live.snapshot import ObjectView, RegionView, SceneView, Signals, Snapshot, key_figures
+from app.live.snapshot import ObjectView, RegionView, SceneView, Snapshot, key_figures
 from app.live.throttle import Throttle
 from app.live.tree_text import About, Moment
 from app.live.web import WebFilesError, viewer_page, viewer_web_files
@@ -50,7 +50,6 @@ __all__ = [
     "RegionView",
     "RunDisplay",
     "SceneView",
-    "Signals",
     "Snapshot",
     "Throttle",
     "View",

@@ -11,11 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from app.live.nodes import NodeStatus
+from controller import Pose2D
 
 if TYPE_CHECKING:
     from pinocchio import SE3
 
-    from controller import Command, PointCloud, Pose2D
+    from controller import Command, MotionGoal, PointCloud, StepReport
     from hw import DepthFrame, RobotState
     from perception import Detection, GraspEstimate
     from robots import Geom
@@ -23,43 +24,25 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Signals:
-    """Scalars of controller and loop in one tick; NaN where a value does not exist."""
-
-    manipulability: float
-    """Yoshikawa's measure of the arm."""
-    slack: float
-    """Norm of the QP's slack: the part of the goal's twist that is given up [m/s, rad/s]."""
-    position_error: float
-    """End effector to goal [m]."""
-    orientation_error: float
-    """End effector to goal [rad]."""
-    heading_error: float
-    """Base's heading to the goal's bearing [rad]."""
-    tick_ms: float
-    """Computing time of the tick [ms]."""
-    clearance: float = float("nan")
-    """Robot to what is nearest to it, if anything is near [m]."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(kw_only=True, eq=False, slots=True)
 class Snapshot:
-    """Everything that viewers, recording and log learn about one tick."""
+    """Everything that viewers, recording and log learn about one tick.
+
+    The loop makes one in every tick, so it only keeps what is there already; what follows from that
+    is worked out by who wants to know it. Nobody changes one; it is not frozen, because that takes
+    twice as long to make.
+    """
 
     tick: int
-    stamp: float
-    """On the session's clock [s]."""
     state: RobotState
     command: Command
     """As sent."""
+    report: StepReport
+    seconds: float
+    """Computing time of the tick [s]."""
     nodes: tuple[NodeStatus, ...]
     """In preorder."""
-    goal: SE3 | None
-    """Desired end-effector pose in the world, if there is one."""
-    wTe: SE3
-    """End effector in the world."""
-    signals: Signals
+    goal: MotionGoal | None
     objects: tuple[SE3, ...] = ()
     """Poses in the world of the simulated objects, in the order of `SceneView.objects`."""
     frame: DepthFrame | None = None
@@ -70,19 +53,39 @@ class Snapshot:
     """The tracked grasp."""
     locked: bool = False
     """Whether the tracked grasp is locked."""
-    base_goal: Pose2D | None = None
-    """Where the base is to stand, in the world, if that is chosen."""
-    way: Array | None = None
-    """(N, 3) poses x, y, heading of the base on its way there [m, rad]; the same object as long as
-    the way is the same."""
-    nearest: str = ""
-    """What comes nearest to what; empty if nothing is near."""
-    feels: tuple[Array, Array] | None = None
-    """The two points (3,) between which `Signals.clearance` was measured, in the world."""
     seen: PointCloud | None = None
     """The obstacles that the camera has seen; the same object as long as they are the same."""
     blackboard: Mapping[str, object] = field(default_factory=dict)
     """The values of the task's keys."""
+
+    @property
+    def stamp(self) -> float:
+        """On the session's clock [s]."""
+        return self.state.stamp
+
+    @property
+    def wTe(self) -> SE3:
+        """End effector in the world."""
+        return self.state.wTb * self.report.bTe
+
+    @property
+    def hand_goal(self) -> SE3 | None:
+        """Desired end-effector pose in the world, if there is one."""
+        return getattr(self.goal, "wTe", None)
+
+    @property
+    def base_goal(self) -> Pose2D | None:
+        """Where the base is to stand, in the world, if that is chosen."""
+        wTb = getattr(self.goal, "wTb", None)
+        return self.report.stance if wTb is None else Pose2D.of(wTb)
+
+    @property
+    def way(self) -> Array | None:
+        """(N, 3) poses x, y, heading of the base on its way there [m, rad].
+
+        The same object as long as the way is the same.
+        """
+        return None if self.base_goal is None else self.report.way
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -119,17 +122,17 @@ class SceneView:
 
 def key_figures(snapshot: Snapshot) -> dict[str, float]:
     """The numbers that most often explain a failure, by name with unit; finite ones only."""
-    signals, state = snapshot.signals, snapshot.state
+    report, state = snapshot.report, snapshot.state
     x, y = state.wTb.translation[:2]
     figures = {
-        "goal distance [m]": signals.position_error,
-        "goal angle [deg]": degrees(signals.orientation_error),
+        "goal distance [m]": report.position_error,
+        "goal angle [deg]": degrees(report.orientation_error),
         "fingers apart [mm]": 1000.0 * state.gripper_width,
         "base x [m]": float(x),
         "base y [m]": float(y),
         "base speed [m/s]": float(np.hypot(*state.base_twist[:2])),
         "fastest joint [rad/s]": float(np.abs(state.qd).max()),
-        "manipulability": signals.manipulability,
+        "manipulability": report.manipulability,
         "grasp quality": snapshot.grasp.quality if snapshot.grasp is not None else float("nan"),
     }
     return {name: round(value, 4) for name, value in figures.items() if isfinite(value)}

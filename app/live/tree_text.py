@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from py_trees.common import Status
 from rich.text import Text
@@ -31,8 +31,7 @@ _BAR = 20
 _LONGEST_NAME = 40
 
 
-@dataclass(frozen=True, kw_only=True)
-class Moment:
+class Moment(NamedTuple):
     """One tick, with what a terminal shows beside the tree."""
 
     seen: Snapshot

@@ -130,14 +130,14 @@ class ScenePanel:
             _HAND: hand,
             _TOOL: snapshot.wTe,
             _EYE: snapshot.wTe * self._model.description.camera.eTc,
-            _GHOST_HAND: _AWAY if snapshot.goal is None else snapshot.goal,
+            _GHOST_HAND: _AWAY if snapshot.hand_goal is None else snapshot.hand_goal,
             _GHOST_BASE: _AWAY if snapshot.base_goal is None else _on_floor(snapshot.base_goal),
             **dict(zip(_LINKS, links, strict=True)),
             **dict(zip(_FINGERS, fingers, strict=True)),
             **dict(zip(self._objects, snapshot.objects, strict=True)),
         }
-        if snapshot.goal is not None:
-            poses[_GOAL] = snapshot.goal
+        if snapshot.hand_goal is not None:
+            poses[_GOAL] = snapshot.hand_goal
         if _IMAGE_AT not in self._last:  # until there is an image, where one would be taken
             poses[_IMAGE_AT] = poses[_EYE]
         moved = {
@@ -152,11 +152,11 @@ class ScenePanel:
         """The goal's axes, or none while there is no goal."""
         changed = []
         for snapshot in shown:
-            if (snapshot.goal is not None) is not self._goal_shown:
-                self._goal_shown = snapshot.goal is not None
+            if (snapshot.hand_goal is not None) is not self._goal_shown:
+                self._goal_shown = snapshot.hand_goal is not None
                 changed.append(snapshot)
         if changed:
-            counts = [0 if snapshot.goal is None else 3 for snapshot in changed]
+            counts = [0 if snapshot.hand_goal is None else 3 for snapshot in changed]
             vectors = np.tile(_GOAL_LENGTH * np.eye(3), (sum(counts) // 3, 1))
             columns = rr.Arrows3D.columns(vectors=vectors).partition(counts)
             self._stream.send_columns(_GOAL, indexes=timelines(changed), columns=columns)

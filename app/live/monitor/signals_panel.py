@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -56,12 +57,12 @@ _Row = Callable[[Snapshot], object]
 _ROWS: dict[str, _Row] = {
     "base_velocity": lambda s: s.command.base_twist[:2],
     "base_rotation": lambda s: s.command.base_twist[2:],
-    "distance": lambda s: (s.signals.position_error,),
-    "angle": lambda s: (s.signals.orientation_error, s.signals.heading_error),
-    "clearance": lambda s: (s.signals.clearance,),
-    "manipulability": lambda s: (s.signals.manipulability,),
-    "slack": lambda s: (s.signals.slack,),
-    "tick": lambda s: (s.signals.tick_ms,),
+    "distance": lambda s: (s.report.position_error,),
+    "angle": lambda s: (s.report.orientation_error, s.report.heading_error),
+    "clearance": lambda s: (s.report.clearance if isfinite(s.report.clearance) else nan,),
+    "manipulability": lambda s: (s.report.manipulability,),
+    "slack": lambda s: (s.report.slack,),
+    "tick": lambda s: (1000.0 * s.seconds,),
 }
 
 

@@ -10,9 +10,9 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from app.live import ObjectView, RegionView, SceneView, Signals, Snapshot
+from app.live import ObjectView, RegionView, SceneView, Snapshot
 from app.live.nodes import NodeInfo, NodeStatus
-from controller import Command, robot_model
+from controller import Command, PoseGoal, StepReport, robot_model
 from hw import DepthFrame, RobotState
 from hw.sim.render import DepthRenderer
 from perception.grasp import Detection, GraspEstimate
@@ -96,6 +96,7 @@ SCENE = replace(
 )
 OBJECTS = (_at(2.95, 0.05, 0.476), _at(3.06, -0.05, 0.496), _at(2.92, -0.09, 0.481))
 LENS = Intrinsics(width=160, height=120, fx=96.0, fy=96.0, cx=79.5, cy=59.5)
+_GOAL = PoseGoal(wTe=SE3(pin.utils.rotate("x", np.pi), np.array([2.95, 0.0, 0.85])))
 _MODEL = robot_model("frankie")
 
 
@@ -158,7 +159,6 @@ def snapshot(tick: int, lens: Intrinsics = LENS) -> Snapshot:
     message = f"{(300 - tick) / 100:.2f} m to go ⏱"
     return Snapshot(
         tick=tick,
-        stamp=stamp,
         state=RobotState(
             stamp=stamp,
             wTb=wTb,
@@ -176,16 +176,18 @@ def snapshot(tick: int, lens: Intrinsics = LENS) -> Snapshot:
             NodeStatus(status=status, message=message if status == RUNNING else "nothing held")
             for status in statuses(tick)
         ),
-        goal=SE3(pin.utils.rotate("x", np.pi), np.array([2.95, 0.0, 0.85])) if tick >= 50 else None,
-        wTe=wTe,
-        signals=Signals(
-            manipulability=0.08 + 0.01 * np.sin(stamp),
-            slack=0.01 * abs(np.sin(3 * stamp)),
+        goal=_GOAL if tick >= 50 else None,
+        report=StepReport(
+            arrived=False,
             position_error=3.0 - tick / 100,
             orientation_error=0.2,
+            manipulability=0.08 + 0.01 * np.sin(stamp),
             heading_error=0.1,
-            tick_ms=2.0 + (tick % 7) / 10,
+            slack=0.01 * abs(np.sin(3 * stamp)),
+            solved=True,
+            bTe=wTb.actInv(wTe),
         ),
+        seconds=0.001 * (2.0 + (tick % 7) / 10),
         objects=OBJECTS,
         frame=seen,
         detection=found,

@@ -125,7 +125,8 @@ def test_a_stand_in_for_tests_acknowledges_a_released_emergency_stop_and_resumes
     for tick in range(300):
         if tick >= 100 and (control.state.emergency or tick < 200):
             control.emergency_stop("button pressed", pressed=tick < 200)
-        console.show(replace(snapshot(tick), stamp=0.01 * tick))
+        seen = snapshot(tick)
+        console.show(replace(seen, state=replace(seen.state, stamp=0.01 * tick)))
         if tick >= 100 and not control.state.paused:
             resumed.append(tick)
     assert control.attended

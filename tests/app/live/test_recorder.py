@@ -71,9 +71,9 @@ def test_signals_have_a_row_every_tick(recording: Path, snapshots: list[Snapshot
         [snapshot.command.qd / limits for snapshot in snapshots],
     )
     for entity, given in {
-        "manipulability": [[s.signals.manipulability] for s in snapshots],
-        "slack": [[s.signals.slack] for s in snapshots],
-        "tick": [[s.signals.tick_ms] for s in snapshots],
+        "manipulability": [[s.report.manipulability] for s in snapshots],
+        "slack": [[s.report.slack] for s in snapshots],
+        "tick": [[1000.0 * s.seconds] for s in snapshots],
         "base_velocity": [s.command.base_twist[:2] for s in snapshots],
         "base_rotation": [s.command.base_twist[2:] for s in snapshots],
     }.items():

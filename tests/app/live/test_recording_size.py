@@ -37,10 +37,10 @@ def restless() -> list[Snapshot]:
             replace(
                 pattern,
                 tick=tick,
-                stamp=tick * PERIOD,
                 state=replace(pattern.state, stamp=tick * PERIOD, q=q),
                 command=replace(pattern.command, qd=random.normal(size=7)),
-                signals=replace(pattern.signals, slack=random.random(), tick_ms=random.random()),
+                report=replace(pattern.report, slack=random.random()),
+                seconds=random.random(),
                 frame=frame if looks else None,
                 detection=pattern.detection if looks else None,
             )

@@ -18,6 +18,7 @@ from hw import Fault, FaultKind
 from trees import shipped
 from trees.language import build, load, nodes_in_order
 
+STANCE = Pose2D(2.3, 0.1, 0.5)
 FAULT = Fault(kind=FaultKind.REFLEX, text="reflex of the arm", clearable=True)
 
 
@@ -82,7 +83,10 @@ def test_a_line_to_what_runs_lies_over_those_it_shares_a_trunk_with(tmp_path: Pa
 
 def test_ghosts_stand_at_the_goals_and_are_gone_without_one(tmp_path: Path) -> None:
     run = [
-        replace(snapshot, base_goal=Pose2D(2.3, 0.1, 0.5) if snapshot.tick >= 20 else None)
+        replace(
+            snapshot,
+            report=replace(snapshot.report, stance=STANCE if snapshot.tick >= 20 else None),
+        )
         for snapshot in samples.run(80)
     ]
     path = record(tmp_path / "x.rrd", run)
@@ -90,7 +94,7 @@ def test_ghosts_stand_at_the_goals_and_are_gone_without_one(tmp_path: Path) -> N
     assert base[0][2] < -10.0, "out of sight"
     assert base[-1] == pytest.approx([2.3, 0.1, 0.0])
     hand = [row["translation"][0] for row in poses(path, "world/ghost/hand")]
-    assert hand[-1] == pytest.approx(run[-1].goal.translation)
+    assert hand[-1] == pytest.approx(run[-1].hand_goal.translation)
 
 
 def test_the_way_and_the_nearest_distance_are_drawn_while_they_are_there(tmp_path: Path) -> None:
@@ -98,8 +102,8 @@ def test_the_way_and_the_nearest_distance_are_drawn_while_they_are_there(tmp_pat
     points = (np.array([1.0, 0.0, 0.3]), np.array([1.0, 0.12, 0.3]))
     run = list(samples.run(60))
     for tick in range(20, 40):
-        signals = replace(run[tick].signals, clearance=0.12)
-        run[tick] = replace(run[tick], way=way, feels=points, signals=signals)
+        report = replace(run[tick].report, clearance=0.12, way=way, feels=points, stance=STANCE)
+        run[tick] = replace(run[tick], report=report)
     path = record(tmp_path / "x.rrd", run)
     counts = [(row["tick"], len(row["strips"])) for row in rows(path, "/world/way")]
     assert [count for _, count in counts] == [0, 1, 0]
