@@ -71,3 +71,42 @@ def test_the_command_line_is_quick_to_answer():
         check=True,
     )
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_to_check_a_task_without_places_reads_no_robot(tmp_path):
+    """Places need one, and so does whoever names a robot file, which may have mistakes."""
+    task = tmp_path / "waits.yaml"
+    task.write_text("task: waits\ntree: {wait: {duration_s: 1}}\n")
+    program = (
+        "import sys; from frankie_task_cli import main\n"
+        "opened = []\n"
+        "sys.addaudithook(lambda event, args: event == 'open' and opened.append(str(args[0])))\n"
+        "try: main()\n"
+        "finally: print(*[name for name in opened if name.endswith('.yaml')])"
+    )
+
+    def opened(*words: str) -> str:
+        command = [sys.executable, "-c", program, "check", *words]
+        environment = os.environ | {"PYTHONPATH": str(ROOT)}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        return done.stdout.splitlines()[-1]
+
+    assert "/parts/" not in opened(str(task))
+    assert "panda.yaml" in opened("pick_one")
+    assert "panda.yaml" in opened(str(task), "--robot", str(ROOT.parent / "robots" / "frankie.yaml"))
+
+
+def test_the_command_line_answers_alike_whatever_it_builds():
+    """A command is built alone; what calls none is answered by all of them."""
+    program = "from frankie_task_cli import main; main()"
+
+    def said(*words: str) -> str:
+        command = [sys.executable, "-c", program, *words]
+        environment = os.environ | {"PYTHONPATH": str(ROOT)}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        return done.stdout + done.stderr
+
+    assert "check [OPTIONS]" in said("check", "--help")
+    assert "bench step [OPTIONS]" in said("bench", "step", "--help")
+    assert "did you mean 'check'" in said("chek").lower()
+    assert all(word in said("--help") for word in ("check", "draw", "bench", "run"))

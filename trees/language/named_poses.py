@@ -26,13 +26,12 @@ from config import (
     quoted,
     validate,
 )
-from robots import load_robot
 from trees.language.mappings import ABSENT, named_entries
 from trees.language.plausibility import meant, radians_for_degrees
 from trees.language.value_types import NamedValue
 
-READY = Posture(name="ready", q=load_robot("frankie").arm.ready)
-"""Frankie's, until a tree is built for another robot."""
+READY = Posture(name="ready", q=np.full(7, np.nan))
+"""It is not known before a tree is built for a robot."""
 
 BUILT_IN: Mapping[str, NamedValue] = {READY.name: READY}
 """What every task file knows without defining it."""
