@@ -93,7 +93,9 @@ def test_to_check_a_task_without_places_reads_no_robot(tmp_path):
 
     assert "/parts/" not in opened(str(task))
     assert "panda.yaml" in opened("pick_one")
-    assert "panda.yaml" in opened(str(task), "--robot", str(ROOT.parent / "robots" / "frankie.yaml"))
+    assert "panda.yaml" in opened(
+        str(task), "--robot", str(ROOT.parent / "robots" / "frankie.yaml")
+    )
 
 
 def test_the_command_line_answers_alike_whatever_it_builds():
