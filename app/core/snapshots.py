@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from operator import attrgetter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from py_trees.common import Status
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from app.core.session import Tick
 
 
-_STATUS = attrgetter("status", "feedback_message")
+_STATUS, _POSE = attrgetter("status", "feedback_message"), attrgetter("pose")
 
 
 def scene_view(
@@ -68,7 +68,8 @@ class Snapshots:
 
     def __init__(self, nodes: Sequence[TreeNode], truth: Truth | None) -> None:
         self._nodes = [place.node for place in nodes]
-        self._statuses = (NodeStatus(Status.INVALID, ""),) * len(self._nodes)
+        never = NodeStatus(Status.INVALID, "")
+        self._statuses: tuple[NodeStatus, ...] = (never,) * len(nodes)
         self._movable = _movable(truth) if truth else ()
         self._shown: DepthFrame | None = None
 
@@ -85,7 +86,7 @@ class Snapshots:
             seconds=tick.seconds,
             nodes=self._of_nodes(),
             goal=context.goal,
-            objects=tuple([one.pose for one in self._movable]),
+            objects=tuple(map(_POSE, self._movable)),
             frame=vision.frame if is_new else None,
             detection=vision.detection if is_new else None,
             grasp=vision.grasp,
@@ -96,7 +97,7 @@ class Snapshots:
 
     def _of_nodes(self) -> tuple[NodeStatus, ...]:
         """A status that has not changed stays the same object, as nearly all do in every tick."""
-        now = map(_STATUS, self._nodes)
+        now: Iterator[Any] = map(_STATUS, self._nodes)
         kept = zip(self._statuses, now, strict=True)
         self._statuses = tuple([old if old == new else NodeStatus(*new) for old, new in kept])
         return self._statuses

@@ -33,7 +33,8 @@ def test_an_error_in_the_writer_is_reported_once_and_spares_the_run(tmp_path: Pa
     snapshot = samples.snapshot(0)
     broken = replace(snapshot, state=replace(snapshot.state, q=snapshot.state.q[:3]))
     for tick in range(1200):
-        made.record(replace(broken if tick == 150 else snapshot, tick=tick))
+        state = replace((broken if tick == 150 else snapshot).state, stamp=tick * 0.02)
+        made.record(replace(snapshot, tick=tick, state=state))
     with pytest.raises(RecorderError, match=r"x\.rrd: the recording ends early"):
         made.close()
     made.close()
