@@ -12,13 +12,23 @@ import numpy.typing as npt
 from behaviours.context import Context
 from behaviours.key import Key
 from behaviours.poses import Region
+from config import suggest
 from hw import DepthFrame
-from perception import ColourName, GraspEstimate, SeenObject, SeenObjects, seen_objects
+from perception import (
+    ColourName,
+    GraspEstimate,
+    RecogniserError,
+    SeenObject,
+    SeenObjects,
+    known_kinds,
+    seen_objects,
+    with_kinds,
+)
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Choose: TypeAlias = Literal["best", "largest", "smallest", "nearest"]
 
-WORDS = ("choose", "colour", "min_width_mm", "max_width_mm")
+WORDS = ("choose", "kind", "colour", "min_width_mm", "max_width_mm")
 """The parameters of leaves that choose."""
 
 _ORDERS: Mapping[str, Callable[[SeenObject, Array], float]] = {
@@ -35,6 +45,8 @@ class Choice:
 
     choose: Choose = "best"
     """`best` leaves it to the grasps."""
+    kind: str | None = None
+    """As a recogniser says."""
     colour: ColourName | None = None
     narrowest: float = 0.0
     """Its shorter edge, seen from above, is not less than this [m] ..."""
@@ -45,6 +57,7 @@ class Choice:
     def of(
         cls,
         choose: Choose,
+        kind: str | None,
         colour: ColourName | None,
         min_width_mm: float | None,
         max_width_mm: float | None,
@@ -52,6 +65,7 @@ class Choice:
         """From what a task says."""
         return cls(
             choose=choose,
+            kind=kind,
             colour=colour,
             narrowest=0.0 if min_width_mm is None else min_width_mm / 1000.0,
             widest=np.inf if max_width_mm is None else max_width_mm / 1000.0,
@@ -72,14 +86,16 @@ class Choice:
         fitting = [
             one
             for one in objects
-            if self.narrowest <= one.width <= self.widest and self.colour in (None, one.colour)
+            if self.narrowest <= one.width <= self.widest
+            and self.colour in (None, one.colour)
+            and self.kind in (None, one.kind)
         ]
         order = _ORDERS.get(self.choose)
         return fitting if order is None else sorted(fitting, key=lambda one: order(one, base))
 
     def __str__(self) -> str:
         """What is looked for, for people: `a red object of at least 30 mm`."""
-        what = f"{self.colour} object" if self.colour else "object"
+        what = " ".join(word for word in (self.colour, self.kind or "object") if word)
         article = "an" if what[0] in "aeiou" else "a"
         least = f"at least {1000 * self.narrowest:g} mm" if self.narrowest else ""
         most = f"at most {1000 * self.widest:g} mm" if self.widest < np.inf else ""
@@ -100,6 +116,10 @@ def misfit(arguments: Mapping[str, object], region: str = "") -> str:
             f"has a least width of {least:g} mm and a largest of {most:g} mm, between which "
             "nothing is; exchange them"
         )
+    kind = arguments.get("kind")
+    if isinstance(kind, str) and kind not in (known := known_kinds(kind)).recognisers:
+        hint = known.problems[0] if known.problems else suggest(kind, known.recognisers)
+        return f"asks for a `{kind}`, which no recogniser knows; {hint}"
     words = [word for word in WORDS if word in arguments]
     if region and words and isinstance(arguments.get(region), Key):
         return (
@@ -215,4 +235,9 @@ def look_for(frame: DepthFrame, region: Region, choice: Choice) -> SeenObjects |
     if choice.colour is not None and frame.colour is None:
         return "the camera of this robot sees no colours"
     objects = seen_objects(frame, region)
-    return "no depth was measured" if objects is None else objects
+    if objects is None:
+        return "no depth was measured"
+    try:
+        return objects if choice.kind is None else with_kinds(frame, objects, choice.kind)
+    except RecogniserError as error:
+        return str(error)

@@ -29,6 +29,7 @@ class Detect(Leaf):
         count: key for the number of objects.
         choose: which comes first: the largest covers most, seen from above, and the nearest is near
             to the base; `best` goes from the left of the image to the right.
+        kind: only objects of this kind: `box`, `can`, `ball`, `roll`, or what a package recognises.
         colour: only objects of this colour.
         min_width_mm: only those whose shorter edge, seen from above, is at least this [mm].
         max_width_mm: only those whose shorter edge is at most this [mm].
@@ -48,6 +49,7 @@ class Detect(Leaf):
         list: Key[SeenObjects] | None = None,
         count: Key[int] | None = None,
         choose: Choose = "best",
+        kind: str | None = None,
         colour: ColourName | None = None,
         min_width_mm: Millimetres | None = None,
         max_width_mm: Millimetres | None = None,
@@ -56,12 +58,12 @@ class Detect(Leaf):
         super().__init__(name, context)
         self._region = region
         self._list, self._count = list, count
-        self._choice = Choice.of(choose, colour, min_width_mm, max_width_mm)
+        self._choice = Choice.of(choose, kind, colour, min_width_mm, max_width_mm)
         self._patience = patience_s
 
     @classmethod
     def misfit(cls, arguments: Mapping[str, object]) -> str:
-        """Widths between which nothing lies."""
+        """Widths between which nothing lies, or a kind that nobody knows."""
         return misfit(arguments)
 
     def initialise(self) -> None:
@@ -112,7 +114,7 @@ class LooksLike(Condition):
     ) -> None:
         super().__init__(name, context)
         self._object = object
-        self._choice = Choice.of("best", colour, min_width_mm, max_width_mm)
+        self._choice = Choice.of("best", None, colour, min_width_mm, max_width_mm)
 
     @classmethod
     def misfit(cls, arguments: Mapping[str, object]) -> str:

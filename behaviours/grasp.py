@@ -45,6 +45,7 @@ class Grasp(Leaf):
             found.
         choose: which of those that fit; the largest covers most, seen from above, and the nearest
             is near to the base.
+        kind: only objects of this kind: `box`, `can`, `ball`, `roll`, or what a package recognises.
         colour: only objects of this colour.
         min_width_mm: only those whose shorter edge, seen from above, is at least this [mm].
         max_width_mm: only those whose shorter edge is at most this [mm].
@@ -65,6 +66,7 @@ class Grasp(Leaf):
         *,
         within: Region | SeenObject,
         choose: Choose = "best",
+        kind: str | None = None,
         colour: ColourName | None = None,
         min_width_mm: Millimetres | None = None,
         max_width_mm: Millimetres | None = None,
@@ -76,7 +78,7 @@ class Grasp(Leaf):
     ) -> None:
         super().__init__(name, context)
         self._within = within
-        choice = Choice.of(choose, colour, min_width_mm, max_width_mm)
+        choice = Choice.of(choose, kind, colour, min_width_mm, max_width_mm)
         self._aim = Target(context, within, choice)
         self._lock_distance = lock_distance_m
         self._force = force_n
@@ -86,7 +88,7 @@ class Grasp(Leaf):
 
     @classmethod
     def misfit(cls, arguments: Mapping[str, object]) -> str:
-        """Widths between which nothing lies, or a choice among one object."""
+        """Widths between which nothing lies, an unknown kind, or a choice among one object."""
         return misfit(arguments, "within")
 
     @property

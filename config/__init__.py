@@ -7,6 +7,7 @@ error that a person can fix; `read_config` reads a strict YAML file into a check
 
 from config.diagnostics import Diagnostic, Diagnostics, Location, Severity, TooManyErrorsError
 from config.errors import UserError, quoted, suggest
+from config.plugins import PluginError, entries, imported
 from config.reader import ConfigError, StrictModel, read_config, validate
 from config.strict_yaml import (
     Plain,
@@ -29,6 +30,7 @@ __all__ = [
     "Diagnostics",
     "Location",
     "Plain",
+    "PluginError",
     "Severity",
     "StrictModel",
     "TooManyErrorsError",
@@ -40,6 +42,8 @@ __all__ = [
     "YamlValue",
     "content",
     "describe",
+    "entries",
+    "imported",
     "parse_scalar",
     "parse_yaml",
     "quoted",

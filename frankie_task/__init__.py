@@ -1,8 +1,9 @@
 """What the author of a behaviour, a robot or a script needs, in one place.
 
 A behaviour derives from `Leaf` or `Condition` and is offered by an entry point of the group
-`frankie_task.behaviours`. A robot is made of an `Arm`, a `Base`, a `Gripper` and a `DepthCamera`:
-`ComposedRobot`. A script calls `run_task`. What is not here may change without notice.
+`frankie_task.behaviours`, a `Recogniser` by one of `frankie_task.recognisers`. A robot is made of
+an `Arm`, a `Base`, a `Gripper` and a `DepthCamera`: `ComposedRobot`. A script calls `run_task`.
+What is not here may change without notice.
 """
 
 from __future__ import annotations
@@ -53,6 +54,7 @@ from hw import (
     RobotState,
     TaskTime,
 )
+from perception import Labelled, Recogniser, SeenObjects
 from robots import RobotDescription, load_robot
 
 if TYPE_CHECKING:
@@ -83,6 +85,7 @@ __all__ = [
     "GripperState",
     "HardwareError",
     "Key",
+    "Labelled",
     "Leaf",
     "MotionGoal",
     "NotNegative",
@@ -92,10 +95,12 @@ __all__ = [
     "Posture",
     "PostureGoal",
     "Progress",
+    "Recogniser",
     "Region",
     "Robot",
     "RobotDescription",
     "RobotState",
+    "SeenObjects",
     "Status",
     "StepReport",
     "TaskTime",

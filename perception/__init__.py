@@ -14,6 +14,7 @@ from perception.geometry import Camera, world_points
 from perception.grasp import Detection, GraspEstimate
 from perception.grasp_feasibility import assess
 from perception.height_map import HeightMap, build_height_map
+from perception.kinds import SHAPE_KINDS, known_kinds, with_kinds
 from perception.network_io import (
     ANGLE_BINS,
     INPUT_SIZE,
@@ -22,6 +23,7 @@ from perception.network_io import (
 )
 from perception.objects import ColourFrame, seen_objects
 from perception.preprocess import METRES_PER_PIXEL, Crop, central_crop, prepare
+from perception.recogniser import Labelled, Recogniser, RecogniserError
 from perception.samples import Labels, Sample, Shard
 from perception.seen_object import Footprint, SeenObject, SeenObjects
 from perception.seen_surfaces import SeenSurfaces, SurfaceSettings, surface_cells
@@ -35,6 +37,7 @@ __all__ = [
     "METRES_PER_PIXEL",
     "OCCUPIED_HEIGHT",
     "OUTPUT_STRIDE",
+    "SHAPE_KINDS",
     "WALL_MARGIN",
     "WITHOUT_NETWORK",
     "Camera",
@@ -49,9 +52,12 @@ __all__ = [
     "GraspEstimate",
     "GraspTracker",
     "HeightMap",
+    "Labelled",
     "Labels",
     "NoTableError",
     "Proposals",
+    "Recogniser",
+    "RecogniserError",
     "Sample",
     "SeenObject",
     "SeenObjects",
@@ -66,8 +72,10 @@ __all__ = [
     "camera_above_table",
     "central_crop",
     "colour_name",
+    "known_kinds",
     "prepare",
     "seen_objects",
     "surface_cells",
+    "with_kinds",
     "world_points",
 ]

@@ -47,6 +47,8 @@ class SeenObject:
     """What it covers, seen from above [m^2]."""
     colour: str
     """The name of its colour; empty where the camera sees none."""
+    kind: str = ""
+    """What a recogniser takes it for; empty if none was asked, or none knows it."""
     whole: bool
     """Whether the image shows all of it."""
     box: tuple[int, int, int, int]
@@ -71,7 +73,7 @@ class SeenObject:
     @property
     def name(self) -> str:
         """For messages."""
-        return f"the {self.colour} object" if self.colour else "the object"
+        return " ".join(word for word in ("the", self.colour, self.kind or "object") if word)
 
     def __str__(self) -> str:
         """For people: what it is, where, and how wide."""

@@ -26,6 +26,15 @@ def interval(outcomes: Sequence[bool]) -> tuple[float, float]:
     return max(0.0, centre - half), min(1.0, centre + half)
 
 
+def percent(outcomes: Sequence[bool]) -> str:
+    """The share of good outcomes and its 95 % interval, for a table; `-` without outcomes."""
+    if not outcomes:
+        return "-"
+    low, high = interval(outcomes)
+    part = 100.0 * sum(outcomes) / len(outcomes)
+    return f"{part:.1f} ({100.0 * low:.1f} to {100.0 * high:.1f})"
+
+
 def paired_difference(
     one: npt.NDArray[np.float64],
     other: npt.NDArray[np.float64],

@@ -14,7 +14,7 @@ from hw.sim.layout import build_world, load_fixtures, load_scene, scene_mistakes
 from hw.sim.noise import D435Noise
 from hw.sim.objects import HELDOUT, HOUSEHOLD, MODELLED, OBJECT_CLASSES, TRAIN
 from hw.sim.photograph import Grey, photograph
-from hw.sim.render import DepthRenderer
+from hw.sim.render import DepthRenderer, painted
 from hw.sim.robot import kinematic_robot
 from hw.sim.scene import Scene, SceneError, find_scene, read_scene, scene_names
 from hw.sim.sim_object import Motion, SimObject
@@ -51,6 +51,7 @@ __all__ = [
     "kinematic_robot",
     "load_fixtures",
     "load_scene",
+    "painted",
     "photograph",
     "read_scene",
     "scene_mistakes",

@@ -6,12 +6,12 @@ whatever it does while it is imported, its problem becomes a line of text.
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 
 from behaviours import Leaf
+from config import PluginError, imported
 
 ENTRY_POINTS = "frankie_task.behaviours"
 """Entry-point group in which other packages offer their leaves."""
@@ -41,33 +41,14 @@ class Offer:
         return Offer(name=self.name, value=self.value, problem=problem)
 
 
-def entries() -> list[metadata.EntryPoint]:
-    """What installed packages offer, not yet imported."""
-    return list(metadata.entry_points(group=ENTRY_POINTS))
-
-
 @cache
 def offer_of(entry: metadata.EntryPoint) -> Offer:
-    """The leaf of an entry point, imported once in a process, on a thread that need not end."""
+    """The leaf of an entry point, imported once in a process."""
     offer = Offer(name=entry.name, value=entry.value)
-    results: list[object] = []
-
-    def load() -> None:
-        try:
-            results.append(entry.load())
-        except BaseException as error:  # a package that calls `sys.exit` ends nothing but itself
-            results.append(error)
-
-    thread = threading.Thread(target=load, name=f"import of {entry.value}", daemon=True)
-    thread.start()
-    thread.join(PATIENCE)
-    if not results:
-        return offer.broken(f"its import has not ended after {PATIENCE:g} s")
-    (leaf,) = results
-    if isinstance(leaf, KeyboardInterrupt):
-        raise leaf
-    if isinstance(leaf, BaseException):
-        return offer.broken(f"{type(leaf).__name__}: {leaf}")
+    try:
+        leaf = imported(entry, PATIENCE)
+    except PluginError as error:
+        return offer.broken(str(error))
     if not isinstance(leaf, type) or not issubclass(leaf, Leaf):
         return offer.broken("it is no class that derives from Leaf or Condition")
     return Offer(name=entry.name, value=entry.value, leaf=leaf)

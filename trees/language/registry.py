@@ -17,10 +17,11 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from behaviours import LEAVES, Condition, Key, Leaf
+from config import entries
 from trees.language.errors import LeafError
 from trees.language.keys import Add, Set
 from trees.language.mappings import NAMING_HINT, WORD
-from trees.language.plugins import Offer, entries, offer_of
+from trees.language.plugins import ENTRY_POINTS, Offer, offer_of
 from trees.language.value_types import ValueType, read_annotation
 from trees.language.vocabulary import RESERVED
 
@@ -125,7 +126,7 @@ class Installed:
     """
 
     def __init__(self, leaves: Mapping[str, type[Leaf]] | None = None) -> None:
-        self._pending = entries() if leaves is None else []
+        self._pending = entries(ENTRY_POINTS) if leaves is None else []
         self._classes = dict(LEAVES if leaves is None else leaves)
         self.leaves = describe_leaves(self._classes)
         """By their keys: those of packages are added when they are fetched."""

@@ -1,4 +1,4 @@
-"""`bench choosing`: is the object that was asked for the one that is taken?"""
+"""`bench choosing`: is what was asked for what is taken? `bench kinds`: what are things called?"""
 
 from __future__ import annotations
 
@@ -41,3 +41,15 @@ def choosing(
     for note in bench.choosing_notes(takings):
         console().print(note)
     write_json(json, bench.choosing_json(takings))
+
+
+def kinds(
+    seeds: Annotated[str, typer.Option(help="First and last seed.", metavar="A-B")] = "0-399",
+    workers: Workers = None,
+    cluster: Cluster = None,
+) -> None:
+    """What the shipped recogniser calls the objects of simulated scenes, in one frame of each."""
+    from app.lab import bench
+
+    called = bench.run_kinds(seed_range(seeds), workers=workers_of(workers), cluster=cluster)
+    console().print(bench.kinds_table(called))

@@ -18,6 +18,7 @@ from app.lab.bench.fault_matrix import QUICK, QUICK_PHASES
 from app.lab.bench.fault_report import faults_json, faults_notes, faults_table
 from app.lab.bench.faults import Cell, CellResult, cells, run_cells
 from app.lab.bench.goals import PLACES, generate_goals, load_goals
+from app.lab.bench.kinds import kinds_table, run_kinds
 from app.lab.bench.moving import PATHS, Following, moving_table, run_following
 from app.lab.bench.obstacle_plots import plot_worlds, trace_world
 from app.lab.bench.obstacle_report import (
@@ -124,6 +125,7 @@ __all__ = [
     "faults_notes",
     "faults_table",
     "generate_goals",
+    "kinds_table",
     "load_goals",
     "make_plots",
     "make_world",
@@ -147,6 +149,7 @@ __all__ = [
     "run_choosing",
     "run_following",
     "run_in_worlds",
+    "run_kinds",
     "run_pick_place",
     "run_pose",
     "run_signals",

@@ -16,8 +16,8 @@ from rich.table import Table
 
 from app.core import Trial, VisionForm, set_up
 from app.lab import machine
-from app.lab.bench.choosing_scenes import ALIKE, CLUTTER, FLOOR, INNER, TRAY, make_scene
-from app.lab.statistics import interval
+from app.lab.bench.choosing_scenes import ALIKE, CLUTTER, TRAY, TRAY_REGION, make_scene
+from app.lab.statistics import percent
 from app.lab.workers import run_all
 from behaviours import (
     Detect,
@@ -27,7 +27,6 @@ from behaviours import (
     Navigate,
     OpenGripper,
     Recover,
-    Region,
     RetreatCheck,
     SeenObjects,
     ToolPose,
@@ -43,11 +42,6 @@ _RATE = 10.0
 """Of the camera [Hz]: rendering takes most of the time."""
 _ALIKE = 0.015
 """Of two objects whose distances differ by less than this either is the nearest [m]."""
-_TRAY = Region(
-    name="tray",
-    wTr=SE3(np.eye(3), np.array([*TRAY, FLOOR + 0.1])),
-    size=np.array([*INNER, 0.2]),
-)
 _ABOVE = ToolPose(
     name="above the tray",
     wTe=SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0), np.array([TRAY[0] - 0.065, TRAY[1], 0.85])),
@@ -99,12 +93,12 @@ def take(seed: int) -> Taking:
         context = trial.context
         trial.run(Navigate("go", context, to=_ABOVE))
         trial.run(OpenGripper("open", context))
-        seen = trial.run(Detect("count", context, region=_TRAY, list=found)) is Status.SUCCESS
+        seen = trial.run(Detect("count", context, region=TRAY_REGION, list=found)) is Status.SUCCESS
         near = _near(world, context.state.wTb.translation)
         taken, reason, attempts = "", "", 0
         while not taken and attempts < ATTEMPTS:
             attempts += 1
-            grasp = Grasp("grasp", context, within=_TRAY, **cast(Any, asked.words))
+            grasp = Grasp("grasp", context, within=TRAY_REGION, **cast(Any, asked.words))
             check = RetreatCheck("check", context)
             leaves: tuple[Leaf, ...] = (grasp, check)
             for leaf in leaves:
@@ -177,9 +171,9 @@ def choosing_table(takings: Sequence[Taking]) -> Table:
             name,
             str(len(group)),
             str(sum(bool(one.taken) for one in group)),
-            _share([one.is_right for one in group if one.taken]),
-            _share([one.is_right for one in group]),
-            _share([one.counted == one.objects for one in group]),
+            percent([one.is_right for one in group if one.taken]),
+            percent([one.is_right for one in group]),
+            percent([one.counted == one.objects for one in group]),
         )
     return table
 
@@ -198,11 +192,3 @@ def choosing_json(takings: Sequence[Taking]) -> str:
     """Every scene, and the machine."""
     scenes = [asdict(one) | {"right": one.is_right} for one in takings]
     return json.dumps({"about": machine(), "scenes": scenes}, indent=2)
-
-
-def _share(outcomes: Sequence[bool]) -> str:
-    if not outcomes:
-        return "-"
-    low, high = interval(outcomes)
-    share = 100.0 * sum(outcomes) / len(outcomes)
-    return f"{share:.1f} ({100.0 * low:.1f} to {100.0 * high:.1f})"

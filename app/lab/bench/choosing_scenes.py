@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from pinocchio import SE3
 
+from behaviours import Region
 from hw.sim import HOUSEHOLD, Container, DepthRenderer, Objects, Scene, SimObject, Table, World
 from hw.sim import build_world as _built
 from perception import colour_name
@@ -18,6 +19,11 @@ TRAY = (0.80, 0.0)
 """Middle of the tray, before the robot [m]."""
 INNER = (0.44, 0.36)
 FLOOR = 0.456
+TRAY_REGION = Region(
+    name="tray",
+    wTr=SE3(np.eye(3), np.array([*TRAY, FLOOR + 0.1])),
+    size=np.array([*INNER, 0.2]),
+)
 CLUTTER = ("apart", "pairs", "cluster")
 """How objects lie: 6 mm or more apart; two pairs that touch; all pushed to one in the middle."""
 ALIKE = ", alike"
@@ -66,7 +72,7 @@ def make_scene(seed: int) -> tuple[World, str, Asked]:
     rng = np.random.default_rng((seed, 17))
     clutter = CLUTTER[seed % len(CLUTTER)]
     for _ in range(_TRIES):
-        world = _world(clutter, rng)
+        world = make_world(clutter, rng)
         things = [_true(obj) for obj in world.objects]
         asking = _ASKING[(seed // len(CLUTTER)) % len(_ASKING)]
         if asked := asking(things, rng):
@@ -74,12 +80,15 @@ def make_scene(seed: int) -> tuple[World, str, Asked]:
     raise RuntimeError(f"no scene for seed {seed}")
 
 
-def _world(clutter: str, rng: np.random.Generator) -> World:
+def make_world(
+    clutter: str, rng: np.random.Generator, kinds: Sequence[str] = tuple(HOUSEHOLD)
+) -> World:
+    """Five to eight objects of some classes in the tray, lying as `CLUTTER` says."""
     count = int(rng.integers(5, 9))
     scene = Scene(
         container=Container(centre=TRAY, inner_size=INNER, floor_height=FLOOR),
         table=Table(centre=(0.0, 2.5), size=(1.2, 0.6)),
-        objects=Objects(count=count, kinds=tuple(HOUSEHOLD), width_mm=(15.0, 60.0)),
+        objects=Objects(count=count, kinds=tuple(kinds), width_mm=(15.0, 60.0)),
     )
     world = _built(scene, rng)
     if clutter == "pairs":

@@ -1,0 +1,161 @@
+"""Kinds of things: those that the shapes tell, and those that a package adds."""
+
+import itertools
+import sys
+
+import numpy as np
+import pytest
+from harness import ON_TABLE, TABLE_TOP, Harness, block, looking_down, table_world
+from py_trees.common import Status
+
+from behaviours import Detect, Grasp, Key, SeenObjects
+from perception import known_kinds
+from robots import Cylinder, Geom
+from trees.language import check
+
+NUMBERS = itertools.count()
+APPLES = """
+from frankie_task import Labelled
+
+class Apples:
+    kinds = ("apple", "pear")
+
+    def recognise(self, frame, objects):
+        left = min(objects, key=lambda one: one.box)
+        wrong = Labelled(kind="pear", box=(0, 0, 9, 9), score=0.9)
+        return [wrong, Labelled(kind="apple", box=left.box, score=0.6)]
+"""
+USES = """\
+task: t
+regions: {box: {centre: [0.7, 0, 0.5], size: [1, 1, 0.2]}}
+tree: {grasp: {within: box, kind: KIND}}
+"""
+
+
+@pytest.fixture
+def install(tmp_path, monkeypatch):
+    """Installs a package with one module, as the metadata of pip describe it."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    known_kinds.cache_clear()
+
+    def install(source: str) -> None:
+        module = f"recogniser_{next(NUMBERS)}"
+        (tmp_path / f"{module}.py").write_text(source)
+        info = tmp_path / f"{module}-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n")
+        offer = f"[frankie_task.recognisers]\nfruit = {module}:Apples\n"
+        (info / "entry_points.txt").write_text(offer)
+        known_kinds.cache_clear()
+
+    yield install
+    known_kinds.cache_clear()
+    for name in [name for name in sys.modules if name.startswith("recogniser_")]:
+        del sys.modules[name]
+
+
+@pytest.fixture
+def task(tmp_path):
+    def write(kind: str):
+        path = tmp_path / "t.yaml"
+        path.write_text(USES.replace("KIND", kind))
+        return path
+
+    return write
+
+
+def table() -> Harness:
+    """A can and a block, the robot looking down at them; the can is left in the image."""
+    can = block((0.02, 0.02, 0.03), x=0.66, y=0.08, name="can")
+    round_part = Geom(Cylinder(0.02, 0.03), can.parts[0].pose, "can", (60, 110, 190))
+    can = type(can)(
+        name="can", parts=(round_part,), mass=can.mass, friction=can.friction, pose=can.pose
+    )
+    other = block((0.018, 0.03, 0.02), x=0.66, y=-0.08, name="block")
+    harness = Harness(table_world(can, other))
+    harness.reach_over(looking_down(0.6, 0.0, TABLE_TOP + 0.45))
+    return harness
+
+
+def kinds_seen(harness: Harness, kind: str) -> dict[str, tuple[float, ...]]:
+    found = Key[SeenObjects]("found")
+    detect = Detect("see", harness.context, region=ON_TABLE, list=found, kind=kind)
+    assert harness.run(detect) is Status.SUCCESS, detect.feedback_message
+    return {one.kind: tuple(np.round(one.position[:2], 2)) for one in found.read()}
+
+
+def test_the_shipped_recogniser_tells_a_can_from_a_box():
+    harness = table()
+    assert kinds_seen(harness, "can") == {"can": (0.66, 0.08)}
+    assert kinds_seen(harness, "box") == {"box": (0.66, -0.08)}
+    assert kinds_seen(harness, "ball") == {}
+
+
+def test_the_hand_takes_the_kind_that_was_asked_for_and_nothing_else():
+    harness = table()
+    grasp = Grasp("grasp", harness.context, within=ON_TABLE, kind="ball", patience_s=0.5)
+    assert harness.run(grasp) is Status.FAILURE
+    assert "a ball is not among the 2 objects in sight" in grasp.feedback_message
+    grasp = Grasp("grasp", harness.context, within=ON_TABLE, kind="can")
+    assert harness.run(grasp) is Status.SUCCESS, grasp.feedback_message
+    assert harness.world.held is harness.world.find("can")
+
+
+def test_check_knows_the_kinds_of_recognisers(task, install):
+    assert check(task("can")) == []
+    (mistake,) = check(task("cann"))
+    assert (mistake.location.line, mistake.location.column) == (3, 8)
+    assert "asks for a `cann`, which no recogniser knows" in mistake.message
+    assert mistake.hint == "did you mean `can`?"
+    assert "which no recogniser knows" in str(check(task("apple"))[0])
+    install(APPLES)
+    assert check(task("apple")) == []
+    assert check(task("aple"))[0].hint == "did you mean `apple`?"
+
+
+def test_a_package_adds_a_kind(install):
+    install(APPLES)
+    assert list(kinds_seen(table(), "apple")) == ["apple"]
+    assert kinds_seen(table(), "pear") == {}  # its box is on no object
+
+
+BROKEN = {
+    "raise ValueError('two\\nlines')": "ValueError: two lines",
+    "raise SystemExit": "SystemExit",
+    "Apples = 3": "AttributeError",
+    "class Apples:\n    kinds = (3,)\n": "its `kinds` are no words",
+    "class Apples:\n    def __init__(self, weights): pass\n": "TypeError",
+}
+
+
+@pytest.mark.parametrize("source", BROKEN)
+def test_a_broken_package_is_named_once_and_stops_only_who_asks_for_it(task, install, source):
+    install(source)
+    assert check(task("can")) == []
+    (mistake,) = check(task("apple"))
+    assert "recogniser `fruit` of `recogniser_" in mistake.hint
+    assert BROKEN[source] in mistake.hint
+    assert "\n" not in str(mistake)
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        (
+            "raise RuntimeError('no\\nweights')",
+            "`fruit` failed: RuntimeError: no weights",
+        ),
+        ("return None", "recogniser `fruit` failed: TypeError"),
+        ("return ['apple']", "recogniser `fruit` failed: AttributeError"),
+        ("return [Labelled(kind='apple', box=(0, 0, 1, 1), score=7)]", "a score from 0 to 1"),
+        ("return [Labelled(kind='apple', box=(0, 0, 1), score=1)]", "failed: ValueError"),
+    ],
+)
+def test_a_recogniser_that_fails_is_the_reason_of_the_leaf(install, body, told):
+    head = "from frankie_task import Labelled\nclass Apples:\n    kinds = ['apple']\n"
+    install(head + f"    def recognise(self, frame, objects):\n        {body}\n")
+    harness = table()
+    detect = Detect("see", harness.context, region=ON_TABLE, kind="apple")
+    assert harness.run(detect) is Status.FAILURE
+    assert told in detect.feedback_message
+    assert "\n" not in detect.feedback_message
