@@ -140,7 +140,10 @@ def export(
         int, typer.Option(help="With --lerobot: frames a second; divides the control rate.")
     ] = 50,
 ) -> None:
-    """A task as XML for BehaviorTree.CPP 4 and Groot2; or the motion of runs for learning."""
+    """A task as XML for BehaviorTree.CPP 4 and Groot2; or the motion of runs for learning.
+
+    With --output, each task file that it includes becomes a file beside it.
+    """
     if lerobot is not None:
         if output is not None:
             refuse("--output: a data set goes into the folder of --lerobot; leave it out")
@@ -148,11 +151,28 @@ def export(
         return
     if len(names) > 1:
         refuse(f"{names[1]}: one task at a time becomes XML; add --lerobot DIR to export runs")
-    from trees.btcpp import export_xml
+    from trees.btcpp import export_files, export_xml
     from trees.language import load
 
-    text = export_xml(load(find_tree(names[0]), open_parameters=True))
-    _deliver(text, output)
+    task = load(find_tree(names[0]), open_parameters=True)
+    if output is None:
+        _deliver(export_xml(task), None)
+        return
+    first, *included = export_files(task).items()
+    files = {output.parent / path: text for path, text in included}
+    if output in files:
+        refuse(f"{output}: a subtree of the task belongs there; choose another name")
+    _deliver(first[1], output)
+    for path, text in files.items():
+        _make_folder(path.parent)
+        _deliver(text, path)
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        refuse(f"{folder}: cannot be made ({error.strerror}); name a file in another folder")
 
 
 def _export_runs(names: list[str], folder: Path, runs: Path, fps: int) -> None:

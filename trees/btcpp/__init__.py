@@ -2,6 +2,6 @@
 
 from trees.btcpp.btlog import BtLog
 from trees.btcpp.counterparts import TAGS
-from trees.btcpp.export import export_xml
+from trees.btcpp.export import export_files, export_xml
 
-__all__ = ["TAGS", "BtLog", "export_xml"]
+__all__ = ["TAGS", "BtLog", "export_files", "export_xml"]

@@ -1,61 +1,29 @@
 """A task as XML for BehaviorTree.CPP 4, which Groot2 opens.
 
-Each task file becomes a tree of the XML, its parameters, poses and regions the ports of that tree,
-with their defaults: `$attempts` and a named pose are then both entries of the tree's blackboard.
-The tree `Main` runs the task with these defaults. Leaves keep their keys; the models of everything
-that BehaviorTree.CPP does not bring along stand at the end.
+Each task file becomes a tree of the XML, in one text or in a file of its own. Its parameters, poses
+and regions are the ports of that tree, with their defaults: `$attempts` and a named pose are then
+both entries of the tree's blackboard. The tree `Main` runs the task with these defaults. Leaves
+keep their keys; the models of everything that BehaviorTree.CPP does not bring along stand at the
+end.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from config import Diagnostics, Location
-from trees.btcpp.counterparts import (
-    MAIN,
-    PARALLEL,
-    RESERVED_PORTS,
-    SCRIPT,
-    SUBTREE,
-    SWITCHES,
-    TAKEN,
-    VALUE,
-    parallel_counts,
-    standard_attributes,
-    switch_attributes,
-)
-from trees.btcpp.ports import (
-    ANY_TYPE,
-    leaf_model,
-    literal,
-    parameter_port,
-    pointed_at,
-    pointer,
-    port_type,
-    survives,
-)
+from trees.btcpp.counterparts import MAIN, SUBTREE, TAKEN
+from trees.btcpp.ports import ANY_TYPE, leaf_model, parameter_port, pointer, port_type
 from trees.btcpp.pose_text import pose_text
-from trees.language import (
-    COMPOSITES,
-    MODIFIERS,
-    SET,
-    CompositeNode,
-    KeyRead,
-    LeafNode,
-    LeafType,
-    NamedValue,
-    Node,
-    SubtreeNode,
-    Task,
-    TaskFileError,
-    ValueType,
-)
+from trees.btcpp.writer import Writer
+from trees.language import LeafType, Task, TaskFileError, ValueType
 
 
 def export_xml(task: Task) -> str:
-    """The XML of a task and of the files that it includes.
+    """The XML of a task and of the files that it includes, in one text.
 
     Args:
         task: loaded with open parameters, so that `$name` is still there.
@@ -63,18 +31,76 @@ def export_xml(task: Task) -> str:
     Raises:
         TaskFileError: something in it has no counterpart in the XML.
     """
-    export = _Export()
+    export = _exported(task)
+    root = _root(_main(task))
+    root.extend(export.trees.values())
+    return _text(root, export.models, export.models)
+
+
+def export_files(task: Task) -> dict[Path, str]:
+    """The XML of a task, and a file of XML for each file that it includes.
+
+    Each includes those that it uses, so that each can be opened alone.
+
+    Args:
+        task: as for `export_xml`.
+
+    Returns:
+        The texts by where they belong, from the file of the task on, which comes first.
+
+    Raises:
+        TaskFileError: something in it has no counterpart in the XML.
+    """
+    export = _exported(task)
+    home = task.path.resolve().parent
+    texts: dict[Path, str] = {}
+    for path, tree in export.trees.items():
+        root = _root(*((_main(task),) if path == task.path else ()))
+        for number, other in enumerate(sorted(export.included[path])):
+            include = Element("include", path=_beside(other, path.resolve().parent).as_posix())
+            root.insert(number, include)
+        root.append(tree)
+        place = _beside(path, home)
+        if place in texts:
+            diagnostics = Diagnostics(path)
+            message = f"another file of the task becomes `{place}` too"
+            diagnostics.error(Location(line=1, column=1), message, "rename one of them")
+            raise TaskFileError(diagnostics.in_order())
+        texts[place] = _text(root, export.models, export.used[path])
+    return texts
+
+
+def _beside(path: Path, folder: Path) -> Path:
+    """The XML of a task file, relative to a folder."""
+    return Path(os.path.relpath(path.resolve(), folder)).with_suffix(".xml")
+
+
+def _main(task: Task) -> Element:
+    """The tree that runs the task with its defaults."""
     required = [name for name, one in task.parameters.items() if one.default is None]
     main = Element("BehaviorTree", ID=MAIN)
     SubElement(main, SUBTREE, {"ID": task.name} | {name: pointer(name) for name in required})
-    export.add(task)
-    root = Element("root", BTCPP_format="4", main_tree_to_execute=MAIN)
-    root.append(main)
-    root.extend(export.trees.values())
-    models = SubElement(root, "TreeNodesModel")
-    models.extend(model for _, model in sorted(export.models.items()))
+    return main
+
+
+def _root(*trees: Element) -> Element:
+    root = Element("root", BTCPP_format="4")
+    if trees:
+        root.set("main_tree_to_execute", MAIN)
+    root.extend(trees)
+    return root
+
+
+def _text(root: Element, models: Mapping[str, Element], used: Iterable[str]) -> str:
+    SubElement(root, "TreeNodesModel").extend(models[key] for key in sorted(used))
     indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
+
+
+def _exported(task: Task) -> _Export:
+    export = _Export()
+    export.add(task)
+    return export
 
 
 class _Export:
@@ -83,11 +109,16 @@ class _Export:
     def __init__(self) -> None:
         self.trees: dict[Path, Element] = {}
         self.models: dict[str, Element] = {}
+        self.used: dict[Path, set[str]] = {}
+        """The models of the nodes that a file has, and of its tree."""
+        self.included: dict[Path, set[Path]] = {}
+        """The files that a file uses."""
 
     def add(self, task: Task) -> None:
         """Add a task file, unless it is there already."""
         if task.path in self.trees:
             return
+        self.used[task.path], self.included[task.path] = {task.name}, set()
         diagnostics = Diagnostics(task.path)
         start = Location(line=1, column=1)
         others = {tree.get("ID") for tree in self.trees.values()}
@@ -99,7 +130,7 @@ class _Export:
             if text:
                 tree.set(key, text)
         self._add_ports(task, diagnostics)
-        _Writer(task=task, export=self, diagnostics=diagnostics).node(task.root, tree)
+        Writer(task=task, export=self, diagnostics=diagnostics).node(task.root, tree)
         if diagnostics.fatal:
             raise TaskFileError(diagnostics.in_order())
 
@@ -120,179 +151,21 @@ class _Export:
             message = f"`{name}` is defined twice, and both become ports of one tree"
             diagnostics.error(Location(line=1, column=1), message, "rename one of them")
 
-    def add_leaf(self, leaf: LeafType) -> None:
-        """Add the model of a leaf."""
-        if leaf.key in self.models:
-            return
-        self.models[leaf.key] = leaf_model(leaf)
+    def add_subtree(self, task: Task, other: Task) -> None:
+        """Add the file that a task includes."""
+        self.add(other)
+        self.included[task.path].add(other.path)
 
-    def add_word(self, category: str, key: str, ports: Mapping[str, ValueType]) -> None:
-        """Add the model of a word that BehaviorTree.CPP does not have."""
+    def add_leaf(self, task: Task, leaf: LeafType) -> Element:
+        """Add the model of a leaf that a task has; returns what has its name."""
+        self.used[task.path].add(leaf.key)
+        if leaf.key not in self.models:
+            self.models[leaf.key] = leaf_model(leaf)
+        return self.models[leaf.key]
+
+    def add_word(self, task: Task, category: str, key: str, ports: Mapping[str, ValueType]) -> None:
+        """Add the model of a word that BehaviorTree.CPP does not have, and a task has."""
+        self.used[task.path].add(key)
         model = self.models[key] = Element(category, ID=key)
         for name, expected in ports.items():
             SubElement(model, "input_port", name=name, type=port_type(expected))
-
-
-class _Writer:
-    """Writes the nodes of one task file.
-
-    Args:
-        task: the file.
-        export: receives what the nodes need.
-        diagnostics: receives what has no counterpart.
-    """
-
-    def __init__(self, *, task: Task, export: _Export, diagnostics: Diagnostics) -> None:
-        self._task = task
-        self._export = export
-        self._diagnostics = diagnostics
-
-    def node(self, node: Node, above: Element) -> None:
-        """Write a node, its modifiers around it, below an element."""
-        for key, value in reversed(list(node.modifiers.items())):
-            above = self._modifier(key, value, node, above)
-        if isinstance(node, CompositeNode):
-            self._composite(node, above)
-        elif isinstance(node, SubtreeNode):
-            self._subtree(node, above)
-        else:
-            self._leaf(node, above)
-
-    def _modifier(self, key: str, value: object, node: Node, above: Element) -> Element:
-        """The element of a modifier; if it is switched off, the one above."""
-        if value is False:
-            return above
-        word = MODIFIERS[key]
-        counterpart = word.counterpart
-        if isinstance(value, LeafNode | CompositeNode):
-            if counterpart is None:
-                self._export.add_word("Control", key, {})
-            guard = SubElement(above, counterpart.tag if counterpart else key)
-            self.node(value, guard)
-            return guard
-        attributes = None if counterpart is None else standard_attributes(counterpart, value)
-        if counterpart is not None and attributes is not None:
-            return SubElement(above, counterpart.tag, attributes)
-        self._export.add_word("Decorator", key, {} if word.type is None else {VALUE: word.type})
-        text = self._text(value, word.type, node.location, key)
-        return SubElement(above, key, {VALUE: text})
-
-    def _switch(self, node: CompositeNode, above: Element) -> None:
-        number = len(node.cases)
-        if number not in SWITCHES:
-            message = f"`switch` has {number} cases, and the XML has switches of 2 to 6"
-            self._diagnostics.error(node.location, message, "split it, or make it a `fallback`")
-        variable = self._text(node.options["value"], None, node.location, "value")
-        element = SubElement(above, f"Switch{number}", switch_attributes(variable, node.cases))
-        self._name(node, node.key, element)
-        for child in node.children:
-            self.node(child, element)
-        if len(node.children) == number:
-            SubElement(element, "AlwaysFailure")
-
-    def _composite(self, node: CompositeNode, above: Element) -> None:
-        if node.cases:
-            self._switch(node, above)
-            return
-        if node.item is not None:
-            message = "`for_each` over what is detected has no counterpart in the XML"
-            self._diagnostics.error(node.location, message, "leave it out for the export")
-            return
-        counterpart = COMPOSITES[node.key].counterpart
-        options = COMPOSITES[node.key].options
-        values = {key: node.options.get(key, option.default) for key, option in options.items()}
-        if counterpart is None:
-            self._export.add_word(
-                "Control", node.key, {key: option.type for key, option in options.items()}
-            )
-            attributes = {
-                key: self._text(value, options[key].type, node.location, key)
-                for key, value in values.items()
-            }
-        elif counterpart.tag == PARALLEL and isinstance(values["policy"], KeyRead):
-            message = "`policy` becomes two counts in the XML, and a parameter is only one"
-            self._diagnostics.error(node.location, message, "write the policy out")
-            attributes = {}
-        elif counterpart.tag == PARALLEL:
-            attributes = parallel_counts(values["policy"], len(node.children))
-        else:
-            attributes = dict(counterpart.fixed)
-        element = SubElement(above, counterpart.tag if counterpart else node.key)
-        self._name(node, node.key, element)
-        element.attrib.update(attributes)
-        for child in node.children:
-            self.node(child, element)
-
-    def _leaf(self, node: LeafNode, above: Element) -> None:
-        if node.type.names_keys:
-            element = SubElement(above, SCRIPT)
-            self._name(node, node.type.key, element)
-            element.set("code", self._script(node))
-            return
-        self._export.add_leaf(node.type)
-        if self._export.models[node.type.key].tag == SUBTREE:
-            message = f"the name `{node.type.key}` is taken by a task in the exported file"
-            self._diagnostics.error(node.location, message, "give the task another name")
-        if node.type.key in TAKEN or not RESERVED_PORTS.isdisjoint(node.type.parameters):
-            message = f"the key or a parameter of `{node.type.key}` is taken in BehaviorTree.CPP"
-            self._diagnostics.error(node.location, message, "rename it in the leaf's class")
-        element = SubElement(above, node.type.key)
-        self._name(node, node.type.key, element)
-        for name, value in node.arguments.items():
-            expected = node.type.parameters[name].type
-            element.set(name, self._text(value, expected, node.location, name))
-        for name, key in node.outputs.items():
-            element.set(name, self._pointer(key.name, node.location))
-
-    def _script(self, node: LeafNode) -> str:
-        """The assignments of a `set` or an `add`."""
-        parts = []
-        for key, value in node.arguments.items():
-            text = self._text(value, None, node.location, key)
-            if value is None or "'" in text:
-                message = f"`{key}`: a script cannot write {text}"
-                self._diagnostics.error(node.location, message, "write another value")
-            is_word = isinstance(value, bool | int | float)
-            self._pointer(key, node.location)
-            becomes = ":=" if node.type is SET else "+="
-            parts.append(f"{key} {becomes} {pointed_at(text) or (text if is_word else repr(text))}")
-        return "; ".join(parts)
-
-    def _subtree(self, node: SubtreeNode, above: Element) -> None:
-        self._export.add(node.task)
-        element = SubElement(above, SUBTREE, ID=node.task.name)
-        self._name(node, node.task.name, element)
-        for name, value in node.arguments.items():
-            expected = node.task.parameters[name].type
-            element.set(name, self._text(value, expected, node.location, name))
-        for name, key in node.outputs.items():
-            element.set(name, self._pointer(key.name, node.location))
-
-    def _name(self, node: Node, unnamed: str, element: Element) -> None:
-        """Name the element, if the node has a name of its own."""
-        if node.name != unnamed:
-            element.set("name", node.name)
-
-    def _pointer(self, name: str, location: Location) -> str:
-        """The attribute that stands for a parameter or key."""
-        if name in self._task.poses or name in self._task.regions:
-            message = (
-                f"`{name}` is a key and a pose or region, and the XML has one blackboard for both"
-            )
-            self._diagnostics.error(location, message, "rename one of them")
-        return pointer(name)
-
-    def _text(
-        self, value: object, expected: ValueType | None, location: Location, about: str
-    ) -> str:
-        """A value as the text of an attribute."""
-        if isinstance(value, KeyRead):
-            return self._pointer(value.name, location)
-        if isinstance(value, NamedValue):
-            defined = value.name in self._task.poses or value.name in self._task.regions
-            return pointer(value.name) if defined else value.name
-        assert value is None or isinstance(value, bool | int | float | str)
-        if not survives(value, expected):
-            message = f"`{about}`: BehaviorTree.CPP would read {literal(value)!r} as something else"
-            self._diagnostics.error(location, message, "write it in another way")
-        return literal(value)

@@ -1,0 +1,128 @@
+"""A task of several files as several files of XML, which BehaviorTree.CPP reads."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from xml.etree import ElementTree
+
+import behaviortreepy as bt
+import pytest
+from typer.testing import CliRunner
+
+from app.commands import app
+
+TASKS = {
+    "top.yaml": """\
+task: top
+scene: household
+tree:
+  fallback:
+    - subtree: {file: parts/one.yaml}
+    - subtree: {file: parts/one.yaml, with: {times: 3}}
+    - subtree: {file: parts/deep/two.yaml}
+""",
+    "parts/one.yaml": """\
+task: one
+params: {times: {default: 2}}
+tree:
+  retry: $times
+  sequence: [arm_healthy, subtree: {file: deep/two.yaml}]
+""",
+    "parts/deep/two.yaml": "task: two\ntree: {open_gripper: }\n",
+}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name, text in TASKS.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def export(*words: object) -> tuple[int, str]:
+    result = CliRunner().invoke(app, ["export", *map(str, words)])
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    return result.exit_code, result.stdout + result.stderr
+
+
+def ticks(file: Path, tree: str, monkeypatch) -> Counter[str]:
+    """How often BehaviorTree.CPP ticks each leaf of a file until it ends; no gripper opens."""
+    done: Counter[str] = Counter()
+
+    def answer(key: str) -> bt.NodeStatus:
+        done[key] += 1
+        return bt.NodeStatus.FAILURE if key == "open_gripper" else bt.NodeStatus.SUCCESS
+
+    monkeypatch.chdir(file.parent)  # a text has its includes relative to this
+    factory = bt.BehaviorTreeFactory()
+    for key in ("open_gripper", "arm_healthy"):
+        factory.register_simple_action(key, lambda node, key=key: answer(key))
+    factory.register_behavior_tree_from_text(file.read_text(encoding="utf-8"))
+    made = factory.create_tree(tree)
+    for _ in range(50):
+        if made.tick_exactly_once() != bt.NodeStatus.RUNNING:
+            return done
+    raise AssertionError("it does not end")
+
+
+def test_bt_cpp_runs_files_that_include_each_other(folder, monkeypatch):
+    out = folder / "xml"
+    out.mkdir()
+    code, said = export(folder / "top.yaml", "--output", out / "robot.xml")
+    assert code == 0
+    written = ["robot.xml", "parts/one.xml", "parts/deep/two.xml"]
+    assert said.splitlines() == [f"{out / name}: written" for name in written]
+    # The default of a parameter, a given value, and a file that is used from two places.
+    done = ticks(out / "robot.xml", "Main", monkeypatch)
+    assert done == {"arm_healthy": 2 + 3, "open_gripper": 2 + 3 + 1}
+
+
+def test_each_file_can_be_opened_alone(folder, monkeypatch):
+    export(folder / "top.yaml", "--output", folder / "top.xml")
+    assert ticks(folder / "parts" / "deep" / "two.xml", "two", monkeypatch)["open_gripper"] == 1
+    for name, includes, models in (
+        ("top.xml", ["parts/deep/two.xml", "parts/one.xml"], {"top"}),
+        ("parts/one.xml", ["deep/two.xml"], {"one", "arm_healthy"}),
+        ("parts/deep/two.xml", [], {"two", "open_gripper"}),
+    ):
+        root = ElementTree.parse(folder / name).getroot()
+        assert [one.get("path") for one in root.findall("include")] == includes
+        assert {one.get("ID") for one in root.find("TreeNodesModel")} == models
+    tree = ElementTree.parse(folder / "top.xml").find("BehaviorTree[@ID='top']")
+    assert tree.get("_scene") == "household"
+
+
+def test_on_the_screen_all_trees_are_one_text(folder):
+    root = ElementTree.fromstring(export(folder / "top.yaml")[1].encode())
+    assert root.find("include") is None
+    assert {one.get("ID") for one in root.findall("BehaviorTree")} == {"Main", "top", "one", "two"}
+
+
+def test_no_file_is_written_over_another(folder):
+    (folder / "same.yaml").write_text("task: same\ntree: {subtree: {file: part.yaml}}\n")
+    (folder / "part.yaml").write_text("task: part\ntree: {open_gripper: }\n")
+    code, said = export(folder / "same.yaml", "--output", folder / "part.xml")
+    assert (code, said.count("\n")) == (2, 1)
+    assert "a subtree of the task belongs there" in said
+    assert not (folder / "part.xml").exists()
+
+
+def test_what_has_no_counterpart_is_told_in_a_line_with_its_place(folder):
+    part = folder / "parts" / "deep" / "two.yaml"
+    part.write_text(
+        "task: two\n"
+        "regions: {box: {centre: [0.7, 0, 0.5], size: [1, 1, 0.2]}}\n"
+        "tree:\n"
+        "  sequence:\n"
+        "    - detect: {region: box, list: things}\n"
+        "    - for_each: {item: o, in: $things, do: {look_at: {at: $o}}}\n"
+    )
+    code, said = export(folder / "top.yaml", "--output", folder / "top.xml")
+    assert code == 2
+    assert said == (
+        f"{part}:6:7: `for_each` over what is detected has no counterpart in the XML;"
+        " leave it out for the export\n"
+    )
+    assert not (folder / "top.xml").exists()

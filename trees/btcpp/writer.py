@@ -1,0 +1,218 @@
+"""The nodes of one task file as elements of the XML."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+from xml.etree.ElementTree import Element, SubElement
+
+from config import Diagnostics, Location
+from trees.btcpp.counterparts import (
+    PARALLEL,
+    RESERVED_PORTS,
+    SCRIPT,
+    SUBTREE,
+    SWITCHES,
+    TAKEN,
+    VALUE,
+    parallel_counts,
+    standard_attributes,
+    switch_attributes,
+)
+from trees.btcpp.ports import literal, pointed_at, pointer, survives
+from trees.language import (
+    COMPOSITES,
+    MODIFIERS,
+    SET,
+    CompositeNode,
+    KeyRead,
+    LeafNode,
+    LeafType,
+    NamedValue,
+    Node,
+    SubtreeNode,
+    Task,
+    ValueType,
+)
+
+
+class Collects(Protocol):
+    """Takes what the nodes of a file need."""
+
+    def add_subtree(self, task: Task, other: Task) -> None:
+        """Add the file that a task includes."""
+
+    def add_leaf(self, task: Task, leaf: LeafType) -> Element:
+        """Add the model of a leaf that a task has; returns what has its name."""
+
+    def add_word(self, task: Task, category: str, key: str, ports: Mapping[str, ValueType]) -> None:
+        """Add the model of a word that BehaviorTree.CPP does not have, and a task has."""
+
+
+class Writer:
+    """Writes the nodes of one task file.
+
+    Args:
+        task: the file.
+        export: receives what the nodes need.
+        diagnostics: receives what has no counterpart.
+    """
+
+    def __init__(self, *, task: Task, export: Collects, diagnostics: Diagnostics) -> None:
+        self._task = task
+        self._export = export
+        self._diagnostics = diagnostics
+
+    def node(self, node: Node, above: Element) -> None:
+        """Write a node, its modifiers around it, below an element."""
+        for key, value in reversed(list(node.modifiers.items())):
+            above = self._modifier(key, value, node, above)
+        if isinstance(node, CompositeNode):
+            self._composite(node, above)
+        elif isinstance(node, SubtreeNode):
+            self._subtree(node, above)
+        else:
+            self._leaf(node, above)
+
+    def _modifier(self, key: str, value: object, node: Node, above: Element) -> Element:
+        """The element of a modifier; if it is switched off, the one above."""
+        if value is False:
+            return above
+        word = MODIFIERS[key]
+        counterpart = word.counterpart
+        if isinstance(value, LeafNode | CompositeNode):
+            if counterpart is None:
+                self._export.add_word(self._task, "Control", key, {})
+            guard = SubElement(above, counterpart.tag if counterpart else key)
+            self.node(value, guard)
+            return guard
+        attributes = None if counterpart is None else standard_attributes(counterpart, value)
+        if counterpart is not None and attributes is not None:
+            return SubElement(above, counterpart.tag, attributes)
+        self._export.add_word(
+            self._task, "Decorator", key, {} if word.type is None else {VALUE: word.type}
+        )
+        text = self._text(value, word.type, node.location, key)
+        return SubElement(above, key, {VALUE: text})
+
+    def _switch(self, node: CompositeNode, above: Element) -> None:
+        number = len(node.cases)
+        if number not in SWITCHES:
+            message = f"`switch` has {number} cases, and the XML has switches of 2 to 6"
+            self._diagnostics.error(node.location, message, "split it, or make it a `fallback`")
+        variable = self._text(node.options["value"], None, node.location, "value")
+        element = SubElement(above, f"Switch{number}", switch_attributes(variable, node.cases))
+        self._name(node, node.key, element)
+        for child in node.children:
+            self.node(child, element)
+        if len(node.children) == number:
+            SubElement(element, "AlwaysFailure")
+
+    def _composite(self, node: CompositeNode, above: Element) -> None:
+        if node.cases:
+            self._switch(node, above)
+            return
+        if node.item is not None:
+            message = "`for_each` over what is detected has no counterpart in the XML"
+            self._diagnostics.error(node.location, message, "leave it out for the export")
+            return
+        counterpart = COMPOSITES[node.key].counterpart
+        options = COMPOSITES[node.key].options
+        values = {key: node.options.get(key, option.default) for key, option in options.items()}
+        if counterpart is None:
+            self._export.add_word(
+                self._task,
+                "Control",
+                node.key,
+                {key: option.type for key, option in options.items()},
+            )
+            attributes = {
+                key: self._text(value, options[key].type, node.location, key)
+                for key, value in values.items()
+            }
+        elif counterpart.tag == PARALLEL and isinstance(values["policy"], KeyRead):
+            message = "`policy` becomes two counts in the XML, and a parameter is only one"
+            self._diagnostics.error(node.location, message, "write the policy out")
+            attributes = {}
+        elif counterpart.tag == PARALLEL:
+            attributes = parallel_counts(values["policy"], len(node.children))
+        else:
+            attributes = dict(counterpart.fixed)
+        element = SubElement(above, counterpart.tag if counterpart else node.key)
+        self._name(node, node.key, element)
+        element.attrib.update(attributes)
+        for child in node.children:
+            self.node(child, element)
+
+    def _leaf(self, node: LeafNode, above: Element) -> None:
+        if node.type.names_keys:
+            element = SubElement(above, SCRIPT)
+            self._name(node, node.type.key, element)
+            element.set("code", self._script(node))
+            return
+        if self._export.add_leaf(self._task, node.type).tag == SUBTREE:
+            message = f"the name `{node.type.key}` is taken by a task in the exported file"
+            self._diagnostics.error(node.location, message, "give the task another name")
+        if node.type.key in TAKEN or not RESERVED_PORTS.isdisjoint(node.type.parameters):
+            message = f"the key or a parameter of `{node.type.key}` is taken in BehaviorTree.CPP"
+            self._diagnostics.error(node.location, message, "rename it in the leaf's class")
+        element = SubElement(above, node.type.key)
+        self._name(node, node.type.key, element)
+        for name, value in node.arguments.items():
+            expected = node.type.parameters[name].type
+            element.set(name, self._text(value, expected, node.location, name))
+        for name, key in node.outputs.items():
+            element.set(name, self._pointer(key.name, node.location))
+
+    def _script(self, node: LeafNode) -> str:
+        """The assignments of a `set` or an `add`."""
+        parts = []
+        for key, value in node.arguments.items():
+            text = self._text(value, None, node.location, key)
+            if value is None or "'" in text:
+                message = f"`{key}`: a script cannot write {text}"
+                self._diagnostics.error(node.location, message, "write another value")
+            is_word = isinstance(value, bool | int | float)
+            self._pointer(key, node.location)
+            becomes = ":=" if node.type is SET else "+="
+            parts.append(f"{key} {becomes} {pointed_at(text) or (text if is_word else repr(text))}")
+        return "; ".join(parts)
+
+    def _subtree(self, node: SubtreeNode, above: Element) -> None:
+        self._export.add_subtree(self._task, node.task)
+        element = SubElement(above, SUBTREE, ID=node.task.name)
+        self._name(node, node.task.name, element)
+        for name, value in node.arguments.items():
+            expected = node.task.parameters[name].type
+            element.set(name, self._text(value, expected, node.location, name))
+        for name, key in node.outputs.items():
+            element.set(name, self._pointer(key.name, node.location))
+
+    def _name(self, node: Node, unnamed: str, element: Element) -> None:
+        """Name the element, if the node has a name of its own."""
+        if node.name != unnamed:
+            element.set("name", node.name)
+
+    def _pointer(self, name: str, location: Location) -> str:
+        """The attribute that stands for a parameter or key."""
+        if name in self._task.poses or name in self._task.regions:
+            message = (
+                f"`{name}` is a key and a pose or region, and the XML has one blackboard for both"
+            )
+            self._diagnostics.error(location, message, "rename one of them")
+        return pointer(name)
+
+    def _text(
+        self, value: object, expected: ValueType | None, location: Location, about: str
+    ) -> str:
+        """A value as the text of an attribute."""
+        if isinstance(value, KeyRead):
+            return self._pointer(value.name, location)
+        if isinstance(value, NamedValue):
+            defined = value.name in self._task.poses or value.name in self._task.regions
+            return pointer(value.name) if defined else value.name
+        assert value is None or isinstance(value, bool | int | float | str)
+        if not survives(value, expected):
+            message = f"`{about}`: BehaviorTree.CPP would read {literal(value)!r} as something else"
+            self._diagnostics.error(location, message, "write it in another way")
+        return literal(value)
