@@ -38,8 +38,9 @@ def check(
         LeafError: a leaf class, not the file, is at fault.
     """
     task, found = examine(path, overrides=overrides, places=places)
+    # To read a robot takes longer than to read a task, and the shipped ones are right.
     if task is not None and not task.scene and robot in robot_names() and not any(uses(task)):
-        return found  # to read a robot takes longer than such a task, and the shipped are right
+        return _in_order(task, found)
     description = load_robot(robot)
     if task is None and is_scene(Path(path)):
         from hw.sim import scene_mistakes
@@ -49,7 +50,7 @@ def check(
         return found
     fixtures, mistakes = _furniture(task, description)
     found += mistakes + place_diagnostics(task, description, fixtures)
-    return sorted(found, key=lambda one: (one.path != task.path, one.path, _order(one)))
+    return _in_order(task, found)
 
 
 def place_diagnostics(
@@ -125,6 +126,11 @@ def _furniture(task: Task, robot: RobotDescription) -> tuple[Sequence[Geom], lis
         here = Diagnostic(path=task.path, location=location, message=message, hint=hint)
         return (), [here, *mistakes]
     return load_fixtures(path, unmapped=True), []
+
+
+def _in_order(task: Task, found: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Those of the file of the task first."""
+    return sorted(found, key=lambda one: (one.path != task.path, one.path, _order(one)))
 
 
 def _order(diagnostic: Diagnostic) -> tuple[int, int]:
