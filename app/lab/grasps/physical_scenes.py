@@ -1,7 +1,7 @@
 """Scenes for the judge by physics: objects that were dropped and have come to rest.
 
 A third of the scenes are of shapes made of primitives, a third of bodies with curved and hollow
-surfaces, a third of the same bodies drawn out and heavy: grasps of those fail most. Nothing is
+surfaces, a third of the same bodies drawn out and heavy: grasps of those fail most. No network is
 trained on any of them. A folder of meshes replaces them all.
 """
 
