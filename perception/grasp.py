@@ -29,6 +29,12 @@ class GraspEstimate:
     """Distance between the pads for the descent, at which the fingers touch nothing [m]."""
     whole: bool = True
     """Whether the image shows all of what is grasped, and so how far its middle is."""
+    depth: float = 0.0
+    """Of the grasp centre below the surface [m]."""
+    lever: float = 0.0
+    """Level distance from the middle of the thing that is grasped [m]."""
+    volume: float = 0.0
+    """Of that thing, below its upper surface [m^3]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -97,6 +97,8 @@ class GraspSearch:
         pixel = camera.project(centre)
         line = camera.project(centre + along) - camera.project(centre - along)
         whole = self._levers.shows_all(found.x, found.y)
+        lever = self._levers.at(found.x, found.y)
+        volume = self._levers.volume(found.x, found.y)
         inside = np.ones(len(centre), dtype=np.bool_)
         if self._workspace is not None and len(centre):
             inside = self._workspace.contains(centre)
@@ -107,6 +109,9 @@ class GraspSearch:
                 opening=float(found.opening[i]),
                 quality=float(found.score[i]),
                 whole=bool(whole[i]),
+                depth=float(found.top[i] - found.z[i]),
+                lever=float(lever[i]),
+                volume=float(volume[i]),
                 stamp=frame.stamp,
                 pixel=(float(pixel[i, 0]), float(pixel[i, 1])),
                 angle=float(np.arctan2(line[i, 1], line[i, 0])),

@@ -53,6 +53,7 @@ class LeverArms:
         self._things = np.asarray(things, dtype=np.float32)
         thing, above = things[row, column], heights[row, column] - lowest
         volume = np.maximum(np.bincount(thing, above, count), 1e-9)
+        self._volume = volume * self._cell**2
         self._middle_x = np.bincount(thing, above * x, count) / volume
         self._middle_y = np.bincount(thing, above * y, count) / volume
         self._cut_off = np.zeros(count, dtype=np.bool_)
@@ -70,6 +71,11 @@ class LeverArms:
         thing = self._thing_at(x, y)
         arm = np.hypot(x - self._middle_x[thing], y - self._middle_y[thing])
         return np.where(thing > 0, arm, 0.0)
+
+    def volume(self, x: Array, y: Array) -> Array:
+        """Of the things at (N,) positions, below their upper surface [m^3]; 0 for none."""
+        thing = self._thing_at(x, y)
+        return np.where(thing > 0, self._volume[thing], 0.0)
 
     def preference(self, x: Array, y: Array) -> Array:
         """1 for grasps in the middle of a thing, less for those farther from it; (N,)."""

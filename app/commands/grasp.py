@@ -20,6 +20,13 @@ class Judge(StrEnum):
     PHYSICS = "physics"
 
 
+class Kinds(StrEnum):
+    """Of objects, for outcomes."""
+
+    TRAINED = "trained"
+    HELDOUT = "heldout"
+
+
 app = typer.Typer(no_args_is_help=True, help="The grasp networks: train, evaluate, show.")
 
 
@@ -137,6 +144,42 @@ def evaluate(
         json.write_text(json_format.dumps(evaluation.to_json(), indent=1), encoding="utf-8")
     if plot is not None:
         typer.echo(f"{grasps.draw_failures(choice, evaluation, plot)} failures drawn in {plot}")
+
+
+@app.command()
+def outcomes(
+    file: Annotated[Path, typer.Argument(help="Where scenes are added; an existing one goes on.")],
+    kinds: Annotated[
+        Kinds, typer.Option(help="Objects to fit to, or held-out ones to judge by.")
+    ] = Kinds.TRAINED,
+    scenes: Annotated[int, typer.Option(help="Scenes; every other one is a bin.", min=1)] = 200,
+    grasps: Annotated[int, typer.Option(help="Grasps in each scene, at most.", min=1)] = 6,
+) -> None:
+    """Execute random feasible grasps in physics, and write what was seen and what became of it."""
+    from app.lab import grasps as lab
+
+    if not file.absolute().parent.is_dir():
+        refuse(f"{file}: there is no folder {file.parent}; create it first")
+    good = count = 0
+    heldout = kinds is Kinds.HELDOUT
+    for scene in lab.collect_outcomes(file, heldout=heldout, scenes=scenes, grasps=grasps):
+        good += sum(each.good for each in scene.outcomes)
+        count += len(scene.outcomes)
+    typer.echo(f"{count} more grasps in {file}, {good} of them held without a hard contact")
+
+
+@app.command()
+def probability(
+    fit: Annotated[Path, typer.Argument(help="Outcomes to fit to.")],
+    judge: Annotated[Path, typer.Argument(help="Outcomes to judge by, of --kinds heldout.")],
+) -> None:
+    """Fit the probability that a grasp holds, and measure how well it and the quality tell."""
+    from app.lab import grasps
+
+    table, notes = grasps.probability_report(grasps.read_outcomes(fit), grasps.read_outcomes(judge))
+    Terminal().print(table)
+    for note in notes:
+        typer.echo(note)
 
 
 @app.command()

@@ -7,8 +7,10 @@ from app.lab.grasps.evaluate import (
     evaluate_grasps,
     evaluation_table,
 )
+from app.lab.grasps.outcomes import collect_outcomes, read_outcomes
 from app.lab.grasps.physical_evaluation import evaluate_by_physics
 from app.lab.grasps.physical_table import physical_notes, physical_tables
+from app.lab.grasps.probability import probability_report
 from app.lab.grasps.recipe import read_recipe
 from app.lab.grasps.scenes import ROBOT
 from app.lab.grasps.show import show_grasps
@@ -24,6 +26,7 @@ __all__ = [
     "ROBOT",
     "Evaluation",
     "NetworkChoice",
+    "collect_outcomes",
     "draw_failures",
     "evaluate_by_physics",
     "evaluate_grasps",
@@ -34,6 +37,8 @@ __all__ = [
     "perception_table",
     "physical_notes",
     "physical_tables",
+    "probability_report",
+    "read_outcomes",
     "read_recipe",
     "show_grasps",
     "train_weights",

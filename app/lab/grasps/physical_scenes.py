@@ -1,7 +1,7 @@
 """Scenes for the judge by physics: objects that were dropped and have come to rest.
 
 A third of the scenes are of shapes made of primitives, a third of bodies with curved and hollow
-surfaces, a third of the same bodies drawn out and heavy: grasps of those fail most. Nothing is
+surfaces, a third of the same bodies drawn out and heavy: grasps of those fail most. No network is
 trained on any of them. A folder of meshes replaces them all.
 """
 
@@ -20,6 +20,7 @@ from app.lab.grasps.scenes import (
     HELDOUT_CLASSES,
     OBJECT_WIDTHS,
     ROBOT,
+    TRAINING_CLASSES,
     random_view,
     world_with,
 )
@@ -33,9 +34,13 @@ from robots import Array, Geom, Hull, hull_of
 
 GROUPS = {"shapes": HELDOUT_CLASSES, "modelled": tuple(MODELLED), "large": tuple(MODELLED)}
 """The classes of objects; in a bin only two are large."""
+TO_FIT, TO_JUDGE = ("trained", "large"), ("shapes", "heavy")
+"""The groups whose outcomes a probability is fitted to, and those that it is judged by."""
 PARKED = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, FLOOR + 1.5]))
 """Where the hand is while the camera looks; it is not in the image."""
 
+_CLASSES = {**GROUPS, "trained": TRAINING_CLASSES, "heavy": HELDOUT_CLASSES}
+_HEAVIER = ("trained", "heavy")  # the groups whose masses are those of large objects
 _LONG = (0.18, 0.30)  # range of the length of large objects [m]
 _HEAVY = (0.1, 0.8)  # and of their mass [kg]
 _CLEARANCE = 0.01  # of a dropped object above what is below it [m]
@@ -59,24 +64,31 @@ class Dropped:
         return at_rest(world), world
 
 
-def dropped(seed: int, count: int, meshes: Sequence[Path] = ()) -> Dropped:
+def dropped(
+    seed: int, count: int, meshes: Sequence[Path] = (), group: str | None = None
+) -> Dropped:
     """The scene of a seed: objects fallen in any orientation, all of them within the walls.
 
     Args:
         seed: of the scene.
         count: of the objects.
         meshes: files to take objects from, instead of `GROUPS`.
+        group: of the objects; None takes the next of `GROUPS`.
 
     Raises:
         SceneError: a mesh cannot be read.
     """
-    group = "meshes" if meshes else tuple(GROUPS)[seed % len(GROUPS)]
+    if group is None:
+        group = "meshes" if meshes else tuple(GROUPS)[seed % len(GROUPS)]
     for attempt in range(_TRIES):
         rng = np.random.default_rng((EVALUATION_SEED, 2, seed, count, attempt))
         world, region = world_with(_objects(group, count, meshes, seed, rng), rng)
         if group == "large":
             large = [_drawn_out(obj, rng) for obj in world.objects[:2]]
             world = World(world.fixtures, [*large, *world.objects[2:]])
+        if group in _HEAVIER:
+            heavier = [replace(obj, mass=float(rng.uniform(*_HEAVY))) for obj in world.objects]
+            world = World(world.fixtures, heavier, surfaces=world.surfaces)
         _hang(world.objects, region, rng)
         hand = FloatingHand(ROBOT, world, PARKED)
         if hand.settle(_FALLING) and all(is_inside(obj, region) for obj in world.objects):
@@ -111,7 +123,7 @@ def _objects(
     group: str, count: int, meshes: Sequence[Path], seed: int, rng: np.random.Generator
 ) -> Objects:
     if not meshes:
-        return Objects(count=count, kinds=GROUPS[group], width_mm=OBJECT_WIDTHS)
+        return Objects(count=count, kinds=_CLASSES[group], width_mm=OBJECT_WIDTHS)
     # In single scenes every mesh has its turn.
     turns = [meshes[seed % len(meshes)]]
     if count > 1:
