@@ -2,7 +2,7 @@
 
 import typer
 
-from app.commands.bench.choosing import choosing, kinds
+from app.commands.bench.choosing import choosing, counting, kinds
 from app.commands.bench.experiments import moving, poses, reach
 from app.commands.bench.faults import faults, signals, soak
 from app.commands.bench.obstacles import obstacles
@@ -15,7 +15,7 @@ bench = typer.Typer(
     rich_markup_mode=None,
     help="Measure: time of a control step and of the tree, the paper's experiments, the main task.",
 )
-_EXPERIMENTS = (reach, poses, moving, obstacles, pick_place, worlds, choosing, kinds)
+_EXPERIMENTS = (reach, poses, moving, obstacles, pick_place, worlds, choosing, counting, kinds)
 _TIMINGS = (step, tree, perception, watch, start)
 _TROUBLES = (faults, signals, soak)
 for command in (*_EXPERIMENTS, *_TIMINGS, *_TROUBLES):

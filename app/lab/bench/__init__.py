@@ -13,6 +13,7 @@ from app.lab.bench.choosing import (
     run_choosing,
 )
 from app.lab.bench.configuration import EXAMPLE, Configuration
+from app.lab.bench.counting import counting_table, run_counting
 from app.lab.bench.disturbance import NOISY, STARTS, Disturbance
 from app.lab.bench.fault_matrix import QUICK, QUICK_PHASES
 from app.lab.bench.fault_report import faults_json, faults_notes, faults_table
@@ -121,6 +122,7 @@ __all__ = [
     "choosing_json",
     "choosing_notes",
     "choosing_table",
+    "counting_table",
     "faults_json",
     "faults_notes",
     "faults_table",
@@ -147,6 +149,7 @@ __all__ = [
     "reach_table",
     "run_cells",
     "run_choosing",
+    "run_counting",
     "run_following",
     "run_in_worlds",
     "run_kinds",
