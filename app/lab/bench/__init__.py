@@ -60,6 +60,7 @@ from app.lab.bench.reach import (
     reach_table,
     run_trials,
 )
+from app.lab.bench.regenerate import Experiments, regenerate, regenerated_table
 from app.lab.bench.signals import (
     KINDS,
     SPEEDS,
@@ -102,6 +103,7 @@ __all__ = [
     "Conditions",
     "Configuration",
     "Disturbance",
+    "Experiments",
     "Following",
     "ObstacleRow",
     "PickPlaceFigures",
@@ -145,6 +147,8 @@ __all__ = [
     "prepare_plots",
     "reach_notes",
     "reach_table",
+    "regenerate",
+    "regenerated_table",
     "run_cells",
     "run_choosing",
     "run_following",
