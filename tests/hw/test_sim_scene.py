@@ -56,6 +56,7 @@ def test_the_shipped_scenes_have_the_objects_that_they_speak_of() -> None:
         "household": 10,
         "inspect": 6,
         "kitchen": 10,
+        "on_the_move": 1,
         "shapes": 8,
         "single": 1,
         "tidy_two_tables": 4,

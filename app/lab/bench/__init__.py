@@ -36,6 +36,11 @@ from app.lab.bench.obstacles import (
     run_worlds,
     world_names,
 )
+from app.lab.bench.on_the_move import (
+    on_the_move_table,
+    run_on_the_move,
+    saving,
+)
 from app.lab.bench.pick_place import (
     PickPlaceRun,
     pick_place_json,
@@ -136,6 +141,7 @@ __all__ = [
     "obstacle_notes",
     "obstacle_rows",
     "obstacle_table",
+    "on_the_move_table",
     "pick_place_figures",
     "pick_place_json",
     "pick_place_notes",
@@ -154,6 +160,7 @@ __all__ = [
     "run_following",
     "run_in_worlds",
     "run_kinds",
+    "run_on_the_move",
     "run_pick_place",
     "run_pose",
     "run_signals",
@@ -162,6 +169,7 @@ __all__ = [
     "run_steps_table",
     "run_trials",
     "run_worlds",
+    "saving",
     "signal_cases",
     "signals_json",
     "signals_table",
