@@ -23,6 +23,7 @@ from perception.preprocess import (
     prepare,
     valid_depth,
 )
+from perception.smoothing import FAR, smoothed
 from perception.surroundings import surroundings
 from robots import GripperDescription
 
@@ -89,6 +90,8 @@ class GraspDetector:
             return _no_grasp(frame, reason)
         depth = np.asarray(frame.depth, dtype=np.float32)
         support = _support_depth(depth, frame.wTc, workspace)
+        if support > FAR:
+            depth = smoothed(depth, frame.intrinsics.fx)
         crop = central_crop(depth.shape, frame.intrinsics, support)
         try:
             prepared = prepare(depth, crop, frame.intrinsics, frame.wTc)

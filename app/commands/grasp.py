@@ -183,6 +183,24 @@ def probability(
 
 
 @app.command()
+def views(
+    network: Annotated[str | None, typer.Option(help="Which shipped network, or none.")] = None,
+    scenes: Annotated[int, typer.Option(help="Scenes of one object.", min=1)] = 60,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes; default: one per core.", min=1)
+    ] = None,
+) -> None:
+    """From the side and from afar: in how many scenes there is a grasp, and it holds in physics."""
+    from app.lab import grasps
+
+    choice = grasps.NetworkChoice(network=network)
+    seen = grasps.measure_views(choice, scenes=scenes, workers=workers or os.cpu_count() or 1)
+    Terminal().print(grasps.views_table(seen))
+    for note in grasps.views_notes(seen):
+        typer.echo(note)
+
+
+@app.command()
 def show(
     image: Annotated[
         Path,

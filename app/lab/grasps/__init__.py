@@ -21,6 +21,7 @@ from app.lab.grasps.step_time import (
     perception_table,
 )
 from app.lab.grasps.train import train_weights
+from app.lab.grasps.views import measure_views, views_notes, views_table
 
 __all__ = [
     "ROBOT",
@@ -32,6 +33,7 @@ __all__ = [
     "evaluate_grasps",
     "evaluation_table",
     "measure_perception",
+    "measure_views",
     "perception_json",
     "perception_notes",
     "perception_table",
@@ -42,4 +44,6 @@ __all__ = [
     "read_recipe",
     "show_grasps",
     "train_weights",
+    "views_notes",
+    "views_table",
 ]

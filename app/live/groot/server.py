@@ -108,7 +108,8 @@ class GrootServer:
             Kind.TRANSITIONS: self._take_transitions,
         }
         self._context = self._zmq.Context()
-        self._requests = self._listen(self._zmq.REP, port)
+        # Not REP: a peer that breaks off in a malformed request costs the next one its answer.
+        self._requests = self._listen(self._zmq.ROUTER, port)
         self._publisher = self._listen(self._zmq.PUB, port + 1)
         self._thread = threading.Thread(target=self._serve, name="groot2", daemon=True)
         self._thread.start()
@@ -168,7 +169,9 @@ class GrootServer:
             if self._requests.poll(_POLL_MS):
                 self._heard = self._seconds()
                 self._client_hooks.set_silent(False)
-                self._requests.send_multipart(self._answer(self._requests.recv_multipart()))
+                envelope, request = _opened(self._requests.recv_multipart())
+                if envelope:
+                    self._requests.send_multipart([*envelope, *self._answer(request)])
             elif self._seconds() - self._heard > _HEARTBEAT:
                 self._client_hooks.set_silent(True)
 
@@ -213,6 +216,12 @@ class GrootServer:
             taken = pack_transitions(self._transitions)
             self._transitions.clear()
         return taken
+
+
+def _opened(parts: list[bytes]) -> tuple[list[bytes], list[bytes]]:
+    """Who asks, up to the empty part that ends it, and the request; nobody without such a part."""
+    end = parts.index(b"") + 1 if b"" in parts else 0
+    return parts[:end], parts[end:]
 
 
 def _libraries() -> tuple[ModuleType, Callable[..., bytes]]:

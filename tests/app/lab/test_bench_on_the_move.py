@@ -31,7 +31,8 @@ def test_both_ways_bring_a_real_object_to_the_table(tmp_path):
     report = json.loads(figures.read_text())
     assert [one["way"] for one in report["results"]] == ["standing", "in_passing"]
     for one in report["results"]:
-        assert one["brought"] and one["first"]
+        assert one["brought"]
+        assert one["first"]
         assert one["contacts"] == one["limit_violations"] == 0
         assert 8.0 < one["seconds"] < 20.0
     before, after = (one["seconds"] for one in report["results"])

@@ -111,7 +111,7 @@ def test_a_file_gets_a_line_for_pause_and_fault_and_for_their_end() -> None:
 def test_markup_in_a_message_is_only_text(terminal: bool) -> None:
     one = moment(0)
     nodes = tuple(node._replace(message="[red]a\nb[/nope]") for node in one.seen.nodes)
-    one = replace(one, seen=replace(one.seen, nodes=nodes))
+    one = one._replace(seen=replace(one.seen, nodes=nodes))
     if terminal:
         text = picture(ABOUT, samples.TREE, one, elapsed=2.0, width=100, rows=30).plain
     else:
