@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from app.commands.bench.options import (
+    BaseSpeed,
     Cluster,
     Json,
+    ReverseSpeed,
     Workers,
     check_writable,
     console,
@@ -45,6 +47,8 @@ def pick_place(
     planning_time: Annotated[
         float, typer.Option(help="By plans: stand so long for each plan [s].", min=0)
     ] = 0.05,
+    base_speed: BaseSpeed = None,
+    reverse_speed: ReverseSpeed = None,
     seeds: Annotated[
         str, typer.Option(help="First and last seed; a run for each.", metavar="A-B")
     ] = "0-9",
@@ -71,6 +75,8 @@ def pick_place(
         robot=robot,
         world=world,
         scene=scene,
+        base_speed=base_speed,
+        reverse_speed=reverse_speed,
         record=record,
         planning_time=planning_time,
     )

@@ -39,6 +39,32 @@ def test_one_row_a_seed_and_the_same_figures_as_json(tmp_path, world):
     assert result.stdout.count("0 of 1") == 3  # two runs, and both together
 
 
+def test_the_base_keeps_the_limits_that_are_asked_for(tmp_path):
+    back = tmp_path / "back.yaml"
+    back.write_text(
+        "task: back\nposes: {behind: {xyz: [-1.4, 0.0, 0.7], rpy_deg: [180, 0, 0]}}\n"
+        "tree: {navigate: {to: behind}}\n"
+    )
+    figures, seconds = tmp_path / "figures.json", {}
+    for reverse in (0.25, 1.0):
+        speeds = ("--base-speed", 1.0, "--reverse-speed", reverse)
+        options = ("--scene", "single", "--record", tmp_path / "r", "--json", figures)
+        result = call(back, "--seeds", "0", "--workers", 1, *speeds, *options)
+        assert result.exit_code == 0, result.output
+        report = json.loads(figures.read_text())
+        (row,), (run,) = report["results"], report["runs"]
+        assert (row["base_speed"], row["reverse_speed"]) == (1.0, reverse)
+        assert run["limit_violations"] == 0
+        seconds[reverse] = run["duration_s"]
+    assert seconds[1.0] < seconds[0.25] - 0.3
+
+
+def test_the_limits_of_a_real_base_are_left_to_its_file():
+    result = call("--robot", "emulated", "--reverse-speed", 1.0, "--seeds", "0", "--workers", 1)
+    assert result.exit_code == 2
+    assert "base_limits" in result.stderr
+
+
 WANTED = {
     "objects",
     "placed",
