@@ -49,6 +49,7 @@ from robots.shapes import (
     rounded_box,
     volume,
 )
+from robots.variant import write_variant
 
 __all__ = [
     "GREY",
@@ -93,4 +94,5 @@ __all__ = [
     "volume",
     "with_base_speed",
     "with_reverse_speed",
+    "write_variant",
 ]

@@ -14,6 +14,7 @@ from app.commands.bench.options import (
     Cluster,
     Json,
     Period,
+    ReverseSpeed,
     Robot,
     Workers,
     check_writable,
@@ -54,13 +55,6 @@ PresetOption = Annotated[
 Speeds = Annotated[
     list[float] | None,
     typer.Option("--base-speed", help="Limit of the base in m/s; may be repeated.", min=0.05),
-]
-ReverseSpeed = Annotated[
-    float | None,
-    typer.Option(
-        help="Limit of the base backwards in m/s; default: its share in the robot's description.",
-        min=0.01,
-    ),
 ]
 
 

@@ -26,6 +26,16 @@ Cluster = Annotated[
     str | None, typer.Option(help="Address of a dask.distributed scheduler to use.")
 ]
 Period = Annotated[float, typer.Option(help="Control period in seconds.", min=0.001, max=0.1)]
+BaseSpeed = Annotated[
+    float | None, typer.Option(help="Limit of the base in m/s; default: the robot's.", min=0.05)
+]
+ReverseSpeed = Annotated[
+    float | None,
+    typer.Option(
+        help="Limit of the base backwards in m/s; default: its share in the robot's description.",
+        min=0.01,
+    ),
+]
 
 
 def chosen_robots(robot: str) -> list[str]:

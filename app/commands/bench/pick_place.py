@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from app.commands.bench.options import (
+    BaseSpeed,
     Cluster,
     Json,
+    ReverseSpeed,
     Workers,
     check_writable,
     console,
@@ -45,6 +47,8 @@ def pick_place(
     planning_time: Annotated[
         float, typer.Option(help="By plans: stand so long for each plan [s].", min=0)
     ] = 0.05,
+    base_speed: BaseSpeed = None,
+    reverse_speed: ReverseSpeed = None,
     seeds: Annotated[
         str, typer.Option(help="First and last seed; a run for each.", metavar="A-B")
     ] = "0-9",
@@ -58,6 +62,7 @@ def pick_place(
     from app.core import MotionForm, RunOptions
     from app.lab import bench
     from controller import planning_library
+    from robots import load_robot, write_variant
 
     wanted = seed_range(seeds)
     check_writable(json)
@@ -66,6 +71,11 @@ def pick_place(
         planning_library()  # what is missing is said before anything runs
     if plot is not None:
         bench.prepare_plots(plot)
+    if base_speed is not None or reverse_speed is not None:
+        folder = record / f"base-{base_speed}-{reverse_speed}"
+        file = write_variant(robot, folder, base_speed=base_speed, reverse_speed=reverse_speed)
+        robot = str(file)
+    limits = load_robot(robot).limits
     options = RunOptions(
         tree=find_tree(tree),
         robot=robot,
@@ -90,7 +100,11 @@ def pick_place(
     console().print(bench.table_iv(figures))
     for note in bench.pick_place_notes(figures):
         console().say(note)
-    write_json(json, bench.pick_place_json(runs, [asdict(one) for one in figures]))
+    speeds = {
+        "base_speed": float(limits.base_twist[0]),
+        "reverse_speed": float(limits.base_reverse),
+    }
+    write_json(json, bench.pick_place_json(runs, [asdict(one) | speeds for one in figures]))
     if plot is not None:
         for file in bench.plot_pick_place(runs, plot):
             console().say(str(file))

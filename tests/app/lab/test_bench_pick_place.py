@@ -149,3 +149,29 @@ def test_told_to_end_it_ends_the_run_and_begins_no_other(tmp_path, workers):
         bench.kill()
     assert len(list(runs.glob("*/summary.json"))) == workers
     assert len(list(runs.iterdir())) == workers
+
+
+def test_a_faster_base_drives_faster_and_its_limits_are_in_the_figures(tmp_path):
+    task, figures = tmp_path / "far.yaml", tmp_path / "figures.json"
+    task.write_text(QUICK.replace("[0.9,", "[-2.5,"))  # behind: it backs or turns
+    options = ("--scene", "single", "--record", tmp_path / "r", "--json", figures)
+    found = {}
+    for base, reverse in ((0.4, None), (1.5, 1.5)):
+        speeds = ["--base-speed", base, *(["--reverse-speed", reverse] if reverse else [])]
+        result = call(task, "--seeds", "0", "--workers", 1, *options, *speeds)
+        assert result.exit_code == 0, result.output
+        report = json.loads(figures.read_text())
+        row, run = report["results"][0], report["runs"][0]
+        assert run["robot"] == "frankie"
+        assert run["limit_violations"] == 0
+        found[row["base_speed"], row["reverse_speed"]] = run["duration_s"]
+    assert list(found) == [(0.4, 0.1), (1.5, 1.5)]  # backs at its share
+    slow, fast = found.values()
+    assert slow > 1.5 * fast
+
+
+def test_the_speed_of_a_real_robot_is_not_for_the_bench_to_change(tmp_path):
+    result = call("--robot", "emulated", "--base-speed", 1.0, "--record", tmp_path)
+    assert result.exit_code == 2
+    assert "real robot" in result.stderr
+    assert "Traceback" not in result.output
