@@ -6,7 +6,7 @@ TASK ?= trees/pick_place.yaml
 SEED ?= 0
 WORLD ?= kinematic
 
-.PHONY: run test test-all lint system film language-server clean
+.PHONY: run test test-all lint system experiments film language-server clean
 
 run: .venv/installed
 	@$(BIN)/frankie-task run $(TASK) --seed $(SEED) --world $(WORLD)
@@ -27,6 +27,10 @@ lint: .venv/developing
 SYSTEM := chromium libusb-1.0-0 mesa-vulkan-drivers strace
 system:
 	dpkg -s $(SYSTEM) >/dev/null 2>&1 || { apt-get update -qq && apt-get install -y -qq $(SYSTEM); }
+
+# Every figure of docs/experiments.md that takes less than an hour together, and what has changed.
+experiments: .venv/developing
+	$(BIN)/frankie-task bench experiments
 
 # The moving picture of the README; needs a Vulkan driver (Debian: mesa-vulkan-drivers).
 film: .venv/installed

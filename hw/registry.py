@@ -10,7 +10,13 @@ from hw.background import InlineExecutor, one_thread
 from hw.clock import Clock, SimClock
 from hw.robot import Robot
 from hw.truth import Truth
-from robots import RealRobot, RobotDescription, load_real_robot, load_robot
+from robots import (
+    RealRobot,
+    RobotDescription,
+    load_real_robot,
+    load_robot,
+    with_base_speeds,
+)
 
 
 class WorldError(UserError):
@@ -41,6 +47,10 @@ class WorldOptions:
     """A shipped scene or a scene file."""
     seed: int = 0
     """Of the objects and of the camera's noise."""
+    base_speed: float | None = None
+    """Limit of the base [m/s]; None keeps that of the robot's description."""
+    reverse_speed: float | None = None
+    """The same backwards [m/s]; None keeps its share of the limit forwards."""
     paced: bool = False
     """In real time instead of as fast as it goes."""
     beside: bool = False
@@ -124,6 +134,9 @@ def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:
     """
     if world not in _WORLDS:
         raise WorldError(f"no world is called `{world}`; {suggest(world, _WORLDS)}")
+    speeds = options.base_speed, options.reverse_speed
     if (real := load_real_robot(robot)) is not None:
+        if speeds != (None, None):
+            raise WorldError(f"{robot}: the limits of a real base are said in `base_limits` there")
         return _real(real, world, options)
-    return _WORLDS[world](load_robot(robot), options)
+    return _WORLDS[world](with_base_speeds(load_robot(robot), *speeds), options)

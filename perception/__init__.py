@@ -8,6 +8,7 @@ with a face of its own, because it imports torch; this one does not.
 
 from perception.candidates import WITHOUT_NETWORK, Candidates, CandidateSource, Proposals
 from perception.colours import COLOURS, ColourName, colour_name
+from perception.cutting import SeamModel, logarithms, piece_of
 from perception.detector import OCCUPIED_HEIGHT, WALL_MARGIN, GraspDetector
 from perception.frame import Workspace
 from perception.geometry import Camera, world_points
@@ -21,10 +22,11 @@ from perception.network_io import (
     OUTPUT_STRIDE,
     WeightsError,
 )
-from perception.objects import ColourFrame, seen_objects
+from perception.objects import ColourFrame, seen_objects, standing
 from perception.preprocess import METRES_PER_PIXEL, Crop, central_crop, prepare
 from perception.recogniser import Labelled, Recogniser, RecogniserError
 from perception.samples import Labels, Sample, Shard
+from perception.seams import SEAM_MEASURES, measure_seam, seams_across
 from perception.seen_object import Footprint, SeenObject, SeenObjects
 from perception.seen_surfaces import SeenSurfaces, SurfaceSettings, surface_cells
 from perception.table_plane import NoTableError, camera_above_table
@@ -37,6 +39,7 @@ __all__ = [
     "METRES_PER_PIXEL",
     "OCCUPIED_HEIGHT",
     "OUTPUT_STRIDE",
+    "SEAM_MEASURES",
     "SHAPE_KINDS",
     "WALL_MARGIN",
     "WITHOUT_NETWORK",
@@ -59,6 +62,7 @@ __all__ = [
     "Recogniser",
     "RecogniserError",
     "Sample",
+    "SeamModel",
     "SeenObject",
     "SeenObjects",
     "SeenSurfaces",
@@ -73,8 +77,13 @@ __all__ = [
     "central_crop",
     "colour_name",
     "known_kinds",
+    "logarithms",
+    "measure_seam",
+    "piece_of",
     "prepare",
+    "seams_across",
     "seen_objects",
+    "standing",
     "surface_cells",
     "with_kinds",
     "world_points",

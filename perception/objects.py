@@ -1,13 +1,13 @@
 """The objects that stand in a region, told apart by height, colour and shape.
 
 Seen from straight above, whatever stands out of the floor is cut where the colour changes and where
-the height jumps. What is left in one piece is cut once more where it is much narrower than on
-either side: two things of one colour that touch. Two boxes of one colour and height, face to face,
-are one.
+the height jumps. What is left in one piece, things of one colour that touch, is cut where a seam
+between two things is likely (`cutting.py`).
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
 import cv2
@@ -17,7 +17,7 @@ from pinocchio import SE3, exp3
 
 from perception.arrays import Array, Image, Indices, Mask
 from perception.colours import colour_name
-from perception.cutting import cut_at_heights, cut_at_necks
+from perception.cutting import cut_apart
 from perception.frame import Frame, Workspace
 from perception.geometry import world_points
 from perception.grid import Grid
@@ -62,27 +62,58 @@ def seen_objects(frame: ColourFrame, workspace: Workspace) -> SeenObjects | None
     Returns:
         The objects; None if there is no depth in the image.
     """
+    what = standing(frame, workspace)
+    if what is None or len(what.points) == 0:
+        return None if what is None else SeenObjects()
+    grid = Grid.over(what.points, what.cell)
+    of_point = cut_apart(what.of_point, what.points, workspace.floor, what.cell)
+    found = (
+        _object(frame, workspace.floor, grid, what.raised, what.points, of_point == number)
+        for number in np.unique(of_point[of_point > 0])
+        if (of_point == number).sum() >= what.smallest
+    )
+    return SeenObjects(sorted(found, key=lambda one: one.box))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Standing:
+    """What stands out of a floor, not yet told apart where things of one colour touch."""
+
+    raised: Mask
+    """(H, W) which pixels show it."""
+    points: Array
+    """(P, 3) of these pixels in the world [m]."""
+    of_point: Indices
+    """(P,) number of what hangs together, from 1; 0 is too small."""
+    cell: float
+    """Side of the cells that it is looked at in, from above [m]."""
+    smallest: int
+    """What has fewer pixels is no object."""
+
+
+def standing(frame: ColourFrame, workspace: Workspace) -> Standing | None:
+    """What hangs together in a region; arguments as for `seen_objects`.
+
+    Returns:
+        None if there is no depth in the image.
+    """
     valid = valid_depth(frame.depth)
     if not valid.any():
         return None
     raised, points = _raised(frame, workspace, valid)
-    if len(points) == 0:
-        return SeenObjects()
     far = float(frame.wTc.translation[2]) - workspace.floor
     on_floor = far / frame.intrinsics.fx  # a pixel's side there [m]
     heights = np.zeros(raised.shape, dtype=np.float32)
     heights[raised] = points[:, 2]
     smallest = round(SMALLEST / on_floor**2)
     label = _without_crumbs(_labels(raised, ~valid, heights, frame.colour), raised, smallest)
-    grid = Grid.over(points, max(CELL, PIXELS * on_floor))
-    of_point = cut_at_necks(label, on_floor)[raised]
-    of_point = cut_at_heights(of_point, points, workspace.floor, grid.cell)
-    found = (
-        _object(frame, workspace.floor, grid, raised, points, of_point == number)
-        for number in np.unique(of_point[of_point > 0])
-        if (of_point == number).sum() >= smallest
+    return Standing(
+        raised=raised,
+        points=points,
+        of_point=label[raised],
+        cell=max(CELL, PIXELS * on_floor),
+        smallest=smallest,
     )
-    return SeenObjects(sorted(found, key=lambda one: one.box))
 
 
 def _raised(frame: ColourFrame, workspace: Workspace, valid: Mask) -> tuple[Mask, Array]:

@@ -14,6 +14,7 @@ from robots.description import (
     RobotDescription,
     at_pace,
     with_base_speed,
+    with_base_speeds,
     with_reverse_speed,
 )
 from robots.load import RealRobot, load_real_robot, load_robot, robot_names
@@ -49,7 +50,6 @@ from robots.shapes import (
     rounded_box,
     volume,
 )
-from robots.variant import write_variant
 
 __all__ = [
     "GREY",
@@ -93,6 +93,6 @@ __all__ = [
     "rounded_box",
     "volume",
     "with_base_speed",
+    "with_base_speeds",
     "with_reverse_speed",
-    "write_variant",
 ]

@@ -191,6 +191,15 @@ def with_reverse_speed(description: RobotDescription, speed: float) -> RobotDesc
     return replace(description, limits=replace(description.limits, base_reverse=speed))
 
 
+def with_base_speeds(
+    description: RobotDescription, forward: float | None, reverse: float | None
+) -> RobotDescription:
+    """The same robot with other speeds of the base along x and along -x [m/s]; None keeps one."""
+    if forward is not None:
+        description = with_base_speed(description, forward)
+    return description if reverse is None else with_reverse_speed(description, reverse)
+
+
 def at_pace(description: RobotDescription, pace: float) -> RobotDescription:
     """The same robot at a share of its speeds; its accelerations, and its brakes, stay.
 

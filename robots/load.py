@@ -72,7 +72,7 @@ def load_robot(robot: str | Path) -> RobotDescription:
     Raises:
         ConfigError: there is no such robot, or one of its files says something impossible.
     """
-    path = robot_file(robot)
+    path = _path(robot)
     if not _is_real(path):
         return _load(path)
     file = read_config(path, RealRobotFile, context=path.parent)
@@ -88,7 +88,7 @@ def load_real_robot(robot: str | Path) -> RealRobot | None:
     Raises:
         ConfigError: there is no such robot, or its file says something impossible.
     """
-    path = robot_file(robot)
+    path = _path(robot)
     if not _is_real(path):
         return None
     file = read_config(path, RealRobotFile, context=path.parent)
@@ -104,15 +104,7 @@ def load_real_robot(robot: str | Path) -> RealRobot | None:
     )
 
 
-def robot_file(robot: str | Path) -> Path:
-    """The file of a robot.
-
-    Args:
-        robot: name of a shipped robot, or path of a robot file.
-
-    Raises:
-        ConfigError: there is no such robot.
-    """
+def _path(robot: str | Path) -> Path:
     shipped = SHIPPED / f"{robot}.yaml"
     path = shipped if isfile(shipped) else Path(robot)
     if not isfile(path):

@@ -78,6 +78,8 @@ def run_task(
     world = WorldOptions(
         scene=_scene(options, task),
         seed=options.seed,
+        base_speed=options.base_speed,
+        reverse_speed=options.reverse_speed,
         paced=options.paced,
         beside=options.vision is VisionForm.BESIDE,
         armed=options.armed,

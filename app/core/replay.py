@@ -25,7 +25,7 @@ from config import UserError
 from controller import PlanningSettings
 from hw import TURN, Backend, DepthFrame, Difference, Fault, FaultKind, ReplayRobot
 from perception import GraspDetector
-from robots import RobotDescription, at_pace, load_robot
+from robots import RobotDescription, at_pace, load_robot, with_base_speeds
 from trees.language import build, load, nodes_in_order
 
 
@@ -89,7 +89,8 @@ def replay_run(folder: Path) -> Replay:
     notes = _notes(folder / NOTES)
     if notes.end not in ("", "complete"):
         raise ReplayError(f"{folder}: cannot be replayed: {notes.end}")
-    description = at_pace(load_robot(options["robot"]), options["pace"])
+    description = with_base_speeds(load_robot(options["robot"]), *options["speeds"])
+    description = at_pace(description, options["pace"])
     robot = ReplayRobot(description, turns, notes.faults, _frames(folder, turns, description))
     detector = GraspDetector(options["weights"], options["network"], gripper=description.gripper)
     places = folder / PLACES if isfile(folder / PLACES) else None
@@ -135,6 +136,7 @@ def _options(folder: Path) -> dict[str, Any]:
         vision, control = options["vision"], options["control"]
         kept = {
             "robot": str(options["robot"]),
+            "speeds": (options.get("base_speed"), options.get("reverse_speed")),
             "pace": float(options.get("pace", 1.0)),
             "parameters": {str(k): str(v) for k, v in options["parameters"].items()},
             "weights": None if options["weights"] is None else Path(options["weights"]),

@@ -21,6 +21,10 @@ class RunOptions:
     """The body: a shipped robot or a robot file."""
     world: str = "kinematic"
     """What moves it, where it is not real."""
+    base_speed: float | None = None
+    """Limit of its base [m/s]; None keeps that of its description."""
+    reverse_speed: float | None = None
+    """The same backwards [m/s]; None keeps its share of the limit forwards."""
     armed: bool = False
     """Whether a person has said that a real robot may move."""
     motion: MotionForm = MotionForm.HOLISTIC

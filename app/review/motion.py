@@ -15,7 +15,7 @@ from app.core import COMMANDS, OPTIONS, STATES
 from app.review.event_log import DamagedRunError
 from config import UserError
 from controller import RobotModel
-from robots import RobotDescription, at_pace, load_robot
+from robots import RobotDescription, at_pace, load_robot, with_base_speeds
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -137,7 +137,12 @@ def read_motion(folder: Path) -> RunMotion:
     try:
         states, commands = np.load(folder / STATES), np.load(folder / COMMANDS)
         options = json.loads((folder / OPTIONS).read_text(encoding="utf-8"))
-        robot = at_pace(load_robot(str(options["robot"])), float(options.get("pace", 1.0)))
+        described = with_base_speeds(
+            load_robot(str(options["robot"])),
+            options.get("base_speed"),
+            options.get("reverse_speed"),
+        )
+        robot = at_pace(described, float(options.get("pace", 1.0)))
         good = states.ndim == commands.ndim == 2 and states.shape[1] == 22
         if not good or commands.shape[1] != 11 or min(len(states), len(commands)) < 2:
             raise ValueError("nothing moved in this run")

@@ -1,4 +1,4 @@
-"""`bench choosing`: is what was asked for what is taken? `bench kinds`: what are things called?"""
+"""`bench choosing`, `bench counting` and `bench kinds`: what is told apart, and what is taken."""
 
 from __future__ import annotations
 
@@ -53,3 +53,15 @@ def kinds(
 
     called = bench.run_kinds(seed_range(seeds), workers=workers_of(workers), cluster=cluster)
     console().print(bench.kinds_table(called))
+
+
+def counting(
+    seeds: Annotated[str, typer.Option(help="First and last seed.", metavar="A-B")] = "0-209",
+    workers: Workers = None,
+    cluster: Cluster = None,
+) -> None:
+    """Are the objects of a region told apart, also where they touch? In one frame of each scene."""
+    from app.lab import bench
+
+    counted = bench.run_counting(seed_range(seeds), workers=workers_of(workers), cluster=cluster)
+    console().print(bench.counting_table(counted))

@@ -9,7 +9,6 @@ import typer
 
 from app.commands.bench.options import (
     BOTH,
-    BaseSpeed,
     Cluster,
     Json,
     Period,
@@ -50,7 +49,9 @@ def obstacles(
         list[str] | None,
         typer.Option(help="One of these worlds, such as shelf:3; may be repeated."),
     ] = None,
-    base_speed: BaseSpeed = None,
+    base_speed: Annotated[
+        float | None, typer.Option(help="Limit of the base in m/s; default: the robot's.", min=0.05)
+    ] = None,
     lag: Annotated[
         bool, typer.Option("--lag/--exact", help="Whether the robot lags behind its commands.")
     ] = True,

@@ -27,7 +27,8 @@ Cluster = Annotated[
 ]
 Period = Annotated[float, typer.Option(help="Control period in seconds.", min=0.001, max=0.1)]
 BaseSpeed = Annotated[
-    float | None, typer.Option(help="Limit of the base in m/s; default: the robot's.", min=0.05)
+    float | None,
+    typer.Option(help="Limit of the base in m/s; default: the robot's.", min=0.05),
 ]
 ReverseSpeed = Annotated[
     float | None,

@@ -62,7 +62,6 @@ def pick_place(
     from app.core import MotionForm, RunOptions
     from app.lab import bench
     from controller import planning_library
-    from robots import load_robot, write_variant
 
     wanted = seed_range(seeds)
     check_writable(json)
@@ -71,16 +70,13 @@ def pick_place(
         planning_library()  # what is missing is said before anything runs
     if plot is not None:
         bench.prepare_plots(plot)
-    if base_speed is not None or reverse_speed is not None:
-        folder = record / f"base-{base_speed}-{reverse_speed}"
-        file = write_variant(robot, folder, base_speed=base_speed, reverse_speed=reverse_speed)
-        robot = str(file)
-    limits = load_robot(robot).limits
     options = RunOptions(
         tree=find_tree(tree),
         robot=robot,
         world=world,
         scene=scene,
+        base_speed=base_speed,
+        reverse_speed=reverse_speed,
         record=record,
         planning_time=planning_time,
     )
@@ -100,11 +96,7 @@ def pick_place(
     console().print(bench.table_iv(figures))
     for note in bench.pick_place_notes(figures):
         console().say(note)
-    speeds = {
-        "base_speed": float(limits.base_twist[0]),
-        "reverse_speed": float(limits.base_reverse),
-    }
-    write_json(json, bench.pick_place_json(runs, [asdict(one) | speeds for one in figures]))
+    write_json(json, bench.pick_place_json(runs, [asdict(one) for one in figures]))
     if plot is not None:
         for file in bench.plot_pick_place(runs, plot):
             console().say(str(file))

@@ -13,6 +13,7 @@ from app.lab.bench.choosing import (
     run_choosing,
 )
 from app.lab.bench.configuration import EXAMPLE, Configuration
+from app.lab.bench.counting import counting_table, run_counting
 from app.lab.bench.disturbance import NOISY, STARTS, Disturbance
 from app.lab.bench.fault_matrix import QUICK, QUICK_PHASES
 from app.lab.bench.fault_report import faults_json, faults_notes, faults_table
@@ -35,6 +36,11 @@ from app.lab.bench.obstacles import (
     make_world,
     run_worlds,
     world_names,
+)
+from app.lab.bench.on_the_move import (
+    on_the_move_table,
+    run_on_the_move,
+    saving,
 )
 from app.lab.bench.pick_place import (
     PickPlaceRun,
@@ -60,6 +66,7 @@ from app.lab.bench.reach import (
     reach_table,
     run_trials,
 )
+from app.lab.bench.regenerate import Experiments, regenerate, regenerated_table
 from app.lab.bench.signals import (
     KINDS,
     SPEEDS,
@@ -102,6 +109,7 @@ __all__ = [
     "Conditions",
     "Configuration",
     "Disturbance",
+    "Experiments",
     "Following",
     "ObstacleRow",
     "PickPlaceFigures",
@@ -121,6 +129,7 @@ __all__ = [
     "choosing_json",
     "choosing_notes",
     "choosing_table",
+    "counting_table",
     "faults_json",
     "faults_notes",
     "faults_table",
@@ -134,6 +143,7 @@ __all__ = [
     "obstacle_notes",
     "obstacle_rows",
     "obstacle_table",
+    "on_the_move_table",
     "pick_place_figures",
     "pick_place_json",
     "pick_place_notes",
@@ -145,11 +155,15 @@ __all__ = [
     "prepare_plots",
     "reach_notes",
     "reach_table",
+    "regenerate",
+    "regenerated_table",
     "run_cells",
     "run_choosing",
+    "run_counting",
     "run_following",
     "run_in_worlds",
     "run_kinds",
+    "run_on_the_move",
     "run_pick_place",
     "run_pose",
     "run_signals",
@@ -158,6 +172,7 @@ __all__ = [
     "run_steps_table",
     "run_trials",
     "run_worlds",
+    "saving",
     "signal_cases",
     "signals_json",
     "signals_table",

@@ -16,7 +16,7 @@ from rich.table import Table
 
 from app.core import Trial, VisionForm, set_up
 from app.lab import machine
-from app.lab.bench.choosing_scenes import ALIKE, CLUTTER, TRAY, TRAY_REGION, make_scene
+from app.lab.bench.choosing_scenes import ALIKE, CLUTTER, TRAY, TRAY_REGION, as_it_is, make_scene
 from app.lab.statistics import percent
 from app.lab.workers import run_all
 from behaviours import (
@@ -94,10 +94,11 @@ def take(seed: int) -> Taking:
         trial.run(Navigate("go", context, to=_ABOVE))
         trial.run(OpenGripper("open", context))
         seen = trial.run(Detect("count", context, region=TRAY_REGION, list=found)) is Status.SUCCESS
-        near = _near(world, context.state.wTb.translation)
+        near: list[str] = []
         taken, reason, attempts = "", "", 0
         while not taken and attempts < ATTEMPTS:
             attempts += 1
+            near = _near(world, context.state.wTb.translation)
             grasp = Grasp("grasp", context, within=TRAY_REGION, **cast(Any, asked.words))
             check = RetreatCheck("check", context)
             leaves: tuple[Leaf, ...] = (grasp, check)
@@ -126,9 +127,8 @@ def take(seed: int) -> Taking:
 
 def _near(world: World, base: Array) -> list[str]:
     """The objects that may be called the nearest to the robot's base (3,), the nearest first."""
-    gaps = {
-        one.name: float(np.linalg.norm((one.pose.translation - base)[:2])) for one in world.objects
-    }
+    things = [as_it_is(obj) for obj in world.objects]
+    gaps = {one.name: float(np.linalg.norm(base[:2] - one.middle)) for one in things}
     near = [name for name, gap in gaps.items() if gap < min(gaps.values()) + _ALIKE]
     return sorted(near, key=lambda name: gaps[name])
 

@@ -4,16 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 from pinocchio import SE3
 
 from behaviours import Region
-from hw.sim import HOUSEHOLD, Container, DepthRenderer, Objects, Scene, SimObject, Table, World
+from hw import DepthFrame
+from hw.sim import (
+    HOUSEHOLD,
+    Container,
+    D435Noise,
+    DepthRenderer,
+    Objects,
+    Scene,
+    SimObject,
+    Table,
+    World,
+    painted,
+)
 from hw.sim import build_world as _built
 from perception import colour_name
-from robots import Array, Intrinsics
+from robots import Array, Intrinsics, load_robot
 
 TRAY = (0.80, 0.0)
 """Middle of the tray, before the robot [m]."""
@@ -24,6 +38,8 @@ TRAY_REGION = Region(
     wTr=SE3(np.eye(3), np.array([*TRAY, FLOOR + 0.1])),
     size=np.array([*INNER, 0.2]),
 )
+HEIGHT = 0.42
+"""Of the camera over the floor of the tray, straight above its middle [m]."""
 CLUTTER = ("apart", "pairs", "cluster")
 """How objects lie: 6 mm or more apart; two pairs that touch; all pushed to one in the middle."""
 ALIKE = ", alike"
@@ -37,6 +53,8 @@ _ABOVE = 6.0
 _FAR_EYE = Intrinsics(width=400, height=400, fx=20000.0, fy=20000.0, cx=199.5, cy=199.5)
 _TRIES = 200
 
+Owners: TypeAlias = npt.NDArray[np.int64]
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrueThing:
@@ -48,6 +66,8 @@ class TrueThing:
     """What it covers, seen from above [m^2]."""
     width: float
     """Shorter edge of the smallest rectangle around that [m]."""
+    middle: tuple[float, float]
+    """Of that rectangle, x and y in the world [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -73,7 +93,7 @@ def make_scene(seed: int) -> tuple[World, str, Asked]:
     clutter = CLUTTER[seed % len(CLUTTER)]
     for _ in range(_TRIES):
         world = make_world(clutter, rng)
-        things = [_true(obj) for obj in world.objects]
+        things = [as_it_is(obj) for obj in world.objects]
         asking = _ASKING[(seed // len(CLUTTER)) % len(_ASKING)]
         if asked := asking(things, rng):
             return world, clutter + (ALIKE if _alike_touch(world) else ""), asked
@@ -119,19 +139,56 @@ def _gap(obj: SimObject, point: Array) -> float:
     return float(np.linalg.norm((obj.pose.translation - point)[:2]))
 
 
-def _true(obj: SimObject) -> TrueThing:
-    """Measured on an image of this object alone, from so far above that all rays are parallel."""
+def seen_from_above(
+    world: World,
+    rng: np.random.Generator,
+    *,
+    height: float = HEIGHT,
+    off: tuple[float, float] = (0.0, 0.0),
+) -> tuple[DepthFrame, Owners]:
+    """A noisy frame of the tray, and the number of the object in each pixel; -1 is none.
+
+    Args:
+        world: one of `make_world`.
+        rng: of the noise.
+        height: of the camera over the floor of the tray [m].
+        off: of the camera from the middle of the tray along x and y [m].
+    """
+    camera = load_robot("frankie").camera
+    position = np.array([TRAY[0] + off[0], TRAY[1] + off[1], FLOOR + height])
+    wTc = SE3(np.diag([1.0, -1.0, -1.0]), position)
+    shapes = world.shapes()
+    depth, ids = DepthRenderer(camera.intrinsics).render(shapes, wTc, with_ids=True)
+    names = {obj.name: number for number, obj in enumerate(world.objects)}
+    owner = np.array([*(names.get(shape.name, -1) for shape in shapes), -1])[ids]
+    colours = painted(shapes, ids)
+    frame = DepthFrame(
+        depth=D435Noise().apply(depth, camera, rng),
+        intrinsics=camera.intrinsics,
+        wTc=wTc,
+        stamp=0.0,
+        paint=lambda: colours,
+    )
+    return frame, owner
+
+
+def as_it_is(obj: SimObject) -> TrueThing:
+    """An object where it lies.
+
+    Measured on an image of it alone, from so far above that all rays are parallel.
+    """
     x, y, z = obj.pose.translation
     wTc = SE3(np.diag([1.0, -1.0, -1.0]), np.array([x, y, z + _ABOVE]))
     _, ids = DepthRenderer(_EYE).render(obj.seen(), wTc, with_ids=True)
     pixel = _ABOVE / _EYE.fx
     covered = np.argwhere(ids >= 0)
-    _, edges, _ = cv2.minAreaRect(covered.astype(np.float32))
+    (row, column), edges, _ = cv2.minAreaRect(covered.astype(np.float32))
     return TrueThing(
         name=obj.name,
         colour=colour_name(*obj.parts[0].colour),
         area=len(covered) * pixel**2,
         width=(min(edges) + 1.0) * pixel,
+        middle=(x + (column - _EYE.cx) * pixel, y - (row - _EYE.cy) * pixel),
     )
 
 

@@ -22,7 +22,7 @@ from controller import (
     StepReport,
     Surroundings,
 )
-from robots import load_robot, with_base_speed, with_reverse_speed
+from robots import load_robot, with_base_speed, with_base_speeds, with_reverse_speed
 
 EXAMPLE = "example"
 """The preset of the paper's controller whose velocities are scaled as in its published example."""
@@ -59,11 +59,8 @@ class Configuration:
             speed = self.base_speed or _PUBLISHED_BASE_SPEED
             description = with_base_speed(description, speed, _PUBLISHED_BASE_SPEED)
             description = with_reverse_speed(description, speed)  # as published
-        elif self.base_speed is not None:
-            description = with_base_speed(description, self.base_speed)
-        if self.reverse_speed is not None:
-            description = with_reverse_speed(description, self.reverse_speed)
-        return RobotModel(description)
+            return RobotModel(with_base_speeds(description, None, self.reverse_speed))
+        return RobotModel(with_base_speeds(description, self.base_speed, self.reverse_speed))
 
     def controller(self, model: RobotModel) -> Controller:
         """A new controller."""

@@ -6,21 +6,16 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from pinocchio import SE3
 from rich.table import Table
 
-from app.lab.bench.choosing_scenes import CLUTTER, FLOOR, TRAY, TRAY_REGION, make_world
+from app.lab.bench.choosing_scenes import CLUTTER, TRAY_REGION, make_world, seen_from_above
 from app.lab.statistics import percent
 from app.lab.workers import run_all
-from hw import DepthFrame
-from hw.sim import HELDOUT, HOUSEHOLD, MODELLED, D435Noise, DepthRenderer, World, painted
+from hw.sim import HELDOUT, HOUSEHOLD, MODELLED
 from perception import SHAPE_KINDS, seen_objects, with_kinds
-from robots import load_robot
 
 STRANGE = "among others"
 """Scenes in which most objects are of classes that are none of its kinds."""
-HEIGHT = 0.42
-"""Of the camera over the floor of the tray, straight above its middle [m]."""
 _NEAR = 0.02
 """Something seen this near to the middle of an object is that object [m]."""
 _TRUE = {"box": "box", "can": "can", "ball": "ball", "cylinder": "roll", "capsule": "roll"}
@@ -47,7 +42,7 @@ def call(seed: int) -> list[Called]:
         world = make_world("apart", np.random.default_rng((seed, 23)), (*_TRUE, *_OTHERS))
     else:
         world = make_world(scene, np.random.default_rng((seed, 23)), tuple(HOUSEHOLD))
-    frame = _frame(world, seed)
+    frame, _ = seen_from_above(world, np.random.default_rng((seed, 29)))
     objects = seen_objects(frame, TRAY_REGION)
     seen = () if objects is None else with_kinds(frame, objects, SHAPE_KINDS[0])
     called = []
@@ -64,18 +59,6 @@ def run_kinds(seeds: Sequence[int], *, workers: int, cluster: str | None) -> lis
     """All objects of all scenes, in the order of the seeds; arguments as for `run_choosing`."""
     results = dict(run_all(call, seeds, workers=workers, cluster=cluster, batch=8))
     return [one for number in range(len(seeds)) for one in results[number]]
-
-
-def _frame(world: World, seed: int) -> DepthFrame:
-    camera = load_robot("frankie").camera
-    wTc = SE3(np.diag([1.0, -1.0, -1.0]), np.array([*TRAY, FLOOR + HEIGHT]))
-    renderer, shapes = DepthRenderer(camera.intrinsics), world.shapes()
-    depth, ids = renderer.render(shapes, wTc, with_ids=True)
-    noisy = D435Noise().apply(depth, camera, np.random.default_rng((seed, 29)))
-    colours = painted(shapes, ids)
-    return DepthFrame(
-        depth=noisy, intrinsics=camera.intrinsics, wTc=wTc, stamp=0.0, paint=lambda: colours
-    )
 
 
 def kinds_table(called: Sequence[Called]) -> Table:

@@ -41,6 +41,10 @@ class PickPlaceRun:
     motion: str
     """How the robot got to its goals."""
     summary: Summary
+    base_speed: float
+    """Limit of the base [m/s]."""
+    reverse_speed: float
+    """The same backwards [m/s]."""
     objects: Sequence[CarriedObject]
     reach_times: Sequence[float]
     """From the release of the object before to fingers closed on this one, drive included [s]."""
@@ -122,6 +126,8 @@ def _run(options: RunOptions) -> PickPlaceRun:
     return PickPlaceRun(
         motion=options.motion.value,
         summary=result.summary,
+        base_speed=float(motion.robot.limits.base_twist[0]),
+        reverse_speed=float(motion.robot.limits.base_reverse),
         objects=objects,
         reach_times=_reach_times(use, objects),
         pick_place_times=_pick_place_times(objects),

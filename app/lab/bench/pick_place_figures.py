@@ -26,6 +26,10 @@ class PickPlaceFigures:
 
     motion: str
     world: str
+    base_speed: float
+    """Limit of the base [m/s]."""
+    reverse_speed: float
+    """The same backwards [m/s]."""
     runs: int
     objects: int
     placed: int
@@ -80,6 +84,8 @@ def _figures(runs: Sequence[PickPlaceRun]) -> PickPlaceFigures:
     return PickPlaceFigures(
         motion=runs[0].motion,
         world=summaries[0].world,
+        base_speed=runs[0].base_speed,
+        reverse_speed=runs[0].reverse_speed,
         runs=len(runs),
         objects=objects,
         placed=sum(s.placed for s in summaries),
@@ -117,7 +123,8 @@ def _by_leaf(runs: Sequence[PickPlaceRun], number: int) -> dict[str, dict[str, f
 
 def table_iv(figures: Sequence[PickPlaceFigures]) -> Table:
     """Ours, kind by kind, below the paper's."""
-    table = Table(title="Experiment 3 (Table IV), with 95 % intervals of the means")
+    limits = f"base at most {figures[0].base_speed:g} m/s, back {figures[0].reverse_speed:g} m/s"
+    table = Table(title=f"Experiment 3 (Table IV), {limits}, with 95 % intervals of the means")
     for column in (
         "",
         "placed",

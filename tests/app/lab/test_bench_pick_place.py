@@ -39,6 +39,32 @@ def test_one_row_a_seed_and_the_same_figures_as_json(tmp_path, world):
     assert result.stdout.count("0 of 1") == 3  # two runs, and both together
 
 
+def test_the_base_keeps_the_limits_that_are_asked_for(tmp_path):
+    back = tmp_path / "back.yaml"
+    back.write_text(
+        "task: back\nposes: {behind: {xyz: [-1.4, 0.0, 0.7], rpy_deg: [180, 0, 0]}}\n"
+        "tree: {navigate: {to: behind}}\n"
+    )
+    figures, seconds = tmp_path / "figures.json", {}
+    for reverse in (0.25, 1.0):
+        speeds = ("--base-speed", 1.0, "--reverse-speed", reverse)
+        options = ("--scene", "single", "--record", tmp_path / "r", "--json", figures)
+        result = call(back, "--seeds", "0", "--workers", 1, *speeds, *options)
+        assert result.exit_code == 0, result.output
+        report = json.loads(figures.read_text())
+        (row,), (run,) = report["results"], report["runs"]
+        assert (row["base_speed"], row["reverse_speed"]) == (1.0, reverse)
+        assert run["limit_violations"] == 0
+        seconds[reverse] = run["duration_s"]
+    assert seconds[1.0] < seconds[0.25] - 0.3
+
+
+def test_the_limits_of_a_real_base_are_left_to_its_file():
+    result = call("--robot", "emulated", "--reverse-speed", 1.0, "--seeds", "0", "--workers", 1)
+    assert result.exit_code == 2
+    assert "base_limits" in result.stderr
+
+
 WANTED = {
     "objects",
     "placed",
@@ -149,29 +175,3 @@ def test_told_to_end_it_ends_the_run_and_begins_no_other(tmp_path, workers):
         bench.kill()
     assert len(list(runs.glob("*/summary.json"))) == workers
     assert len(list(runs.iterdir())) == workers
-
-
-def test_a_faster_base_drives_faster_and_its_limits_are_in_the_figures(tmp_path):
-    task, figures = tmp_path / "far.yaml", tmp_path / "figures.json"
-    task.write_text(QUICK.replace("[0.9,", "[-2.5,"))  # behind: it backs or turns
-    options = ("--scene", "single", "--record", tmp_path / "r", "--json", figures)
-    found = {}
-    for base, reverse in ((0.4, None), (1.5, 1.5)):
-        speeds = ["--base-speed", base, *(["--reverse-speed", reverse] if reverse else [])]
-        result = call(task, "--seeds", "0", "--workers", 1, *options, *speeds)
-        assert result.exit_code == 0, result.output
-        report = json.loads(figures.read_text())
-        row, run = report["results"][0], report["runs"][0]
-        assert run["robot"] == "frankie"
-        assert run["limit_violations"] == 0
-        found[row["base_speed"], row["reverse_speed"]] = run["duration_s"]
-    assert list(found) == [(0.4, 0.1), (1.5, 1.5)]  # backs at its share
-    slow, fast = found.values()
-    assert slow > 1.5 * fast
-
-
-def test_the_speed_of_a_real_robot_is_not_for_the_bench_to_change(tmp_path):
-    result = call("--robot", "emulated", "--base-speed", 1.0, "--record", tmp_path)
-    assert result.exit_code == 2
-    assert "real robot" in result.stderr
-    assert "Traceback" not in result.output

@@ -8,7 +8,8 @@ from typer.testing import CliRunner
 
 from app.commands import app
 from app.lab.grasps.outcomes import read_outcomes
-from app.lab.grasps.probability import auc, calibration_error, fit_logistic
+from app.lab.grasps.probability import auc, calibration_error
+from app.lab.logistic import fit_logistic
 
 RUN = CliRunner()
 

@@ -20,7 +20,7 @@ def run(record: Path, task: object) -> dict:
 
 def one_object(folder: Path, slot: int, waits: bool) -> Path:
     """The task for one of its objects; `waits` leaves out every `onward`."""
-    source = shipped("on_the_move")
+    source = shipped("long_table")
     part = source.with_name("parts") / "carry_onward.yaml"
     text = part.read_text()
     assert text.count("onward: $at_target") == 2
@@ -40,7 +40,7 @@ def test_the_base_that_sets_out_with_the_grasp_is_faster(tmp_path, slot):
     moving = run(tmp_path / "a", one_object(tmp_path / "moving", slot, waits=False))
     waiting = run(tmp_path / "b", one_object(tmp_path / "waiting", slot, waits=True))
     for summary in (moving, waiting):
-        assert summary["scene"] == "on_the_move"
+        assert summary["scene"] == "long_table"
         assert (summary["placed"], summary["attempts"]) == (1, 1)
         assert summary["limit_violations"] == summary["contacts"] == 0
     assert moving["duration_s"] < waiting["duration_s"] - 0.2
@@ -48,6 +48,6 @@ def test_the_base_that_sets_out_with_the_grasp_is_faster(tmp_path, slot):
 
 @pytest.mark.slow
 def test_all_twelve_objects_are_carried(tmp_path):
-    summary = run(tmp_path, "on_the_move")
+    summary = run(tmp_path, "long_table")
     assert (summary["placed"], summary["objects"]) == (12, 12)
     assert summary["limit_violations"] == 0
