@@ -44,10 +44,3 @@ def test_the_base_that_sets_out_with_the_grasp_is_faster(tmp_path, slot):
         assert (summary["placed"], summary["attempts"]) == (1, 1)
         assert summary["limit_violations"] == summary["contacts"] == 0
     assert moving["duration_s"] < waiting["duration_s"] - 0.2
-
-
-@pytest.mark.slow
-def test_all_twelve_objects_are_carried(tmp_path):
-    summary = run(tmp_path, "long_table")
-    assert (summary["placed"], summary["objects"]) == (12, 12)
-    assert summary["limit_violations"] == 0
