@@ -51,7 +51,8 @@ class Grasp(Leaf):
         max_width_mm: only those whose shorter edge is at most this [mm].
         lock_distance_m: nearer than this to the camera the goal no longer moves [m].
         force_n: force of the fingers [N].
-        onward: where the task goes next; once the grasp is locked, the base sets out for it.
+        onward: where the task goes next; once the grasp is locked, the base sets out for it. After
+            an attempt in vain it stands.
         patience_s: give up after not seeing a grasp for this long [s].
         timeout_s: give up the whole attempt after this [s].
     """
@@ -82,7 +83,8 @@ class Grasp(Leaf):
         self._aim = Target(context, within, choice)
         self._lock_distance = lock_distance_m
         self._force = force_n
-        self._onward = None if onward is None else onward.wTe
+        self._next = None if onward is None else onward.wTe
+        self._placed_before = -1
         self._patience = patience_s
         self._timeout = timeout_s
 
@@ -101,6 +103,9 @@ class Grasp(Leaf):
     def initialise(self) -> None:
         """Start to look."""
         self._begun = self._seen = self.context.clock.now()
+        placed = self.context.log.placed
+        is_first = placed != self._placed_before  # attempt at this object
+        self._onward, self._placed_before = self._next if is_first else None, placed
         self._step = self._follow
         self._came_nearer = False
         self._looks = 0

@@ -6,7 +6,7 @@ from harness import ON_TABLE, Harness, block, looking_down, over_the_table
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import Leaf, ToolPose
+from behaviours import Leaf, OpenGripper, ToolPose
 from behaviours.grasp import Grasp
 from behaviours.navigate import Navigate
 from behaviours.retreat_check import RetreatCheck
@@ -80,3 +80,25 @@ def test_a_grasp_on_the_move_holds_and_the_next_place_is_reached_sooner(next_pla
         times.append(harness.clock.now())
     standing, on_the_move = times
     assert on_the_move < standing - 0.2
+
+
+def test_after_an_attempt_in_vain_the_base_stands_while_the_hand_grasps():
+    there = ToolPose(name="there", wTe=looking_down(-3.0, 1.5, 0.8))
+    up = ToolPose(name="up", wTe=looking_down(0.6, 0.0, 0.85))
+    ends = []
+    for second in ("the same", "standing", "another"):
+        harness = over_the_table(block())
+        context = harness.context
+        first = Grasp("grasp", context, within=ON_TABLE, onward=there)
+        leaves = {
+            "the same": first,
+            "standing": Grasp("grasp", context, within=ON_TABLE),
+            "another": Grasp("grasp", context, within=ON_TABLE, onward=there),
+        }
+        back = (Navigate("up", context, to=up), OpenGripper("open", context))
+        for leaf in (first, *back, leaves[second]):
+            assert harness.run(leaf) is Status.SUCCESS
+        ends.append(harness.robot.read().wTb.translation)
+    the_same, standing, another = ends
+    assert (the_same == standing).all()
+    assert np.linalg.norm(another - standing) > 0.02
