@@ -50,11 +50,10 @@ def omron(
         teleop=Teleop(timeout=timeout),
         seed=seed,
     )
-    with OmronEmulator(options, faults=faults) as emulator:
+    with OmronEmulator(options, faults=faults) as emulator, until_interrupted():
         console.say(f"ArNetworking at {host}:{emulator.port}, user {user}")
         if arcl_password:
             console.say(f"ARCL at {host}:{emulator.arcl_port}")
-        until_interrupted()
 
 
 @app.command()
@@ -123,8 +122,8 @@ def realsense(
         return
     options = Options(host=host, port=port, seed=seed)
     with RealSenseEmulator(of_scene(scene, seed), options, faults) as emulator:
-        console.say(f"RealSense at {emulator.address}, scene {scene}")
-        until_interrupted()
+        with until_interrupted():
+            console.say(f"RealSense at {emulator.address}, scene {scene}")
 
 
 def _list(console: Terminal, meanings: Mapping[str, str]) -> None:

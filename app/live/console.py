@@ -183,8 +183,8 @@ class OperatorConsole:
         self._page.end(ending)
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)
         try:
-            self._say(f"the page stays at {self._page.url}; Ctrl-C ends it")
-            until_interrupted()
+            with until_interrupted():
+                self._say(f"the page stays at {self._page.url}; Ctrl-C ends it")
         finally:
             signal.signal(signal.SIGTERM, before)
 

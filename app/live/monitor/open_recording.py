@@ -77,8 +77,8 @@ def _serve(recording: Path, say: Callable[[str], None]) -> int:
     viewer_web_files()
     files = FileServer(LOOPBACK, choose_port(usual=USUAL_WEB_PORT), recording=recording)
     origin = f"http://{LOOPBACK}:{files.port}"
-    say(f"watch at {origin}/{viewer_address(f'{origin}/{RECORDING}')}; Ctrl-C ends it")
-    until_interrupted()
+    with until_interrupted():
+        say(f"watch at {origin}/{viewer_address(f'{origin}/{RECORDING}')}; Ctrl-C ends it")
     files.close()
     return 0
 
