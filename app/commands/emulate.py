@@ -121,9 +121,8 @@ def realsense(
         _list(console, FAULTS)
         return
     options = Options(host=host, port=port, seed=seed)
-    with RealSenseEmulator(of_scene(scene, seed), options, faults) as emulator:
-        with until_interrupted():
-            console.say(f"RealSense at {emulator.address}, scene {scene}")
+    with RealSenseEmulator(of_scene(scene, seed), options, faults) as emulator, until_interrupted():
+        console.say(f"RealSense at {emulator.address}, scene {scene}")
 
 
 def _list(console: Terminal, meanings: Mapping[str, str]) -> None:
