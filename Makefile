@@ -6,7 +6,7 @@ TASK ?= trees/pick_place.yaml
 SEED ?= 0
 WORLD ?= kinematic
 
-.PHONY: run test test-all lint system experiments film language-server clean
+.PHONY: run test test-all lint system declarations experiments film language-server clean
 
 run: .venv/installed
 	@$(BIN)/frankie-task run $(TASK) --seed $(SEED) --world $(WORLD)
@@ -27,6 +27,11 @@ lint: .venv/developing
 SYSTEM := chromium libusb-1.0-0 mesa-vulkan-drivers strace
 system:
 	dpkg -s $(SYSTEM) >/dev/null 2>&1 || { apt-get update -qq && apt-get install -y -qq $(SYSTEM); }
+
+# What is made from the classes of the leaves, after a change to one: what `check` reads instead of
+# them, and the schema for editors.
+declarations: .venv/developing
+	$(BIN)/python -m trees.declare
 
 # Every figure of docs/experiments.md that takes less than an hour together, and what has changed.
 experiments: .venv/developing

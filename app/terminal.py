@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
-from rich.live import Live
 from rich.segment import Segment
-from rich.spinner import Spinner
+
+if TYPE_CHECKING:
+    from rich.live import Live
 
 
 def visible(text: str) -> str:
@@ -75,6 +76,8 @@ class Loading:
         terminal = terminal or Terminal(stderr=True)
         self._live: Live | None = None
         if title and terminal.is_terminal:
+            from rich.live import Live
+
             self._live = Live(console=terminal, refresh_per_second=10, transient=True)
 
     def __enter__(self) -> Loading:
@@ -90,6 +93,8 @@ class Loading:
     def __call__(self, what: str) -> None:
         """Say what is being loaded from now on."""
         if self._live is not None:
+            from rich.spinner import Spinner
+
             text = visible(f"{self._title}  loading {what} ...")
             self._live.update(Spinner("dots", text=text, style="cyan"), refresh=True)
 

@@ -10,9 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from behaviours.context import Context
-from behaviours.key import Key
 from behaviours.poses import Region
-from config import suggest
 from hw import DepthFrame
 from perception import (
     ColourName,
@@ -20,16 +18,12 @@ from perception import (
     RecogniserError,
     SeenObject,
     SeenObjects,
-    known_kinds,
     seen_objects,
     with_kinds,
 )
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Choose: TypeAlias = Literal["best", "largest", "smallest", "nearest"]
-
-WORDS = ("choose", "kind", "colour", "min_width_mm", "max_width_mm")
-"""The parameters of leaves that choose."""
 
 _ORDERS: Mapping[str, Callable[[SeenObject, Array], float]] = {
     "largest": lambda one, base: -one.area,
@@ -101,32 +95,6 @@ class Choice:
         most = f"at most {1000 * self.widest:g} mm" if self.widest < np.inf else ""
         width = " and ".join(bound for bound in (least, most) if bound)
         return f"{article} {what}" + (f" of {width}" if width else "")
-
-
-def misfit(arguments: Mapping[str, object], region: str = "") -> str:
-    """What is wrong with the words of a choice, then `; ` and a hint; empty if nothing is.
-
-    Args:
-        arguments: of a leaf, as for `Leaf.misfit`.
-        region: the parameter that is a region or an object; empty if it is a region.
-    """
-    least, most = arguments.get("min_width_mm"), arguments.get("max_width_mm")
-    if isinstance(least, float) and isinstance(most, float) and least > most:
-        return (
-            f"has a least width of {least:g} mm and a largest of {most:g} mm, between which "
-            "nothing is; exchange them"
-        )
-    kind = arguments.get("kind")
-    if isinstance(kind, str) and kind not in (known := known_kinds(kind)).recognisers:
-        hint = known.problems[0] if known.problems else suggest(kind, known.recognisers)
-        return f"asks for a `{kind}`, which no recogniser knows; {hint}"
-    words = [word for word in WORDS if word in arguments]
-    if region and words and isinstance(arguments.get(region), Key):
-        return (
-            f"chooses by `{words[0]}` among one object, that of `{region}`; leave it out, or name "
-            "a region"
-        )
-    return ""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

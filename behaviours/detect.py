@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import ClassVar
 
 from py_trees.common import Status
 
-from behaviours.choice import Choice, Choose, look_for, misfit
+from behaviours import misfits
+from behaviours.choice import Choice, Choose, look_for
 from behaviours.context import Context
 from behaviours.key import Key
 from behaviours.leaf import Condition, Leaf
@@ -39,6 +39,7 @@ class Detect(Leaf):
     key: ClassVar[str] = "detect"
     moves: ClassVar[bool] = False
     surfaces: ClassVar[tuple[str, ...]] = ("region",)
+    misfit = staticmethod(misfits.of_choice)
 
     def __init__(
         self,
@@ -60,11 +61,6 @@ class Detect(Leaf):
         self._list, self._count = list, count
         self._choice = Choice.of(choose, kind, colour, min_width_mm, max_width_mm)
         self._patience = patience_s
-
-    @classmethod
-    def misfit(cls, arguments: Mapping[str, object]) -> str:
-        """Widths between which nothing lies, or a kind that nobody knows."""
-        return misfit(arguments)
 
     def initialise(self) -> None:
         """Start to look."""
@@ -101,6 +97,7 @@ class LooksLike(Condition):
     """
 
     key: ClassVar[str] = "looks_like"
+    misfit = staticmethod(misfits.of_question)
 
     def __init__(
         self,
@@ -115,13 +112,6 @@ class LooksLike(Condition):
         super().__init__(name, context)
         self._object = object
         self._choice = Choice.of("best", None, colour, min_width_mm, max_width_mm)
-
-    @classmethod
-    def misfit(cls, arguments: Mapping[str, object]) -> str:
-        """Widths between which nothing lies, or nothing that is asked."""
-        if len(arguments) == 1:
-            return "asks nothing of its object; add `colour`, `min_width_mm` or `max_width_mm`"
-        return misfit(arguments)
 
     def update(self) -> Status:
         """One tick."""

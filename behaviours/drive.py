@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import radians
 from typing import ClassVar
 
@@ -11,6 +10,7 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
+from behaviours import misfits
 from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
@@ -35,6 +35,7 @@ class Drive(Leaf):
 
     key: ClassVar[str] = "drive"
     goes_to: ClassVar[tuple[str, ...]] = ("to",)
+    misfit = staticmethod(misfits.of_way)
 
     def __init__(
         self,
@@ -53,14 +54,6 @@ class Drive(Leaf):
         self._forward = forward_m
         self._turn = turn_deg
         self._timeout = timeout_s
-
-    @classmethod
-    def misfit(cls, arguments: Mapping[str, object]) -> str:
-        """It needs one of both ways to say where."""
-        goes = [arguments.get(name) or 0.0 for name in ("forward_m", "turn_deg")]
-        if (arguments.get("to") is None) != (goes == [0.0, 0.0]):
-            return ""
-        return "says both or neither; say either where `to`, or how far by the other two"
 
     def initialise(self) -> None:
         """Start anew, from where the base stands now."""

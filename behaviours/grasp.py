@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import inf
 from typing import ClassVar
 
@@ -11,8 +10,9 @@ import numpy.typing as npt
 from pinocchio import SE3
 from py_trees.common import Status
 
+from behaviours import misfits
 from behaviours.another_view import AnotherView
-from behaviours.choice import Choice, Choose, Target, misfit
+from behaviours.choice import Choice, Choose, Target
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Region, ToolPose
@@ -59,6 +59,7 @@ class Grasp(Leaf):
 
     key: ClassVar[str] = "grasp"
     surfaces: ClassVar[tuple[str, ...]] = ("within",)
+    misfit = staticmethod(misfits.of_grasp)
 
     def __init__(
         self,
@@ -87,11 +88,6 @@ class Grasp(Leaf):
         self._placed_before = -1
         self._patience = patience_s
         self._timeout = timeout_s
-
-    @classmethod
-    def misfit(cls, arguments: Mapping[str, object]) -> str:
-        """Widths between which nothing lies, an unknown kind, or a choice among one object."""
-        return misfit(arguments, "within")
 
     @property
     def phase(self) -> str:

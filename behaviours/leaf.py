@@ -9,25 +9,9 @@ import py_trees
 from py_trees.common import Status
 
 from behaviours.context import Context
+from behaviours.errors import LeafCrashedError, TwoGoalsError
 from controller import MotionGoal, StepReport
 from hw import HardwareError, LoopBlockedError
-
-
-class LeafCrashedError(Exception):
-    """A leaf raised an exception: a mistake in its code, not in the task.
-
-    Args:
-        leaf: name of the node.
-        error: what it raised.
-    """
-
-    def __init__(self, leaf: str, error: BaseException) -> None:
-        super().__init__(f"{type(error).__name__}: {error}")
-        self.leaf = leaf
-
-
-class TwoGoalsError(Exception):
-    """Two leaves that run at the same time have left a goal in one tick."""
 
 
 class Leaf(py_trees.behaviour.Behaviour):
@@ -67,8 +51,8 @@ class Leaf(py_trees.behaviour.Behaviour):
         self.context = context
         self.settings = context.settings
 
-    @classmethod
-    def misfit(cls, arguments: Mapping[str, object]) -> str:
+    @staticmethod
+    def misfit(arguments: Mapping[str, object]) -> str:
         """What is wrong with arguments that are right one by one, then `; ` and a hint; or empty.
 
         `check` asks it before a run.

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import numpy as np
-import numpy.typing as npt
-from pinocchio import SE3
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+    from pinocchio import SE3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,7 +48,7 @@ class Region:
 
     def contains(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
         """Which of the (N, 3) world points [m] lie inside: (N,) booleans."""
-        local = np.abs((points - self.wTr.translation) @ self.wTr.rotation)
+        local = abs((points - self.wTr.translation) @ self.wTr.rotation)
         x, y, z = self.size / 2.0
         inside: npt.NDArray[np.bool_] = (local[:, 0] <= x) & (local[:, 1] <= y) & (local[:, 2] <= z)
         return inside

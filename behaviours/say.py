@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
 from typing import ClassVar
 
 from py_trees.common import Status
 
+from behaviours import misfits
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-
-_BLANK = "{value}"
-_ANY_BLANK = re.compile(r"\{\w*\}")
 
 
 class Say(Leaf):
@@ -26,6 +22,7 @@ class Say(Leaf):
     key: ClassVar[str] = "say"
     needs_robot: ClassVar[bool] = False
     moves: ClassVar[bool] = False
+    misfit = staticmethod(misfits.of_text)
 
     def __init__(
         self,
@@ -38,19 +35,8 @@ class Say(Leaf):
         super().__init__(name, context)
         if wrong := self.misfit({"text": text, "value": value}):
             raise ValueError(wrong)
-        self._text = text.replace(_BLANK, f"{value:g}" if isinstance(value, float) else f"{value}")
-
-    @classmethod
-    def misfit(cls, arguments: Mapping[str, object]) -> str:
-        """A blank has a value, and a value its blank; there are no other blanks."""
-        text, value = arguments.get("text"), arguments.get("value")
-        if not isinstance(text, str):
-            return ""
-        if odd := [blank for blank in _ANY_BLANK.findall(text) if blank != _BLANK]:
-            return f"`{odd[0]}` in the text is filled by nothing; write {_BLANK} and give `value`"
-        if (value is not None) != (_BLANK in text):
-            return f"has only one of {_BLANK} and `value`; write {_BLANK} where the value belongs"
-        return ""
+        shown = f"{value:g}" if isinstance(value, float) else f"{value}"
+        self._text = text.replace(misfits.BLANK, shown)
 
     def update(self) -> Status:
         """One tick."""

@@ -7,6 +7,7 @@ error that a person can fix; `read_config` reads a strict YAML file into a check
 
 from config.diagnostics import Diagnostic, Diagnostics, Location, Severity, TooManyErrorsError
 from config.errors import UserError, quoted, suggest
+from config.lazy import lazy_face
 from config.plugins import PluginError, entries, imported
 from config.reader import ConfigError, StrictModel, read_config, validate
 from config.strict_yaml import (
@@ -44,6 +45,7 @@ __all__ = [
     "describe",
     "entries",
     "imported",
+    "lazy_face",
     "parse_scalar",
     "parse_yaml",
     "quoted",

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import threading
-from importlib import metadata
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from importlib import metadata
 
 
 class PluginError(Exception):
@@ -12,6 +15,8 @@ class PluginError(Exception):
 
 def entries(group: str) -> list[metadata.EntryPoint]:
     """What installed packages offer in a group, not yet imported."""
+    from importlib import metadata  # most tasks name nothing that packages offer
+
     return list(metadata.entry_points(group=group))
 
 

@@ -5,35 +5,42 @@ After Haviland, Sünderhauf and Corke, "A Holistic Approach to Reactive Mobile M
 randomness; the bank of postures that it looks up was drawn beforehand.
 """
 
-from controller.checked import Checked
-from controller.collision import SelfCollision
-from controller.command import (
-    N_ARM,
-    Array,
-    BaseGoal,
-    Command,
-    KinematicState,
-    MotionGoal,
-    PoseGoal,
-    PostureGoal,
-)
-from controller.controller import HolisticController
-from controller.floor import Pose2D
-from controller.model import RobotModel, manipulability, robot_model
-from controller.motion import MotionController
-from controller.parts import STEP_PARTS
-from controller.planning import (
-    PlanningController,
-    PlanningError,
-    PlanningSettings,
-    planning_library,
-)
-from controller.point_cloud import PointCloud
-from controller.report import StepReport
-from controller.settings import PAPER, PRESETS, ControllerSettings
-from controller.stance import out_of_reach
-from controller.surroundings import OPEN_FLOOR, Obstacle, Surroundings
-from controller.validation import GoalError
+from typing import TYPE_CHECKING
+
+from config import lazy_face
+
+if TYPE_CHECKING:
+    from controller.checked import Checked
+    from controller.collision import SelfCollision
+    from controller.command import (
+        N_ARM,
+        Array,
+        BaseGoal,
+        Command,
+        KinematicState,
+        MotionGoal,
+        PoseGoal,
+        PostureGoal,
+    )
+    from controller.controller import HolisticController
+    from controller.floor import Pose2D
+    from controller.model import RobotModel, manipulability, robot_model
+    from controller.motion import MotionController
+    from controller.parts import STEP_PARTS
+    from controller.planning import (
+        PlanningController,
+        PlanningError,
+        PlanningSettings,
+        planning_library,
+    )
+    from controller.point_cloud import PointCloud
+    from controller.report import StepReport
+    from controller.settings import PAPER, PRESETS, ControllerSettings
+    from controller.stance import out_of_reach
+    from controller.surroundings import OPEN_FLOOR, Obstacle, Surroundings
+    from controller.validation import GoalError
+else:
+    __getattr__ = lazy_face(__name__)
 
 __all__ = [
     "N_ARM",

@@ -7,20 +7,27 @@ are. `sim` is the kinematic simulator; drivers of real hardware stand beside it.
 which it got.
 """
 
-from hw.background import InlineExecutor, one_thread
-from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, stopwatch
-from hw.composition import ComposedRobot
-from hw.faults import INJECTABLE, FaultInjection, Injectable, InjectionError, injectable
-from hw.frame import DepthFrame, DepthImage
-from hw.gate import Gate, Refusal, UntrustedRobotError
-from hw.recording import TURN, Notes, RecordedRobot, Turn
-from hw.registry import Backend, WorldError, WorldOptions, open_backend, world_names
-from hw.replay import Difference, RecordEndsError, ReplayRobot
-from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
-from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
-from hw.truth import MAY_TOUCH, DisturbableWorld, Touch, TrueObject, Truth
-from hw.watchdog import SIMULATION, LoopBlockedError, Patience, Watchdog
-from hw.wrapper import RobotWrapper
+from typing import TYPE_CHECKING
+
+from config import lazy_face
+
+if TYPE_CHECKING:
+    from hw.background import InlineExecutor, one_thread
+    from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, stopwatch
+    from hw.composition import ComposedRobot
+    from hw.faults import INJECTABLE, FaultInjection, Injectable, InjectionError, injectable
+    from hw.frame import DepthFrame, DepthImage
+    from hw.gate import Gate, Refusal, UntrustedRobotError
+    from hw.recording import TURN, Notes, RecordedRobot, Turn
+    from hw.registry import Backend, WorldError, WorldOptions, open_backend, world_names
+    from hw.replay import Difference, RecordEndsError, ReplayRobot
+    from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
+    from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
+    from hw.truth import MAY_TOUCH, DisturbableWorld, Touch, TrueObject, Truth
+    from hw.watchdog import SIMULATION, LoopBlockedError, Patience, Watchdog
+    from hw.wrapper import RobotWrapper
+else:
+    __getattr__ = lazy_face(__name__)
 
 __all__ = [
     "INJECTABLE",

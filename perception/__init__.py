@@ -6,31 +6,39 @@ tracks one grasp over frames. The networks and their training are in `perception
 with a face of its own, because it imports torch; this one does not.
 """
 
-from perception.candidates import WITHOUT_NETWORK, Candidates, CandidateSource, Proposals
-from perception.colours import COLOURS, ColourName, colour_name
-from perception.cutting import SeamModel, logarithms, piece_of
-from perception.detector import OCCUPIED_HEIGHT, WALL_MARGIN, GraspDetector
-from perception.frame import Workspace
-from perception.geometry import Camera, world_points
-from perception.grasp import Detection, GraspEstimate
-from perception.grasp_feasibility import assess
-from perception.height_map import HeightMap, build_height_map
-from perception.kinds import SHAPE_KINDS, known_kinds, with_kinds
-from perception.network_io import (
-    ANGLE_BINS,
-    INPUT_SIZE,
-    OUTPUT_STRIDE,
-    WeightsError,
-)
-from perception.objects import ColourFrame, seen_objects, standing
-from perception.preprocess import METRES_PER_PIXEL, Crop, central_crop, prepare
-from perception.recogniser import Labelled, Recogniser, RecogniserError
-from perception.samples import Labels, Sample, Shard
-from perception.seams import SEAM_MEASURES, measure_seam, seams_across
-from perception.seen_object import Footprint, SeenObject, SeenObjects
-from perception.seen_surfaces import SeenSurfaces, SurfaceSettings, surface_cells
-from perception.table_plane import NoTableError, camera_above_table
-from perception.tracker import GraspTracker, TrackerSettings
+from typing import TYPE_CHECKING
+
+from config import lazy_face
+
+if TYPE_CHECKING:
+    from perception.candidates import WITHOUT_NETWORK, Candidates, CandidateSource, Proposals
+    from perception.colours import COLOURS, ColourName, colour_name
+    from perception.cutting import SeamModel, logarithms, piece_of
+    from perception.detector import OCCUPIED_HEIGHT, WALL_MARGIN, GraspDetector
+    from perception.footprint import Footprint
+    from perception.frame import Workspace
+    from perception.geometry import Camera, world_points
+    from perception.grasp import Detection, GraspEstimate
+    from perception.grasp_feasibility import assess
+    from perception.height_map import HeightMap, build_height_map
+    from perception.kinds import SHAPE_KINDS, known_kinds, with_kinds
+    from perception.network_io import (
+        ANGLE_BINS,
+        INPUT_SIZE,
+        OUTPUT_STRIDE,
+        WeightsError,
+    )
+    from perception.objects import ColourFrame, seen_objects, standing
+    from perception.preprocess import METRES_PER_PIXEL, Crop, central_crop, prepare
+    from perception.recogniser import Labelled, Recogniser, RecogniserError
+    from perception.samples import Labels, Sample, Shard
+    from perception.seams import SEAM_MEASURES, measure_seam, seams_across
+    from perception.seen_object import SeenObject, SeenObjects
+    from perception.seen_surfaces import SeenSurfaces, SurfaceSettings, surface_cells
+    from perception.table_plane import NoTableError, camera_above_table
+    from perception.tracker import GraspTracker, TrackerSettings
+else:
+    __getattr__ = lazy_face(__name__)
 
 __all__ = [
     "ANGLE_BINS",

@@ -18,11 +18,12 @@ from pinocchio import SE3, exp3
 from perception.arrays import Array, Image, Indices, Mask
 from perception.colours import colour_name
 from perception.cutting import cut_apart
+from perception.footprint import Footprint
 from perception.frame import Frame, Workspace
 from perception.geometry import world_points
 from perception.grid import Grid
 from perception.preprocess import valid_depth
-from perception.seen_object import REACH, Footprint, SeenObject, SeenObjects
+from perception.seen_object import REACH, SeenObject, SeenObjects
 
 Colours: TypeAlias = npt.NDArray[np.uint8]
 

@@ -3,36 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-import numpy as np
-from pinocchio import SE3
+if TYPE_CHECKING:
+    from pinocchio import SE3
 
-from perception.arrays import Array, Mask
+    from perception.arrays import Array, Mask
+    from perception.footprint import Footprint
 
 REACH = 0.008
 """Grasps and points this far beside an object still belong to it [m]."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Footprint:
-    """Where something stands, seen from above: cells of a grid along x and y of the world."""
-
-    cells: Mask
-    """(rows, columns); rows run along y, columns along x."""
-    origin: Array
-    """(2,) x and y of the centre of cell (0, 0) [m]."""
-    cell: float
-    """Side of a cell [m]."""
-
-    def holds(self, x: Array, y: Array) -> Mask:
-        """(N,) whether it covers points of the world [m]."""
-        column = np.rint((x - self.origin[0]) / self.cell).astype(np.int64)
-        row = np.rint((y - self.origin[1]) / self.cell).astype(np.int64)
-        rows, columns = self.cells.shape
-        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        held: Mask = np.zeros(len(inside), dtype=np.bool_)
-        held[inside] = self.cells[row[inside], column[inside]]
-        return held
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

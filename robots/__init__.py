@@ -4,52 +4,59 @@
 controller, simulator, perception, viewer and judges share.
 """
 
-from robots.description import (
-    ArmDescription,
-    BaseDescription,
-    CameraDescription,
-    GripperDescription,
-    Intrinsics,
-    Limits,
-    RobotDescription,
-    at_pace,
-    with_base_speed,
-    with_base_speeds,
-    with_reverse_speed,
-)
-from robots.load import RealRobot, load_real_robot, load_robot, robot_names
-from robots.schema_hardware import (
-    ArclFile,
-    FullScaleFile,
-    HandFile,
-    HardwareFile,
-    OmronFile,
-    PandaFile,
-    RealSenseFile,
-)
-from robots.shapes import (
-    GREY,
-    Array,
-    Box,
-    Capsule,
-    Colour,
-    Cylinder,
-    Geom,
-    Hull,
-    Plane,
-    Shape,
-    Sphere,
-    Triangles,
-    bounding_radius,
-    centroid,
-    coal_geometry,
-    from_rounded_boxes,
-    half_extents,
-    hull_of,
-    reach,
-    rounded_box,
-    volume,
-)
+from typing import TYPE_CHECKING
+
+from config import lazy_face
+
+if TYPE_CHECKING:
+    from robots.description import (
+        ArmDescription,
+        BaseDescription,
+        CameraDescription,
+        GripperDescription,
+        Intrinsics,
+        Limits,
+        RobotDescription,
+        at_pace,
+        with_base_speed,
+        with_base_speeds,
+        with_reverse_speed,
+    )
+    from robots.load import RealRobot, load_real_robot, load_robot, robot_names
+    from robots.schema_hardware import (
+        ArclFile,
+        FullScaleFile,
+        HandFile,
+        HardwareFile,
+        OmronFile,
+        PandaFile,
+        RealSenseFile,
+    )
+    from robots.shapes import (
+        GREY,
+        Array,
+        Box,
+        Capsule,
+        Colour,
+        Cylinder,
+        Geom,
+        Hull,
+        Plane,
+        Shape,
+        Sphere,
+        Triangles,
+        bounding_radius,
+        centroid,
+        coal_geometry,
+        from_rounded_boxes,
+        half_extents,
+        hull_of,
+        reach,
+        rounded_box,
+        volume,
+    )
+else:
+    __getattr__ = lazy_face(__name__)
 
 __all__ = [
     "GREY",

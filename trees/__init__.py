@@ -7,10 +7,15 @@ from __future__ import annotations
 
 from os.path import isfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from config import UserError, quoted, suggest
-from trees.schema import SCHEMA_FILE, schema_text
-from trees.template import new_files
+from config import UserError, lazy_face, quoted, suggest
+
+if TYPE_CHECKING:
+    from trees.schema import SCHEMA_FILE, schema_text
+    from trees.template import new_files
+else:
+    __getattr__ = lazy_face(__name__)
 
 __all__ = [
     "SCHEMA_FILE",

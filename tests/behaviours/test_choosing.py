@@ -8,8 +8,9 @@ from harness import ON_TABLE, TABLE_TOP, Harness, block, looking_down, table_wor
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import Detect, Grasp, Key, LookAt, Navigate, SeenObjects
+from behaviours import Detect, Grasp, Key, Navigate, SeenObjects
 from behaviours.detect import LooksLike
+from behaviours.look_at import LookAt
 from robots import Geom
 
 RED, BLUE, GREEN = (214, 60, 50), (60, 110, 190), (80, 170, 80)

@@ -39,9 +39,7 @@ def parsed(text: str) -> Any:
 
 def test_the_committed_schema_is_what_the_command_makes():
     current = schema_text(describe_leaves(LEAVES))
-    assert SCHEMA_FILE.read_text(encoding="utf-8") == current, (
-        "make it anew: frankie-task schema --output trees/frankie-task.schema.json"
-    )
+    assert SCHEMA_FILE.read_text(encoding="utf-8") == current, "make it anew: make declarations"
 
 
 def test_it_is_a_schema_of_draft_7(schema):

@@ -14,7 +14,7 @@ from tree_toys import ToyContext
 from hw import TaskTime
 from trees.language import COMPOSITES, MODIFIERS, Form
 from trees.language.ends import Ends
-from trees.language.registry import SET, LeafType
+from trees.language.leaf_type import SET, LeafType
 
 WORDS = {**COMPOSITES, **MODIFIERS}
 DEFINED = [(key, field.name) for key, word in WORDS.items() for field in fields(word)]

@@ -1,50 +1,52 @@
 """The tree language: task files in YAML, checked completely, built into py_trees behaviours.
 
 `load` reads a file into a `Task` or raises every diagnostic in it at once, each with its location
-and a hint; `build` makes the tree. Leaves are classes with typed constructors (see `registry`), the
-other words of the language are defined in `vocabulary`.
+and a hint; `build` makes the tree. Leaves are classes with typed constructors (see `leaf_classes`),
+the other words of the language are defined in `vocabulary`.
 """
 
-from trees.language.branch import Branch, Ticking, failed_node
-from trees.language.builder import build, real_leaf
-from trees.language.documents import FILE_KEYS
-from trees.language.errors import LeafError, TaskFileError
-from trees.language.loader import check, examine, load
-from trees.language.mappings import NAMING_HINT, WORD
-from trees.language.named_poses import PoseSection, RegionSection
-from trees.language.parameters import ParameterSection, TaskParameter
-from trees.language.registry import (
-    ADD,
-    SET,
-    LeafType,
-    Output,
-    Parameter,
-    describe_leaves,
-    known_leaves,
-    plugin_problems,
-)
-from trees.language.syntax import (
-    SCENE,
-    CompositeNode,
-    LeafNode,
-    Node,
-    SubtreeNode,
-    Task,
-    guards_of,
-    is_condition,
-    leaves_at,
-    nodes_below,
-)
-from trees.language.tree_nodes import TreeNode, nodes_in_order
-from trees.language.value_types import PARAMETER_TYPES, NamedValue, ValueType
-from trees.language.values import Argument, KeyRead, KeyWrite
-from trees.language.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, SUBTREE
-from trees.language.word_types import CompositeWord, Counterpart, Form, ModifierWord
+from typing import TYPE_CHECKING
+
+from config import lazy_face
+
+if TYPE_CHECKING:
+    from trees.language.branch import Branch, Ticking, failed_node
+    from trees.language.builder import build, real_leaf
+    from trees.language.declarations import DECLARATIONS, declarations_text
+    from trees.language.documents import FILE_KEYS
+    from trees.language.errors import LeafError, TaskFileError
+    from trees.language.leaf_classes import describe_leaves
+    from trees.language.leaf_type import ADD, SET, LeafType, Output, Parameter
+    from trees.language.loader import check, examine, load
+    from trees.language.mappings import NAMING_HINT, WORD
+    from trees.language.named_poses import PoseSection, RegionSection
+    from trees.language.parameters import ParameterSection, TaskParameter
+    from trees.language.registry import known_leaves, plugin_problems
+    from trees.language.syntax import (
+        SCENE,
+        CompositeNode,
+        LeafNode,
+        Node,
+        SubtreeNode,
+        Task,
+        guards_of,
+        is_condition,
+        leaves_at,
+        nodes_below,
+    )
+    from trees.language.tree_nodes import TreeNode, nodes_in_order
+    from trees.language.value_types import PARAMETER_TYPES, NamedValue, ValueType
+    from trees.language.values import Argument, KeyRead, KeyWrite
+    from trees.language.vocabulary import CHILDREN, COMPOSITES, MODIFIERS, NAME, SUBTREE
+    from trees.language.word_types import CompositeWord, Counterpart, Form, ModifierWord
+else:
+    __getattr__ = lazy_face(__name__)
 
 __all__ = [
     "ADD",
     "CHILDREN",
     "COMPOSITES",
+    "DECLARATIONS",
     "FILE_KEYS",
     "MODIFIERS",
     "NAME",
@@ -82,6 +84,7 @@ __all__ = [
     "ValueType",
     "build",
     "check",
+    "declarations_text",
     "describe_leaves",
     "examine",
     "failed_node",

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from behaviours import Key
 from config import YamlEntry, YamlMap, YamlScalar, YamlValue, describe, quoted, suggest
+from trees.language.leaf_type import ADD, LeafType
 from trees.language.mappings import WORD
 from trees.language.plausibility import meant, radians_for_degrees
-from trees.language.registry import ADD, LeafType
 from trees.language.scope import Scope
 from trees.language.syntax import LeafNode
 from trees.language.value_types import NAMED_TYPES, ValueType
@@ -70,12 +70,11 @@ def _note_misfit(
     entry: YamlEntry, leaf: LeafType, arguments: Mapping[str, Argument], scope: Scope
 ) -> None:
     """Ask the leaf whether its arguments fit each other."""
-    misfit = getattr(leaf.behaviour, "misfit", None)
     known: dict[str, object] = {
         name: Key(value.name) if isinstance(value, KeyRead) else value
         for name, value in arguments.items()
     }
-    if misfit is not None and (wrong := misfit(known)):
+    if leaf.misfit is not None and (wrong := leaf.misfit(known)):
         message, _, hint = wrong.partition("; ")
         scope.diagnostics.error(entry.location, f"`{leaf.key}` {message}", hint or "change it")
 

@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 from config import Diagnostics, Location, parse_scalar, suggest
 from trees.language.ends import NEVER, Ends, Keys
+from trees.language.leaf_type import ADD, SET
 from trees.language.parameters import TaskParameter
-from trees.language.registry import ADD, SET
 from trees.language.syntax import CompositeNode, LeafNode, Node, SubtreeNode, TaskOutput
 from trees.language.value_types import SEEN_ONE, ValueType, type_of
 from trees.language.values import Argument, KeyRead, KeyWrite

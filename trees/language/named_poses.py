@@ -6,11 +6,8 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
-import numpy as np
-import pinocchio as pin
-from pinocchio import SE3
 from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
 from behaviours import BasePose, Posture, Region, ToolPose
@@ -30,7 +27,13 @@ from trees.language.mappings import ABSENT, named_entries
 from trees.language.plausibility import meant, radians_for_degrees
 from trees.language.value_types import NamedValue
 
-READY = Posture(name="ready", q=np.full(7, np.nan))
+# Numbers and kinematics are imported where a pose is made: a task without one is checked sooner.
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+    from pinocchio import SE3
+
+READY = Posture(name="ready", q=cast("npt.NDArray[np.float64]", (math.nan,) * 7))
 """It is not known before a tree is built for a robot."""
 
 BUILT_IN: Mapping[str, NamedValue] = {READY.name: READY}
@@ -127,8 +130,11 @@ class PoseSection(StrictModel):
 
     def make(self, name: str) -> ToolPose | BasePose | Posture:
         """The pose: Rz(yaw) Ry(pitch) Rx(roll) for a tool, a turn about z for a base."""
+        import numpy as np
+        from pinocchio import SE3, rpy
+
         if "xyz" in self.model_fields_set:
-            turn = pin.rpy.rpyToMatrix(np.deg2rad(self.rpy_deg))
+            turn = rpy.rpyToMatrix(np.deg2rad(self.rpy_deg))
             return ToolPose(name=name, wTe=SE3(turn, np.array(self.xyz)))
         if "base" in self.model_fields_set:
             return BasePose(name=name, wTb=_upright([*self.base, 0.0], self.heading_deg))
@@ -144,12 +150,17 @@ class RegionSection(StrictModel):
 
     def make(self, name: str) -> Region:
         """The region."""
+        import numpy as np
+
         wTr = _upright(self.centre, self.yaw_deg)
         return Region(name=name, wTr=wTr, size=np.array(self.size))
 
 
 def _upright(xyz: list[float], yaw_deg: float) -> SE3:
-    return SE3(pin.utils.rotate("z", math.radians(yaw_deg)), np.array(xyz))
+    import numpy as np
+    from pinocchio import SE3, utils
+
+    return SE3(utils.rotate("z", math.radians(yaw_deg)), np.array(xyz))
 
 
 @dataclass

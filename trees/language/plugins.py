@@ -8,10 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from importlib import metadata
+from typing import TYPE_CHECKING
 
-from behaviours import Leaf
 from config import PluginError, imported
+
+if TYPE_CHECKING:
+    from importlib import metadata
+
+    from behaviours import Leaf
 
 ENTRY_POINTS = "frankie_task.behaviours"
 """Entry-point group in which other packages offer their leaves."""
@@ -44,6 +48,8 @@ class Offer:
 @cache
 def offer_of(entry: metadata.EntryPoint) -> Offer:
     """The leaf of an entry point, imported once in a process."""
+    from behaviours import Leaf
+
     offer = Offer(name=entry.name, value=entry.value)
     try:
         leaf = imported(entry, PATIENCE)

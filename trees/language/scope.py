@@ -9,10 +9,10 @@ from itertools import count
 from typing import TypeAlias
 
 from config import Diagnostics, YamlEntry, YamlScalar, YamlValue, suggest
+from trees.language.leaf_type import LeafType
 from trees.language.mappings import WORD
 from trees.language.named_poses import NamedValues
 from trees.language.parameters import TaskParameter
-from trees.language.registry import LeafType
 from trees.language.syntax import SubtreeNode
 from trees.language.value_types import NamedValue
 from trees.language.values import Argument, KeyRead, Reference

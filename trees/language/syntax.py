@@ -9,8 +9,8 @@ from typing import TypeAlias
 
 from config import Diagnostic, Location, Plain
 from trees.language.ends import Ends
+from trees.language.leaf_type import LeafType
 from trees.language.parameters import TaskParameter
-from trees.language.registry import LeafType
 from trees.language.value_types import NamedValue, ValueType
 from trees.language.values import Argument, KeyRead, KeyWrite
 from trees.language.vocabulary import COMPOSITES

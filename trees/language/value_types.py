@@ -36,7 +36,9 @@ _PLAIN_TYPES: Mapping[type, str] = {
     str: "text",
     types.NoneType: "null",
 }
-_ALL_TYPES = frozenset({*_PLAIN_TYPES, *NAMED_TYPES, *SEEN_TYPES})
+TYPES_BY_NAME: Mapping[str, type] = {
+    one.__name__: one for one in (*_PLAIN_TYPES, *NAMED_TYPES, *SEEN_TYPES)
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,7 +116,7 @@ def read_annotation(annotation: object) -> ValueType:
         member = types.NoneType if part is None else part
         if get_origin(part) is Literal:
             choices.extend(get_args(part))
-        elif isinstance(member, type) and member in _ALL_TYPES:
+        elif isinstance(member, type) and member in TYPES_BY_NAME.values():
             found.append(member)
         else:
             raise TypeError(f"a task file cannot give a value of type {annotation!r}")

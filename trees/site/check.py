@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from behaviours import Region
 from config import Diagnostic, Severity
-from robots import Geom, RobotDescription, load_robot, robot_names
 from trees.language import SCENE, Task, examine
 from trees.site.places import Definition, Use, definitions, uses
 from trees.site.scenes import is_scene, scene_of
+
+if TYPE_CHECKING:
+    from robots import Geom, RobotDescription
+
+_USUAL = "frankie"
 
 NO_OVERRIDES: Mapping[str, str] = MappingProxyType({})
 
@@ -21,7 +26,7 @@ def check(
     *,
     overrides: Mapping[str, str] = NO_OVERRIDES,
     places: Path | None = None,
-    robot: str | Path = "frankie",
+    robot: str | Path = _USUAL,
 ) -> list[Diagnostic]:
     """Every diagnostic of a task file and its subtrees, in order: for a robot, in its own scene.
 
@@ -38,11 +43,15 @@ def check(
         LeafError: a leaf class, not the file, is at fault.
     """
     task, found = examine(path, overrides=overrides, places=places)
-    # To read a robot takes longer than to read a task, and the shipped ones are right.
-    if task is not None and not task.scene and robot in robot_names() and not any(uses(task)):
-        return _in_order(task, found)
+    # To import and read a robot takes longer than to read a task, and the shipped one is right.
+    is_of_scene = task is None and is_scene(Path(path))
+    is_of_place = task is not None and (task.scene or any(uses(task)))
+    if robot == _USUAL and not is_of_scene and not is_of_place:
+        return found if task is None else _in_order(task, found)
+    from robots import load_robot
+
     description = load_robot(robot)
-    if task is None and is_scene(Path(path)):
+    if is_of_scene:
         from hw.sim import scene_mistakes
 
         return scene_mistakes(Path(path), description.base.size[:2])

@@ -134,7 +134,7 @@ def start(
     runs: Annotated[int, typer.Option(help="How often to start it.", min=1)] = 5,
     json: Json = None,
 ) -> None:
-    """Time from `frankie-task run` to the first words, and to the first motion."""
+    """Time from `run` to the first words and to the first motion, and that of a `check`."""
     from app.lab import bench, machine
 
     check_writable(json)

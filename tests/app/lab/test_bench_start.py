@@ -15,6 +15,7 @@ def test_bench_start_measures_words_before_motion(tmp_path):
     assert result.exit_code == 0, result.output
     [start] = json.loads(figures.read_text())["results"]
     assert 0.0 < start["words_s"] < start["motion_s"]
+    assert 0.0 < start["check_s"] < start["motion_s"]
     assert "first motion" in result.output
 
 

@@ -1,0 +1,20 @@
+"""What is wrong with the code of a leaf, not with a task."""
+
+from __future__ import annotations
+
+
+class LeafCrashedError(Exception):
+    """A leaf raised an exception: a mistake in its code, not in the task.
+
+    Args:
+        leaf: name of the node.
+        error: what it raised.
+    """
+
+    def __init__(self, leaf: str, error: BaseException) -> None:
+        super().__init__(f"{type(error).__name__}: {error}")
+        self.leaf = leaf
+
+
+class TwoGoalsError(Exception):
+    """Two leaves that run at the same time have left a goal in one tick."""

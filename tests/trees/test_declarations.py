@@ -1,0 +1,64 @@
+"""What `check` reads instead of the classes of the leaves."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from behaviours import LEAVES
+from trees.language import DECLARATIONS, check, declarations_text, describe_leaves
+from trees.language.declarations import declared_leaves
+
+CODE = {"behaviour", "misfit"}
+HEAVY = ("numpy", "pinocchio", "cv2", "torch", "coal")
+
+
+def test_the_file_is_what_the_classes_say():
+    text = declarations_text(describe_leaves(LEAVES))
+    assert DECLARATIONS.read_text(encoding="utf-8") == text, "make it anew: make declarations"
+
+
+def test_what_is_read_is_what_the_classes_say():
+    declared, described = declared_leaves(), describe_leaves(LEAVES)
+    assert declared.keys() == described.keys()
+    for key, leaf in described.items():
+        for one in fields(leaf):
+            if one.name not in CODE:
+                assert getattr(declared[key], one.name) == getattr(leaf, one.name), (key, one.name)
+
+
+def test_arguments_that_do_not_fit_each_other_are_found_without_the_class():
+    for key, leaf in describe_leaves(LEAVES).items():
+        assert (declared_leaves()[key].misfit is None) == (leaf.misfit is None)
+    misfit = declared_leaves()["say"].misfit
+    assert misfit is not None
+    assert "has only one of" in misfit({"text": "{value}"})
+
+
+@pytest.mark.parametrize("wrong", [False, True], ids=["good", "bad"])
+def test_a_task_without_places_is_checked_without_numbers_and_kinematics(tmp_path: Path, wrong):
+    task = tmp_path / "plain.yaml"
+    value = "a text" if wrong else 1
+    task.write_text(
+        "task: plain\n"
+        "tree:\n"
+        "  sequence:\n"
+        "    - open_gripper\n"
+        "    - battery_above: {percent: 20}\n"
+        "    - say: {text: 'all is well'}\n"
+        f"    - wait: {{duration_s: {value}}}\n"
+    )
+    assert bool(check(task)) == wrong
+    program = (
+        "import sys\n"
+        "from trees.site import check\n"
+        f"print(len(check({str(task)!r})), *[name for name in {HEAVY} if name in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == ["1" if wrong else "0"]

@@ -1,0 +1,142 @@
+"""What the class of a leaf says about it.
+
+A leaf class needs no registration beyond its constructor: keyword-only parameters give names,
+types and defaults, the docstring of the class their descriptions. Those annotated `Key[T]` are its
+outputs.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import types
+import typing
+from collections.abc import Iterable, Mapping
+from functools import cache
+
+from behaviours import Condition, Key, Leaf
+from trees.language.errors import LeafError
+from trees.language.leaf_type import OWN_LEAVES, LeafType, Output, Parameter
+from trees.language.mappings import NAMING_HINT, WORD
+from trees.language.value_types import ValueType, read_annotation
+from trees.language.vocabulary import RESERVED
+
+
+def describe_leaves(leaves: Mapping[str, type[Leaf]]) -> dict[str, LeafType]:
+    """What task files may give to each leaf, by key; `set` and `add` are always among them.
+
+    Raises:
+        LeafError: a class does not keep to the contract of a leaf.
+    """
+    return dict(OWN_LEAVES) | {key: _describe(key, leaf) for key, leaf in leaves.items()}
+
+
+@cache
+def _describe(key: str, leaf: type[Leaf]) -> LeafType:
+    if not isinstance(key, str) or not WORD.fullmatch(key):
+        raise LeafError(f"leaf `{leaf.__name__}`: its key is no word; {NAMING_HINT}")
+    if key in (*RESERVED, *OWN_LEAVES):
+        raise LeafError(f"leaf `{leaf.__name__}`: `{key}` is a word of the language; rename it")
+    docstring = inspect.cleandoc(leaf.__doc__ or "")
+    description, _, details = docstring.partition("\nArgs:\n")[0].partition("\n\n")
+    described = list(_parameters(key, leaf.__init__, _argument_texts(docstring)))
+    misfit = getattr(leaf, "misfit", None)
+    return LeafType(
+        key=key,
+        behaviour=leaf,
+        description=" ".join(description.split()),
+        details=" ".join(details.split()),
+        parameters={one.name: one for one in described if isinstance(one, Parameter)},
+        outputs={one.name: one for one in described if isinstance(one, Output)},
+        goes_to=getattr(leaf, "goes_to", ()),
+        surfaces=getattr(leaf, "surfaces", ()),
+        alike=getattr(leaf, "alike", ()),
+        lasts=getattr(leaf, "lasts", ""),
+        moves=getattr(leaf, "moves", False),
+        needs_robot=getattr(leaf, "needs_robot", True),
+        misfit=None if misfit is Leaf.misfit else misfit,
+        is_condition=issubclass(leaf, Condition),
+        takes_time=not issubclass(leaf, Condition),
+        can_fail=True,
+    )
+
+
+def _parameters(
+    key: str, constructor: typing.Callable[..., None], texts: Mapping[str, str]
+) -> Iterable[Parameter | Output]:
+    declared = [
+        parameter
+        for parameter in inspect.signature(constructor).parameters.values()
+        if parameter.kind is inspect.Parameter.KEYWORD_ONLY
+    ]
+    # Only these are evaluated: other annotations may name what is imported for checkers alone.
+    names = getattr(constructor, "__globals__", {})
+    for parameter in declared:
+        carrier = type("Annotated", (), {})
+        carrier.__annotations__ = {parameter.name: parameter.annotation}
+        try:
+            hints = typing.get_type_hints(carrier, globalns=names, include_extras=True)
+            yield _parameter(parameter, hints[parameter.name], texts.get(parameter.name, ""))
+        except (NameError, TypeError) as error:
+            hint = "use float, int, bool, str, Literal, poses, regions, their unions or a Key"
+            whose = f"leaf `{key}`, parameter `{parameter.name}` of {constructor.__qualname__}"
+            raise LeafError(f"{whose}: {error}; {hint}") from error
+
+
+def _parameter(declared: inspect.Parameter, hint: object, text: str) -> Parameter | Output:
+    name, required = declared.name, declared.default is inspect.Parameter.empty
+    unit = _unit(name, text)
+    output_type = _output_type(hint)
+    if output_type is not None:
+        return Output(name=name, type=output_type, required=required, description=text, unit=unit)
+    return Parameter(
+        name=name,
+        type=read_annotation(hint),
+        required=required,
+        default=None if required else declared.default,
+        description=text,
+        unit=unit,
+    )
+
+
+def _output_type(hint: object) -> ValueType | None:
+    """T of `Key[T]` or `Key[T] | None`; None for other annotations."""
+    is_union = typing.get_origin(hint) in (typing.Union, types.UnionType)
+    parts = [part for part in typing.get_args(hint) if part is not types.NoneType]
+    if is_union and len(parts) == 1:
+        hint = parts[0]
+    if typing.get_origin(hint) is not Key:
+        return None
+    return read_annotation(typing.get_args(hint)[0])
+
+
+_UNITS: Mapping[str, str] = {
+    "_m_s": "m/s",
+    "_deg_s": "°/s",
+    "_cm2": "cm²",
+    "_mm": "mm",
+    "_deg": "°",
+    "_m": "m",
+    "_s": "s",
+    "_n": "N",
+    "percent": "%",
+}
+"""By the end of a parameter's name; the first that fits."""
+
+
+def _unit(name: str, text: str) -> str:
+    """The unit that the end of the description gives in brackets, or that of the name."""
+    unit = re.search(r"\[([^\]]+)\]$", text)
+    if unit:
+        return unit[1].replace("^2", "²").replace("deg", "°")
+    return next((unit for ending, unit in _UNITS.items() if name.endswith(ending)), "")
+
+
+def _argument_texts(docstring: str) -> dict[str, str]:
+    """The descriptions in the `Args:` section of a Google-style docstring."""
+    section = re.search(r"^Args:\n((?:[ \t]+.*\n?|\n)*)", docstring, re.MULTILINE)
+    if section is None:
+        return {}
+    body = inspect.cleandoc(section[1])
+    entries = re.findall(r"^(\w+)[^:\n]*:((?:.*)(?:\n[ \t]+.*)*)", body, re.MULTILINE)
+    return {name: " ".join(text.split()).rstrip(".") for name, text in entries}

@@ -1,0 +1,106 @@
+"""A leaf as a task file sees it: what it is called, what it may be given, what it leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from trees.language.keys import Add, Set
+from trees.language.value_types import ValueType
+
+if TYPE_CHECKING:
+    from py_trees.behaviour import Behaviour
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One parameter of a leaf."""
+
+    name: str
+    type: ValueType
+    required: bool
+    default: object = None
+    """Its value if the file gives none; no meaning if `required`."""
+    description: str = ""
+    unit: str = ""
+    """`m/s`, `s`, ...; empty if it has none."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Output:
+    """A result of a leaf; a task file names the key that it is written to."""
+
+    name: str
+    type: ValueType
+    required: bool
+    """Whether the file has to name a key."""
+    description: str = ""
+    unit: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeafType:
+    """A leaf as a task file sees it."""
+
+    key: str
+    behaviour: Callable[..., Behaviour]
+    """Its class."""
+    description: str
+    """The first paragraph of its docstring."""
+    details: str = ""
+    """The paragraphs after that."""
+    parameters: Mapping[str, Parameter] = field(default_factory=dict)
+    outputs: Mapping[str, Output] = field(default_factory=dict)
+    goes_to: tuple[str, ...] = ()
+    """Its parameters that name where the robot has to get."""
+    surfaces: tuple[str, ...] = ()
+    """Its parameters that name a region with a surface below."""
+    alike: tuple[str, ...] = ()
+    """Its parameters that have values of one kind."""
+    lasts: str = ""
+    """Its parameter that says how long it takes at least; empty if none does."""
+    moves: bool = False
+    """Whether it may move the robot."""
+    needs_robot: bool = True
+    """Whether it needs more than its arguments, the time and the log."""
+    names_keys: bool = False
+    """Whether its arguments have the names of keys, which it writes."""
+    misfit: Callable[[Mapping[str, object]], str] | None = None
+    """What is wrong with arguments that are right one by one, see `Leaf.misfit`; None if nothing
+    can be."""
+    is_condition: bool
+    takes_time: bool
+    """Whether it may run for more than a tick."""
+    can_fail: bool
+
+    @property
+    def described(self) -> tuple[Parameter | Output, ...]:
+        """Its parameters and outputs."""
+        return *self.parameters.values(), *self.outputs.values()
+
+
+SET = LeafType(
+    key="set",
+    behaviour=Set,
+    description="Writes values to keys: `set: {tries: 0}`; ends at once and cannot fail.",
+    names_keys=True,
+    is_condition=False,
+    takes_time=False,
+    can_fail=False,
+)
+"""Writes keys: its arguments have their names."""
+
+ADD = LeafType(
+    key="add",
+    behaviour=Add,
+    description="Adds numbers to keys: `add: {tries: 1}`; ends at once and cannot fail.",
+    names_keys=True,
+    is_condition=False,
+    takes_time=False,
+    can_fail=False,
+)
+"""Counts: its arguments have the names of the keys."""
+
+OWN_LEAVES: Mapping[str, LeafType] = {leaf.key: leaf for leaf in (SET, ADD)}
+"""The leaves that are words of the language."""
