@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from behaviours.context import Context
 from behaviours.poses import Region
+
+if TYPE_CHECKING:
+    from behaviours.context import Context
 
 Array: TypeAlias = npt.NDArray[np.float64]
 

@@ -1,9 +1,16 @@
 """The base on the floor: what stands there, the way between it, and driving that way."""
 
-from controller.floor.base_drive import Lead, Pose2D, drive_along, wrap
-from controller.floor.cost_field import CostField
-from controller.floor.floor_map import COLUMN, FloorMap
-from controller.floor.route import Route, plain_lead
+from typing import TYPE_CHECKING
+
+from config import lazy_face
+
+if TYPE_CHECKING:
+    from controller.floor.base_drive import Lead, Pose2D, drive_along, wrap
+    from controller.floor.cost_field import CostField
+    from controller.floor.floor_map import COLUMN, FloorMap
+    from controller.floor.route import Route, plain_lead
+else:
+    __getattr__ = lazy_face(__name__)
 
 __all__ = [
     "COLUMN",

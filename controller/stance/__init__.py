@@ -1,15 +1,22 @@
 """Where base and arm stand for a goal: finding a stance, heading for it, following with it."""
 
-from controller.stance.approach import Approach
-from controller.stance.bias import Remaining, StanceBias, bias_towards
-from controller.stance.finder import StanceFinder
-from controller.stance.following import Follower
-from controller.stance.free_space import se3_of
-from controller.stance.onward import Onward
-from controller.stance.postures import Bank, bank, forward_kinematics
-from controller.stance.reachability import out_of_reach
-from controller.stance.search import StanceSearch
-from controller.stance.stance import REACHED, Stance, refine_standing
+from typing import TYPE_CHECKING
+
+from config import lazy_face
+
+if TYPE_CHECKING:
+    from controller.stance.approach import Approach
+    from controller.stance.bias import Remaining, StanceBias, bias_towards
+    from controller.stance.finder import StanceFinder
+    from controller.stance.following import Follower
+    from controller.stance.free_space import se3_of
+    from controller.stance.onward import Onward
+    from controller.stance.postures import Bank, bank, forward_kinematics
+    from controller.stance.reachability import out_of_reach
+    from controller.stance.search import StanceSearch
+    from controller.stance.stance import REACHED, Stance, refine_standing
+else:
+    __getattr__ = lazy_face(__name__)
 
 __all__ = [
     "REACHED",

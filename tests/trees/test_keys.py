@@ -192,7 +192,7 @@ def test_an_output_is_a_plain_word_that_is_no_parameter(diagnostics, tmp_path):
     assert [text.split(", and")[0] for text in found] == [
         "1:27: `times` names a key to write to",
         "1:47: `times` names a key to write to",
-        "1:65: `times` names a key to write to",
+        "1:66: `times` names a key to write to",
         "1:69: `count` lacks `times` (a key for a whole number: how often [times])",
     ]
     path = tmp_path / "p.yaml"

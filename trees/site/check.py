@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from behaviours import Region
 from config import Diagnostic, Severity
-from trees.language import SCENE, Task, examine
+from trees.language import SCENE, NamedValue, Task, examine
 from trees.site.places import Definition, Use, definitions, uses
 from trees.site.scenes import is_scene, scene_of
 
@@ -84,12 +84,11 @@ def place_diagnostics(
 def _of_use(
     use: Use, defined: Definition | None, robot: RobotDescription, fixtures: Sequence[Geom]
 ) -> Iterator[Diagnostic]:
-    from trees.site.furniture import bare_places, what_is_in_the_way
     from trees.site.reach import why_not_reached
 
     leaf, value = use.leaf, use.value
     if defined is not None and use.parameter in leaf.type.goes_to:
-        why = why_not_reached(value, robot) or what_is_in_the_way(value, robot, fixtures)
+        why = why_not_reached(value, robot) or _in_the_way(value, robot, fixtures)
         if why is not None:
             message, hint = why
             yield Diagnostic(
@@ -99,6 +98,8 @@ def _of_use(
                 hint=hint,
             )
     if fixtures and isinstance(value, Region) and use.parameter in leaf.type.surfaces:
+        from trees.site.furniture import bare_places
+
         bare = bare_places(value, _pitch(use), fixtures)
         if bare.missing:
             yield Diagnostic(
@@ -109,6 +110,17 @@ def _of_use(
                 hint=f"move `{value.name}`; things stand on its bottom face",
                 severity=Severity.ERROR if bare.missing == bare.of else Severity.WARNING,
             )
+
+
+def _in_the_way(
+    value: NamedValue, robot: RobotDescription, fixtures: Sequence[Geom]
+) -> tuple[str, str] | None:
+    """Message and hint about furniture where a task sends the robot; None if there is none."""
+    if not fixtures:
+        return None
+    from trees.site.furniture import what_is_in_the_way
+
+    return what_is_in_the_way(value, robot, fixtures)
 
 
 def _pitch(use: Use) -> float | None:
