@@ -19,7 +19,14 @@ if TYPE_CHECKING:
     from hw.frame import DepthFrame, DepthImage
     from hw.gate import Gate, Refusal, UntrustedRobotError
     from hw.recording import TURN, Notes, RecordedRobot, Turn
-    from hw.registry import Backend, WorldError, WorldOptions, open_backend, world_names
+    from hw.registry import (
+        Backend,
+        WorldError,
+        WorldOptions,
+        open_backend,
+        simulator,
+        world_names,
+    )
     from hw.replay import Difference, RecordEndsError, ReplayRobot
     from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
     from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
@@ -82,6 +89,7 @@ __all__ = [
     "injectable",
     "one_thread",
     "open_backend",
+    "simulator",
     "stopwatch",
     "world_names",
 ]

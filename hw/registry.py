@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from config import UserError, suggest
@@ -59,15 +59,13 @@ class WorldOptions:
     """Whether a person has said that a real robot may move."""
 
 
-def _kinematic(description: RobotDescription, options: WorldOptions) -> Backend:
-    """The kinematic simulator."""
+def _kinematic() -> Callable[..., Robot]:
     from hw.sim import kinematic_robot
 
-    return _simulated("kinematic", description, options, kinematic_robot)
+    return kinematic_robot
 
 
-def _physics(description: RobotDescription, options: WorldOptions) -> Backend:
-    """The physical simulator."""
+def _physics() -> Callable[..., Robot]:
     try:
         from hw.sim.physics import physical_robot
     except ModuleNotFoundError as error:
@@ -76,25 +74,49 @@ def _physics(description: RobotDescription, options: WorldOptions) -> Backend:
         raise WorldError(
             'the world `physics` needs an extra: pip install "frankie-task[physics]"'
         ) from None
-    return _simulated("physics", description, options, physical_robot)
+    return physical_robot
 
 
-def _simulated(
-    name: str, description: RobotDescription, options: WorldOptions, make: Callable[..., Robot]
-) -> Backend:
+_SIMULATORS: Mapping[str, Callable[[], Callable[..., Robot]]] = {
+    "kinematic": _kinematic,
+    "physics": _physics,
+}
+
+
+def world_names() -> tuple[str, ...]:
+    """The worlds that a robot can be put into."""
+    return tuple(_SIMULATORS)
+
+
+def simulator(world: str) -> Callable[..., Robot]:
+    """What makes a robot out of its description, the things around it and a clock.
+
+    Args:
+        world: one of `world_names`.
+
+    Raises:
+        WorldError: there is no such world, or it needs an extra.
+    """
+    if world not in _SIMULATORS:
+        raise WorldError(f"no world is called `{world}`; {suggest(world, _SIMULATORS)}")
+    return _SIMULATORS[world]()
+
+
+def _simulated(description: RobotDescription, world: str, options: WorldOptions) -> Backend:
     """A robot in the world of a scene file."""
+    make = simulator(world)
     from hw.sim import load_scene
 
-    world = load_scene(options.scene, options.seed, description.base.size[:2])
+    truth = load_scene(options.scene, options.seed, description.base.size[:2])
     clock = SimClock(pace=1.0 if options.paced else None)
     robot = make(
         description,
-        world,
+        truth,
         clock,
         seed=options.seed,
         background=one_thread if options.beside else InlineExecutor,
     )
-    return Backend(robot=robot, clock=clock, truth=world, world=name)
+    return Backend(robot=robot, clock=clock, truth=truth, world=world)
 
 
 def _real(real: RealRobot, world: str, options: WorldOptions) -> Backend:
@@ -106,17 +128,6 @@ def _real(real: RealRobot, world: str, options: WorldOptions) -> Backend:
     )
     name = "hardware" if truth is None else "emulated"
     return Backend(robot=robot, clock=clock, truth=truth, world=name, map=real.map, note=note)
-
-
-_WORLDS: dict[str, Callable[[RobotDescription, WorldOptions], Backend]] = {
-    "kinematic": _kinematic,
-    "physics": _physics,
-}
-
-
-def world_names() -> tuple[str, ...]:
-    """The worlds that a robot can be put into."""
-    return tuple(_WORLDS)
 
 
 def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:
@@ -132,11 +143,11 @@ def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:
             is not armed, or commanded by another program.
         HardwareError: the emulators of a robot do not begin.
     """
-    if world not in _WORLDS:
-        raise WorldError(f"no world is called `{world}`; {suggest(world, _WORLDS)}")
+    if world not in _SIMULATORS:
+        raise WorldError(f"no world is called `{world}`; {suggest(world, _SIMULATORS)}")
     speeds = options.base_speed, options.reverse_speed
     if (real := load_real_robot(robot)) is not None:
         if speeds != (None, None):
             raise WorldError(f"{robot}: the limits of a real base are said in `base_limits` there")
         return _real(real, world, options)
-    return _WORLDS[world](with_base_speeds(load_robot(robot), *speeds), options)
+    return _simulated(with_base_speeds(load_robot(robot), *speeds), world, options)

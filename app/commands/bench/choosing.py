@@ -21,6 +21,7 @@ from app.terminal import Terminal
 
 def choosing(
     seeds: Annotated[str, typer.Option(help="First and last seed.", metavar="A-B")] = "0-199",
+    world: Annotated[str, typer.Option(help="`kinematic` or `physics`.")] = "kinematic",
     workers: Workers = None,
     cluster: Cluster = None,
     json: Json = None,
@@ -36,7 +37,9 @@ def choosing(
         right = "right" if taking.is_right else f"took {taking.taken or 'nothing'}"
         told.print(f"seed {taking.seed}, {taking.clutter}, {taking.asked}: {right}")
 
-    takings = bench.run_choosing(wanted, done, workers=workers_of(workers), cluster=cluster)
+    takings = bench.run_choosing(
+        wanted, done, world=world, workers=workers_of(workers), cluster=cluster
+    )
     console().print(bench.choosing_table(takings))
     for note in bench.choosing_notes(takings):
         console().print(note)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import cache
+from functools import cache, partial
 from typing import Any, cast
 
 import numpy as np
@@ -31,8 +31,8 @@ from behaviours import (
     SeenObjects,
     ToolPose,
 )
-from hw import Backend, SimClock
-from hw.sim import World, kinematic_robot
+from hw import Backend, SimClock, simulator
+from hw.sim import World
 from perception import GraspDetector
 from robots import Array, load_robot
 
@@ -79,14 +79,22 @@ def _detector() -> GraspDetector:
     return GraspDetector(gripper=load_robot("frankie").gripper)
 
 
-def take(seed: int) -> Taking:
-    """Build a scene, ask for an object of it, and see what the hand holds in the end."""
+def take(seed: int, *, world_name: str = "kinematic") -> Taking:
+    """Build a scene, ask for an object of it, and see what the hand holds in the end.
+
+    Args:
+        seed: of the scene.
+        world_name: `kinematic` or `physics`.
+
+    Raises:
+        WorldError: there is no such world, or it needs an extra.
+    """
     world, clutter, asked = make_scene(seed)
     described = load_robot("frankie")
     description = replace(described, camera=replace(described.camera, rate=_RATE))
     clock = SimClock()
-    robot = kinematic_robot(description, world, clock, seed=seed)
-    backend = Backend(robot=robot, clock=clock, truth=world, world="kinematic")
+    robot = simulator(world_name)(description, world, clock, seed=seed)
+    backend = Backend(robot=robot, clock=clock, truth=world, world=world_name)
     with set_up(backend, _detector(), VisionForm.STEP) as setup:
         trial = Trial(setup)
         found: Key[SeenObjects] = Key("found")
@@ -137,6 +145,7 @@ def run_choosing(
     seeds: Sequence[int],
     done: Callable[[Taking], None],
     *,
+    world: str,
     workers: int,
     cluster: str | None,
 ) -> list[Taking]:
@@ -145,11 +154,14 @@ def run_choosing(
     Args:
         seeds: of the scenes.
         done: called after each scene.
+        world: `kinematic` or `physics`.
         workers: number of processes; 1 is this one.
         cluster: address of a dask.distributed scheduler to use instead.
     """
+    simulator(world)  # which may not be there
+    work = partial(take, world_name=world)
     results: dict[int, Taking] = {}
-    for number, taking in run_all(take, seeds, workers=workers, cluster=cluster, batch=1):
+    for number, taking in run_all(work, seeds, workers=workers, cluster=cluster, batch=1):
         results[number] = taking
         done(taking)
     return [results[number] for number in range(len(seeds))]
