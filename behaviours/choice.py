@@ -116,14 +116,18 @@ class Chosen:
         )
         return inside
 
-    def owns(self, grasp: GraspEstimate) -> bool:
-        """Whether a grasp is on one of them, and closes on nothing else."""
-        centre, closing = grasp.wTg.translation, grasp.wTg.rotation[:, 1]
-        ends = centre + 0.5 * grasp.width * np.stack([-closing, closing])
-        return any(
-            one.footprint.holds(centre[:1], centre[1:2])[0] and one.contains(ends).all()
-            for one in self.objects
-        )
+    def owns(self, centres: Array, contacts: Array) -> npt.NDArray[np.bool_]:
+        """Which grasps are on one of them, and close on nothing else.
+
+        Args:
+            centres: (N, 3) in the world [m].
+            contacts: (N, 2, 3) of both fingers, in the world [m].
+        """
+        owned = np.zeros(len(centres), dtype=np.bool_)
+        for one in self.objects:
+            on = one.contains(contacts.reshape(-1, 3)).reshape(-1, 2).all(axis=1)
+            owned |= on & one.footprint.holds(centres[:, 0], centres[:, 1])
+        return owned
 
 
 class Target:
@@ -160,7 +164,7 @@ class Target:
             self._choose(within, now)
         if self._chosen is None:
             return None
-        return vision.track(self._chosen, now, self._chosen.owns)
+        return vision.track(self._chosen, now)
 
     def middle(self) -> Array | None:
         """(3,) of what is meant, as the newest frame shows it, in the world [m]; None if none is.

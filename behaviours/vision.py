@@ -8,10 +8,9 @@ newest result that is ready, as on a real robot.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
-from dataclasses import replace
 from math import inf
 from typing import NamedTuple
 
@@ -87,18 +86,12 @@ class Vision(ABC):
             self._take()
         return self._newest
 
-    def track(
-        self,
-        workspace: Workspace,
-        now: float,
-        wanted: Callable[[GraspEstimate], bool] = lambda grasp: True,
-    ) -> GraspEstimate | None:
+    def track(self, workspace: Workspace, now: float) -> GraspEstimate | None:
         """Follow one grasp from frame to frame.
 
         Args:
             workspace: where it has to be.
             now: session time [s].
-            wanted: whether a grasp may be followed.
 
         Returns:
             The grasp; None if it is not, or no longer, seen, or if the newest frame is too old to
@@ -109,8 +102,7 @@ class Vision(ABC):
             if not self.tracker.locked:
                 self.reset()
         elif detection is not None and frame is not None and frame.stamp >= self._known_since:
-            grasps = tuple(grasp for grasp in detection.grasps if wanted(grasp))
-            self.grasp = self.tracker.update(replace(detection, grasps=grasps), frame.wTc)
+            self.grasp = self.tracker.update(detection, frame.wTc)
         return self.grasp
 
     def blindness(self, now: float) -> str:

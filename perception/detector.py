@@ -9,7 +9,7 @@ import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, Image, Mask
-from perception.candidates import WITHOUT_NETWORK, CandidateSource
+from perception.candidates import WITHOUT_NETWORK, CandidateSource, SpreadPoints
 from perception.frame import Frame, Workspace
 from perception.geometry import world_points
 from perception.grasp import Detection
@@ -109,13 +109,11 @@ class GraspDetector:
             return _no_grasp(frame, "nothing stands out in the workspace", covered, occupied)
         proposals = self.proposer.propose(prepared.network_input, allowed)
         search = GraspSearch(frame, prepared, around, workspace, floor, self._gripper)
-        grasps = search.among(proposals)
-        if grasps:
-            reason = ""
-        elif len(proposals.candidates.quality) == 0:
-            reason = "the network sees no grasp in the workspace"
-        else:
-            reason = "the hand does not fit at any of the grasps that the network proposes"
+        # Between neighbours the hand may fit only where a network proposes nothing.
+        grasps = search.among(proposals) or search.among(
+            SpreadPoints().propose(prepared.network_input, allowed)
+        )
+        reason = "" if grasps else "the hand fits nowhere on what stands there"
         return Detection(
             grasps=grasps,
             reason=reason,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -40,3 +40,18 @@ class Workspace(Protocol):
     @property
     def floor(self) -> float:
         """Height of the support surface in the world [m]."""
+
+
+@runtime_checkable
+class Things(Workspace, Protocol):
+    """A workspace made of things that were told apart: only a grasp on one of them counts."""
+
+    def owns(
+        self, centres: npt.NDArray[np.float64], contacts: npt.NDArray[np.float64]
+    ) -> npt.NDArray[np.bool_]:
+        """Which grasps are on one of them, and close on nothing else: (N,) booleans.
+
+        Args:
+            centres: (N, 3) in the world [m].
+            contacts: (N, 2, 3) of both fingers, in the world [m].
+        """

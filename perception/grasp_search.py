@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from perception.arrays import Array
+from perception.arrays import Array, Mask
 from perception.candidates import Proposals
-from perception.frame import Frame, Workspace
+from perception.frame import Frame, Things, Workspace
 from perception.geometry import Camera, closing_direction, grasp_pose, world_points
 from perception.grasp import GraspEstimate
+from perception.grasp_feasibility import Assessment
 from perception.lever_arm import LeverArms
 from perception.network_io import INPUT_SIZE
 from perception.preprocess import Prepared
@@ -85,7 +86,16 @@ class GraspSearch:
             directions=directions,
             turn_cost=cost,
             levers=self._levers,
+            owned=self._owned if isinstance(self._workspace, Things) else None,
         )
+
+    def _owned(self, found: Assessment, direction: Array) -> Mask:
+        """Which grasps close on what is meant alone; their contacts are half a width aside."""
+        assert isinstance(self._workspace, Things)
+        centres = np.stack([found.x, found.y, found.z], axis=1)
+        aside = np.stack([np.cos(direction), np.sin(direction), np.zeros(len(direction))], axis=1)
+        aside *= 0.5 * found.width[:, None]
+        return self._workspace.owns(centres, np.stack([centres - aside, centres + aside], axis=1))
 
     def _estimates(self, found: RefinedGrasps) -> tuple[GraspEstimate, ...]:
         frame = self._frame

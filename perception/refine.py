@@ -6,11 +6,12 @@ are assessed again after centring between their contacts and turning perpendicul
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
 
-from perception.arrays import Array, Indices
+from perception.arrays import Array, Indices, Mask
 from perception.grasp_feasibility import Assessment, assess
 from perception.height_map import HeightMap
 from perception.lever_arm import LeverArms
@@ -66,6 +67,7 @@ def refine(
     turn_cost: float = TURN_COST,
     count: int = 8,
     levers: LeverArms | None = None,
+    owned: Callable[[Assessment, Array], Mask] | None = None,
 ) -> RefinedGrasps:
     """Refine candidates on the measured heights.
 
@@ -82,6 +84,7 @@ def refine(
             direction.
         count: largest number of grasps.
         levers: of the scene, so that grasps in the middle of things come first; None leaves it.
+        owned: (grasps, closing directions) to which of them may be taken; None is all.
     """
     turns = np.arange(directions) * np.pi / directions
     tried = (direction[:, None] + turns[None, :]).ravel()
@@ -92,6 +95,8 @@ def refine(
     score = first.score * prior * _preference(tried - proposed, turn_cost)
     if levers is not None:
         score *= levers.preference(first.x, first.y)
+    if owned is not None:
+        score *= owned(first, tried)
     best = np.argsort(-score, kind="stable")[:SECOND_ROUND]
     best = best[score[best] > 0.0]
 
@@ -106,6 +111,8 @@ def refine(
     score *= _preference(tried - proposed[origin], turn_cost)
     if levers is not None:
         score *= levers.preference(both.x, both.y)
+    if owned is not None:
+        score *= owned(both, tried)
     kept = _distinct(both, tried, score, count)
     return RefinedGrasps(
         x=both.x[kept],
