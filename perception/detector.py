@@ -60,8 +60,10 @@ class GraspDetector:
         proposer: CandidateSource | None = None,
     ) -> None:
         self._gripper = gripper
+        # Between neighbours the hand may fit only where a network proposes nothing.
+        self._otherwise: CandidateSource | None = SpreadPoints()
         if network is not None and network in WITHOUT_NETWORK:
-            proposer = WITHOUT_NETWORK[network]()
+            proposer, self._otherwise = WITHOUT_NETWORK[network](), None
         if proposer is None:
             # Not at the top: torch takes a second to import.
             from perception.networks import (
@@ -109,10 +111,9 @@ class GraspDetector:
             return _no_grasp(frame, "nothing stands out in the workspace", covered, occupied)
         proposals = self.proposer.propose(prepared.network_input, allowed)
         search = GraspSearch(frame, prepared, around, workspace, floor, self._gripper)
-        # Between neighbours the hand may fit only where a network proposes nothing.
-        grasps = search.among(proposals) or search.among(
-            SpreadPoints().propose(prepared.network_input, allowed)
-        )
+        grasps = search.among(proposals)
+        if not grasps and self._otherwise is not None:
+            grasps = search.among(self._otherwise.propose(prepared.network_input, allowed))
         reason = "" if grasps else "the hand fits nowhere on what stands there"
         return Detection(
             grasps=grasps,

@@ -16,7 +16,15 @@ from rich.table import Table
 
 from app.core import Trial, VisionForm, set_up
 from app.lab import machine
-from app.lab.bench.choosing_scenes import ALIKE, CLUTTER, TRAY, TRAY_REGION, as_it_is, make_scene
+from app.lab.bench.choosing_scenes import (
+    ALIKE,
+    CLUTTER,
+    TRAY,
+    TRAY_REGION,
+    as_it_is,
+    make_scene,
+    meant,
+)
 from app.lab.statistics import percent
 from app.lab.workers import run_all
 from behaviours import (
@@ -32,16 +40,13 @@ from behaviours import (
     ToolPose,
 )
 from hw import Backend, SimClock, simulator
-from hw.sim import World
 from perception import GraspDetector
-from robots import Array, load_robot
+from robots import load_robot
 
 ATTEMPTS = 3
 """How often the hand goes for it, as in the shipped tasks."""
 _RATE = 10.0
 """Of the camera [Hz]: rendering takes most of the time."""
-_ALIKE = 0.015
-"""Of two objects whose distances differ by less than this either is the nearest [m]."""
 _ABOVE = ToolPose(
     name="above the tray",
     wTe=SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0), np.array([TRAY[0] - 0.065, TRAY[1], 0.85])),
@@ -61,7 +66,7 @@ class Taking:
     counted: int
     """How many were told apart, from where the camera looked first; -1 if that failed."""
     wanted: str
-    """Name of what was meant."""
+    """Name of what was meant, as things lay before the last attempt."""
     taken: str
     """Name of what the hand held after the last attempt; empty if nothing."""
     attempts: int
@@ -102,11 +107,12 @@ def take(seed: int, *, world_name: str = "kinematic") -> Taking:
         trial.run(Navigate("go", context, to=_ABOVE))
         trial.run(OpenGripper("open", context))
         seen = trial.run(Detect("count", context, region=TRAY_REGION, list=found)) is Status.SUCCESS
-        near: list[str] = []
+        may_be: list[str] = []
         taken, reason, attempts = "", "", 0
         while not taken and attempts < ATTEMPTS:
             attempts += 1
-            near = _near(world, context.state.wTb.translation)
+            things = [as_it_is(obj) for obj in world.objects]
+            may_be = meant(asked.words, things, context.state.wTb.translation)
             grasp = Grasp("grasp", context, within=TRAY_REGION, **cast(Any, asked.words))
             check = RetreatCheck("check", context)
             leaves: tuple[Leaf, ...] = (grasp, check)
@@ -119,7 +125,7 @@ def take(seed: int, *, world_name: str = "kinematic") -> Taking:
                 trial.run(Recover("recover", context))
                 trial.run(Navigate("back", context, to=_ABOVE))
                 trial.run(OpenGripper("open", context))
-    wanted = asked.name or (taken if taken in near else near[0])
+    wanted = taken if taken in may_be else next(iter(may_be), asked.name)
     return Taking(
         seed=seed,
         clutter=clutter,
@@ -131,14 +137,6 @@ def take(seed: int, *, world_name: str = "kinematic") -> Taking:
         attempts=attempts,
         reason="" if taken else reason,
     )
-
-
-def _near(world: World, base: Array) -> list[str]:
-    """The objects that may be called the nearest to the robot's base (3,), the nearest first."""
-    things = [as_it_is(obj) for obj in world.objects]
-    gaps = {one.name: float(np.linalg.norm(base[:2] - one.middle)) for one in things}
-    near = [name for name, gap in gaps.items() if gap < min(gaps.values()) + _ALIKE]
-    return sorted(near, key=lambda name: gaps[name])
 
 
 def run_choosing(
