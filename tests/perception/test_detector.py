@@ -10,7 +10,9 @@ from pinocchio import SE3, exp3
 from behaviours.poses import Region
 from hw import DepthFrame
 from hw.sim import D435Noise, DepthRenderer, Hand, SimObject, World
-from perception import Detection, GraspDetector, WeightsError
+from perception import Candidates, Detection, GraspDetector, Proposals, WeightsError
+from perception.arrays import Array, Image, Mask
+from perception.frame import Things
 from perception.geometry import closing_direction, grasp_pose
 from perception.grasp_feasibility import DEPTHS
 from robots import Box, Geom, load_robot
@@ -136,6 +138,62 @@ def test_only_what_lies_in_the_workspace_is_grasped(detector: GraspDetector) -> 
     assert found.reason == "nothing stands out in the workspace"
     assert found.occupied_area == 0.0
     assert not found.quality.any()
+
+
+class Astray:
+    """Proposes a single grasp, on the floor of the container."""
+
+    name = "astray"
+
+    def propose(self, image: Image, allowed: Mask) -> Proposals:
+        """The corner of what may be grasped; there the hand meets the wall."""
+        one = Candidates(
+            pixel=np.array([[20.0, 20.0]]),
+            angle=np.zeros(1),
+            width=np.zeros(1),
+            quality=np.ones(1),
+        )
+        return Proposals(one, np.zeros_like(image), directions=1)
+
+
+def test_where_a_network_proposes_no_grasp_that_fits_the_check_looks_everywhere() -> None:
+    seen = frame(box_world(), looking_down(0.4))
+    astray = GraspDetector(gripper=GRIPPER, proposer=Astray()).detect(seen, WORKSPACE)
+    assert astray.grasps
+    assert not astray.reason
+    everywhere = GraspDetector(gripper=GRIPPER, network="check").detect(seen, WORKSPACE)
+    assert [one.quality for one in astray.grasps] == [one.quality for one in everywhere.grasps]
+
+
+class Half:
+    """The half of the box beyond its middle, as a thing that was told apart."""
+
+    floor = FLOOR
+
+    def contains(self, points: Array) -> Mask:
+        """Points of the workspace on that side."""
+        inside: Mask = WORKSPACE.contains(points) & (points[:, 0] > 3.03)
+        return inside
+
+    def owns(self, centres: Array, contacts: Array) -> Mask:
+        """Grasps with both contacts on that side."""
+        owned: Mask = self.contains(contacts.reshape(-1, 3)).reshape(-1, 2).all(axis=1)
+        return owned & self.contains(centres)
+
+
+def test_a_grasp_on_a_thing_closes_on_that_thing_alone(detector: GraspDetector) -> None:
+    seen = frame(box_world(), looking_down(0.4))
+    half = Half()
+    assert isinstance(half, Things)
+    assert not isinstance(WORKSPACE, Things)
+    grasps = detector.detect(seen, half).grasps
+    assert grasps
+    for one in grasps:
+        aside = 0.5 * one.width * one.wTg.rotation[:, 1]
+        contacts = np.stack([one.wTg.translation - aside, one.wTg.translation + aside])
+        assert half.contains(contacts).all()
+    free = detector.detect(seen, WORKSPACE).grasps
+    assert any(one.wTg.translation[0] < 3.03 for one in free)
 
 
 def test_the_occupied_area_is_that_of_the_box_and_not_of_the_walls(
