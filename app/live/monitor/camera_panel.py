@@ -37,6 +37,8 @@ STALE = 1.5
 """A picture that is older fades [s]."""
 _FADED = 0.35
 """Brightness of a faded picture."""
+_PNG = (cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE)
+"""An eighth smaller than without the strategy, and made as fast."""
 _RUNNERS_UP = "world/runners_up"
 _TRUE_ONLY = (f"{_CAMERA}/depth", f"{_CAMERA}/quality", f"{_CAMERA}/grasps", _RUNNERS_UP)
 """What is drawn of a picture only as long as it is true."""
@@ -170,7 +172,7 @@ class CameraPanel:
         self._stream.log(_CAMERA, pinhole, rr.CoordinateFrame(_IMAGE), static=True)
 
     def _draw_depth(self, depth: npt.NDArray[np.uint16]) -> None:
-        _, png = cv2.imencode(".png", depth, [cv2.IMWRITE_PNG_COMPRESSION, 1])
+        _, png = cv2.imencode(".png", depth, _PNG)
         image = rr.EncodedDepthImage(
             png.tobytes(),
             media_type="image/png",
