@@ -17,7 +17,7 @@ from app.review.finished import read_run
 from config import UserError
 
 _POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; frame-src 'self'; "
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; frame-src 'self'; "
     "base-uri 'none'; form-action 'none'"
 )
 _PAGE = """<!doctype html>
@@ -109,8 +109,9 @@ def demo_page(run: Path, folder: Path) -> Path:
 def _outcome(run: Path) -> str:
     """How the run ended, in one line."""
     summary = read_run(run).summary
+    tried = summary.placed or summary.attempts
     time = "" if summary.duration_s is None else f" after {summary.duration_s:.0f} s"
-    placed = f", {summary.placed} of {summary.objects} objects placed" if summary.placed else ""
+    placed = f", {summary.placed} of {summary.objects} objects placed" if tried else ""
     return f"{summary.outcome}{time}{placed}"
 
 

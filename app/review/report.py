@@ -96,17 +96,18 @@ def _page(run: Explanation, log: Log, spans: Timeline, folder: Path) -> Iterator
 
 
 def _pictures(run: Explanation, folder: Path) -> Iterator[str]:
-    """What the camera saw when something failed, and the way of the base from above."""
+    """What the camera saw when something failed, and at the end; the way of the base from above."""
     failed = [one.cause.time for one in run.attempts if one.cause is not None]
     causes = [run.cause.time] if run.cause is not None else []
-    times = sorted({round(time, 2) for time in (*causes, *failed, run.time)})
+    wrong = sorted({round(time, 2) for time in (*causes, *failed)})
+    times = sorted({*wrong, round(run.time, 2)})
     if len(times) > _MOST_PICTURES:
         times = [*times[: _MOST_PICTURES // 2], *times[-(_MOST_PICTURES // 2) :]]
     try:
         shown = depth_pictures(folder / RECORDING, [max(0.0, t - _BEFORE) for t in times])
     except NoDepthError:
         shown = []
-    plan = _plan(folder, times)
+    plan = _plan(folder, wrong)
     if not (shown or plan):
         return
     yield "<h2>What it saw, and where it went</h2>"
@@ -141,12 +142,13 @@ def _plan(folder: Path, times: Sequence[float]) -> list[str]:
         'r="5" fill="none" stroke="#ff8078" stroke-width="2"/>'
         for t in times
     ]
+    legend = "; circles: something failed" if marks else ""
     return [
         f'<figure><svg width="{width:.0f}" height="{height:.0f}" style="background:#1d2128">',
         f'<polyline points="{way}" fill="none" stroke="#6db3ff" stroke-width="2"/>',
         *marks,
-        f"</svg><figcaption>the base from above, {size[0]:.1f} x {size[1]:.1f} m; "
-        "circles: something failed</figcaption></figure>",
+        f"</svg><figcaption>the base from above, {size[0]:.1f} x {size[1]:.1f} m{legend}"
+        "</figcaption></figure>",
     ]
 
 

@@ -17,6 +17,9 @@ const send = (path) => ask(path, "POST").then(show).catch(failed);
 function visible(id, is) { element(id).hidden = !is; }
 function text(id, value) { if (element(id).textContent !== value) element(id).textContent = value; }
 
+// Whether a motion waits for a person: then only the button approves it, and no key by mistake.
+function asks(state) { return state.approve !== "" && state.paused && state.over === null && !state.stopped; }
+
 function show(state) {
   last = state;
   const over = state.over !== null, ended = over || state.stopped;
@@ -26,16 +29,16 @@ function show(state) {
   element("ticks").value = state.ticks;
   text("node", state.node ? `${state.time.toFixed(2)} s  ${state.node}: ${state.message}` : "");
   const latched = state.emergency !== "";
+  const approve = asks(state);
   element("pause").disabled = state.paused || ended;
-  element("resume").disabled = !state.paused || ended || latched;
-  for (const id of ["step", "next"]) element(id).disabled = ended || latched;
+  element("resume").disabled = !state.paused || ended || latched || approve;
+  for (const id of ["step", "next"]) element(id).disabled = ended || latched || approve;
   for (const id of ["stop", "inject", "clear", "fault"]) element(id).disabled = ended;
   const faults = state.faults || [];
   visible("faults", faults.length > 0 && !over);
   text("faults", faults.join("; "));
   visible("acknowledge", latched && !ended);
   element("acknowledge").disabled = state.pressed;
-  const approve = state.approve !== "" && state.paused && !ended;
   for (const id of ["wanted", "approve", "refuse"]) visible(id, approve);
   text("wanted", `the robot wants to: ${state.approve}`);
   element("banner").className = faults.length && !over ? "fault" : approve ? "asks" : "";
@@ -99,6 +102,9 @@ function failed(error) {
 for (const button of document.querySelectorAll("[data-action]")) {
   button.addEventListener("click", () => { button.blur(); send(`/${button.dataset.action}`); });
 }
+for (const id of ["inject", "break", "force-success", "force-failure"]) {
+  element(id).addEventListener("click", () => element(id).blur());  // so that Space does not press it again
+}
 element("inject").addEventListener("click", () => send(`/fault/${encodeURIComponent(element("fault").value)}`));
 element("break").addEventListener("click", () => send(`/break/${chosen}`));
 for (const outcome of ["success", "failure"]) {
@@ -109,7 +115,7 @@ const KEYS = { s: "/step", n: "/next" };
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || event.target instanceof HTMLSelectElement) return;
   const path = event.key === " " ? (last && last.paused ? "/resume" : "/pause") : KEYS[event.key];
-  if (!path || event.repeat || !last || last.over) return;
+  if (!path || event.repeat || !last || last.over || asks(last)) return;
   event.preventDefault();
   send(path);
 });

@@ -36,6 +36,7 @@ class Tree {
       const mark = shape("text", { x: x + 12, y: y + 4 }, group);
       shape("text", { x: x + 30, y: y + 4 }, group).textContent = titles[index];
       group.addEventListener("click", () => choose(index));
+      group.addEventListener("keydown", (event) => { if (event.key === "Enter") choose(index); });
       let edge = null;
       if (parents[index] !== null) {
         const px = 18 + INDENT * nodes[parents[index]].depth + 11, py = ROW * parents[index] + 18 + HEIGHT / 2;

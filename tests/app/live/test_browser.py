@@ -109,6 +109,11 @@ def test_every_motion_waits_for_a_person_and_may_be_refused(tmp_path, browser):
         expect(page.locator("#wanted")).to_contain_text("the robot wants to: ahead")
         settled(page)
         expect(page.locator("#run")).to_have_text("paused ahead waits for approval")
+        for key in (" ", "s", "n"):
+            page.keyboard.press(key)
+        assert page.locator("#step").is_disabled()
+        settled(page)
+        expect(page.locator("#wanted")).to_contain_text("the robot wants to: ahead")
         page.click("#approve")
         expect(page.locator("#wanted")).to_contain_text("the robot wants to: back")
         page.click("#refuse")
@@ -129,9 +134,13 @@ def test_a_fault_is_told_and_an_emergency_stop_acknowledged_on_the_page(tmp_path
 
         page = opened(browser, run)
         wait_until_ticks(page, 20)
+        header = page.locator("header").bounding_box()
         page.select_option("#fault", "reflex")
         page.click("#inject")
         expect(page.locator("#faults")).to_have_text("reflex of the arm, injected")
+        assert page.locator("header").bounding_box() == header
+        page.locator("[data-node='0']").press("Enter")
+        expect(page.locator("#chosen-name")).not_to_be_empty()
         page.click("#clear")
         expect(page.locator("#faults")).to_be_hidden()
         page.select_option("#fault", "emergency stop")

@@ -63,6 +63,18 @@ def test_the_page_has_cause_attempts_pictures_and_tree(run, tmp_path):
     assert re.search(r'class="FAILURE here"> +✗ grasp  x2  the fingers did not move', text)
 
 
+def test_only_what_failed_is_circled(run, tmp_path):
+    failed = written(run, tmp_path)
+    assert "circles: something failed" in failed
+    task = tmp_path / "well.yaml"
+    task.write_text("task: well\ntree: {drive: {forward_m: 0.2}}\n")
+    options = RunOptions(tree=task, scene="single", record=tmp_path / "runs")
+    well = written(run_task(options).folder, tmp_path)
+    assert "<polyline points=" in well
+    assert "<circle" not in well
+    assert "something failed" not in well
+
+
 def test_the_page_asks_nobody(run, tmp_path):
     text = written(run, tmp_path)
     page = Page(text)
