@@ -6,15 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sample_run as samples
-from recordings import poses, record, rows, with_component
+from recordings import poses, record, rows, static, with_component
 from sample_run import FAILURE, IDLE, RUNNING, SUCCESS
 
 from app.live.monitor.camera_panel import STALE
 from app.live.monitor.glyphs import LOOK_COLOUR
 from app.live.monitor.solids import solids
 from app.live.nodes import Look, NodeInfo, NodeStatus, looks, tree_view
-from controller import Pose2D
+from controller import PointCloud, Pose2D
 from hw import Fault, FaultKind
+from robots import load_robot
 from trees import shipped
 from trees.language import build, load, nodes_in_order
 
@@ -138,8 +139,32 @@ def test_a_picture_that_is_old_fades_and_its_points_and_grasps_go(tmp_path: Path
     seen_last = max(row["t"] for row in with_component(path, "/world/camera/depth", "blob"))
     (faded,) = with_component(path, "/world/camera/old", "blob")
     assert faded["t"] == pytest.approx(seen_last + STALE, abs=0.6)
-    cleared = [row["t"] for row in with_component(path, "/world/camera/depth", "is_recursive")]
-    assert cleared == [pytest.approx(faded["t"])]
+    of_picture = [f"/world/camera/{part}" for part in ("depth", "quality", "grasps")]
+    for gone in (*of_picture, "/world/runners_up"):
+        cleared = [row["t"] for row in with_component(path, gone, "is_recursive")]
+        assert cleared == [pytest.approx(faded["t"])], gone
+
+
+def test_obstacles_that_the_camera_has_seen_are_points(tmp_path: Path) -> None:
+    points = np.array([[1.0, 0.0, 0.3], [1.2, 0.1, 0.4]])
+    run = [replace(one, seen=PointCloud(points)) for one in samples.run(60)]
+    path = record(tmp_path / "x.rrd", run)
+    drawn = [row["positions"] for row in rows(path, "/world/seen")]
+    np.testing.assert_allclose(drawn[0], points, atol=1e-6)
+
+
+def test_regions_are_boxes_and_the_camera_a_frustum_of_its_lens(tmp_path: Path) -> None:
+    path = record(tmp_path / "x.rrd", list(samples.run(10)))
+    (half,) = static(path, "/world/regions", "Boxes3D:half_sizes")
+    np.testing.assert_allclose(half, samples.SCENE.regions[0].size / 2.0, atol=1e-6)
+    assert static(path, "/world/regions", "Boxes3D:labels") == ["container"]
+    strips = static(path, "/world/frustum", "LineStrips3D:strips")
+    lens = load_robot("frankie").camera.intrinsics
+    corners = np.array([strip[1] for strip in strips[:4]])
+    pixels = corners[:, :2] / corners[:, 2:] * [lens.fx, lens.fy] + [lens.cx, lens.cy]
+    assert {tuple(p) for p in np.round(pixels)} == {
+        (x, y) for x in (0.0, lens.width) for y in (0.0, lens.height)
+    }
 
 
 def test_before_the_first_image_the_camera_has_its_place_and_its_lens(tmp_path: Path) -> None:
