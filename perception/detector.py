@@ -10,7 +10,7 @@ from pinocchio import SE3
 
 from perception.arrays import Array, Image, Mask
 from perception.candidates import WITHOUT_NETWORK, CandidateSource, SpreadPoints
-from perception.frame import Frame, Workspace
+from perception.frame import Frame, Things, Workspace
 from perception.geometry import world_points
 from perception.grasp import Detection
 from perception.grasp_search import MIN_OBJECT_HEIGHT, GraspSearch
@@ -60,7 +60,8 @@ class GraspDetector:
         proposer: CandidateSource | None = None,
     ) -> None:
         self._gripper = gripper
-        # Between neighbours the hand may fit only where a network proposes nothing.
+        # On the one thing that is meant, between its neighbours, the hand may fit only where a
+        # network proposes nothing. Elsewhere that finds chords at the rim of what is too wide.
         self._otherwise: CandidateSource | None = SpreadPoints()
         if network is not None and network in WITHOUT_NETWORK:
             proposer, self._otherwise = WITHOUT_NETWORK[network](), None
@@ -112,9 +113,17 @@ class GraspDetector:
         proposals = self.proposer.propose(prepared.network_input, allowed)
         search = GraspSearch(frame, prepared, around, workspace, floor, self._gripper)
         grasps = search.among(proposals)
-        if not grasps and self._otherwise is not None:
+        is_meant = isinstance(workspace, Things)
+        if not grasps and is_meant and self._otherwise is not None:
             grasps = search.among(self._otherwise.propose(prepared.network_input, allowed))
-        reason = "" if grasps else "the hand fits nowhere on what stands there"
+        if grasps:
+            reason = ""
+        elif is_meant:
+            reason = "the hand fits nowhere on what is meant"
+        elif len(proposals.candidates.quality) == 0:
+            reason = "the network sees no grasp in the workspace"
+        else:
+            reason = "the hand does not fit at any of the grasps that the network proposes"
         return Detection(
             grasps=grasps,
             reason=reason,

@@ -156,15 +156,6 @@ class Astray:
         return Proposals(one, np.zeros_like(image), directions=1)
 
 
-def test_where_a_network_proposes_no_grasp_that_fits_the_check_looks_everywhere() -> None:
-    seen = frame(box_world(), looking_down(0.4))
-    astray = GraspDetector(gripper=GRIPPER, proposer=Astray()).detect(seen, WORKSPACE)
-    assert astray.grasps
-    assert not astray.reason
-    everywhere = GraspDetector(gripper=GRIPPER, network="check").detect(seen, WORKSPACE)
-    assert [one.quality for one in astray.grasps] == [one.quality for one in everywhere.grasps]
-
-
 class Half:
     """The half of the box beyond its middle, as a thing that was told apart."""
 
@@ -179,6 +170,19 @@ class Half:
         """Grasps with both contacts on that side."""
         owned: Mask = self.contains(contacts.reshape(-1, 3)).reshape(-1, 2).all(axis=1)
         return owned & self.contains(centres)
+
+
+def test_on_what_is_meant_the_check_looks_everywhere_if_no_proposal_fits() -> None:
+    seen = frame(box_world(), looking_down(0.4))
+    astray = GraspDetector(gripper=GRIPPER, proposer=Astray())
+    everywhere = GraspDetector(gripper=GRIPPER, network="check").detect(seen, Half())
+    found = astray.detect(seen, Half())
+    assert found.grasps
+    assert not found.reason
+    assert [one.quality for one in found.grasps] == [one.quality for one in everywhere.grasps]
+    other = astray.detect(seen, WORKSPACE)
+    assert not other.grasps
+    assert "does not fit" in other.reason
 
 
 def test_a_grasp_on_a_thing_closes_on_that_thing_alone(detector: GraspDetector) -> None:

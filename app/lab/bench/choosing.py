@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache, partial
 from typing import Any, cast
@@ -21,9 +21,9 @@ from app.lab.bench.choosing_scenes import (
     CLUTTER,
     TRAY,
     TRAY_REGION,
+    TrueThing,
     as_it_is,
     make_scene,
-    meant,
 )
 from app.lab.statistics import percent
 from app.lab.workers import run_all
@@ -41,12 +41,16 @@ from behaviours import (
 )
 from hw import Backend, SimClock, simulator
 from perception import GraspDetector
-from robots import load_robot
+from robots import Array, load_robot
 
 ATTEMPTS = 3
 """How often the hand goes for it, as in the shipped tasks."""
 _RATE = 10.0
 """Of the camera [Hz]: rendering takes most of the time."""
+_SAME_AREA = 0.95
+"""Of two objects of which one covers at least this share of the other either may be the largest."""
+_SAME_PLACE = 0.015
+"""Of two objects whose distances differ by less than this either may be the nearest [m]."""
 _ABOVE = ToolPose(
     name="above the tray",
     wTe=SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0), np.array([TRAY[0] - 0.065, TRAY[1], 0.85])),
@@ -137,6 +141,34 @@ def take(seed: int, *, world_name: str = "kinematic") -> Taking:
         attempts=attempts,
         reason="" if taken else reason,
     )
+
+
+def meant(words: Mapping[str, Any], things: Sequence[TrueThing], base: Array) -> list[str]:
+    """The names of those that may be taken, the likeliest first: as they truly lie by now.
+
+    Args:
+        words: as parameters of `grasp`.
+        things: as they are.
+        base: (3,) the robot's base, in the world [m].
+    """
+    fitting = [
+        one
+        for one in things
+        if words.get("colour") in (None, one.colour)
+        and 1000.0 * one.width >= words.get("min_width_mm", 0.0)
+        and 1000.0 * one.width <= words.get("max_width_mm", np.inf)
+    ]
+    if not fitting:
+        return []
+    if words.get("choose") == "nearest":
+        gaps = {one.name: float(np.linalg.norm(base[:2] - one.middle)) for one in fitting}
+        least = min(gaps.values()) + _SAME_PLACE
+        return sorted((name for name, gap in gaps.items() if gap < least), key=gaps.__getitem__)
+    sign = -1.0 if words.get("choose") == "largest" else 1.0
+    ordered = sorted(fitting, key=lambda one: sign * one.area)
+    share = 0.0 if "choose" not in words else _SAME_AREA
+    first = ordered[0].area
+    return [one.name for one in ordered if min(one.area, first) >= share * max(one.area, first)]
 
 
 def run_choosing(

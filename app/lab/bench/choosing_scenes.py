@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -46,10 +46,6 @@ ALIKE = ", alike"
 """Added to that where two that touch have one colour."""
 _AHEAD = 1.1
 """What is asked for by its size is larger by this factor than the next one, or smaller."""
-_SAME_AREA = 0.95
-"""Of two objects of which one covers at least this share of the other either may be the largest."""
-_SAME_PLACE = 0.015
-"""Of two objects whose distances differ by less than this either may be the nearest [m]."""
 _WIDER = 0.004
 """What is asked for by its width is wider than the limit by this, and the others less [m]."""
 _EYE = Intrinsics(width=400, height=400, fx=4000.0, fy=4000.0, cx=199.5, cy=199.5)
@@ -89,34 +85,6 @@ class Asked:
         by_width = any(word.endswith("width_mm") for word in self.words)
         parts = [str(self.words.get("choose", "")), "colour" if "colour" in self.words else ""]
         return " + ".join(part for part in (*parts, "width" if by_width else "") if part)
-
-
-def meant(words: Mapping[str, Any], things: Sequence[TrueThing], base: Array) -> list[str]:
-    """The names of those that may be taken, the likeliest first: as they truly lie by now.
-
-    Args:
-        words: as parameters of `grasp`.
-        things: as they are.
-        base: (3,) the robot's base, in the world [m].
-    """
-    fitting = [
-        one
-        for one in things
-        if words.get("colour") in (None, one.colour)
-        and 1000.0 * one.width >= words.get("min_width_mm", 0.0)
-        and 1000.0 * one.width <= words.get("max_width_mm", np.inf)
-    ]
-    if not fitting:
-        return []
-    if words.get("choose") == "nearest":
-        gaps = {one.name: float(np.linalg.norm(base[:2] - one.middle)) for one in fitting}
-        least = min(gaps.values()) + _SAME_PLACE
-        return sorted((name for name, gap in gaps.items() if gap < least), key=gaps.__getitem__)
-    sign = -1.0 if words.get("choose") == "largest" else 1.0
-    ordered = sorted(fitting, key=lambda one: sign * one.area)
-    share = 0.0 if "choose" not in words else _SAME_AREA
-    first = ordered[0].area
-    return [one.name for one in ordered if min(one.area, first) >= share * max(one.area, first)]
 
 
 def make_scene(seed: int) -> tuple[World, str, Asked]:

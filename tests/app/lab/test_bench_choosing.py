@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.lab.bench.choosing import take
-from app.lab.bench.choosing_scenes import TrueThing, meant
+from app.lab.bench.choosing import meant, take
+from app.lab.bench.choosing_scenes import TrueThing
 from hw import WorldError
 
 BASE = np.zeros(3)

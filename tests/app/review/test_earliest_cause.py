@@ -14,6 +14,7 @@ from failed_runs import CASES, FETCH, HEAD, PICK, fault
 
 from app.core import RunOptions, run_task
 from app.review import explain
+from trees.language import describe_leaves
 
 
 @pytest.fixture
@@ -23,6 +24,8 @@ def record(tmp_path, monkeypatch):
 
     for leaf in (test_explain.CloseFingers, test_explain.Sabotage):
         monkeypatch.setitem(behaviours.LEAVES, leaf.key, leaf)
+    described = describe_leaves(behaviours.LEAVES)
+    monkeypatch.setattr("trees.language.registry.declared_leaves", lambda: dict(described))
 
     def run(tree: str, interrupted=lambda: False, **options):
         path = tmp_path / "toy.yaml"

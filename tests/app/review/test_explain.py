@@ -17,6 +17,7 @@ from app.review import explain
 from behaviours import Leaf
 from controller import PoseGoal
 from hw import ComposedRobot, HardwareError
+from trees.language import describe_leaves
 
 HEAD = """\
 task: toy
@@ -74,6 +75,8 @@ def record(tmp_path, monkeypatch):
     """Runs a tree in the simulator and explains what it left."""
     for leaf in (CloseFingers, Sabotage):
         monkeypatch.setitem(behaviours.LEAVES, leaf.key, leaf)
+    described = describe_leaves(behaviours.LEAVES)
+    monkeypatch.setattr("trees.language.registry.declared_leaves", lambda: dict(described))
 
     def run(tree: str):
         path = tmp_path / "toy.yaml"
