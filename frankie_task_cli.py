@@ -49,6 +49,8 @@ def main() -> None:
     if (line := foreign_package()) is not None:
         print(line, file=sys.stderr)
         sys.exit(_EXIT_BAD_INPUT)
+    # Else pydantic looks through all that is installed for plug-ins of its own, at every start.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     from app.commands import main as command_line
 
     command_line()
