@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from perception.geometry import Camera, world_points
     from perception.grasp import Detection, GraspEstimate
     from perception.grasp_feasibility import assess
+    from perception.grasp_patches import NUMBERS, GraspPatches, HoldProbability, joined_patches
     from perception.height_map import HeightMap, build_height_map
     from perception.kinds import SHAPE_KINDS, known_kinds, with_kinds
     from perception.network_io import (
@@ -45,6 +46,7 @@ __all__ = [
     "COLOURS",
     "INPUT_SIZE",
     "METRES_PER_PIXEL",
+    "NUMBERS",
     "OCCUPIED_HEIGHT",
     "OUTPUT_STRIDE",
     "SEAM_MEASURES",
@@ -61,8 +63,10 @@ __all__ = [
     "Footprint",
     "GraspDetector",
     "GraspEstimate",
+    "GraspPatches",
     "GraspTracker",
     "HeightMap",
+    "HoldProbability",
     "Labelled",
     "Labels",
     "NoTableError",
@@ -84,6 +88,7 @@ __all__ = [
     "camera_above_table",
     "central_crop",
     "colour_name",
+    "joined_patches",
     "known_kinds",
     "logarithms",
     "measure_seam",

@@ -13,6 +13,7 @@ from perception.candidates import WITHOUT_NETWORK, CandidateSource, SpreadPoints
 from perception.frame import Frame, Things, Workspace
 from perception.geometry import world_points
 from perception.grasp import Detection
+from perception.grasp_patches import HoldProbability
 from perception.grasp_search import MIN_OBJECT_HEIGHT, GraspSearch
 from perception.height_map import HeightMap
 from perception.network_io import INPUT_SIZE, OUTPUT_STRIDE
@@ -46,6 +47,7 @@ class GraspDetector:
             Not with `weights`.
         gripper: the hand that grasps.
         proposer: a network that is ready for inference, instead of `weights` and `network`.
+        hold: how likely grasps hold, to rank them by; None ranks them by the check and the network.
 
     Raises:
         WeightsError: the weights are missing or do not fit.
@@ -58,8 +60,10 @@ class GraspDetector:
         *,
         gripper: GripperDescription,
         proposer: CandidateSource | None = None,
+        hold: HoldProbability | None = None,
     ) -> None:
         self._gripper = gripper
+        self._hold = hold
         # On the one thing that is meant, between its neighbours, the hand may fit only where a
         # network proposes nothing. Elsewhere that finds chords at the rim of what is too wide.
         self._otherwise: CandidateSource | None = SpreadPoints()
@@ -111,9 +115,9 @@ class GraspDetector:
         if not allowed.any():
             return _no_grasp(frame, "nothing stands out in the workspace", covered, occupied)
         proposals = self.proposer.propose(prepared.network_input, allowed)
-        search = GraspSearch(frame, prepared, around, workspace, floor, self._gripper)
-        grasps = search.among(proposals)
         is_meant = isinstance(workspace, Things)
+        search = GraspSearch(frame, prepared, around, workspace, floor, self._gripper, self._hold)
+        grasps = search.among(proposals)
         if not grasps and is_meant and self._otherwise is not None:
             grasps = search.among(self._otherwise.propose(prepared.network_input, allowed))
         if grasps:

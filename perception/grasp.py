@@ -18,7 +18,8 @@ class GraspEstimate:
     width: float
     """Distance between the contacts along the closing direction [m]."""
     quality: float
-    """0 to 1: the feasibility score times the square root of the network's, less penalties."""
+    """0 to 1: the feasibility score times the square root of the network's, less penalties; or how
+    likely the grasp holds, if the detector was told to rank by that."""
     stamp: float
     """When the frame was captured [s]."""
     pixel: tuple[float, float]

@@ -10,6 +10,7 @@ from perception.frame import Frame, Things, Workspace
 from perception.geometry import Camera, closing_direction, grasp_pose, world_points
 from perception.grasp import GraspEstimate
 from perception.grasp_feasibility import Assessment
+from perception.grasp_patches import HoldProbability, grasp_patches
 from perception.lever_arm import LeverArms
 from perception.network_io import INPUT_SIZE
 from perception.preprocess import Prepared
@@ -19,6 +20,8 @@ from robots import GripperDescription
 
 MIN_OBJECT_HEIGHT = 0.008
 """Surfaces lower than this above the floor are not grasped [m]."""
+_PROPOSED = 8  # grasps that are left of what a network or a point proposes
+_JUDGED = 16  # the same where it is told how likely they hold
 _ANGLE_STEP = 0.005  # to either side of a grasp, to see its direction in the image [m]
 
 
@@ -32,6 +35,7 @@ class GraspSearch:
         workspace: where to grasp; None is everywhere.
         floor: height of the support surface [m].
         gripper: the hand.
+        hold: how likely grasps hold, which then is their quality; None leaves that to the check.
     """
 
     def __init__(
@@ -42,8 +46,10 @@ class GraspSearch:
         workspace: Workspace | None,
         floor: float,
         gripper: GripperDescription,
+        hold: HoldProbability | None = None,
     ) -> None:
         self._frame, self._prepared, self._scene = frame, prepared, around.scene
+        self._hold = hold
         self._workspace, self._floor, self._gripper = workspace, floor, gripper
         lowest = floor + MIN_OBJECT_HEIGHT
         self._levers = LeverArms(around.scene, lowest, workspace, around.border)
@@ -54,12 +60,26 @@ class GraspSearch:
         if len(candidates.quality) == 0:
             return ()
         x, y, direction = self._in_world(candidates.pixel, candidates.angle)
+        quality, cost = candidates.quality, proposals.turn_cost
+        if self._hold is not None:  # it judges: where to look is all that is asked of a proposal
+            quality, cost = np.ones_like(quality), 0.0
         for directions in sorted({proposals.directions, ALL_DIRECTIONS}):
-            cost = proposals.turn_cost
-            found = self._refine(x, y, direction, candidates.quality, directions, cost)
+            found = self._refine(x, y, direction, quality, directions, cost)
             if len(found.score):
-                return self._estimates(found)
+                return self._estimates(self._judged(found))
         return ()
+
+    def _judged(self, found: RefinedGrasps) -> RefinedGrasps:
+        """Those inside the workspace; ranked by how likely they hold, if that is told."""
+        if self._workspace is not None:
+            centres = np.stack([found.x, found.y, found.top], axis=1)
+            found = found.only(self._workspace.contains(centres))
+        if self._hold is None or not len(found.score):
+            return found
+        camera = self._frame.wTc.translation
+        return found.ranked(
+            self._hold(grasp_patches(self._scene, found, self._levers, camera, self._floor))
+        )
 
     def _in_world(self, at: Array, angle: Array) -> tuple[Array, Array, Array]:
         """x, y [m] and closing directions [rad] of (N, 2) input pixels and (N,) angles in it."""
@@ -85,6 +105,7 @@ class GraspSearch:
             self._gripper,
             directions=directions,
             turn_cost=cost,
+            count=_PROPOSED if self._hold is None else _JUDGED,
             levers=self._levers,
             owned=self._owned if isinstance(self._workspace, Things) else None,
         )
@@ -109,9 +130,6 @@ class GraspSearch:
         whole = self._levers.shows_all(found.x, found.y)
         lever = self._levers.at(found.x, found.y)
         volume = self._levers.volume(found.x, found.y)
-        inside = np.ones(len(centre), dtype=np.bool_)
-        if self._workspace is not None and len(centre):
-            inside = self._workspace.contains(centre)
         return tuple(
             GraspEstimate(
                 wTg=grasp_pose(found.x[i], found.y[i], found.z[i], found.direction[i], frame.wTc),
@@ -126,5 +144,5 @@ class GraspSearch:
                 pixel=(float(pixel[i, 0]), float(pixel[i, 1])),
                 angle=float(np.arctan2(line[i, 1], line[i, 0])),
             )
-            for i in np.flatnonzero(inside)
+            for i in range(len(centre))
         )

@@ -66,11 +66,19 @@ class LeverArms:
         """(N,) the number of the thing there; 0 is none."""
         return look_up(self._things, self._origin, self._cell, x, y).astype(np.int64)
 
+    def to_middle(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """The way to the middle of the thing at (N,) positions [m]; 0 where nothing stands."""
+        thing = self._thing_at(x, y)
+        there = thing > 0
+        return (
+            np.where(there, self._middle_x[thing] - x, 0.0),
+            np.where(there, self._middle_y[thing] - y, 0.0),
+        )
+
     def at(self, x: Array, y: Array) -> Array:
         """Lever arms of grasps at (N,) positions in the world [m]; 0 where nothing stands."""
-        thing = self._thing_at(x, y)
-        arm = np.hypot(x - self._middle_x[thing], y - self._middle_y[thing])
-        return np.where(thing > 0, arm, 0.0)
+        arm: Array = np.hypot(*self.to_middle(x, y))
+        return arm
 
     def volume(self, x: Array, y: Array) -> Array:
         """Of the things at (N,) positions, below their upper surface [m^3]; 0 for none."""

@@ -7,7 +7,7 @@ are assessed again after centring between their contacts and turning perpendicul
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -21,8 +21,6 @@ ALL_DIRECTIONS = 12
 """Closing directions that cover the half turn, in steps of 15°."""
 TURN_COST = 0.3
 """Share of its score that a grasp loses at right angles to the direction that a network wants."""
-SECOND_ROUND = 8
-"""Number of grasps that are assessed again, as they are and turned."""
 MAX_TURN = 0.3
 """Largest turn towards the normal of the contacts [rad]."""
 SAME_DISTANCE = 0.010
@@ -53,6 +51,14 @@ class RefinedGrasps:
     score: Array
     """(N,) 0 to 1."""
 
+    def only(self, which: Indices | Mask) -> RefinedGrasps:
+        """Some of them, in the order of their indices."""
+        return RefinedGrasps(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
+
+    def ranked(self, score: Array) -> RefinedGrasps:
+        """The same grasps by another score, best first."""
+        return replace(self, score=score).only(np.argsort(-score, kind="stable"))
+
 
 def refine(
     scene: HeightMap,
@@ -82,7 +88,7 @@ def refine(
         directions: number tried at each candidate, evenly over the half turn from its own on.
         turn_cost: share of its score that a grasp loses at right angles to its candidate's
             direction.
-        count: largest number of grasps.
+        count: of grasps that are assessed again, as they are and turned, and are left at most.
         levers: of the scene, so that grasps in the middle of things come first; None leaves it.
         owned: (grasps, closing directions) to which of them may be taken; None is all.
     """
@@ -97,7 +103,7 @@ def refine(
         score *= levers.preference(first.x, first.y)
     if owned is not None:
         score *= owned(first, tried)
-    best = np.argsort(-score, kind="stable")[:SECOND_ROUND]
+    best = np.argsort(-score, kind="stable")[:count]
     best = best[score[best] > 0.0]
 
     again = np.concatenate([best, best])

@@ -24,6 +24,7 @@ class Kinds(StrEnum):
     """Of objects, for outcomes."""
 
     TRAINED = "trained"
+    BODIES = "bodies"
     HELDOUT = "heldout"
 
 
@@ -72,6 +73,12 @@ def evaluate(
         Judge,
         typer.Option(help="What decides whether a grasp holds: rules of contact, or rigid bodies."),
     ] = Judge.KINEMATIC,
+    by_hold: Annotated[
+        bool,
+        typer.Option(
+            "--by-hold", help="With physics: rank grasps by how likely they hold; both rows."
+        ),
+    ] = False,
     scenes: Annotated[
         int, typer.Option(help="With physics: number of scenes of one object.", min=1)
     ] = 500,
@@ -110,7 +117,7 @@ def evaluate(
     for file in (json, plot):
         if file is not None and not file.parent.is_dir():
             refuse(f"{file}: there is no folder {file.parent}; create it first")
-    choice = grasps.NetworkChoice(weights=weights, network=network)
+    choice = grasps.NetworkChoice(weights=weights, network=network, by_hold=by_hold)
     if judge is Judge.PHYSICS:
         if cornell is not None or plot is not None:
             refuse("--judge physics: --cornell and --plot belong to the kinematic judge")
@@ -129,8 +136,8 @@ def evaluate(
         if json is not None:
             json.write_text(json_format.dumps(physical.to_json(), indent=1), encoding="utf-8")
         return
-    if meshes is not None or against is not None:
-        refuse("--meshes and --against belong to --judge physics")
+    if meshes is not None or against is not None or by_hold:
+        refuse("--meshes, --against and --by-hold belong to --judge physics")
     evaluation = grasps.evaluate_grasps(
         choice,
         images=images,
@@ -148,38 +155,55 @@ def evaluate(
 
 @app.command()
 def outcomes(
-    file: Annotated[Path, typer.Argument(help="Where scenes are added; an existing one goes on.")],
+    folder: Annotated[Path, typer.Argument(help="Where scenes are added; what is there stays.")],
     kinds: Annotated[
-        Kinds, typer.Option(help="Objects to fit to, or held-out ones to judge by.")
+        Kinds, typer.Option(help="Objects to learn from (two sets), or held-out ones to judge by.")
     ] = Kinds.TRAINED,
     scenes: Annotated[int, typer.Option(help="Scenes; every other one is a bin.", min=1)] = 200,
-    grasps: Annotated[int, typer.Option(help="Grasps in each scene, at most.", min=1)] = 6,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes; default: one per core.", min=1)
+    ] = None,
 ) -> None:
     """Execute random feasible grasps in physics, and write what was seen and what became of it."""
-    from app.lab import grasps as lab
+    from app.lab import grasps
 
-    if not file.absolute().parent.is_dir():
-        refuse(f"{file}: there is no folder {file.parent}; create it first")
-    good = count = 0
-    heldout = kinds is Kinds.HELDOUT
-    for scene in lab.collect_outcomes(file, heldout=heldout, scenes=scenes, grasps=grasps):
-        good += sum(each.good for each in scene.outcomes)
-        count += len(scene.outcomes)
-    typer.echo(f"{count} more grasps in {file}, {good} of them held without a hard contact")
+    console = Terminal(stderr=True)
+    for found in grasps.collect_outcomes(
+        folder, kinds.value, scenes=scenes, workers=workers or os.cpu_count() or 1
+    ):
+        good = int(found.good.sum())
+        console.say(f"{len(found.good)} more grasps, {good} of them held without a hard contact")
+
+
+@app.command()
+def fit(
+    folder: Annotated[Path, typer.Argument(help="Outcomes of `grasp outcomes`.")],
+    out: Annotated[Path, typer.Option(help="The weights file to write.")] = Path(
+        "hold.safetensors"
+    ),
+    rounds: Annotated[int, typer.Option(help="Times that every grasp is seen.", min=1)] = 12,
+) -> None:
+    """Fit the network that tells how likely a grasp holds to the outcomes of learnt objects."""
+    from app.lab import grasps
+
+    grasps.fit_outcomes(folder, out, rounds=rounds, say=Terminal(stderr=True).say)
+    typer.echo(str(out))
 
 
 @app.command()
 def probability(
-    fit: Annotated[Path, typer.Argument(help="Outcomes to fit to.")],
-    judge: Annotated[Path, typer.Argument(help="Outcomes to judge by, of --kinds heldout.")],
+    folder: Annotated[Path, typer.Argument(help="Outcomes, of --kinds heldout.")],
+    weights: Annotated[
+        Path | None, typer.Option(help="A file of `grasp fit`; default: shipped weights.")
+    ] = None,
 ) -> None:
-    """Fit the probability that a grasp holds, and measure how well it and the quality tell."""
+    """Measure how well a network tells whether a grasp holds, on objects that it never saw."""
     from app.lab import grasps
+    from perception.networks import load_hold, shipped_hold
 
-    table, notes = grasps.probability_report(grasps.read_outcomes(fit), grasps.read_outcomes(judge))
-    Terminal().print(table)
-    for note in notes:
-        typer.echo(note)
+    hold = shipped_hold() if weights is None else load_hold(weights)
+    judged = grasps.read_outcomes(folder, Kinds.HELDOUT.value)
+    Terminal().print(grasps.probability_table(judged, hold))
 
 
 @app.command()

@@ -12,7 +12,7 @@ from hw.sim.hand import Hand
 from hw.sim.kinematic import KinematicBody
 from hw.sim.layout import build_world, load_fixtures, load_scene, scene_mistakes
 from hw.sim.noise import D435Noise
-from hw.sim.objects import HELDOUT, HOUSEHOLD, MODELLED, OBJECT_CLASSES, TRAIN
+from hw.sim.objects import HELDOUT, HOUSEHOLD, MODELLED, OBJECT_CLASSES, RANDOM_BODIES, TRAIN
 from hw.sim.photograph import Grey, photograph
 from hw.sim.render import DepthRenderer, painted
 from hw.sim.robot import kinematic_robot
@@ -26,6 +26,7 @@ __all__ = [
     "HOUSEHOLD",
     "MODELLED",
     "OBJECT_CLASSES",
+    "RANDOM_BODIES",
     "TRAIN",
     "Container",
     "D435Noise",

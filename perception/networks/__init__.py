@@ -1,5 +1,7 @@
 """The grasp networks: inference, weights files and training. Importing this imports torch."""
 
+from perception.networks.hold import HoldNetwork, load_hold, probability_by, shipped_hold
+from perception.networks.hold_training import FitReport, FitSettings, fit_hold
 from perception.networks.proposer import Proposer
 from perception.networks.training import RoundReport, TrainingSettings, train
 from perception.networks.weights import (
@@ -14,12 +16,19 @@ from perception.networks.weights import (
 __all__ = [
     "DEFAULT_NETWORK",
     "NETWORKS",
+    "FitReport",
+    "FitSettings",
+    "HoldNetwork",
     "Proposer",
     "RoundReport",
     "TrainingSettings",
+    "fit_hold",
+    "load_hold",
     "load_network",
+    "probability_by",
     "read_metadata",
     "save_network",
+    "shipped_hold",
     "shipped_network",
     "train",
 ]

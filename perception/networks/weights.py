@@ -18,7 +18,7 @@ from typing import TypeAlias
 import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import load_file, save_file
-from torch import Tensor
+from torch import Tensor, nn
 
 from perception.candidates import WITHOUT_NETWORK
 from perception.network_io import WeightsError
@@ -74,11 +74,7 @@ def load_network(path: Path) -> Network:
             f"{path}: these tensors belong to none of the networks {names}; give weights that were "
             "trained for one of them"
         )
-    for name, value in network.state_dict().items():
-        if problem := _problem(state[name], value):
-            hint = f"give weights that were trained for {make.__name__}"
-            raise WeightsError(f"{path}: tensor `{name}` {problem}; {hint}")
-    network.load_state_dict(state)
+    network.load_state_dict(_checked(path, state, network))
     network = network.float().eval()
     with torch.inference_mode():
         answer = network(_plain_image())
@@ -88,6 +84,28 @@ def load_network(path: Path) -> Network:
             "download them again"
         )
     return network
+
+
+def read_state(path: Path, network: nn.Module) -> dict[str, Tensor]:
+    """The tensors of a weights file that are those of a network.
+
+    Raises:
+        WeightsError: the file is missing, unreadable, of another network, or holds numbers that no
+            training leaves.
+    """
+    state = _read(path)
+    if state.keys() != network.state_dict().keys():
+        kind = type(network).__name__
+        raise WeightsError(f"{path}: these tensors are not those of {kind}; give weights of one")
+    return _checked(path, state, network)
+
+
+def _checked(path: Path, state: dict[str, Tensor], network: nn.Module) -> dict[str, Tensor]:
+    for name, value in network.state_dict().items():
+        if problem := _problem(state[name], value):
+            hint = f"give weights that were trained for {type(network).__name__}"
+            raise WeightsError(f"{path}: tensor `{name}` {problem}; {hint}")
+    return state
 
 
 def _problem(given: Tensor, expected: Tensor) -> str:
@@ -148,7 +166,7 @@ def _one_line(error: Exception) -> str:
     return " ".join(str(error).split())[:100]
 
 
-def save_network(network: Network, path: Path, metadata: Mapping[str, object]) -> None:
+def save_network(network: nn.Module, path: Path, metadata: Mapping[str, object]) -> None:
     """Write weights as safetensors with metadata, whose values are stored as JSON."""
     path.parent.mkdir(parents=True, exist_ok=True)
     state = {name: value.detach().contiguous() for name, value in network.state_dict().items()}

@@ -8,7 +8,7 @@ from pinocchio import SE3, exp3
 
 from hw.sim import GraspOutcome, Hand, Reason, SimObject, World, load_scene
 from hw.sim.contact import separation
-from hw.sim.objects import MODELLED, make_object
+from hw.sim.objects import MODELLED, RANDOM_BODIES, make_object
 from hw.sim.objects.modelling import SIDES, hollow, lying, swept, turned
 from robots import Geom, Hull, Plane, hull_of, load_robot, reach, volume
 
@@ -124,3 +124,17 @@ def test_the_shipped_scene_has_one_of_each(seed: int) -> None:
     assert len(kinds) == len(set(kinds)) == 8
     assert set(kinds) < set(MODELLED)
     assert {world.resting_on(obj) for obj in world.objects} == {"container"}
+
+
+@pytest.mark.parametrize("name", RANDOM_BODIES)
+def test_bodies_made_at_random_stand_on_the_floor_and_are_the_same_again(name: str) -> None:
+    up = np.array([0.0, 0.0, 1.0])
+    for seed in range(20):
+        one, other = (
+            make_object("it", RANDOM_BODIES[name], (0.005, 0.09), (0.03, 0.5), rng)
+            for rng in (np.random.default_rng(seed), np.random.default_rng(seed))
+        )
+        assert one.reach(-up) == pytest.approx(0.0, abs=1e-9)
+        assert 0.01 < one.reach(up) < 0.2
+        assert one.mass == other.mass
+        assert len(one.parts) == len(other.parts)

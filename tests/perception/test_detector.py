@@ -10,7 +10,15 @@ from pinocchio import SE3, exp3
 from behaviours.poses import Region
 from hw import DepthFrame
 from hw.sim import D435Noise, DepthRenderer, Hand, SimObject, World
-from perception import Candidates, Detection, GraspDetector, Proposals, WeightsError
+from perception import (
+    NUMBERS,
+    Candidates,
+    Detection,
+    GraspDetector,
+    GraspPatches,
+    Proposals,
+    WeightsError,
+)
 from perception.arrays import Array, Image, Mask
 from perception.frame import Things
 from perception.geometry import closing_direction, grasp_pose
@@ -20,6 +28,7 @@ from robots import Box, Geom, load_robot
 ROBOT = load_robot("frankie")
 GRIPPER, CAMERA = ROBOT.gripper, ROBOT.camera.intrinsics
 FLOOR = 0.456
+MIDDLE = NUMBERS.index("middle_along")
 WORKSPACE = Region(
     name="container",
     wTr=SE3(np.eye(3), np.array([3.0, 0.0, FLOOR + 0.1])),
@@ -198,6 +207,17 @@ def test_a_grasp_on_a_thing_closes_on_that_thing_alone(detector: GraspDetector) 
         assert half.contains(contacts).all()
     free = detector.detect(seen, WORKSPACE).grasps
     assert any(one.wTg.translation[0] < 3.03 for one in free)
+
+
+def test_grasps_are_ranked_by_how_likely_they_hold_if_that_is_told() -> None:
+    def at_the_far_end(patches: GraspPatches) -> Array:
+        return 10.0 * np.hypot(*patches.numbers[:, [MIDDLE, MIDDLE + 1]].T)
+
+    seen = frame(box_world(), looking_down(0.45))
+    plain = GraspDetector(gripper=GRIPPER).detect(seen, WORKSPACE).grasps
+    turned = GraspDetector(gripper=GRIPPER, hold=at_the_far_end).detect(seen, WORKSPACE).grasps
+    assert turned[0].lever == max(grasp.lever for grasp in turned) > plain[0].lever
+    assert turned[0].quality == pytest.approx(10.0 * turned[0].lever, abs=1e-4)
 
 
 def test_the_occupied_area_is_that_of_the_box_and_not_of_the_walls(

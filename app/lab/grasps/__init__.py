@@ -7,10 +7,11 @@ from app.lab.grasps.evaluate import (
     evaluate_grasps,
     evaluation_table,
 )
+from app.lab.grasps.fit import fit_outcomes
 from app.lab.grasps.outcomes import collect_outcomes, read_outcomes
 from app.lab.grasps.physical_evaluation import evaluate_by_physics
 from app.lab.grasps.physical_table import physical_notes, physical_tables
-from app.lab.grasps.probability import probability_report
+from app.lab.grasps.probability import probability_table
 from app.lab.grasps.recipe import read_recipe
 from app.lab.grasps.scenes import ROBOT
 from app.lab.grasps.show import show_grasps
@@ -32,6 +33,7 @@ __all__ = [
     "evaluate_by_physics",
     "evaluate_grasps",
     "evaluation_table",
+    "fit_outcomes",
     "measure_perception",
     "measure_views",
     "perception_json",
@@ -39,7 +41,7 @@ __all__ = [
     "perception_table",
     "physical_notes",
     "physical_tables",
-    "probability_report",
+    "probability_table",
     "read_outcomes",
     "read_recipe",
     "show_grasps",

@@ -24,11 +24,14 @@ class NetworkChoice:
 
     weights: Path | None = None
     network: str | None = None
+    by_hold: bool = False
+    """Whether grasps are ranked by how likely they hold."""
 
     @property
     def name(self) -> str:
         """For tables."""
-        return str(self.weights) if self.weights else self.detector().proposer.name
+        name = str(self.weights) if self.weights else self.detector().proposer.name
+        return f"{name}, by hold" if self.by_hold else name
 
     def detector(self) -> GraspDetector:
         """A detector on one thread; made once per process."""
@@ -41,7 +44,12 @@ def _detector(choice: NetworkChoice) -> GraspDetector:
 
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
-    return GraspDetector(choice.weights, choice.network, gripper=ROBOT.gripper)
+    hold = None
+    if choice.by_hold:
+        from perception.networks import shipped_hold
+
+        hold = shipped_hold()
+    return GraspDetector(choice.weights, choice.network, gripper=ROBOT.gripper, hold=hold)
 
 
 def all_results(

@@ -1,54 +1,60 @@
-"""What becomes of random feasible grasps, by physics: for probabilities, not for rankings.
+"""What becomes of random feasible grasps, by physics: to learn from, and to judge what was learnt.
 
-Every scene is a line of a file, so that an interrupted collection goes on where it was.
+They are drawn evenly over all that the check lets pass, not from the best: what is learnt from them
+has to tell good from bad anywhere. Every 50 scenes are a file, so that an interrupted collection
+goes on where it was.
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
 
+from app.lab.workers import run_all
 from config import ConfigError
 from perception import (
+    NUMBERS,
     Candidates,
     GraspDetector,
-    GraspEstimate,
+    GraspPatches,
     Proposals,
+    joined_patches,
 )
 
-FEATURES = ("quality", "lever", "width", "room", "depth", "height", "volume", "moment")
-"""Names of the entries of `Outcome.features`."""
+SETS: Mapping[str, tuple[int, tuple[str, ...]]] = {
+    "trained": (200_000, ("trained", "trained, drawn out")),
+    "bodies": (300_000, ("bodies", "bodies, drawn out")),
+    "heldout": (0, ("shapes", "heavy", "modelled", "large")),
+}
+"""By name: the seed of the first scene, and the groups of objects that take turns. Nothing is ever
+learnt from the last."""
+SCENES = 50
+"""In each file."""
 _DRAWS = 4  # the stream of random numbers that grasps are drawn from
-_POINTS = 40  # tried in a scene at most
-_FIRST_TO_FIT = 100_000  # seed of the scenes to fit to
+_POINTS = 40  # tried in a frame at most
+_GRASPS = 6  # executed of a frame at most
 _DIRECTIONS = 4  # at each point
 
 
-@dataclass(frozen=True, kw_only=True)
-class Outcome:
-    """One grasp, as it was seen, and what became of it."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Outcomes:
+    """Grasps as they were seen, and what became of them."""
 
-    features: tuple[float, ...]
-    """See `FEATURES`; in m, m^3, and m^4 for the lever arm times the volume."""
-    good: bool
-    """Whether it held without a hard contact."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class SceneOutcomes:
-    """The grasps of one scene."""
-
-    seed: int
-    group: str
-    count: int
-    """Of the objects."""
-    outcomes: tuple[Outcome, ...]
+    patches: GraspPatches
+    """Of N grasps."""
+    good: npt.NDArray[np.bool_]
+    """(N,) whether it held without a hard contact."""
+    scene: npt.NDArray[np.int64]
+    """(N,) seeds of the scenes."""
+    objects: npt.NDArray[np.int64]
+    """(N,) how many there were in the scene."""
 
 
 class _OnePoint:
@@ -71,102 +77,140 @@ class _OnePoint:
         return Proposals(found, allowed.astype(np.float32), _DIRECTIONS, turn_cost=0.0)
 
 
-def scene_outcomes(seed: int, groups: tuple[str, str], grasps: int) -> SceneOutcomes:
-    """Random feasible grasps in one frame, each executed in the same scene at rest.
+def scene_outcomes(seed: int, groups: tuple[str, ...]) -> Outcomes | None:
+    """Random feasible grasps, each executed in the same scene at rest; None if there were none.
 
-    Half the scenes are of one object, half of a bin.
+    Half the scenes are of one object and seen once, half are bins and seen from two views.
 
     Args:
         seed: of the scene.
         groups: of objects, by turns.
-        grasps: their number at most.
     """
     # Not at the top: MuJoCo is an extra.
     from app.lab.grasps.physical_judge import execute
     from app.lab.grasps.physical_results import BIN
     from app.lab.grasps.physical_scenes import dropped, look
-    from app.lab.grasps.scenes import EVALUATION_SEED, FLOOR, ROBOT
+    from app.lab.grasps.scenes import EVALUATION_SEED, ROBOT
 
-    count, group = (1, BIN)[seed % 2], groups[seed // 2 % 2]
+    count, group = (1, BIN)[seed % 2], groups[seed // 2 % len(groups)]
     scene = dropped(seed, count, group=group)
     rng = np.random.default_rng((EVALUATION_SEED, _DRAWS, seed))
-    frame = look(scene.world, rng)
-    detector = GraspDetector(gripper=ROBOT.gripper, proposer=_OnePoint(rng))
-    outcomes: list[Outcome] = []
-    for _ in range(_POINTS):
-        found = detector.detect(frame, scene.region).grasps
-        if not found:
-            continue
-        grasp = found[int(rng.integers(len(found)))]
-        attempt = execute(*scene.hand(), grasp)
-        good = attempt.held and not attempt.hard
-        outcomes.append(Outcome(features=_features(grasp, FLOOR), good=good))
-        if len(outcomes) == grasps:
-            break
-    return SceneOutcomes(seed=seed, group=group, count=count, outcomes=tuple(outcomes))
+    seen = _Recorder()
+    detector = GraspDetector(gripper=ROBOT.gripper, proposer=_OnePoint(rng), hold=seen)
+    patches: list[GraspPatches] = []
+    good: list[bool] = []
+    for _ in range(1 if count == 1 else 2):
+        frame = look(scene.world, rng)
+        left = _GRASPS
+        for _ in range(_POINTS):
+            found = detector.detect(frame, scene.region).grasps
+            if not found:
+                continue
+            chosen = int(rng.integers(len(found)))
+            attempt = execute(*scene.hand(), found[chosen])
+            patches.append(seen.patches.only(np.array([chosen])))
+            good.append(attempt.held and not attempt.hard)
+            left -= 1
+            if not left:
+                break
+    if not good:
+        return None
+    return Outcomes(
+        patches=joined_patches(patches),
+        good=np.array(good),
+        scene=np.full(len(good), seed),
+        objects=np.full(len(good), count),
+    )
 
 
-def collect_outcomes(
-    file: Path, *, heldout: bool, scenes: int, grasps: int
-) -> Iterator[SceneOutcomes]:
-    """Add the scenes that a file lacks to it, and yield each.
+class _Recorder:
+    """Leaves the order of grasps as it is, and remembers what was seen of them."""
+
+    patches: GraspPatches
+
+    def __call__(self, patches: GraspPatches) -> npt.NDArray[np.float64]:
+        self.patches = patches
+        return patches.numbers[:, NUMBERS.index("score")].astype(float)
+
+
+def collect_outcomes(folder: Path, kinds: str, *, scenes: int, workers: int) -> Iterator[Outcomes]:
+    """Add the files of scenes that a folder lacks to it, and yield their outcomes.
+
+    Args:
+        folder: of the files; it is made if there is none.
+        kinds: one of `SETS`.
+        scenes: how many there shall be, rounded up to whole files.
+        workers: number of processes.
 
     Raises:
-        ConfigError: the file exists and is something else, or MuJoCo is missing.
+        ConfigError: MuJoCo is missing.
     """
     if find_spec("mujoco") is None:
         raise ConfigError('grasp outcomes needs an extra: pip install "frankie-task[physics]"')
-    from app.lab.grasps.physical_scenes import TO_FIT, TO_JUDGE
-
-    groups, first_seed = (TO_JUDGE, 0) if heldout else (TO_FIT, _FIRST_TO_FIT)
-    there = {each.seed for each in read_outcomes(file)} if file.exists() else set()
-    for seed in range(first_seed, first_seed + scenes):
-        if seed in there:
-            continue
-        found = scene_outcomes(seed, groups, grasps)
-        with file.open("a", encoding="utf-8") as out:
-            out.write(json.dumps(asdict(found)) + "\n")
+    folder.mkdir(parents=True, exist_ok=True)
+    first, _ = SETS[kinds]
+    starts = range(first, first + scenes, SCENES)
+    missing = [start for start in starts if not _file(folder, kinds, start).exists()]
+    for number, found in run_all(partial(_some_scenes, kinds), missing, workers=workers, batch=1):
+        _write(_file(folder, kinds, missing[number]), found)
         yield found
 
 
-def read_outcomes(file: Path) -> list[SceneOutcomes]:
-    """The scenes that `collect_outcomes` wrote.
+def read_outcomes(folder: Path, *kinds: str) -> Outcomes:
+    """All outcomes of some of the sets that a folder holds.
 
     Raises:
-        ConfigError: the file cannot be read.
+        ConfigError: there are none, or a file cannot be read.
     """
-    try:
-        lines = file.read_text(encoding="utf-8").splitlines()
-    except (OSError, ValueError) as error:
-        raise ConfigError(f"{file}: cannot be read ({error})") from error
-    return [_scene(file, number, line) for number, line in enumerate(lines, 1)]
+    files = sorted(file for kind in kinds for file in folder.glob(f"{kind}-*.npz"))
+    if not files:
+        names = " or ".join(f"`{kind}`" for kind in kinds)
+        raise ConfigError(f"{folder}: no outcomes of {names}; `frankie-task grasp outcomes` first")
+    return _joined([_read(file) for file in files])
 
 
-def _scene(file: Path, number: int, line: str) -> SceneOutcomes:
-    try:
-        told = json.loads(line)
-        outcomes = tuple(
-            Outcome(features=tuple(map(float, each["features"])), good=bool(each["good"]))
-            for each in told.pop("outcomes")
-        )
-        if any(len(each.features) != len(FEATURES) for each in outcomes):
-            raise ValueError
-        return SceneOutcomes(**told, outcomes=outcomes)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise ConfigError(
-            f"{file}:{number}: not a scene of `grasp outcomes`; remove the line to collect it anew"
-        ) from error
-
-
-def _features(grasp: GraspEstimate, floor: float) -> tuple[float, ...]:
-    height = float(grasp.wTg.translation[2]) - floor
-    return (
-        grasp.quality,
-        grasp.lever,
-        grasp.width,
-        grasp.opening - grasp.width,
-        grasp.depth,
-        height,
-        grasp.volume,
-        grasp.lever * grasp.volume,
+def _some_scenes(kinds: str, start: int) -> Outcomes:
+    _, groups = SETS[kinds]
+    return _joined(
+        [
+            found
+            for seed in range(start, start + SCENES)
+            if (found := scene_outcomes(seed, groups)) is not None
+        ]
     )
+
+
+def _joined(parts: Sequence[Outcomes]) -> Outcomes:
+    return Outcomes(
+        patches=joined_patches([part.patches for part in parts]),
+        good=np.concatenate([part.good for part in parts]),
+        scene=np.concatenate([part.scene for part in parts]),
+        objects=np.concatenate([part.objects for part in parts]),
+    )
+
+
+def _file(folder: Path, kinds: str, start: int) -> Path:
+    return folder / f"{kinds}-{start}.npz"
+
+
+def _write(file: Path, found: Outcomes) -> None:
+    patches = {f.name: getattr(found.patches, f.name) for f in fields(GraspPatches)}
+    partly = file.with_suffix(".partly")
+    with partly.open("wb") as out:
+        np.savez_compressed(
+            out, good=found.good, scene=found.scene, objects=found.objects, **patches
+        )
+    partly.rename(file)
+
+
+def _read(file: Path) -> Outcomes:
+    try:
+        with np.load(file, allow_pickle=False) as data:
+            patches = GraspPatches(**{f.name: data[f.name] for f in fields(GraspPatches)})
+            return Outcomes(
+                patches=patches, good=data["good"], scene=data["scene"], objects=data["objects"]
+            )
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+        raise ConfigError(
+            f"{file}: not a file of `grasp outcomes`; remove it to collect it anew"
+        ) from error

@@ -27,20 +27,27 @@ from app.lab.grasps.scenes import (
 from behaviours import Region
 from config import ConfigError
 from hw import DepthFrame
-from hw.sim import MODELLED, DepthRenderer, Objects, SimObject, World
+from hw.sim import MODELLED, RANDOM_BODIES, DepthRenderer, Objects, SimObject, World
 from hw.sim.physics import FloatingHand
 from perception import WALL_MARGIN
-from robots import Array, Geom, Hull, hull_of
+from robots import Array, Box, Capsule, Cylinder, Geom, Hull, Sphere, hull_of
 
 GROUPS = {"shapes": HELDOUT_CLASSES, "modelled": tuple(MODELLED), "large": tuple(MODELLED)}
 """The classes of objects; in a bin only two are large."""
-TO_FIT, TO_JUDGE = ("trained", "large"), ("shapes", "heavy")
-"""The groups whose outcomes a probability is fitted to, and those that it is judged by."""
 PARKED = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, FLOOR + 1.5]))
 """Where the hand is while the camera looks; it is not in the image."""
 
-_CLASSES = {**GROUPS, "trained": TRAINING_CLASSES, "heavy": HELDOUT_CLASSES}
+_CLASSES = {
+    **GROUPS,
+    "heavy": HELDOUT_CLASSES,
+    "trained": TRAINING_CLASSES,
+    "trained, drawn out": TRAINING_CLASSES,
+    "bodies": tuple(RANDOM_BODIES),
+    "bodies, drawn out": tuple(RANDOM_BODIES),
+}
 _HEAVIER = ("trained", "heavy")  # the groups whose masses are those of large objects
+_VARIED = ("trained, drawn out", "bodies", "bodies, drawn out")  # most are drawn out, all heavier
+_VARIED_LARGE = 0.7  # share of them that are drawn out
 _LONG = (0.18, 0.30)  # range of the length of large objects [m]
 _HEAVY = (0.1, 0.8)  # and of their mass [kg]
 _CLEARANCE = 0.01  # of a dropped object above what is below it [m]
@@ -83,11 +90,14 @@ def dropped(
     for attempt in range(_TRIES):
         rng = np.random.default_rng((EVALUATION_SEED, 2, seed, count, attempt))
         world, region = world_with(_objects(group, count, meshes, seed, rng), rng)
+        if group in _VARIED:
+            varied = [_varied(obj, rng) for obj in world.objects]
+            world = World(world.fixtures, varied, surfaces=world.surfaces)
         if group == "large":
             large = [_drawn_out(obj, rng) for obj in world.objects[:2]]
             world = World(world.fixtures, [*large, *world.objects[2:]])
         if group in _HEAVIER:
-            heavier = [replace(obj, mass=float(rng.uniform(*_HEAVY))) for obj in world.objects]
+            heavier = [_heavier(obj, rng) for obj in world.objects]
             world = World(world.fixtures, heavier, surfaces=world.surfaces)
         _hang(world.objects, region, rng)
         hand = FloatingHand(ROBOT, world, PARKED)
@@ -131,6 +141,15 @@ def _objects(
     return Objects.model_validate({"items": [{"mesh": str(path)} for path in turns]})
 
 
+def _varied(obj: SimObject, rng: np.random.Generator) -> SimObject:
+    return _drawn_out(obj, rng) if rng.random() < _VARIED_LARGE else _heavier(obj, rng)
+
+
+def _heavier(obj: SimObject, rng: np.random.Generator) -> SimObject:
+    """The object, its mass drawn anew."""
+    return replace(obj, mass=float(rng.uniform(*_HEAVY)))
+
+
 def _drawn_out(obj: SimObject, rng: np.random.Generator) -> SimObject:
     """The object, its longest side drawn out, and its mass drawn anew."""
     parts = [(part, _corners(part)) for part in obj.parts]
@@ -147,10 +166,38 @@ def _drawn_out(obj: SimObject, rng: np.random.Generator) -> SimObject:
 
 
 def _corners(part: Geom) -> Array:
-    """(N, 3) of a hull, in the frame of its object [m]."""
-    assert isinstance(part.shape, Hull)
-    corners: Array = part.shape.vertices @ part.pose.rotation.T + part.pose.translation
-    return corners
+    """(N, 3) points whose hull is a part, what is round as polygons; in its object's frame [m]."""
+    shape = part.shape
+    if isinstance(shape, Hull):
+        corners = shape.vertices
+    elif isinstance(shape, Box):
+        corners = _CUBE * np.array(shape.half)
+    elif isinstance(shape, Sphere):
+        corners = _BALL * shape.radius
+    elif isinstance(shape, Cylinder):
+        angle = np.arange(_SIDES) * (2.0 * np.pi / _SIDES)
+        ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * shape.radius
+        ends = (-shape.half_length, shape.half_length)
+        corners = np.concatenate([np.insert(ring, 2, z, axis=1) for z in ends])
+    else:
+        assert isinstance(shape, Capsule)
+        end = np.array([0.0, 0.0, shape.half_length])
+        corners = np.concatenate([_BALL * shape.radius + side * end for side in (1.0, -1.0)])
+    placed: Array = corners @ part.pose.rotation.T + part.pose.translation
+    return placed
+
+
+def _on_a_ball(count: int) -> Array:
+    """(N, 3) points spread evenly over the unit ball's surface, along a spiral."""
+    at = np.arange(count) + 0.5
+    polar, azimuth = np.arccos(1.0 - 2.0 * at / count), np.pi * (1.0 + np.sqrt(5.0)) * at
+    return np.stack(
+        [np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar), np.cos(polar)], axis=1
+    )
+
+
+_CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+_BALL, _SIDES = _on_a_ball(60), 20
 
 
 def _hang(objects: Sequence[SimObject], region: Region, rng: np.random.Generator) -> None:

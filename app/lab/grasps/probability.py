@@ -1,4 +1,4 @@
-"""The probability that a grasp holds: a logistic regression, and how well it tells.
+"""How well a probability tells whether a grasp holds, by outcomes that nothing was fitted to.
 
 AUC is the share of pairs of a good and a bad grasp that a score orders rightly (Hanley and McNeil,
 1982). The calibration error is the mean distance between what is told and what comes true, over
@@ -7,17 +7,16 @@ bins of equally many grasps (Naeini et al., 2015).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 from rich.table import Table
 
-from app.lab.grasps.outcomes import FEATURES, SceneOutcomes
-from app.lab.logistic import Logistic, fit_logistic
+from app.lab.grasps.outcomes import Outcomes
 from config import ConfigError
+from perception import NUMBERS, HoldProbability
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Score: TypeAlias = Callable[[Array, Array], float]
@@ -25,15 +24,6 @@ Score: TypeAlias = Callable[[Array, Array], float]
 BINS = 10
 """Of the calibration error."""
 _DRAWS = 1000  # of a bootstrap
-
-
-@dataclass(frozen=True, kw_only=True)
-class Telling:
-    """How well a probability tells; each with its 95 % interval."""
-
-    name: str
-    auc: tuple[float, float, float]
-    calibration: tuple[float, float, float]
 
 
 def auc(told: Array, good: Array) -> float:
@@ -53,73 +43,38 @@ def calibration_error(told: Array, good: Array) -> float:
     return float(sum(abs(told[p].sum() - good[p].sum()) for p in parts) / len(told))
 
 
-def judge_probabilities(
-    fitted: Sequence[SceneOutcomes], judged: Sequence[SceneOutcomes]
-) -> tuple[Logistic, list[Telling]]:
-    """Fit to some scenes and judge by others.
-
-    Beside all features stand the quality as it is, and logistics on it and on the lever arm alone.
+def probability_table(judged: Outcomes, hold: HoldProbability) -> Table:
+    """How well a network tells, and the score of the check beside it; each with its 95 % interval.
 
     Raises:
-        ConfigError: there is nothing to fit to or to judge by, or the scenes are the same.
+        ConfigError: the outcomes are all the same.
     """
-    for scenes, what in ((fitted, "fit to"), (judged, "judge by")):
-        if len({each.good for scene in scenes for each in scene.outcomes}) < 2:
-            raise ConfigError(f"the outcomes to {what} are all the same; collect more scenes")
-    if {each.group for each in fitted} & {each.group for each in judged}:
-        raise ConfigError("the outcomes to fit to and to judge by are of the same objects")
-    features, good = _arrays(fitted)
-    seen, held = _arrays(judged)
-    whole = fit_logistic(features, good)
-    quality, lever = (FEATURES.index(name) for name in ("quality", "lever"))
+    good = judged.good.astype(float)
+    if len(set(good)) < 2:
+        raise ConfigError("the outcomes to judge by are all the same; collect more scenes")
     told = {
-        "all features": whole(seen),
-        "lever arm": fit_logistic(features[:, [lever]], good)(seen[:, [lever]]),
-        "quality, fitted": fit_logistic(features[:, [quality]], good)(seen[:, [quality]]),
-        "quality": seen[:, quality],
+        "the network": hold(judged.patches),
+        "the score of the check": judged.patches.numbers[:, NUMBERS.index("score")].astype(float),
     }
-    counts = [len(scene.outcomes) for scene in judged]
-    owner = np.repeat(np.arange(len(judged)), counts).astype(np.int64)
-    tellings = [
-        Telling(
-            name=name,
-            auc=_with_interval(auc, values, held, owner),
-            calibration=_with_interval(calibration_error, values, held, owner),
-        )
-        for name, values in told.items()
-    ]
-    return whole, tellings
-
-
-def probability_report(
-    fitted: Sequence[SceneOutcomes], judged: Sequence[SceneOutcomes]
-) -> tuple[Table, list[str]]:
-    """A table of how well each tells, and the coefficients.
-
-    Raises:
-        ConfigError: see `judge_probabilities`.
-    """
-    model, tellings = judge_probabilities(fitted, judged)
-    good = _arrays(judged)[1]
-    title = f"{len(good)} grasps in {len(judged)} scenes, {int(good.sum())} held"
-    table = Table("told by", "AUC", "calibration error", title=title)
-    for each in tellings:
-        cells = (f"{v:.3f} ({low:.3f} to {high:.3f})" for v, low, high in _both(each))
-        table.add_row(each.name, *cells)
-    names = (*FEATURES, "constant")
-    of_each = ", ".join(f"{n} {w:+.2f}" for n, w in zip(names, model.weights, strict=True))
-    return table, [f"fitted to {len(_arrays(fitted)[1])} grasps: {of_each}"]
-
-
-def _both(each: Telling) -> tuple[tuple[float, float, float], ...]:
-    return each.auc, each.calibration
-
-
-def _arrays(scenes: Sequence[SceneOutcomes]) -> tuple[Array, Array]:
-    outcomes = [each for scene in scenes for each in scene.outcomes]
-    return np.array([each.features for each in outcomes]), np.array(
-        [float(each.good) for each in outcomes]
-    )
+    title = f"{len(good)} grasps in {len(np.unique(judged.scene))} scenes, {int(good.sum())} good"
+    table = Table("told by", "grasps", "AUC", "calibration error", title=title)
+    parts = {
+        "all": np.ones(len(good), dtype=np.bool_),
+        "single": judged.objects == 1,
+        "in a bin": judged.objects > 1,
+    }
+    for name, values in told.items():
+        for part, chosen in parts.items():
+            if len(set(good[chosen])) < 2:
+                continue
+            cells = (
+                "{:.3f} ({:.3f} to {:.3f})".format(
+                    *_with_interval(score, values[chosen], good[chosen], judged.scene[chosen])
+                )
+                for score in (auc, calibration_error)
+            )
+            table.add_row(name, part, *cells)
+    return table
 
 
 def _with_interval(
@@ -127,7 +82,7 @@ def _with_interval(
 ) -> tuple[float, float, float]:
     """A score and its interval by a bootstrap over the scenes (Efron, 1979)."""
     rng = np.random.default_rng(0)
-    members = [np.flatnonzero(owner == scene) for scene in range(int(owner.max()) + 1)]
+    members = [np.flatnonzero(owner == scene) for scene in np.unique(owner)]
     drawn = []
     for _ in range(_DRAWS):
         some = np.concatenate([members[i] for i in rng.integers(0, len(members), len(members))])

@@ -1,7 +1,8 @@
-"""The classes of objects that the simulator makes from a seed, in four sets.
+"""The classes of objects that the simulator makes from a seed, in five sets.
 
 The shipped scenes use `HOUSEHOLD`. The grasp network is trained on `HOUSEHOLD` and `TRAIN`, and
 evaluated on `HELDOUT`, which is never trained on. `MODELLED` are those with bodies of any shape.
+`RANDOM_BODIES` are made to learn from, and are like nothing in particular.
 """
 
 from hw.sim.objects.heldout import HELDOUT
@@ -19,9 +20,16 @@ from hw.sim.objects.making import (
     make_object,
 )
 from hw.sim.objects.modelled import MODELLED
+from hw.sim.objects.random_bodies import RANDOM_BODIES
 from hw.sim.objects.train import TRAIN
 
-OBJECT_CLASSES: dict[str, ObjectClass] = {**HOUSEHOLD, **TRAIN, **HELDOUT, **MODELLED}
+OBJECT_CLASSES: dict[str, ObjectClass] = {
+    **HOUSEHOLD,
+    **TRAIN,
+    **HELDOUT,
+    **MODELLED,
+    **RANDOM_BODIES,
+}
 """All classes that a scene may name."""
 
 __all__ = [
@@ -36,6 +44,7 @@ __all__ = [
     "OBJECT_CLASSES",
     "PAINT",
     "PALETTE",
+    "RANDOM_BODIES",
     "TRAIN",
     "ObjectClass",
     "fitting",

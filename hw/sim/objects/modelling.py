@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from pinocchio import exp3
 
-from robots import Array, Geom, hull_of
+from robots import Array, Geom, Hull, hull_of
 
 Profile: TypeAlias = Sequence[tuple[float, float]]
 """Heights and radii of a turned body, from below [m]."""
@@ -84,15 +84,25 @@ def cut_out(outline: Sequence[tuple[float, float]], low: float, high: float) -> 
 
 def lying(parts: Sequence[Geom], tilt: float = 0.0) -> list[Geom]:
     """A body about z, on the ground with its axis along x; its top is lower by a tilt [rad]."""
-    over = np.array([0.0, np.pi / 2.0 + tilt, 0.0])
-    turned_over = [_points(part) @ exp3(over).T for part in parts]
+    return _turned_over(parts, np.array([0.0, np.pi / 2.0 + tilt, 0.0]))
+
+
+def flat(parts: Sequence[Geom]) -> list[Geom]:
+    """A body in the plane of x and z, on the ground on its side."""
+    return _turned_over(parts, np.array([np.pi / 2.0, 0.0, 0.0]))
+
+
+def _turned_over(parts: Sequence[Geom], over: Array) -> list[Geom]:
+    turned_over = [corners_of(part) @ exp3(over).T for part in parts]
     low = min(float(points[:, 2].min()) for points in turned_over)
     return [hull_of(points - [0.0, 0.0, low]) for points in turned_over]
 
 
-def _points(part: Geom) -> Array:
-    points: Array = part.shape.vertices + part.pose.translation  # type: ignore[union-attr]
-    return points
+def corners_of(part: Geom) -> Array:
+    """(N, 3) corners of a hull in the frame of its body [m]."""
+    assert isinstance(part.shape, Hull)
+    corners: Array = part.shape.vertices @ part.pose.rotation.T + part.pose.translation
+    return corners
 
 
 def _is_hollow(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> bool:

@@ -1,47 +1,107 @@
-"""The probability that a grasp holds: its outcomes, its fit and its figures."""
+"""How likely a grasp holds: outcomes to learn from, the fit, and how well it tells."""
 
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 from typer.testing import CliRunner
 
 from app.commands import app
-from app.lab.grasps.outcomes import read_outcomes
+from app.lab.grasps import outcomes
+from app.lab.grasps.outcomes import Outcomes, read_outcomes
 from app.lab.grasps.probability import auc, calibration_error
-from app.lab.logistic import fit_logistic
+from config import ConfigError
+from perception import NUMBERS, GraspPatches
+from perception.grasp_patches import FAR_SHAPE, NEAR_SHAPE
+from perception.networks import FitSettings, fit_hold, load_hold, probability_by
 
 RUN = CliRunner()
 
 
-def collect(file: Path, scenes: int, kinds: str = "trained") -> None:
-    arguments = ["grasp", "outcomes", str(file), "--scenes", str(scenes), "--grasps", "2"]
-    told = RUN.invoke(app, [*arguments, "--kinds", kinds])
+def collect(folder: Path, scenes: int) -> None:
+    arguments = ["grasp", "outcomes", str(folder), "--scenes", str(scenes), "--workers", "1"]
+    told = RUN.invoke(app, arguments)
     assert told.exit_code == 0, told.output
 
 
-def test_a_collection_is_the_same_again_and_goes_on_where_it_was(tmp_path: Path) -> None:
+def test_a_collection_is_the_same_again_and_goes_on_where_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("mujoco", reason="needs the extra `physics`")
-    once, interrupted = tmp_path / "once.jsonl", tmp_path / "interrupted.jsonl"
+    monkeypatch.setattr(outcomes, "SCENES", 1)
+    monkeypatch.setattr(outcomes, "_GRASPS", 2)
+    once, interrupted = tmp_path / "once", tmp_path / "interrupted"
     collect(once, 2)
     collect(interrupted, 1)
+    first = next(interrupted.iterdir())
+    written = first.stat().st_mtime_ns
     collect(interrupted, 2)
-    assert once.read_bytes() == interrupted.read_bytes()
-    alone, many = read_outcomes(once)
-    assert (alone.count, many.count) == (1, 6)
-    assert alone.outcomes
-    assert many.outcomes
+    assert first.stat().st_mtime_ns == written
+    one, other = (read_outcomes(folder, "trained") for folder in (once, interrupted))
+    assert list(one.objects) == [1, 1, 6, 6, 6, 6]
+    for field in ("good", "scene"):
+        assert np.array_equal(getattr(one, field), getattr(other, field))
+    for f in fields(GraspPatches):
+        assert np.array_equal(getattr(one.patches, f.name), getattr(other.patches, f.name))
 
 
-def test_the_fit_recovers_a_known_model_and_is_calibrated() -> None:
-    rng = np.random.default_rng(0)
-    features = rng.normal((3.0, -1.0), (2.0, 0.1), (20_000, 2))
-    true = 1.0 / (1.0 + np.exp(-(2.0 - 0.8 * features[:, 0] + 5.0 * (features[:, 1] + 1.0))))
-    good = (rng.random(len(true)) < true).astype(float)
-    model = fit_logistic(features, good)
-    assert model.weights[:2] / model.spread == pytest.approx((-0.8, 5.0), rel=0.1)
-    assert np.abs(model(features) - true).max() < 0.03
-    assert calibration_error(model(features), good) < 0.02
+def drawn(count: int) -> Outcomes:
+    """Grasps on a plain that hold unless something stands high at one of their far ends."""
+    rng = np.random.default_rng(1)
+    far = np.zeros((count, *FAR_SHAPE), dtype=np.float16)
+    blocked = rng.random(count) < 0.4
+    for number in np.flatnonzero(blocked):
+        column = int(rng.choice((2, 27)))
+        far[number, 10:22, column : column + 3] = 0.08
+    numbers = rng.uniform(0.02, 0.05, (count, len(NUMBERS))).astype(np.float32)
+    empty = np.zeros((count, *NEAR_SHAPE))
+    return Outcomes(
+        patches=GraspPatches(
+            near=empty.astype(np.float16),
+            near_unknown=empty.astype(np.bool_),
+            far=far,
+            far_unknown=np.zeros(far.shape, dtype=np.bool_),
+            numbers=numbers,
+        ),
+        good=~blocked,
+        scene=np.arange(count),
+        objects=np.ones(count, dtype=np.int64),
+    )
+
+
+def test_the_fit_finds_what_the_check_does_not_see_and_is_the_same_again() -> None:
+    learnt = drawn(600)
+    settings = FitSettings(rounds=6, batch=32)
+    one, other = (fit_hold(learnt.patches, learnt.good, settings, lambda _: None) for _ in "ab")
+    assert all(
+        torch.equal(a, b)
+        for a, b in zip(one.state_dict().values(), other.state_dict().values(), strict=True)
+    )
+    told, good = probability_by(one)(learnt.patches), learnt.good.astype(float)
+    assert auc(told, good) > 0.95
+    turned = GraspPatches(
+        **{
+            f.name: getattr(learnt.patches, f.name)[:, ::-1, ::-1]
+            if f.name != "numbers"
+            else learnt.patches.numbers
+            for f in fields(GraspPatches)
+        }
+    )
+    assert auc(probability_by(one)(turned), good) > 0.95
+
+
+def test_what_is_fitted_can_be_judged_and_used(tmp_path: Path) -> None:
+    for kinds in ("trained", "heldout"):
+        outcomes._write(outcomes._file(tmp_path, kinds, 0), drawn(300))
+    out = tmp_path / "hold.safetensors"
+    told = RUN.invoke(app, ["grasp", "fit", str(tmp_path), "--out", str(out), "--rounds", "2"])
+    assert told.exit_code == 0, told.output
+    told = RUN.invoke(app, ["grasp", "probability", str(tmp_path), "--weights", str(out)])
+    assert told.exit_code == 0, told.output
+    assert "300 grasps in 300 scenes" in told.output
+    assert load_hold(out)(drawn(3).patches).shape == (3,)
 
 
 def test_auc_and_calibration_error_of_known_cases() -> None:
@@ -53,10 +113,14 @@ def test_auc_and_calibration_error_of_known_cases() -> None:
     assert calibration_error(np.full(100, 0.9), good) == pytest.approx(0.4)
 
 
-@pytest.mark.parametrize("line", ["{", "[]", '{"seed": 1}', '{"outcomes": [{"features": [1]}]}'])
-def test_a_damaged_file_gets_one_clear_line(tmp_path: Path, line: str) -> None:
-    file = tmp_path / "damaged.jsonl"
-    file.write_text(line + "\n", encoding="utf-8")
-    told = RUN.invoke(app, ["grasp", "probability", str(file), str(file)])
-    assert told.exit_code != 0
-    assert f"{file}:1: not a scene" in str(told.exception) + told.output
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"{}"])
+def test_a_damaged_file_gets_one_clear_line(tmp_path: Path, content: bytes) -> None:
+    file = tmp_path / "heldout-0.npz"
+    file.write_bytes(content)
+    with pytest.raises(ConfigError, match=f"{file.name}: not a file of `grasp outcomes`"):
+        read_outcomes(tmp_path, "heldout")
+
+
+def test_a_folder_without_outcomes_gets_one_clear_line(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="no outcomes of `heldout`"):
+        read_outcomes(tmp_path, "heldout")

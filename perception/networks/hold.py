@@ -1,0 +1,172 @@
+"""The network that tells how likely a grasp holds, from what is seen around it.
+
+It learns from grasps that were executed in physics (`frankie-task grasp outcomes`): 1 for those
+that held to the end of the shaking without a hard contact. It sees more than the feasibility check:
+how far the thing reaches beyond the hand, what stands around it, and what the image does not show.
+"""
+
+from __future__ import annotations
+
+from importlib.resources import as_file, files
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from perception.arrays import Array
+from perception.grasp_patches import (
+    FAR_SHAPE,
+    NEAR_SHAPE,
+    NUMBERS,
+    GraspPatches,
+    HoldProbability,
+)
+from perception.networks.weights import read_state
+
+CHANNELS = (16, 32)
+"""Of the first layer and of those after it."""
+_HIDDEN = 64  # units before the last
+_LENGTH, _FAR_LENGTH = 0.03, 0.05  # units of the heights in both maps [m]
+_NUMBERS = 13  # made of those of the patches
+
+
+def _block(before: int, after: int) -> nn.Module:
+    return nn.Sequential(
+        nn.Conv2d(before, after, 3, padding=1, bias=False), nn.BatchNorm2d(after), nn.ReLU()
+    )
+
+
+class HoldNetwork(nn.Module):
+    """Two small stacks of convolutions, one for each map, and a perceptron on both."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        first, then = CHANNELS
+        self.near = nn.Sequential(
+            _block(3, first),
+            nn.MaxPool2d(2),
+            _block(first, then),
+            nn.MaxPool2d(2),
+            _block(then, then),
+            nn.MaxPool2d(2),
+            _block(then, then),
+        )
+        self.far = nn.Sequential(
+            _block(3, first),
+            nn.MaxPool2d(2),
+            _block(first, then),
+            nn.MaxPool2d(2),
+            _block(then, then),
+            nn.MaxPool2d(2),
+        )
+        cells = sum(rows * columns // 64 for rows, columns in (NEAR_SHAPE, FAR_SHAPE))
+        self.head = nn.Sequential(
+            nn.Dropout(0.3),
+            nn.Linear(then * cells + _NUMBERS, _HIDDEN),
+            nn.ReLU(),
+            nn.Dropout(0.2),
+            nn.Linear(_HIDDEN, 1),
+        )
+
+    def forward(
+        self, near: Tensor, near_unknown: Tensor, far: Tensor, far_unknown: Tensor, numbers: Tensor
+    ) -> Tensor:
+        """(N,) logits of the probability; the arguments are the fields of `GraspPatches`."""
+        height = numbers[:, NUMBERS.index("height"), None, None]
+        maps = (
+            torch.stack(
+                [
+                    near.clamp(-0.05, 0.05) / _LENGTH,
+                    near_unknown,
+                    (near + height).clamp(0.0, 0.15) / _FAR_LENGTH,
+                ],
+                dim=1,
+            ),
+            torch.stack(
+                [
+                    far.clamp(-0.1, 0.1) / _FAR_LENGTH,
+                    far_unknown,
+                    (far + height).clamp(0.0, 0.2) / _FAR_LENGTH,
+                ],
+                dim=1,
+            ),
+        )
+        features = [self.near(maps[0]).flatten(1), self.far(maps[1]).flatten(1), _scaled(numbers)]
+        return torch.as_tensor(self.head(torch.cat(features, dim=1))[:, 0])
+
+
+def _scaled(numbers: Tensor) -> Tensor:
+    """(N, 13) of the order of 1; a thing that is mirrored has the same ones."""
+    of = dict(zip(NUMBERS, numbers.unbind(1), strict=True))
+    along, across = of["middle_along"].abs(), of["middle_across"].abs()
+    lever = torch.hypot(along, across)
+    return torch.stack(
+        [
+            of["score"],
+            of["score"].sqrt(),
+            of["width"] / 0.04,
+            of["opening"] / 0.08,
+            of["depth"] / 0.02,
+            of["height"] / 0.05,
+            along / 0.05,
+            across / 0.05,
+            lever / 0.08,
+            of["volume"].clamp(min=0.0) ** (1.0 / 3.0) / 0.05,
+            of["whole"],
+            of["camera_distance"] / 0.4,
+            of["camera_cosine"],
+        ],
+        dim=1,
+    )
+
+
+def as_tensors(patches: GraspPatches) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
+    """The arguments of `HoldNetwork.forward`."""
+    near, near_unknown, far, far_unknown, numbers = (
+        torch.from_numpy(np.asarray(each, dtype=np.float32))
+        for each in (
+            patches.near,
+            patches.near_unknown,
+            patches.far,
+            patches.far_unknown,
+            patches.numbers,
+        )
+    )
+    return near, near_unknown, far, far_unknown, numbers
+
+
+def load_hold(path: Path) -> HoldProbability:
+    """The probability that grasps hold, by the weights of a file.
+
+    Raises:
+        WeightsError: the file is missing, unreadable or of another network.
+    """
+    network = HoldNetwork()
+    network.load_state_dict(read_state(path, network))
+    return probability_by(network)
+
+
+def shipped_hold() -> HoldProbability:
+    """The same by the shipped weights."""
+    with as_file(files("perception") / "weights" / "hold.safetensors") as path:
+        return load_hold(path)
+
+
+def probability_by(network: HoldNetwork) -> HoldProbability:
+    """A function that evaluates a network on one thread."""
+    network = network.eval()
+
+    def probability(patches: GraspPatches) -> Array:
+        threads = torch.get_num_threads()
+        if threads != 1:  # on a busy machine the threads wait for each other
+            torch.set_num_threads(1)
+        try:
+            with torch.inference_mode():
+                told: Array = network(*as_tensors(patches)).sigmoid().numpy().astype(float)
+        finally:
+            if threads != 1:
+                torch.set_num_threads(threads)
+        return told
+
+    return probability
