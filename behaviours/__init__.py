@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from behaviours.leaves import LEAVES
     from behaviours.log import Carried, TaskLog
     from behaviours.navigate import Navigate
+    from behaviours.place import Place
     from behaviours.places import slots
     from behaviours.poses import BasePose, Posture, Region, ToolPose
     from behaviours.progress import Progress
@@ -52,6 +53,7 @@ __all__ = [
     "NotNegative",
     "OpenGripper",
     "Percent",
+    "Place",
     "Positive",
     "Posture",
     "Progress",

@@ -25,6 +25,11 @@ from perception import (
 Array: TypeAlias = npt.NDArray[np.float64]
 Choose: TypeAlias = Literal["best", "largest", "smallest", "nearest"]
 
+_BESIDE = 0.03
+"""What stands nearer to an object than this is in the way of a finger [m]."""
+_NEIGHBOURS = 2
+"""Of those that are in the way, so many that are it most are looked at."""
+
 _ORDERS: Mapping[str, Callable[[SeenObject, Array], float]] = {
     "largest": lambda one, base: -one.area,
     "smallest": lambda one, base: one.area,
@@ -137,10 +142,19 @@ class Target:
         context: of the tree.
         within: a region, or an object that was detected.
         choice: what is meant of a region.
+        neighbour: take what stands beside that instead.
     """
 
-    def __init__(self, context: Context, within: Region | SeenObject, choice: Choice) -> None:
+    def __init__(
+        self,
+        context: Context,
+        within: Region | SeenObject,
+        choice: Choice,
+        *,
+        neighbour: bool = False,
+    ) -> None:
         self._context, self._within, self._choice = context, within, choice
+        self._neighbour = neighbour
         self.begin()
 
     def begin(self) -> None:
@@ -194,12 +208,23 @@ class Target:
             self.reason = objects
             return
         fitting = self._choice.fitting(objects, self._context.state.wTb.translation)
-        if fitting:
-            is_one = self._choice.choose != "best"
-            self._chosen = Chosen(objects=tuple(fitting[:1] if is_one else fitting))
-            self.reason = ""
-        else:
+        if not fitting:
             self.reason = f"{self._choice} is not among the {len(objects)} objects in sight"
+            return
+        is_one = self._choice.choose != "best"
+        meant = fitting[:1] if is_one else fitting
+        if self._neighbour and not (meant := neighbours(meant[0], objects)):
+            self.reason = "nothing stands beside what is meant"
+            return
+        self._chosen, self.reason = Chosen(objects=tuple(meant)), ""
+
+
+def neighbours(one: SeenObject, objects: Sequence[SeenObject]) -> list[SeenObject]:
+    """Those that leave fingers the least room beside an object."""
+    others = [it for it in objects if it is not one]
+    areas = [it.footprint.area_near(one.footprint, _BESIDE) for it in others]
+    order = np.argsort(areas, kind="stable")[::-1][:_NEIGHBOURS]
+    return [others[n] for n in order if areas[n] > 0.0]
 
 
 def look_for(frame: DepthFrame, region: Region, choice: Choice) -> SeenObjects | str:

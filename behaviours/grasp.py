@@ -49,6 +49,8 @@ class Grasp(Leaf):
         colour: only objects of this colour.
         min_width_mm: only those whose shorter edge, seen from above, is at least this [mm].
         max_width_mm: only those whose shorter edge is at most this [mm].
+        neighbour: take something that stands beside what is chosen instead of it, so that there is
+            room for the hand.
         lock_distance_m: nearer than this to the camera the goal no longer moves [m].
         force_n: force of the fingers [N].
         onward: where the task goes next; once the grasp is locked, the base sets out for it. After
@@ -72,6 +74,7 @@ class Grasp(Leaf):
         colour: ColourName | None = None,
         min_width_mm: Millimetres | None = None,
         max_width_mm: Millimetres | None = None,
+        neighbour: bool = False,
         lock_distance_m: Distance = 0.25,
         force_n: Force = 20.0,
         onward: ToolPose | None = None,
@@ -81,7 +84,7 @@ class Grasp(Leaf):
         super().__init__(name, context)
         self._within = within
         choice = Choice.of(choose, kind, colour, min_width_mm, max_width_mm)
-        self._aim = Target(context, within, choice)
+        self._aim = Target(context, within, choice, neighbour=neighbour)
         self._lock_distance = lock_distance_m
         self._force = force_n
         self._next = None if onward is None else onward.wTe

@@ -39,14 +39,20 @@ def of_choice(arguments: Mapping[str, object]) -> str:
 
 
 def of_grasp(arguments: Mapping[str, object]) -> str:
-    """A choice that does not fit, or one among a single object."""
-    words = [word for word in _CHOOSING if word in arguments]
+    """A choice that does not fit, one among a single object, or a neighbour of anything."""
+    words = [word for word in (*_CHOOSING, "neighbour") if word in arguments]
     if (wrong := of_choice(arguments)) or not words:
         return wrong
     if isinstance(arguments.get("within"), Key):
         return (
             f"chooses by `{words[0]}` among one object, that of `within`; leave it out, or name a "
             "region"
+        )
+    says = {word: arguments[word] for word in words if word != "neighbour"}
+    if arguments.get("neighbour") is True and says in ({}, {"choose": "best"}):
+        return (
+            "takes a neighbour, and nothing says of which object; add `choose: largest`, "
+            "`colour` or a width"
         )
     return ""
 

@@ -20,6 +20,18 @@ class Footprint:
     cell: float
     """Side of a cell [m]."""
 
+    def area_near(self, other: Footprint, distance: float) -> float:
+        """Area of that part of it that is nearer than a distance [m] to another one [m^2]."""
+        from scipy.spatial import cKDTree
+
+        gaps, _ = cKDTree(other._centres()).query(self._centres())
+        return float(np.count_nonzero(gaps < distance) * self.cell**2)
+
+    def _centres(self) -> Array:
+        """(N, 2) of its cells, in the world [m]."""
+        centres: Array = self.origin + self.cell * np.argwhere(self.cells)[:, ::-1]
+        return centres
+
     def holds(self, x: Array, y: Array) -> Mask:
         """(N,) whether it covers points of the world [m]."""
         column = np.rint((x - self.origin[0]) / self.cell).astype(np.int64)

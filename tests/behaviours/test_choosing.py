@@ -107,6 +107,28 @@ def test_detect_finds_only_what_is_asked_for(three):
     assert detect.feedback_message.startswith("1 of 3: the blue object at 0.68, -0.08")
 
 
+def test_what_stands_in_the_way_can_be_taken_first():
+    """A can between two blocks that leave a finger 6 mm, and another one far away."""
+    world = table_world(
+        painted(block((0.015, 0.03, 0.02), x=0.64, name="before"), GREEN),
+        painted(block((0.015, 0.015, 0.02), x=0.68, name="between"), RED),
+        painted(block((0.015, 0.015, 0.02), x=0.66, y=0.15, name="far"), BLUE),
+    )
+    harness = Harness(world)
+    harness.reach_over(looking_down(0.61, 0.05, TABLE_TOP + 0.45))
+    grasp = Grasp("grasp", harness.context, within=ON_TABLE, colour="red", neighbour=True)
+    assert harness.run(grasp) is Status.SUCCESS, grasp.feedback_message
+    assert world.held is world.find("before")
+
+
+def test_where_nothing_stands_in_the_way_no_neighbour_is_taken(three):
+    words = {"colour": "blue", "neighbour": True, "patience_s": 0.5}
+    grasp = Grasp("grasp", three.context, within=ON_TABLE, **words)
+    assert three.run(grasp) is Status.FAILURE
+    assert "nothing stands beside what is meant" in grasp.feedback_message
+    assert three.world.held is None
+
+
 def test_neighbours_that_touch_are_not_taken_along():
     world = table_world(
         painted(block((0.015, 0.03, 0.02), x=0.68, name="left"), GREEN),

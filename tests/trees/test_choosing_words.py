@@ -34,6 +34,15 @@ LIST = "    - detect: {region: box, list: things}\n"
             "chooses by `choose` among one object, that of `within`; leave it out",
         ),
         (
+            LIST + "    - for_each: {item: o, in: $things, do: {grasp: {within: $o, neighbour: "
+            "true}}}\n",
+            "chooses by `neighbour` among one object, that of `within`; leave it out",
+        ),
+        (
+            "    - grasp: {within: box, neighbour: true, choose: best}\n",
+            "`grasp` takes a neighbour, and nothing says of which object; add `choose: largest`",
+        ),
+        (
             LIST + "    - for_each: {item: o, in: $things, do: {place: {on: $o}}}\n",
             "expected a region, got `$o`, which is a detected object",
         ),

@@ -1,9 +1,12 @@
-"""Whether the object that was asked for is the one that is taken, judged by the simulated world."""
+"""Whether the object that was asked for is the one that is taken, judged by the simulated world.
+
+Where the hand does not get at it, a neighbour is put aside on a table before the next attempt.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache, partial
 from typing import Any, cast
@@ -18,6 +21,7 @@ from app.core import Trial, VisionForm, set_up
 from app.lab import machine
 from app.lab.bench.choosing_scenes import (
     ALIKE,
+    ASIDE,
     CLUTTER,
     TRAY,
     TRAY_REGION,
@@ -34,12 +38,14 @@ from behaviours import (
     Leaf,
     Navigate,
     OpenGripper,
+    Place,
     Recover,
     RetreatCheck,
     SeenObjects,
     ToolPose,
 )
 from hw import Backend, SimClock, simulator
+from hw.sim import World
 from perception import GraspDetector
 from robots import Array, load_robot
 
@@ -54,6 +60,13 @@ _SAME_PLACE = 0.015
 _ABOVE = ToolPose(
     name="above the tray",
     wTe=SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, 0.0), np.array([TRAY[0] - 0.065, TRAY[1], 0.85])),
+)
+_AT_ASIDE = ToolPose(
+    name="at the table",
+    wTe=SE3(
+        pin.rpy.rpyToMatrix(np.pi, 0.0, np.pi / 2.0),
+        ASIDE.wTr.translation + np.array([0.0, -0.2, 0.25]),
+    ),
 )
 
 
@@ -74,6 +87,8 @@ class Taking:
     taken: str
     """Name of what the hand held after the last attempt; empty if nothing."""
     attempts: int
+    put_aside: int
+    """Neighbours of it that were, to make room."""
     reason: str
     """Of the last failure."""
 
@@ -112,23 +127,20 @@ def take(seed: int, *, world_name: str = "kinematic") -> Taking:
         trial.run(OpenGripper("open", context))
         seen = trial.run(Detect("count", context, region=TRAY_REGION, list=found)) is Status.SUCCESS
         may_be: list[str] = []
-        taken, reason, attempts = "", "", 0
-        while not taken and attempts < ATTEMPTS:
+        taken, reason, attempts, put_aside = "", "", 0, 0
+        while True:
             attempts += 1
             things = [as_it_is(obj) for obj in world.objects]
             may_be = meant(asked.words, things, context.state.wTb.translation)
             grasp = Grasp("grasp", context, within=TRAY_REGION, **cast(Any, asked.words))
-            check = RetreatCheck("check", context)
-            leaves: tuple[Leaf, ...] = (grasp, check)
-            for leaf in leaves:
-                if trial.run(leaf) is not Status.SUCCESS:
-                    reason = leaf.feedback_message
-                    break
-            taken = next((name for name, on in world.supports().items() if on == "hand"), "")
-            if not taken and attempts < ATTEMPTS:
-                trial.run(Recover("recover", context))
-                trial.run(Navigate("back", context, to=_ABOVE))
-                trial.run(OpenGripper("open", context))
+            failed = _first_failed(trial, [grasp, RetreatCheck("check", context)])
+            taken = _in_hand(world)
+            if taken or failed is None or attempts == ATTEMPTS:
+                break
+            reason = failed.feedback_message
+            _come_back(trial)
+            put_aside += _make_room(trial, asked.words)
+            _come_back(trial)
     wanted = taken if taken in may_be else next(iter(may_be), asked.name)
     return Taking(
         seed=seed,
@@ -139,8 +151,38 @@ def take(seed: int, *, world_name: str = "kinematic") -> Taking:
         wanted=wanted,
         taken=taken,
         attempts=attempts,
+        put_aside=put_aside,
         reason="" if taken else reason,
     )
+
+
+def _first_failed(trial: Trial, leaves: Iterable[Leaf]) -> Leaf | None:
+    """Run leaves one after the other, as a sequence does."""
+    return next((leaf for leaf in leaves if trial.run(leaf) is not Status.SUCCESS), None)
+
+
+def _come_back(trial: Trial) -> None:
+    """To where the hand was before the attempt."""
+    context = trial.context
+    back = Navigate("back", context, to=_ABOVE)
+    _first_failed(trial, [Recover("recover", context), back, OpenGripper("open", context)])
+
+
+def _make_room(trial: Trial, words: Mapping[str, Any]) -> bool:
+    """Put a neighbour of what is meant on the table; whether it is there."""
+    context = trial.context
+    aside = [
+        Grasp("neighbour", context, within=TRAY_REGION, neighbour=True, **words),
+        RetreatCheck("check", context),
+        Navigate("to the table", context, to=_AT_ASIDE),
+        Place("put aside", context, on=ASIDE),
+    ]
+    return _first_failed(trial, aside) is None
+
+
+def _in_hand(world: World) -> str:
+    """The name of what the hand truly holds; empty if nothing."""
+    return next((name for name, on in world.supports().items() if on == "hand"), "")
 
 
 def meant(words: Mapping[str, Any], things: Sequence[TrueThing], base: Array) -> list[str]:

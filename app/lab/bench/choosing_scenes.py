@@ -38,6 +38,13 @@ TRAY_REGION = Region(
     wTr=SE3(np.eye(3), np.array([*TRAY, FLOOR + 0.1])),
     size=np.array([*INNER, 0.2]),
 )
+TABLE = Table(centre=(0.0, 2.5), size=(1.2, 0.6))
+ASIDE = Region(
+    name="table",
+    wTr=SE3(np.eye(3), np.array([*TABLE.centre, TABLE.height + 0.1])),
+    size=np.array([1.0, 0.4, 0.2]),
+)
+"""Where neighbours are put that are in the way."""
 HEIGHT = 0.42
 """Of the camera over the floor of the tray, straight above its middle [m]."""
 CLUTTER = ("apart", "pairs", "cluster")
@@ -107,7 +114,7 @@ def make_world(
     count = int(rng.integers(5, 9))
     scene = Scene(
         container=Container(centre=TRAY, inner_size=INNER, floor_height=FLOOR),
-        table=Table(centre=(0.0, 2.5), size=(1.2, 0.6)),
+        table=TABLE,
         objects=Objects(count=count, kinds=tuple(kinds), width_mm=(15.0, 60.0)),
     )
     world = _built(scene, rng)
