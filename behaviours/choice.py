@@ -9,18 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from behaviours.context import Context
-from behaviours.poses import Region
-from hw import DepthFrame
-from perception import (
-    ColourName,
-    GraspEstimate,
-    RecogniserError,
-    SeenObject,
-    SeenObjects,
-    seen_objects,
-    with_kinds,
-)
+from perception import ColourName, SeenObject
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Choose: TypeAlias = Literal["best", "largest", "smallest", "nearest"]
@@ -135,106 +124,9 @@ class Chosen:
         return owned
 
 
-class Target:
-    """What a grasp is looked for on: all that stands in a region, or what is chosen there.
-
-    Args:
-        context: of the tree.
-        within: a region, or an object that was detected.
-        choice: what is meant of a region.
-        neighbour: take what stands beside that instead.
-    """
-
-    def __init__(
-        self,
-        context: Context,
-        within: Region | SeenObject,
-        choice: Choice,
-        *,
-        neighbour: bool = False,
-    ) -> None:
-        self._context, self._within, self._choice = context, within, choice
-        self._neighbour = neighbour
-        self.begin()
-
-    def begin(self) -> None:
-        """Choose anew."""
-        self.reason = ""
-        """Why nothing is chosen; empty if it is, or nobody has looked yet."""
-        self._chosen: Chosen | None = None
-        if isinstance(self._within, SeenObject):
-            self._chosen = Chosen(objects=(self._within,))
-
-    def track(self, now: float) -> GraspEstimate | None:
-        """The grasp that is followed on it, as `Vision.track` says; None if nothing is chosen.
-
-        Args:
-            now: session time [s].
-        """
-        vision, within = self._context.vision, self._within
-        if isinstance(within, Region) and self._choice.is_free:
-            return vision.track(within, now)
-        if self._chosen is None and isinstance(within, Region):
-            self._choose(within, now)
-        if self._chosen is None:
-            return None
-        return vision.track(self._chosen, now)
-
-    def middle(self) -> Array | None:
-        """(3,) of what is meant, as the newest frame shows it, in the world [m]; None if none is.
-
-        Of several it is the largest.
-        """
-        frame, base = self._context.vision.frame, self._context.state.wTb.translation
-        if self._chosen is not None:
-            return self._chosen.objects[0].position
-        if frame is None or not isinstance(self._within, Region):
-            return None
-        with self._context.vision.timed():
-            objects = look_for(frame, self._within, self._choice)
-        if isinstance(objects, str):
-            return None
-        fitting = self._choice.fitting(objects, base)
-        return max(fitting, key=lambda one: one.area).position if fitting else None
-
-    def _choose(self, region: Region, now: float) -> None:
-        vision = self._context.vision
-        frame = vision.new_frame()
-        if frame is None or vision.is_blind(now):
-            return
-        with vision.timed():
-            objects = look_for(frame, region, self._choice)
-        if isinstance(objects, str):
-            self.reason = objects
-            return
-        fitting = self._choice.fitting(objects, self._context.state.wTb.translation)
-        if not fitting:
-            self.reason = f"{self._choice} is not among the {len(objects)} objects in sight"
-            return
-        is_one = self._choice.choose != "best"
-        meant = fitting[:1] if is_one else fitting
-        if self._neighbour and not (meant := neighbours(meant[0], objects)):
-            self.reason = "nothing stands beside what is meant"
-            return
-        self._chosen, self.reason = Chosen(objects=tuple(meant)), ""
-
-
 def neighbours(one: SeenObject, objects: Sequence[SeenObject]) -> list[SeenObject]:
     """Those that leave fingers the least room beside an object."""
     others = [it for it in objects if it is not one]
     areas = [it.footprint.area_near(one.footprint, _BESIDE) for it in others]
     order = np.argsort(areas, kind="stable")[::-1][:_NEIGHBOURS]
     return [others[n] for n in order if areas[n] > 0.0]
-
-
-def look_for(frame: DepthFrame, region: Region, choice: Choice) -> SeenObjects | str:
-    """The objects that a frame shows in a region; or why it cannot be told what is asked for."""
-    if choice.colour is not None and frame.colour is None:
-        return "the camera of this robot sees no colours"
-    objects = seen_objects(frame, region)
-    if objects is None:
-        return "no depth was measured"
-    try:
-        return objects if choice.kind is None else with_kinds(frame, objects, choice.kind)
-    except RecogniserError as error:
-        return str(error)

@@ -7,10 +7,11 @@ from typing import ClassVar
 from py_trees.common import Status
 
 from behaviours import misfits
-from behaviours.choice import Choice, Choose, look_for
+from behaviours.choice import Choice, Choose
 from behaviours.context import Context
 from behaviours.key import Key
 from behaviours.leaf import Condition, Leaf
+from behaviours.objects_in_sight import ObjectsInSight
 from behaviours.poses import Region
 from behaviours.ranges import Millimetres, Seconds
 from perception import ColourName, SeenObject, SeenObjects
@@ -57,25 +58,24 @@ class Detect(Leaf):
         patience_s: Seconds = 1.0,
     ) -> None:
         super().__init__(name, context)
-        self._region = region
         self._list, self._count = list, count
         self._choice = Choice.of(choose, kind, colour, min_width_mm, max_width_mm)
+        self._sight = ObjectsInSight(context, region, self._choice)
         self._patience = patience_s
 
     def initialise(self) -> None:
         """Start to look."""
-        self._begun, self._seen_since = self.context.clock.now(), self.context.state.stamp
+        self._begun = self.context.clock.now()
+        self._sight.begin(self.context.state.stamp)
 
     def update(self) -> Status:
         """One tick; standing still, as no goal is left."""
         vision, state = self.context.vision, self.context.state
-        frame = vision.new_frame()
-        if frame is None or frame.stamp < self._seen_since or vision.is_blind(state.stamp):
+        objects = self._sight.look()
+        if objects is None:
             if self.context.clock.now() - self._begun > self._patience:
                 return self.failure(vision.blindness(state.stamp) or "no camera frame")
             return self.running("looking")
-        with vision.timed():
-            objects = look_for(frame, self._region, self._choice)
         if isinstance(objects, str):
             return self.failure(objects)
         found = SeenObjects(self._choice.fitting(objects, state.wTb.translation))

@@ -12,12 +12,13 @@ from py_trees.common import Status
 
 from behaviours import misfits
 from behaviours.another_view import AnotherView
-from behaviours.choice import Choice, Choose, Target
+from behaviours.choice import Choice, Choose
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Region, ToolPose
 from behaviours.progress import Progress
 from behaviours.ranges import Distance, Force, Millimetres, Seconds
+from behaviours.target import Target
 from controller import PoseGoal, StepReport
 from perception import ColourName, GraspEstimate, SeenObject
 
@@ -133,7 +134,7 @@ class Grasp(Leaf):
         read = self.context.state.stamp  # frames have the session's time, which a pause adds to
         if self.context.relocalised:  # what was seen before is not where it was
             vision.relocalise(read)
-            self._aim.begin()
+            self._aim.begin(read)
         grasp = self._aim.track(read)
         if grasp is None:
             if now - self._seen > self._patience:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from config import lazy_face
 
 if TYPE_CHECKING:
+    from perception.agreement import agreed
     from perception.candidates import WITHOUT_NETWORK, Candidates, CandidateSource, Proposals
     from perception.colours import COLOURS, ColourName, colour_name
     from perception.cutting import SeamModel, logarithms, piece_of
@@ -83,6 +84,7 @@ __all__ = [
     "TrackerSettings",
     "WeightsError",
     "Workspace",
+    "agreed",
     "assess",
     "build_height_map",
     "camera_above_table",

@@ -27,6 +27,11 @@ class Footprint:
         gaps, _ = cKDTree(other._centres()).query(self._centres())
         return float(np.count_nonzero(gaps < distance) * self.cell**2)
 
+    def shared(self, other: Footprint) -> float:
+        """The share of what each of the two covers that the other one covers too; the less."""
+        ours, theirs = other.holds(*self._centres().T), self.holds(*other._centres().T)
+        return float(min(ours.mean(), theirs.mean()))
+
     def _centres(self) -> Array:
         """(N, 2) of its cells, in the world [m]."""
         centres: Array = self.origin + self.cell * np.argwhere(self.cells)[:, ::-1]
