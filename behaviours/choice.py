@@ -16,8 +16,8 @@ Choose: TypeAlias = Literal["best", "largest", "smallest", "nearest"]
 
 _BESIDE = 0.03
 """What stands nearer to an object than this is in the way of a finger [m]."""
-_NEIGHBOURS = 2
-"""Of those that are in the way, so many that are it most are looked at."""
+_MUCH = 0.25
+"""With this share of the area of what is in the way most, another one is in the way too."""
 
 _ORDERS: Mapping[str, Callable[[SeenObject, Array], float]] = {
     "largest": lambda one, base: -one.area,
@@ -125,8 +125,10 @@ class Chosen:
 
 
 def neighbours(one: SeenObject, objects: Sequence[SeenObject]) -> list[SeenObject]:
-    """Those that leave fingers the least room beside an object."""
+    """Those that are in the way of fingers beside an object."""
     others = [it for it in objects if it is not one]
     areas = [it.footprint.area_near(one.footprint, _BESIDE) for it in others]
-    order = np.argsort(areas, kind="stable")[::-1][:_NEIGHBOURS]
-    return [others[n] for n in order if areas[n] > 0.0]
+    most = max(areas, default=0.0)
+    return [
+        it for area, it in zip(areas, others, strict=True) if area > 0.0 and area >= _MUCH * most
+    ]

@@ -41,6 +41,7 @@ CELL = 0.0015
 """Side of a cell of the grid, at least [m] ..."""
 PIXELS = 1.25
 """... and this many pixels of the camera on the floor, or the grid has holes."""
+_SQUARE = np.ones((3, 3), dtype=np.uint8)
 BORDER = 3
 """What comes this near to the border of the image may go on beyond it [px]."""
 
@@ -182,7 +183,7 @@ def _object(
     box = (int(u.min()), int(v.min()), int(u.max()), int(v.max()))
     beyond = min(box[0], box[1], columns - 1 - box[2], rows - 1 - box[3])
     cells = grid.covered(points[mine])
-    outline = grid.centres(cells)
+    outline = grid.centres(_without_spurs(cells))
     (x, y), (one, other), angle = cv2.minAreaRect((outline - outline[0]).astype(np.float32))
     yaw = np.deg2rad(angle if one >= other else angle + 90.0)
     length, width = (float(edge) + grid.cell for edge in (max(one, other), min(one, other)))
@@ -201,6 +202,18 @@ def _object(
         footprint=footprint,
         around=around,
     )
+
+
+def _without_spurs(cells: Mask) -> Mask:
+    """Cells without what hangs on them by a thread, or lies apart: noise at the edge of things."""
+    image = cells.astype(np.uint8)
+    opened = cv2.morphologyEx(image, cv2.MORPH_OPEN, _SQUARE)
+    count, label, sizes, _ = cv2.connectedComponentsWithStats(opened)
+    if count == 1:
+        return cells
+    largest = label == 1 + int(sizes[1:, cv2.CC_STAT_AREA].argmax())
+    body: Mask = (cv2.dilate(largest.astype(np.uint8), _SQUARE) > 0) & cells
+    return body
 
 
 def _footprints(cells: Mask, grid: Grid) -> tuple[Footprint, Footprint]:

@@ -85,12 +85,12 @@ class Taking:
     wanted: str
     """Name of what was meant, as things lay before the last attempt."""
     taken: str
-    """Name of what the hand held after the last attempt; empty if nothing."""
+    """Name of what the hand truly holds when the robot says that it has it; empty if nothing."""
     attempts: int
     put_aside: int
     """Neighbours of it that were, to make room."""
     reason: str
-    """Of the last failure."""
+    """Of the last attempt, if that failed."""
 
     @property
     def is_right(self) -> bool:
@@ -134,10 +134,12 @@ def take(seed: int, *, world_name: str = "kinematic") -> Taking:
             may_be = meant(asked.words, things, context.state.wTb.translation)
             grasp = Grasp("grasp", context, within=TRAY_REGION, **cast(Any, asked.words))
             failed = _first_failed(trial, [grasp, RetreatCheck("check", context)])
-            taken = _in_hand(world)
-            if taken or failed is None or attempts == ATTEMPTS:
+            if failed is None:
+                taken, reason = _in_hand(world), ""
                 break
             reason = failed.feedback_message
+            if attempts == ATTEMPTS:
+                break
             _come_back(trial)
             put_aside += _make_room(trial, asked.words)
             _come_back(trial)
@@ -152,7 +154,7 @@ def take(seed: int, *, world_name: str = "kinematic") -> Taking:
         taken=taken,
         attempts=attempts,
         put_aside=put_aside,
-        reason="" if taken else reason,
+        reason=reason,
     )
 
 
