@@ -13,7 +13,7 @@ from behaviours.context import Context
 from behaviours.leaf import Condition
 from behaviours.occupancy import Occupancy
 from behaviours.poses import BasePose, Posture, Region, ToolPose
-from behaviours.ranges import Area, Bounds, Deviation, Percent
+from behaviours.ranges import Area, Bounds, Deviation
 from hw import DepthFrame
 
 
@@ -39,7 +39,9 @@ class BatteryAbove(Condition):
 
     key: ClassVar[str] = "battery_above"
 
-    def __init__(self, name: str, context: Context, *, percent: Percent) -> None:
+    def __init__(
+        self, name: str, context: Context, *, percent: Annotated[float, Bounds(least=1, most=100)]
+    ) -> None:
         super().__init__(name, context)
         self._percent = percent
 

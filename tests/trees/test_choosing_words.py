@@ -21,6 +21,9 @@ LIST = "    - detect: {region: box, list: things}\n"
     ("body", "message"),
     [
         ("    - grasp: {within: box, choose: bigest}\n", "; did you mean `best`?"),
+        ("    - grasp: {within: box, choose: biggest}\n", "; did you mean `largest`?"),
+        ("    - grasp: {within: box, colour: Violet}\n", "; did you mean `purple`?"),
+        ("    - pick_up: {within: box}\n", "unknown node `pick_up`; write `grasp`, then"),
         ("    - grasp: {within: box, colour: reed}\n", "; did you mean `red`?"),
         (
             "    - grasp: {within: box, min_width_mm: 60, max_width_mm: 20}\n",

@@ -93,6 +93,14 @@ def test_a_region_that_hangs_over_the_edge_is_warned_of(tmp_path):
     assert "5 of the 10 places on `x`" in str(one)
 
 
+def test_a_hand_that_points_up_is_warned_of(tmp_path):
+    place = f"  {MARK}x: {{xyz: [1.0, 0.0, 0.9], rpy_deg: [0, 0, 0]}}"
+    at, [one] = mistakes(tmp_path, place, "navigate: {to: x}")
+    assert (one.location.line, one.location.column) == at
+    assert one.severity is Severity.WARNING
+    assert str(one).endswith("`x`: the hand points up; roll 180 lets it look down")
+
+
 def test_a_pose_that_is_only_looked_at_may_be_anywhere(tmp_path):
     place = f"  {MARK}x: {{xyz: [0, 1.6, 0.45], rpy_deg: [180, 0, 0]}}"
     assert mistakes(tmp_path, place, "look_at: {at: x}")[1] == []

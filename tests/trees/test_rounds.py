@@ -122,6 +122,7 @@ ERRORS = (
     ("switch: ¦[open_gripper]", "`switch` is a mapping"),
     ("switch: ¦{value: $count}", "`switch` lacks `cases`"),
     ("switch: {value: $count, cases: ¦[open_gripper]}", "`cases` is a mapping"),
+    ("switch: {value: $count, cases: ¦{}}", "values to nodes, not empty"),
     ("switch: {value: $count, cases: {¦3: open_gripper}}", "write it in quotes"),
     ("¦switch: {value: $count, cases: {three: open_gripper}}", "the case `three` is none"),
     ("switch: {value: ¦$k, cases: {a: open_gripper}}", "`$k` is neither a parameter nor a key"),

@@ -48,7 +48,8 @@ def read_switch(entry: YamlEntry, scope: Scope, read: Read) -> Node | None:
     if isinstance(cases, YamlMap) and not cases.entries and diagnostics.fatal:
         return None  # its keys are no words
     if not isinstance(cases, YamlMap) or not cases.entries:
-        message = f"`cases` is a mapping of values to nodes, not {describe(cases)}"
+        what = "empty" if isinstance(cases, YamlMap) else describe(cases)
+        message = f"`cases` is a mapping of values to nodes, not {what}"
         diagnostics.error(cases.location, message, "write `left: {node: ...}` below it")
         return None
     _check_choices(entries["value"].value, cases, scope)

@@ -29,6 +29,8 @@ def meant(number: float, unit: str, fits: Callable[[float], bool]) -> str:
     """
     if unit == "mm" and 0.0 < number < 1.0 and fits(1000.0 * number):
         return f"did you mean {1000.0 * number:g} (from metres)?"
+    if unit == "%" and 0.0 < number < 1.0 and fits(100.0 * number):
+        return f"did you mean {100.0 * number:g} (from a share)?"
     if not 10.0 <= abs(number) < inf:
         return ""
     fitting = [

@@ -12,6 +12,18 @@ from config import Location, Plain, YamlScalar, YamlValue, describe, quoted, sug
 from trees.language.value_types import NAMED_TYPES, SEEN_TYPES, NamedValue, ValueType
 
 _SUM = re.compile(r"[-+.\d\s()]*\d\s*[-+*/]\s*[-+.\d\s()*/]+")
+_SYNONYMS: Mapping[str, str] = {
+    "biggest": "largest",
+    "big": "largest",
+    "widest": "largest",
+    "tiniest": "smallest",
+    "closest": "nearest",
+    "any": "best",
+    "violet": "purple",
+    "magenta": "pink",
+    "cyan": "blue",
+}
+"""What people write for a choice that is called something else."""
 _WITH_UNIT = re.compile(r"([-+]?\d+(?:\.\d+)?)\s*(?:m|cm|mm|s|ms|min|deg|°|rad|%|N|m/s|kg|g)")
 
 
@@ -143,7 +155,8 @@ def _mismatch(
 ) -> MismatchError:
     message = f"expected {expected}, got {described(value)}"
     if expected.choices and isinstance(value.value, str):
-        near = suggest(value.value, [written(choice) for choice in expected.choices])
+        known = [written(choice) for choice in expected.choices]
+        near = suggest(_SYNONYMS.get(value.value.lower(), value.value), known)
         hint = near if near.startswith("did you mean") else hint
     if expected.is_number and isinstance(value.value, str):
         if _SUM.fullmatch(value.value):

@@ -42,5 +42,19 @@ MEANT: Mapping[str, str] = {
     "cooldown": "the modifier `cooldown_s`",
     "force_fail": "the modifier `force_failure`",
     "include": "`subtree`",
+    "for": "`for_each`, or the modifier `repeat`",
+    "print": "`say`",
+    "pick": "`grasp`, then `retreat_check`",
+    "pick_up": "`grasp`, then `retreat_check`",
+    "put": "`place`",
+    "drop": "`place`, or `open_gripper`",
+    "release": "`place`, or `open_gripper`",
+    "close_gripper": "`grasp`",
+    "go": "`navigate`",
+    "goto": "`navigate`",
+    "go_to": "`navigate`",
+    "move": "`navigate`, `drive`, or `move_arm`",
+    "move_to": "`navigate`",
+    "move_base": "`drive`, or `navigate` to a base pose",
 }
-"""What people mean by words of other tree languages."""
+"""What people mean by words of other tree languages, and by plain ones."""

@@ -84,11 +84,14 @@ def place_diagnostics(
 def _of_use(
     use: Use, defined: Definition | None, robot: RobotDescription, fixtures: Sequence[Geom]
 ) -> Iterator[Diagnostic]:
-    from trees.site.reach import why_not_reached
+    from trees.site.reach import points_up, why_not_reached
 
     leaf, value = use.leaf, use.value
     if defined is not None and use.parameter in leaf.type.goes_to:
         why = why_not_reached(value, robot) or _in_the_way(value, robot, fixtures)
+        severity = Severity.ERROR
+        if why is None and points_up(value):
+            why, severity = ("the hand points up", "roll 180 lets it look down"), Severity.WARNING
         if why is not None:
             message, hint = why
             yield Diagnostic(
@@ -96,6 +99,7 @@ def _of_use(
                 location=defined.location,
                 message=f"`{value.name}`: {message}",
                 hint=hint,
+                severity=severity,
             )
     if fixtures and isinstance(value, Region) and use.parameter in leaf.type.surfaces:
         from trees.site.furniture import bare_places

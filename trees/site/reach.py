@@ -12,6 +12,8 @@ from robots import RobotDescription
 
 _ROUNDING = 1e-3
 """Degrees in files are rounded [rad]."""
+_UP = 0.5
+"""With this cosine between its approach and the vertical the hand points up."""
 _DIPS = 0.005
 """Finger tips this far below the floor are below it [m]."""
 
@@ -29,6 +31,11 @@ def why_not_reached(value: object, robot: RobotDescription) -> tuple[str, str] |
     why = out_of_reach(robot, value.wTe)
     tilt = "change its height or tilt; roll 180 looks down"
     return (f"out of reach: {why}", tilt) if why else None
+
+
+def points_up(value: object) -> bool:
+    """Whether a place has the hand look up, which nobody means who grasps from above."""
+    return isinstance(value, ToolPose) and bool(value.wTe.rotation[2, 2] > _UP)
 
 
 def _beyond_joints(q: Array, robot: RobotDescription) -> tuple[str, str] | None:
