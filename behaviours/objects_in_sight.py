@@ -13,7 +13,7 @@ from hw import DepthFrame
 from perception import RecogniserError, SeenObjects, agreed, seen_objects, with_kinds
 
 LOOKS = 3
-"""So many frames are looked at; what more than half of them show counts."""
+"""Frames that are looked at; what more than half of them show counts."""
 
 
 class ObjectsInSight:

@@ -1,4 +1,4 @@
-"""What several looks at a region agree on: one frame alone may cut a thing in two."""
+"""What several looks at a region agree on: one frame alone may cut an object in two."""
 
 from __future__ import annotations
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from perception.arrays import Array, Mask
+from perception.grid import Grid
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -34,8 +35,9 @@ class Footprint:
 
     def _centres(self) -> Array:
         """(N, 2) of its cells, in the world [m]."""
-        centres: Array = self.origin + self.cell * np.argwhere(self.cells)[:, ::-1]
-        return centres
+        rows, columns = self.cells.shape
+        grid = Grid(origin=self.origin, shape=(rows, columns), cell=self.cell)
+        return grid.centres(self.cells)
 
     def holds(self, x: Array, y: Array) -> Mask:
         """(N,) whether it covers points of the world [m]."""

@@ -23,6 +23,7 @@ from perception.frame import Frame, Workspace
 from perception.geometry import world_points
 from perception.grid import Grid
 from perception.preprocess import valid_depth
+from perception.seams import largest_parts
 from perception.seen_object import REACH, SeenObject, SeenObjects
 
 Colours: TypeAlias = npt.NDArray[np.uint8]
@@ -41,9 +42,9 @@ CELL = 0.0015
 """Side of a cell of the grid, at least [m] ..."""
 PIXELS = 1.25
 """... and this many pixels of the camera on the floor, or the grid has holes."""
-_SQUARE = np.ones((3, 3), dtype=np.uint8)
 BORDER = 3
 """What comes this near to the border of the image may go on beyond it [px]."""
+_SQUARE = np.ones((3, 3), dtype=np.uint8)
 
 
 class ColourFrame(Frame, Protocol):
@@ -208,11 +209,10 @@ def _without_spurs(cells: Mask) -> Mask:
     """Cells without what hangs on them by a thread, or lies apart: noise at the edge of things."""
     image = cells.astype(np.uint8)
     opened = cv2.morphologyEx(image, cv2.MORPH_OPEN, _SQUARE)
-    count, label, sizes, _ = cv2.connectedComponentsWithStats(opened)
-    if count == 1:
+    parts = largest_parts(opened > 0, 0.0)
+    if not parts:
         return cells
-    largest = label == 1 + int(sizes[1:, cv2.CC_STAT_AREA].argmax())
-    body: Mask = (cv2.dilate(largest.astype(np.uint8), _SQUARE) > 0) & cells
+    body: Mask = (cv2.dilate(parts[0].astype(np.uint8), _SQUARE) > 0) & cells
     return body
 
 

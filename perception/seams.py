@@ -128,18 +128,18 @@ def _around_heights(piece: Piece) -> Iterator[Parts]:
     """What is higher than a level and the rest, and the two largest of what is higher."""
     for level in np.arange(_LOWEST, float(piece.above.max()), _LEVELS):
         high = cv2.morphologyEx((piece.above > level).astype(np.uint8), cv2.MORPH_OPEN, _SQUARE)
-        tops = _largest(high > 0, SMALLEST / piece.cell**2)
+        tops = largest_parts(high > 0, SMALLEST / piece.cell**2)
         if len(tops) > 1:
             yield _nearer(piece.cells, tops[0], tops[1])
         if tops:
             around = piece.cells & ~(cv2.dilate(high, _SQUARE) > 0)
             clean = cv2.morphologyEx(around.astype(np.uint8), cv2.MORPH_OPEN, _SQUARE) > 0
-            rest = _largest(clean, 1.0)
+            rest = largest_parts(clean, 1.0)
             if rest:
                 yield piece.cells & ~rest[0], rest[0]
 
 
-def _largest(mask: Mask, least: float) -> list[Mask]:
+def largest_parts(mask: Mask, least: float) -> list[Mask]:
     """What hangs together in a mask and is not too small [cells], the largest first."""
     _, number, figures, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     areas = figures[1:, cv2.CC_STAT_AREA]

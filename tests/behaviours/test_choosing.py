@@ -108,7 +108,7 @@ def test_detect_finds_only_what_is_asked_for(three):
 
 
 def test_what_stands_in_the_way_can_be_taken_first():
-    """A can between two blocks that leave a finger 6 mm, and another one far away."""
+    """One block 10 mm before another that is meant, and one far away."""
     world = table_world(
         painted(block((0.015, 0.03, 0.02), x=0.64, name="before"), GREEN),
         painted(block((0.015, 0.015, 0.02), x=0.68, name="between"), RED),

@@ -45,9 +45,7 @@ _OFF = 0.04  # the middle of the tray from the middle of the image, at most [m]
 _CUT_THROUGH = 0.12  # a seam that leaves more than this of a thing on its smaller side cuts it
 _LEAST = 0.05  # what has less of a piece is noise in it
 _HELD_OUT = 6  # every such scene is not fitted to
-_NEEDED = (
-    0.9  # classes that it knows are told alike well from 0.5 to 0.9; others are cut less often
-)
+_NEEDED = 0.9  # from 0.5 to 0.9 known classes fare alike; unknown ones are cut less often
 _HIDDEN = (32, 32)
 _EPOCHS, _BATCH = 40, 512
 _RATE, _DECAY = 3e-3, 1e-4
