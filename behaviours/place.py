@@ -37,7 +37,7 @@ class Place(Leaf):
 
     Args:
         on: region of the task file whose floor is the surface to place on.
-        pitch_m: distance between neighbouring places; 60 % of it when the rows are full [m].
+        pitch_m: distance between neighbouring places; half of it when the rows are full [m].
     """
 
     key: ClassVar[str] = "place"

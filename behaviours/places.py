@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 Array: TypeAlias = npt.NDArray[np.float64]
 
 
-_CLOSER = 0.6
+_CLOSER = 0.5
 """Between full rows a place is this share of the pitch from the others, at least."""
 _FINE = 0.02
 """Places between rows lie on a grid as fine as this [m]."""
