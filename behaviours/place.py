@@ -66,9 +66,8 @@ class Place(Leaf):
         """Choose the place; the hand keeps the turn about the vertical that it has."""
         self._step = self._begin
         self._progress = Progress(self.context)
-        self._relocalised = 0
+        self._relocalised = self._unseen = self._stuck = 0
         self._places.begin()
-        self._unseen = self._stuck = 0
         x_axis = self.context.wTe.rotation[:, 0]
         self._rotation = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
         self._choose()
@@ -214,6 +213,7 @@ class Place(Leaf):
         return self.running("letting go")
 
     def _open(self) -> Status:
+        self.pursue(self._goal)  # the hand keeps to the place, or it would coast on
         if not self._is_down and (waiting := self._wait_for_fingers("letting go")) is not None:
             return waiting
         if not self._is_down:
@@ -272,7 +272,7 @@ class Place(Leaf):
             if self._step == self._lower and self.fingers_have_opened:
                 return self._release()  # it stands already, and turns in the fingers
             return self.failure(f"nothing left to place: {reason}")
-        goal = PoseGoal(
+        self._goal = PoseGoal(
             wTe=wTe,
             speed=speed,
             position_tolerance=tolerance,
@@ -281,7 +281,7 @@ class Place(Leaf):
             stance_if_near=True,
             hand_may_touch=self._step in (self._lower, self._rise),
         )
-        report = self.pursue(goal, f"{what} {self._number} from {self._up:.2f} m")
+        report = self.pursue(self._goal, f"{what} {self._number} from {self._up:.2f} m")
         if report is None:
             return self.running(what)
         if report.arrived:

@@ -67,7 +67,7 @@ class GraspSettings(Checked):
 
     standoff: float = 0.12
     """Height over the grasp where the hand waits until it is locked and below [m]."""
-    above_position: float = 0.006
+    above_position: float = 0.009
     """The hand goes down when it stands over the locked grasp this precisely [m] ..."""
     above_angle: float = radians(3.0)
     """... and turned this little [rad]."""
@@ -99,7 +99,7 @@ class GraspSettings(Checked):
 class PlaceSettings(Checked):
     """How an object is set down."""
 
-    clearance: float = 0.006
+    clearance: float = 0.004
     """Height of object and finger tips over the surface at which it is released [m]."""
     tilt: float = radians(2.0)
     """Tilt that the hand may have then [rad]."""
@@ -119,7 +119,7 @@ class PlaceSettings(Checked):
     """[m]."""
     lower_speed: float = 0.25
     """[m/s]."""
-    lower_tolerance: float = 0.004
+    lower_tolerance: float = 0.007
     """[m]."""
     let_go: float = 0.02
     """The hand rises as soon as the fingers have opened by this much [m]."""

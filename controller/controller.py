@@ -226,8 +226,9 @@ class HolisticController:
                 m = linearisation.manipulability
                 bias = self._guide.onward.bias(goal.onward, error.position, m, last, here, state.q)
         norm = error_norm(settings, bTe, error)
-        qp = build_qp(model, settings, linearisation, twist, norm, bounds, last, bias)
         guide = self._guide
+        bearing = 0.0 if guide is None else guide.bearing
+        qp = build_qp(model, settings, linearisation, twist, norm, bounds, last, bias, bearing)
         if guide is not None and guide.rests:
             qp = _qp_towards(_SLOWING * last, bounds)
         return _Motion(

@@ -63,6 +63,8 @@ class Guide:
         self._hand_may_touch = False
         self.waits = False
         """Whether the robot gives way to somebody: that is no stall."""
+        self.bearing = 0.0
+        """Of the end effector, seen from the base, in the last stance [rad]."""
         self.reset()
 
     def prepare(self, surroundings: Surroundings) -> None:
@@ -108,6 +110,8 @@ class Guide:
         return bool(self.unreachable) or (searches and self._searched <= _LONGEST_REST)
 
     def _set_stance(self, stance: Stance | None, detour: bool = False) -> None:
+        if stance is not None:
+            self.bearing = stance.bearing
         self.stance = stance
         """Where base and arm are led; None if the end effector goes alone."""
         self.detour = detour
@@ -135,7 +139,8 @@ class Guide:
         """
         g = self._guidance
         distance = error.position + g.metres_per_radian * error.orientation
-        moved = self._finder.meet(surroundings)
+        if moved := self._finder.meet(surroundings):
+            self.onward.reset()
         changed = moved or (bool(self.unreachable) and goal.hand_may_touch != self._hand_may_touch)
         self._hand_may_touch = goal.hand_may_touch
         if goal.wTe != self._goal or changed:
@@ -201,7 +206,9 @@ class Guide:
         if self.unreachable:
             self._set_stance(None)
         elif not goal.straight and (goal.stance_if_near or distance > self._guidance.min_distance):
-            self._look_for_a_stance(goal, wTb, q)
+            self._set_stance(self.onward.stance_for(goal.wTe) or self.stance)
+            if self.stance is None or crept:
+                self._look_for_a_stance(goal, wTb, q)
         else:
             self._set_stance(None)
 
@@ -279,18 +286,10 @@ class Guide:
         stage = remaining.carried, remaining.docks
         if stage != self._stage:
             self._stage, self._best = stage, (inf, inf, inf)
-        distance, base_time, joint_error = self._best
-        progress = max(
-            distance - remaining.distance,
-            base_time - remaining.base_time,
-            joint_error - remaining.max_joint_error,
-        )
-        if progress > g.progress:
-            self._best = (
-                min(distance, remaining.distance),
-                min(base_time, remaining.base_time),
-                min(joint_error, remaining.max_joint_error),
-            )
+        left = remaining.distance, remaining.base_time, remaining.max_joint_error
+        if max(best - now for best, now in zip(self._best, left, strict=True)) > g.progress:
+            a, b, c = map(min, self._best, left)
+            self._best = a, b, c
             self._waited = 0
         elif not self.waits:
             self._waited += 1

@@ -10,7 +10,9 @@ The slack can be put into the cost: with Q = diag(Λ_q, Λ_δ) (eq. 10) and C = 
 
 which has the same minimiser, only n variables, and always a solution. This leaves out the bounds of
 the slack, ±10 in the published example. The paper does not have the smoothness term, the bias
-towards a stance, the bounds on acceleration, nor a least |e| in the weights that grow as 1/|e|.
+towards a stance, the bounds on acceleration, nor a least |e| in the weights that grow as 1/|e|; and
+its base always turns to have the end effector in front (eq. 13), where here a stance may have it
+beside.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ import numpy as np
 from pinocchio import SE3
 
 from controller.command import Array
+from controller.floor import wrap
 from controller.model import RobotModel, manipulability
 from controller.qp import QP
 from controller.settings import ControllerSettings
@@ -65,6 +68,7 @@ def build_qp(
     bounds: tuple[Array, Array],
     last: Array,
     bias: StanceBias | None = None,
+    bearing: float = 0.0,
 ) -> QP:
     """The QP for a desired end-effector twist.
 
@@ -78,6 +82,7 @@ def build_qp(
         bounds: lower and upper bounds (n,) of the velocities.
         last: (n,) velocities of the previous period.
         bias: from the guidance, if there is any.
+        bearing: where the end effector is to be, seen from the base: 0 is in front of it [rad].
     """
     n_base, J = model.n_base, linearisation.J
     if bias is not None and bias.coasting is not None:
@@ -88,7 +93,7 @@ def build_qp(
     # λ_q (eq. 14)
     base_effort, arm_effort = settings.base_effort * tracking, settings.arm_effort
     linear = -settings.manipulability_gain * linearisation.gradient  # C (eq. 11)
-    turn = settings.heading_gain * linearisation.heading_error
+    turn = settings.heading_gain * wrap(linearisation.heading_error - bearing)
     linear[:n_base] -= turn * model.base_turn  # ε (eq. 13)
 
     if settings.smoothness > 0.0:

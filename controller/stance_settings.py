@@ -23,16 +23,16 @@ class StanceSettings(Checked):
     overlap: float = 0.3
     """Base and arm move together; the share of the shorter of their times that is still added."""
 
-    parking_distance: float = 1.0
-    """Nearer to what stands around than this the base does not arrive backwards [m]."""
-
     # How good it is there.
     min_manipulability: float = 0.10
     """Manipulability below which a posture costs something."""
     manipulability_cost: float = 60.0
     """Cost per manipulability below that [s]."""
     bearing_cost: float = 4.0
-    """Cost per |θ_ε|, the bearing of the end effector seen from the base [s/rad]."""
+    """Cost per |θ_ε|, the bearing of the end effector seen from the base, where the end effector
+    points sideways: the base carries it in, so it has to be in front [s/rad] ..."""
+    bearing_cost_down: float = 0.3
+    """... and where it points down, as the arm alone lowers it [s/rad]."""
     limit_margin: float = 0.12
     """No posture is nearer to a joint limit than this [rad]."""
     preferred_limit_margin: float = 0.35

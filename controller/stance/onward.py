@@ -20,6 +20,7 @@ from controller.settings import ControllerSettings, OnwardSettings
 from controller.stance.bias import StanceBias
 from controller.stance.finder import StanceFinder
 from controller.stance.search import StanceSearch
+from controller.stance.stance import Stance
 
 
 class Onward:
@@ -49,6 +50,13 @@ class Onward:
         self._search: StanceSearch | None = None
         self._coasting: Array | None = None
         self._led = np.zeros(self._model.n_base)
+
+    def stance_for(self, wTe: SE3) -> Stance | None:
+        """Where the base has set out for, if that was for this goal; None if not, or not yet."""
+        search = self._search
+        if search is None or wTe != self._next or not search.done or self._finder.why_none(search):
+            return None
+        return search.best
 
     def bias(
         self, wTe: SE3, error: float, manipulability: float, applied: Array, wTb: Pose2D, q: Array

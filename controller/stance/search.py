@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator
 from math import inf, pi
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,7 @@ from controller.collision import SelfCollision
 from controller.command import Array
 from controller.floor import CostField, FloorMap, Pose2D
 from controller.model import RobotModel
+from controller.stance.candidates import Candidates, candidates, sideways
 from controller.stance.docking import with_docking
 from controller.stance.fold import room_missing
 from controller.stance.free_space import ARM, FreeSpace, group_names, se3_of
@@ -37,19 +38,9 @@ from controller.stance_settings import StanceSettings
 Indices: TypeAlias = npt.NDArray[np.int64]
 Mask: TypeAlias = npt.NDArray[np.bool_]
 
-_WINDOWS = ((0.08, 0.96), (0.2, 0.85))
-"""How far the height [m] and tilt (a cosine) of a posture may be from the goal's before refinement:
-the first window that holds enough postures is taken, and among fixtures the next one after it."""
-_MIN_CANDIDATES = 12
-"""A window with fewer postures than this is too narrow."""
-_FALLBACK_CANDIDATES = 300
-"""Nearest postures that are ranked where every window is too narrow."""
-_METRES_PER_TILT = 0.3
-"""What the cosine of the tilt counts like in that search [m]."""
-
 RANKED = 400
 """Postures that are ranked in one step on an open floor ..."""
-RANKED_AMONG_FIXTURES = 100
+RANKED_AMONG_FIXTURES = 200
 """... and among fixtures, where every one is looked up in the map."""
 BATCH = 12
 """Postures that are refined in one step, the best first."""
@@ -63,24 +54,11 @@ _MAX_BATCHES = 3
 """Batches of a window that are refined before the best posture so far is taken, good enough or
 not."""
 
-_FAR, _NEAR = 800, 160
-"""Postures of the second window, and of the first with the base turned, that are ranked at most."""
-_TURNS = (-1.5, -1.0, -0.5, 0.5, 1.0, 1.5)
-"""How far the base is turned below the arm [rad]."""
 _ANGLES = np.linspace(0.0, 2.0 * pi, 12, endpoint=False)
 _RING = 0.5 * np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 """Places around the base; where there is a way to none, the map says nothing about ways [m]."""
 _SPOKEN_OF = 6
 """Bases that do not stand free which are looked at to say what is in the way."""
-
-
-class _Candidates(NamedTuple):
-    """Postures of the bank, the first joint turned."""
-
-    indices: Indices
-    """(N,) in the bank."""
-    turns: Array
-    """(N,) of the first joint [rad]: by so much the base turns the other way."""
 
 
 class StanceSearch:
@@ -116,6 +94,7 @@ class StanceSearch:
         self._collision = collision
         self.wTe = wTe
         """The pose to reach."""
+        self._sideways = sideways(wTe)
         self._failed = failed
         self._space = space
         self._start = Start(wTb, q.copy())
@@ -161,7 +140,7 @@ class StanceSearch:
             base = self.best.base_for(self.wTe)
             self.best = yield from with_docking(self._model, space, base, self.best)
             return
-        anywhere = next(self._windows()).indices[:BATCH]
+        anywhere = next(candidates(self._bank, self.wTe)).indices[:BATCH]
         postures = self._bank.q[anywhere]
         errors = refine(self._model, self._settings, self.wTe, postures)[1]
         self.error = float(errors.min())
@@ -171,11 +150,12 @@ class StanceSearch:
 
     def _look(self) -> Iterator[None]:
         """Find the best stance, one window after the other until it is good enough."""
-        for candidates in self._windows():
-            ranked = yield from self._rank(candidates)
+        among_fixtures = self._space is not None
+        for some in candidates(self._bank, self.wTe, among_fixtures=among_fixtures):
+            ranked = yield from self._rank(some)
             for first in range(0, min(len(ranked[0]), _MAX_BATCHES * BATCH), BATCH):
                 yield
-                postures, errors = self._refine(*(some[first : first + BATCH] for some in ranked))
+                postures, errors = self._refine(*(each[first : first + BATCH] for each in ranked))
                 self.error = min(self.error, float(errors.min()))
                 yield
                 yield from self._judge(postures, errors)
@@ -188,46 +168,21 @@ class StanceSearch:
         way = floor.field((x, y))
         return way if np.isfinite(way.at(np.array([x, y]) + _RING)).any() else None
 
-    def _windows(self) -> Iterator[_Candidates]:
-        """The postures whose end effector is about as high and as tilted as the goal.
-
-        Among fixtures those of the first window come again, the base turned below the arm, and
-        with them the postures of the next.
-        """
-        heights, verticals = self._bank.tools.positions[:, 2], self._bank.tools.rotations[:, 2]
-        height, vertical = self.wTe.translation[2], self.wTe.rotation[2]
-        windows: list[Indices] = []
-        for window, min_cosine in _WINDOWS:
-            first, last = np.searchsorted(heights, [height - window, height + window])
-            found: Indices = first + np.flatnonzero(verticals[first:last] @ vertical > min_cosine)
-            if len(found) >= _MIN_CANDIDATES:
-                windows.append(found)
-        if not windows:
-            distance = np.abs(heights - height) - _METRES_PER_TILT * (verticals @ vertical)
-            windows.append(np.argpartition(distance, _FALLBACK_CANDIDATES)[:_FALLBACK_CANDIDATES])
-        near = windows[0]
-        yield _Candidates(near, np.zeros(len(near)))
-        if self._space is not None:
-            far = windows[1][:: 1 + len(windows[1]) // _FAR] if len(windows) > 1 else near[:0]
-            some = near[:: 1 + len(near) // _NEAR]
-            turns = np.concatenate([np.zeros(len(far)), np.repeat(_TURNS, len(some))])
-            yield _Candidates(np.concatenate([far, np.tile(some, len(_TURNS))]), turns)
-
-    def _rank(self, candidates: _Candidates) -> Generator[None, None, tuple[Array, Array]]:
+    def _rank(self, some: Candidates) -> Generator[None, None, tuple[Array, Array]]:
         """Postures (N, 7) and bases (N, 3) that are free, with a way there, the cheapest first."""
         foot, limit = self._model.description.bTa, self._settings.limit_margin
         limits = self._model.limits
-        postures = self._bank.q[candidates.indices]
-        postures[:, 0] += candidates.turns
+        postures = self._bank.q[some.indices]
+        postures[:, 0] += some.turns
         costs, bases = np.empty(len(postures)), np.empty((len(postures), 3))
         count = RANKED if self._space is None else RANKED_AMONG_FIXTURES
         for first in range(0, len(postures), count):
             if first:
                 yield
-            some = slice(first, first + count)
-            tools = ToolPoses(*(values[candidates.indices[some]] for values in self._bank.tools))
-            tools = tools.turned(foot, candidates.turns[some])
-            costs[some], bases[some], _ = self._costs(postures[some], tools)
+            piece = slice(first, first + count)
+            tools = ToolPoses(*(values[some.indices[piece]] for values in self._bank.tools))
+            tools = tools.turned(foot, some.turns[piece])
+            costs[piece], bases[piece], _ = self._costs(postures[piece], tools)
         q = postures[:, 0]
         costs[(q < limits.q_min[0] + limit) | (q > limits.q_max[0] - limit)] = inf
         order = np.argsort(costs)
@@ -245,7 +200,7 @@ class StanceSearch:
         """Costs (N,) [s], infinite if not free, base poses (N, 3), and whether it backs (N,)."""
         bases = base_poses(self.wTe, tools)
         costs, reverse = stance_costs(
-            self._model, self._settings, self._start, bases, postures, tools
+            self._model, self._settings, self._start, bases, postures, tools, self._sideways
         )
         if self._space is not None:
             free = self._space.floor.stands_free(bases) >= self._settings.standing_room

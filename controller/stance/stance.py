@@ -41,6 +41,12 @@ class Stance(NamedTuple):
     """From where the base can go straight in, the arm in its posture: x and y in the frame of its
     place [m]. None if that is not known."""
 
+    @property
+    def bearing(self) -> float:
+        """Of the end effector, seen from the base [rad]."""
+        x, y, _ = self.bTe.translation.tolist()
+        return atan2(y, x)
+
     def base_for(self, wTe: SE3) -> Pose2D:
         """The base pose that brings the end effector to `wTe`.
 
@@ -89,8 +95,13 @@ def stance_costs(
     bases: Array,
     postures: Array,
     tools: ToolPoses,
+    sideways: float,
 ) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """Costs (N,) of postures at base poses (N, 3) [s], and whether the base backs there (N,)."""
+    """Costs (N,) of postures at base poses (N, 3) [s], and whether the base backs there (N,).
+
+    `sideways` is by how much the end effector is to point sideways: 0 is straight up or down, 1 is
+    horizontal.
+    """
     limits, s = model.limits, settings
     driving, reverse = _driving_times(model, settings, start, bases)
     folding = (np.abs(postures - start.q) / (s.arm_speed * limits.qd)).max(axis=1)
@@ -100,7 +111,7 @@ def stance_costs(
         np.maximum(driving, folding)
         + s.overlap * np.minimum(driving, folding)
         + s.manipulability_cost * np.maximum(0.0, s.min_manipulability - tools.manipulability)
-        + s.bearing_cost * bearing
+        + (s.bearing_cost_down + sideways * (s.bearing_cost - s.bearing_cost_down)) * bearing
         + s.limit_cost * np.maximum(0.0, s.preferred_limit_margin - margin)
     )
     return costs, reverse
@@ -129,10 +140,7 @@ def _driving_times(
     back_turns = (np.abs(back) + np.abs(wrap(turn - back))) / turn_rate + settings.reverse_cost
     ahead = distance / forward + settings.turn_weight * ahead_turns
     behind = distance / backward + settings.turn_weight * back_turns
-    reverse = behind < ahead
-    if start.floor is not None:  # the way there may be driven backwards, the last piece is not
-        reverse &= start.floor.clearance(bases[:, :2]) >= settings.parking_distance
-    return np.minimum(ahead, behind), reverse
+    return np.minimum(ahead, behind), behind < ahead
 
 
 def refine(model: RobotModel, settings: StanceSettings, wTe: SE3, q: Array) -> tuple[Array, Array]:

@@ -62,10 +62,11 @@ def test_frames_that_come_late_are_a_reason_of_their_own(behaviour):
 
 
 def displace(harness: Harness, metres: float, degrees: float = 0.0) -> None:
-    """The base believes from now on that it is somewhere else."""
+    """The base believes from now on that it is somewhere else along the table."""
     read = harness.robot.read
-    jump = SE3(pin.utils.rotate("z", np.radians(degrees)), np.array([0.0, metres, 0.0]))
-    harness.robot.read = lambda: replace(state := read(), wTb=state.wTb * jump)
+    along = SE3(np.eye(3), np.array([0.0, metres, 0.0]))
+    turned = SE3(pin.utils.rotate("z", np.radians(degrees)), np.zeros(3))
+    harness.robot.read = lambda: replace(state := read(), wTb=along * state.wTb * turned)
 
 
 def test_a_grasp_that_was_locked_is_looked_for_again_after_a_jump():

@@ -168,8 +168,8 @@ def test_no_step_of_a_search_does_more_than_its_share_of_work(monkeypatch, fixtu
             work.clear()
             one.advance()
             steps += 1
-            assert work["stance_costs"] <= (100 if fixtures else 400)
-            assert work["stands_free"] <= 100
+            assert work["stance_costs"] <= (200 if fixtures else 400)
+            assert work["stands_free"] <= 200
             assert work["forward_kinematics"] <= 5 * 12
             assert work["field"] <= 1
             assert work["nearest"] <= 13

@@ -85,7 +85,7 @@ WALKS = {
 
 @pytest.mark.parametrize("walk", WALKS.values(), ids=WALKS.keys())
 def test_who_crosses_its_way_is_not_touched_and_the_goal_is_reached(model, walk):
-    gaps, reports, _ = drive(model, walk, 14.0)
+    gaps, reports, _ = drive(model, walk, 15.0)
     assert gaps.min() > 0.0
     assert reports[-1].arrived
 
