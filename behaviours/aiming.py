@@ -11,6 +11,7 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from behaviours.context import Context
+from controller import Command
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -57,7 +58,8 @@ def turned_towards(wTc: SE3, point: Array, distance: float | None) -> SE3:
 
 
 def is_at_rest(context: Context) -> bool:
-    """Whether the robot stands still, as read this tick."""
-    state = context.state
-    fastest = max(np.abs(state.qd).max(), np.abs(state.base_twist).max())
-    return bool(fastest <= context.settings.view.at_rest)
+    """Whether the hand stands still, as read this tick, however base and arm move behind it."""
+    state, model = context.state, context.model
+    moves = Command(base_twist=state.base_twist, qd=state.qd)
+    twist = model.kinematics(state.q).J @ model.velocities(moves)
+    return bool(np.abs(twist).max() <= context.settings.view.at_rest)
