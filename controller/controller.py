@@ -127,7 +127,7 @@ class HolisticController:
         bounds = self._bounds(state.q, applied)
         linearisation = linearise(model, settings, state.q)
         if self._guide is not None and not isinstance(goal, PoseGoal):
-            self._guide.reset()
+            self._guide.reset(keeps_bearing=not isinstance(goal, PostureGoal))
         if not isinstance(goal, PoseGoal):
             self._servo.reset()
         match goal:

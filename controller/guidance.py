@@ -63,16 +63,17 @@ class Guide:
         self._hand_may_touch = False
         self.waits = False
         """Whether the robot gives way to somebody: that is no stall."""
-        self.bearing = 0.0
-        """Of the end effector, seen from the base, in the last stance [rad]."""
         self.reset()
 
     def prepare(self, surroundings: Surroundings) -> None:
         """Compute now what the first step among these fixtures needs."""
         self._finder.map(surroundings.fixtures)
 
-    def reset(self) -> None:
+    def reset(self, *, keeps_bearing: bool = False) -> None:
         """Forget the goal: the next one is new."""
+        if not keeps_bearing:
+            self.bearing = 0.0
+            """Of the end effector, seen from the base, in the last stance [rad]."""
         self.left = (0.0, 0.0)
         """What the last step left of the way to the stance: least time of the base [s] and largest
         joint error [rad]; both 0 without a stance."""
