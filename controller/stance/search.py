@@ -129,7 +129,7 @@ class StanceSearch:
         """The whole search, a piece of bounded work before every `yield`."""
         space = self._space
         if space is not None:
-            self._start = self._start._replace(floor=space.floor, way=self._way(space.floor))
+            self._start = self._start._replace(way=self._way(space.floor))
             yield
         yield from self._look()
         if space is None:

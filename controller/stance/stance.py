@@ -11,7 +11,7 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 from controller.command import Array
-from controller.floor import CostField, FloorMap, Pose2D, wrap
+from controller.floor import CostField, Pose2D, wrap
 from controller.model import RobotModel
 from controller.stance.postures import ToolPoses, forward_kinematics
 from controller.stance_settings import StanceSettings
@@ -70,8 +70,6 @@ class Start(NamedTuple):
     wTb: Pose2D
     q: Array
     """(7,) joint positions [rad]."""
-    floor: FloorMap | None = None
-    """What stands on the floor; None if nothing does."""
     way: CostField | None = None
     """What it costs to drive from anywhere to here; None on an open floor."""
 

@@ -136,7 +136,7 @@ class Stage:
         limits = self.harness.controller.model.limits
         allowed = np.concatenate([limits.base_emergency, limits.qdd]) * 0.01
         assert (np.abs(np.diff(commands, axis=0)) <= allowed + 1e-9).all()
-        assert np.abs(commands[:, 0]).max() > 0.9
+        assert np.abs(commands[:, 0]).max() > 0.98
         assert self.measurements.limit_violations == 0
 
 
