@@ -146,9 +146,14 @@ class SurfaceSettings(Checked):
     tolerance: float = 0.015
     """The surface is where it has to be if it is at most this much higher or lower [m]."""
     stray: float = 0.1
-    """Share of the points that may be higher or lower."""
+    """Share of the points that may be lower."""
+    stray_higher: float = 0.03
+    """Share of the points that may be higher."""
     least_seen: float = 0.3
-    """Share of the points that have to be seen; the hand and what it holds hide the others."""
+    """Share of the points through which one frame has to show the surface to tell that it does."""
+    least_known: float = 0.9
+    """Share of the points at which the surface has to be seen, in one frame or bit by bit, before
+    the hand is lowered; the hand and what it holds hide a part in each."""
     below_hand: float = 0.03
     """What reaches up to this near to the lower end of what is held belongs to it [m]."""
     memory: float = 2.0

@@ -16,6 +16,7 @@ from hw import DepthFrame
 from perception import Camera, world_points
 
 Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 
 class Shows(Enum):
@@ -36,9 +37,8 @@ class Look(NamedTuple):
     shows: Shows
     height: float
     """Of that over where the surface has to be, the median [m]; NaN if unseen."""
-
-
-_NOTHING = Look(Shows.UNSEEN, nan)
+    surface: Mask
+    """(points,) through which of the points of the disc the surface is seen."""
 
 
 class SurfaceWatch:
@@ -55,31 +55,39 @@ class SurfaceWatch:
         self._context, self._settings = context, context.settings.surface
         self._centre, self._radius, self._reach_down = centre, radius, reach_down
         self._known_since = context.state.stamp
-        self._surface_seen = -inf
+        self._nothing = Look(Shows.UNSEEN, nan, np.zeros(self._settings.points, dtype=np.bool_))
+        self._forget()
+
+    def _forget(self) -> None:
+        self._seen_at = np.full(self._settings.points, -inf)
 
     @property
     def has_seen_surface(self) -> bool:
-        """Whether the surface was seen a short time ago."""
-        return self._context.state.stamp - self._surface_seen <= self._settings.memory
+        """Whether a short time ago the surface was seen nearly everywhere, at once or bit by bit.
+
+        What is held hides a part from every frame, and in that part something may stand.
+        """
+        known = self._context.state.stamp - self._seen_at <= self._settings.memory
+        return bool(known.mean() >= self._settings.least_known)
 
     def look(self) -> Look:
         """What the frame shows that is new in this tick; unseen if there is none to believe."""
         context, vision, settings = self._context, self._context.vision, self._settings
         if context.relocalised:  # what was seen before is not where it was
-            self._known_since, self._surface_seen = context.state.stamp, -inf
+            self._known_since = context.state.stamp
+            self._forget()
         if not self._can_see():
-            return _NOTHING
+            return self._nothing
         frame = vision.new_frame()
         if frame is None or frame.stamp < self._known_since:
-            return _NOTHING
+            return self._nothing
         if vision.is_blind(context.state.stamp):
-            return _NOTHING
+            return self._nothing
         hand = frame.wTc.act(context.robot.description.camera.eTc.inverse().translation)[2]
         lowest = float(hand) - self._reach_down - settings.below_hand
         with vision.timed():
             look = look_at(frame, self._centre, self._radius, lowest, settings)
-        if look.shows is Shows.SURFACE:
-            self._surface_seen = frame.stamp
+        self._seen_at[look.surface] = frame.stamp
         return look
 
     def _can_see(self) -> bool:
@@ -109,19 +117,20 @@ def look_at(
     seen = _seen_through(frame, disc)
     height = seen[:, 2] - centre[2]
     over_disc = np.linalg.norm(seen[:, :2] - centre[:2], axis=1) <= radius
+    surface = np.abs(height) <= settings.tolerance
     groups = (
         (Shows.LOWER, height < -settings.tolerance, settings.stray),
         (
             Shows.HIGHER,
             (height > settings.tolerance) & over_disc & (seen[:, 2] < hand),
-            settings.stray,
+            settings.stray_higher,
         ),
-        (Shows.SURFACE, np.abs(height) <= settings.tolerance, settings.least_seen),
+        (Shows.SURFACE, surface, settings.least_seen),
     )
     for shows, rays, share in groups:
         if rays.sum() > share * len(disc):
-            return Look(shows, float(np.median(height[rays])))
-    return _NOTHING
+            return Look(shows, float(np.median(height[rays])), surface)
+    return Look(Shows.UNSEEN, nan, surface)
 
 
 def _disc(centre: Array, radius: float, count: int) -> Array:

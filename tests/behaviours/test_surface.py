@@ -148,6 +148,21 @@ def test_a_place_on_which_something_stands_is_passed_over():
     assert harness.context.log.places_blocked == {}  # it may be free the next time
 
 
+@pytest.mark.parametrize("aside", [(0.0, 0.0), (0.03, 0.0), (-0.03, 0.0), (0.0, -0.03)])
+@pytest.mark.parametrize("edge", [0.024, 0.04])
+def test_a_small_thing_below_what_is_held_is_seen_before_the_hand_goes_down(edge, aside):
+    harness = held_block(block(half=(0.03, 0.06, 0.025)))
+    harness.context.log.places_used["table"] = {2, 4, 6}
+    x, y, z = PLACES[0]
+    small: SimObject = block(half=(edge / 2, edge / 2, 0.02), name="small")
+    small.pose = SE3(np.eye(3), np.array([x + aside[0], y + aside[1], z + 0.02]))
+    harness.world.objects.append(small)
+    harness.reach_over(looking_down(x, y, z + 0.15, yaw=np.pi / 2))
+    leaf = place(harness)
+    assert harness.run(leaf) is Status.SUCCESS
+    assert leaf.feedback_message == "placed on table, place 3"
+
+
 def test_when_something_stands_at_every_place_nothing_is_let_go():
     harness = with_things_at(1, 2, 3, 4, 5, 6)
     between = range(7, len(Places(harness.context, FAR, 0.13).slots) + 1)
