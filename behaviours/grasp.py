@@ -146,12 +146,14 @@ class Grasp(Leaf):
                 return self.failure(f"no grasp for {self._patience:g} s: {reason}")
             return self.running("looking for a grasp")
         self._seen = now
-        above = grasp.wTg * SE3(np.eye(3), np.array([0.0, 0.0, -settings.standoff]))
-        if np.linalg.norm(grasp.wTg.translation - self._target) > settings.other_target:
-            self._go_after(grasp.wTg.translation)
+        wTg = grasp.wTg_at(read)
+        above = wTg * SE3(np.eye(3), np.array([0.0, 0.0, -settings.standoff]))
+        if np.linalg.norm(wTg.translation - self._target) > settings.other_target:
+            self._go_after(wTg.translation)
         report = self.pursue(
             PoseGoal(
                 wTe=above,
+                twist=grasp.twist,
                 speed=settings.follow_speed,
                 straight=True,
                 hand_may_touch=True,
@@ -236,7 +238,7 @@ class Grasp(Leaf):
         self._progress = Progress(self.context, straight=True)
 
     def _descend(self) -> Status:
-        """Straight down on the locked grasp."""
+        """Straight down on the locked grasp, which goes on as it moved."""
         if self.context.relocalised:
             return self.failure(self.context.relocalised)
         report = self._go_down()
@@ -250,8 +252,9 @@ class Grasp(Leaf):
                 short = f"stopped {report.position_error:.3f} m before the grasp"
                 return self.failure(short + self._progress.because)
             return self.running("going down")
-        self._note(self._locked)
-        self.context.set_down.grasp(self._locked.wTg.translation)
+        wTg = self._locked.wTg_at(self.context.state.stamp)
+        self._note(wTg)
+        self.context.set_down.grasp(wTg.translation)
         self.grip(0.0, self._force)
         self._step = self._close
         return self.running("closing")
@@ -267,7 +270,8 @@ class Grasp(Leaf):
     def _go_down(self) -> StepReport | None:
         settings = self.settings.grasp
         goal = PoseGoal(
-            wTe=self._locked.wTg,
+            wTe=self._locked.wTg_at(self.context.state.stamp),
+            twist=self._locked.twist,
             speed=settings.descend_speed,
             position_tolerance=settings.descend_tolerance,
             straight=True,
@@ -286,7 +290,7 @@ class Grasp(Leaf):
     def _stalled(self, report: StepReport) -> bool:
         return self._progress.is_stuck(report)
 
-    def _note(self, grasp: GraspEstimate) -> None:
+    def _note(self, wTg: SE3) -> None:
         log = self.context.log
-        log.last_grasp = grasp.wTg
-        log.grip_height = float(grasp.wTg.translation[2]) - self._within.floor
+        log.last_grasp = wTg
+        log.grip_height = float(wTg.translation[2]) - self._within.floor

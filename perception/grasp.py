@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +36,19 @@ class GraspEstimate:
     """Level distance from the middle of the thing that is grasped [m]."""
     volume: float = 0.0
     """Of that thing, below its upper surface [m^3]."""
+    middle: tuple[float, float] | None = None
+    """x, y of the middle of that thing in the world [m]; None if the image does not show it all."""
+    velocity: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    """(3,) of that thing in the world [m/s]; zeros as long as nobody has seen it move."""
+
+    @property
+    def twist(self) -> npt.NDArray[np.float64] | None:
+        """(6,) how it moves, linear then angular [m/s, rad/s]; None if nobody has seen it move."""
+        return np.concatenate([self.velocity, np.zeros(3)]) if self.velocity.any() else None
+
+    def wTg_at(self, time: float) -> SE3:
+        """Where the grasp is at a time [s], if it goes on as it moves."""
+        return SE3(self.wTg.rotation, self.wTg.translation + (time - self.stamp) * self.velocity)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -129,6 +129,7 @@ class GraspSearch:
         line = camera.project(centre + along) - camera.project(centre - along)
         whole = self._levers.shows_all(found.x, found.y)
         lever = self._levers.at(found.x, found.y)
+        to_x, to_y = self._levers.to_middle(found.x, found.y)
         volume = self._levers.volume(found.x, found.y)
         return tuple(
             GraspEstimate(
@@ -140,6 +141,9 @@ class GraspSearch:
                 depth=float(found.top[i] - found.z[i]),
                 lever=float(lever[i]),
                 volume=float(volume[i]),
+                middle=(float(found.x[i] + to_x[i]), float(found.y[i] + to_y[i]))
+                if whole[i]
+                else None,
                 stamp=frame.stamp,
                 pixel=(float(pixel[i, 0]), float(pixel[i, 1])),
                 angle=float(np.arctan2(line[i, 1], line[i, 0])),

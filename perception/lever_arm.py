@@ -43,6 +43,8 @@ class LeverArms:
         self._cell = _STEP * scene.cell
         self._origin = scene.origin
         raised = heights > lowest
+        if scene.unknown is not None:  # there the map goes on as high as what it ends with
+            raised &= ~scene.unknown[::_STEP, ::_STEP]
         row, column = np.nonzero(raised)
         x, y = scene.origin[0] + column * self._cell, scene.origin[1] + row * self._cell
         if workspace is not None:

@@ -3,7 +3,8 @@
 The tracker is empty, following or locked. While following, the grasp is smoothed with the candidate
 nearest to it, whatever its rank, so that changes of the ranking do not move the goal. It switches
 only to a candidate that is clearly better for several frames in a row, and not to one on something
-that the image cuts off: nearer to the camera the visible part of it looks better than it is.
+that the image cuts off: nearer to the camera the visible part of it looks better than it is. What
+moves is expected where it will have come (`grasp_motion`), also once its grasp is locked.
 """
 
 from __future__ import annotations
@@ -11,11 +12,13 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import isinf
 
 import numpy as np
 from pinocchio import SE3, exp3, log3
 
 from perception.grasp import Detection, GraspEstimate
+from perception.grasp_motion import GraspMotion
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +54,8 @@ class GraspTracker:
     """Tracks one grasp.
 
     Args:
-        lock_distance: distance of the camera to the grasp below which the grasp is locked [m].
+        lock_distance: distance of the camera to the grasp below which the grasp is locked, as soon
+            as it was seen for long enough to tell whether it moves; infinite locks it at once [m].
         settings: of following, switching and rejecting.
     """
 
@@ -72,6 +76,7 @@ class GraspTracker:
         """Drop the tracked grasp; failed grasps stay remembered."""
         self._tracked: GraspEstimate | None = None
         self._locked = False
+        self._motion = GraspMotion()
         self._frames_missed = 0
         self._frames_outdone = 0
 
@@ -98,8 +103,10 @@ class GraspTracker:
         if self._tracked is None:
             return None
         self.reason = ""
-        distance = np.linalg.norm(self._tracked.wTg.translation - wTc.translation)
-        self._locked = self._locked or bool(distance < self.lock_distance)
+        seen = self._tracked.wTg_at(detection.stamp)
+        distance = np.linalg.norm(seen.translation - wTc.translation)
+        is_known = self._motion.is_known or isinf(self.lock_distance)
+        self._locked = self._locked or (is_known and bool(distance < self.lock_distance))
         return self._tracked
 
     def _follow(self, candidates: Sequence[GraspEstimate], detection: Detection) -> None:
@@ -110,11 +117,14 @@ class GraspTracker:
                 self.reason = detection.reason or "all grasps in sight have failed before"
             return
         s, tracked = self.settings, self._tracked
+        tracked = replace(tracked, wTg=tracked.wTg_at(detection.stamp), stamp=detection.stamp)
         near = [c for c in candidates if _alike(c.wTg, tracked.wTg, s.near_distance, s.near_angle)]
         if near:
             self._frames_missed = 0
             nearest = min(near, key=lambda c: _difference(c.wTg, tracked.wTg))
-            self._tracked = tracked = _blend(tracked, nearest, s.smoothing)
+            velocity = self._motion(nearest.middle, nearest.stamp)
+            tracked = replace(_blend(tracked, nearest, s.smoothing), velocity=velocity)
+            self._tracked = tracked
         else:
             self._frames_missed += 1
             if self._frames_missed >= s.lost_after:
@@ -130,8 +140,11 @@ class GraspTracker:
             self._track(best)
 
     def _track(self, grasp: GraspEstimate) -> None:
-        self.reset()
-        self._tracked = grasp
+        if grasp.middle is None or not self._motion.may_be_at(grasp.middle, grasp.stamp):
+            self._motion = GraspMotion()  # it is of another thing
+        velocity = self._motion(grasp.middle, grasp.stamp)
+        self._tracked = replace(grasp, velocity=velocity)
+        self._frames_missed = self._frames_outdone = 0
 
     def _is_rejected(self, grasp: GraspEstimate) -> bool:
         s = self.settings

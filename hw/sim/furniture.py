@@ -242,6 +242,8 @@ class Motion(StrictModel):
     """From one end to the other and back [s]."""
     stop_s: Annotated[float, Field(ge=0.0, le=1e9)] | None = None
     """Simulated time from which they stand still [s]; without it they never stop."""
+    steady: bool = False
+    """Whether they are always as fast, as on a belt; else they turn round smoothly."""
 
 
 class SideTable(Table):

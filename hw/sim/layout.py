@@ -147,6 +147,7 @@ def _moving(obj: SimObject, table: SideTable) -> SimObject:
             along=np.array([*motion.along, 0.0]),
             period=motion.period_s,
             until=np.inf if motion.stop_s is None else motion.stop_s,
+            steady=motion.steady,
         )
     return obj
 

@@ -24,12 +24,20 @@ class Motion:
     """Time from one end to the other and back [s]."""
     until: float = np.inf
     """Time from which it stands still [s]."""
+    steady: bool = False
+    """Whether it is always as fast; else it turns round smoothly."""
 
     def position(self, now: float) -> Array:
-        """(3,) its position in the world at a time [m]; it turns round smoothly."""
-        phase = 2.0 * np.pi * min(now, self.until) / self.period
-        position: Array = self.start + 0.5 * (1.0 - np.cos(phase)) * self.along
+        """(3,) its position in the world at a time [m]."""
+        turns = min(now, self.until) / self.period
+        share = 1.0 - abs(1.0 - 2.0 * (turns % 1.0)) if self.steady else _smoothly(turns)
+        position: Array = self.start + share * self.along
         return position
+
+
+def _smoothly(turns: float) -> float:
+    """Share of the way after so many ways there and back."""
+    return 0.5 * (1.0 - float(np.cos(2.0 * np.pi * turns)))
 
 
 @dataclass(kw_only=True, eq=False)

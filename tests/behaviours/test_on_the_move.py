@@ -11,6 +11,7 @@ from behaviours.grasp import Grasp
 from behaviours.navigate import Navigate
 from behaviours.retreat_check import RetreatCheck
 from controller import PoseGoal
+from hw.sim import Motion
 
 BEHIND = looking_down(-3.0, 1.5, 0.8)
 
@@ -102,3 +103,18 @@ def test_after_an_attempt_in_vain_the_base_stands_while_the_hand_grasps():
     the_same, standing, another = ends
     assert (the_same == standing).all()
     assert np.linalg.norm(another - standing) > 0.02
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.1, 0.0), (-0.1, 0.0), (0.0, 0.1), (0.0, -0.1)])
+def test_what_moves_is_gripped_where_it_has_come(x, y):
+    velocity = np.array([x, y, 0.0])
+    thing = block(x=0.7, y=0.0)
+    start = thing.pose.translation - velocity
+    thing.motion = Motion(start=start, along=4.0 * velocity, period=8.0, steady=True)
+    harness = over_the_table(thing)
+    leaf = Grasp("grasp", harness.context, within=ON_TABLE)
+    harness.run_into(leaf, "close")
+    away = thing.pose.translation - harness.context.wTe.translation
+    assert np.hypot(*away[:2]) < 0.03  # it moves 0.1 m between lock and grip
+    assert harness.run(leaf) is Status.SUCCESS
+    assert harness.world.held is thing

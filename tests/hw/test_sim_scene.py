@@ -50,6 +50,7 @@ def narrowest(parts: list[Geom]) -> float:
 def test_the_shipped_scenes_have_the_objects_that_they_speak_of() -> None:
     counts = {name: len(load_scene(name, 0).objects) for name in scene_names()}
     assert counts == {
+        "belt": 1,
         "clutter": 15,
         "corridor": 10,
         "crossing": 10,

@@ -23,18 +23,19 @@ def grasp(x: float, y: float, yaw_deg: float = 0.0, quality: float = 0.6) -> Gra
         stamp=0.0,
         pixel=(0.0, 0.0),
         angle=0.0,
+        middle=(x, y),
     )
 
 
-def seen(*grasps: GraspEstimate, reason: str = "") -> Detection:
-    ranked = tuple(sorted(grasps, key=lambda g: -g.quality))
+def seen(*grasps: GraspEstimate, reason: str = "", at: float = 0.0) -> Detection:
+    ranked = tuple(sorted((replace(g, stamp=at) for g in grasps), key=lambda g: -g.quality))
     return Detection(
         grasps=ranked,
         reason=reason,
         quality=np.zeros((300, 300), dtype=np.float32),
         crop=(0.0, 0.0, 300.0),
         occupied_area=0.0,
-        stamp=0.0,
+        stamp=at,
     )
 
 
@@ -128,7 +129,7 @@ def test_near_the_grasp_the_goal_is_locked_and_moves_no_more() -> None:
     tracker = GraspTracker(lock_distance=0.25)
     tracker.update(seen(grasp(0.0, 0.0)), camera(0.26))
     assert not tracker.locked
-    locked = tracker.update(seen(grasp(0.0, 0.0)), camera(0.24))
+    locked = tracker.update(seen(grasp(0.0, 0.0), at=0.4), camera(0.24))
     assert tracker.locked
     moved = tracker.update(seen(grasp(0.02, 0.0, quality=0.99)), camera(0.23))
     assert moved is locked
@@ -138,6 +139,62 @@ def test_near_the_grasp_the_goal_is_locked_and_moves_no_more() -> None:
     assert back_up is locked
     tracker.reset()
     assert not tracker.locked
+
+
+def followed_along(places: np.ndarray, height: float = 0.45) -> GraspTracker:
+    """A tracker that has seen a grasp at (N, 2) places, 30 times a second."""
+    tracker = GraspTracker(lock_distance=0.25)
+    for number, (x, y) in enumerate(places):
+        tracker.update(seen(grasp(x, y), at=number / 30.0), camera(height))
+    return tracker
+
+
+def test_what_moves_is_expected_where_it_will_have_come_also_once_it_is_locked() -> None:
+    rng = np.random.default_rng(0)
+    times = np.arange(30) / 30.0
+    places = np.outer(times, [0.1, 0.0]) + rng.normal(0.0, 0.001, (30, 2))
+    tracker = followed_along(places)
+    followed = tracker.update(seen(grasp(0.1, 0.0), at=1.0), camera(0.2))
+    assert tracker.locked
+    np.testing.assert_allclose(followed.velocity, [0.1, 0.0, 0.0], atol=0.02)
+    np.testing.assert_allclose(followed.wTg_at(1.0).translation, [0.1, 0.0, 0.48], atol=0.004)
+    np.testing.assert_allclose(followed.wTg_at(2.0).translation, [0.2, 0.0, 0.48], atol=0.02)
+    assert tracker.update(seen(reason="too near", at=2.0), camera(0.15)) is followed
+
+
+@pytest.mark.parametrize("drift", [0.0, 0.03])
+def test_a_grasp_that_trembles_or_shifts_slowly_stands_still(drift: float) -> None:
+    rng = np.random.default_rng(1)
+    places = np.outer(np.arange(60) / 30.0, [drift, 0.0]) + rng.normal(0.0, 0.003, (60, 2))
+    tracker = GraspTracker()
+    for number, (x, y) in enumerate(places):
+        followed = tracker.update(seen(grasp(x, y), at=number / 30.0), FAR)
+        assert followed is not None
+        assert not followed.velocity.any()
+        assert followed.twist is None
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_a_grasp_that_slides_along_a_thing_does_not_move_nor_does_a_thing_cut_off(whole) -> None:
+    tracker = GraspTracker()
+    for number in range(30):
+        x = 0.004 * number
+        middle = (0.05, 0.0) if whole else None
+        sliding = replace(grasp(x, 0.0), middle=middle)
+        followed = tracker.update(seen(sliding, at=number / 30.0), FAR)
+        assert followed is not None
+        assert not followed.velocity.any()
+
+
+def test_it_is_not_locked_before_it_was_seen_for_long_enough_to_tell_whether_it_moves() -> None:
+    assert not followed_along(np.zeros((9, 2)), height=0.2).locked  # 0.27 s
+    assert followed_along(np.zeros((12, 2)), height=0.2).locked
+
+
+def test_an_infinite_distance_locks_at_first_sight() -> None:
+    tracker = GraspTracker(lock_distance=np.inf)
+    tracker.update(seen(grasp(0.0, 0.0)), FAR)
+    assert tracker.locked
 
 
 def test_a_grasp_that_is_not_seen_again_is_lost_with_a_reason() -> None:

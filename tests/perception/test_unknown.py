@@ -12,6 +12,7 @@ from test_grasp_feasibility import HAND, X, box, scene
 from hw.sim import World
 from perception.grasp_feasibility import assess
 from perception.height_map import HeightMap
+from perception.lever_arm import LeverArms
 from perception.preprocess import central_crop
 from perception.surroundings import surroundings
 from perception.unknown import BASELINE, unknown_pixels
@@ -80,6 +81,18 @@ def test_what_is_beyond_the_image_is_unknown_and_what_a_thing_hides_is_not() -> 
     assert unknown_at(found, 3.0, -0.6)
     assert unknown_at(found, 3.0, 0.6)
     assert unknown_at(found, 3.6, 0.0)
+
+
+def test_a_thing_does_not_go_on_beyond_the_image() -> None:
+    """The map does, in a camera that is turned; what is seen of the thing has its middle there."""
+    turned = looking_down(0.3, yaw=1.0)
+    turned.translation[:2] -= 0.12 * turned.rotation[:2, 1]  # the box is at the image's edge
+    at = np.array([3.0]), np.zeros(1)
+    cut, whole = (
+        LeverArms(seen_from(wTc), FLOOR + 0.008, None) for wTc in (turned, looking_down(0.3))
+    )
+    assert cut.at(*at)[0] < 0.02
+    assert cut.volume(*at)[0] == pytest.approx(whole.volume(*at)[0], rel=0.2)
 
 
 def test_a_thing_that_gives_no_depth_is_unknown_where_it_stands() -> None:

@@ -1,0 +1,91 @@
+"""How fast what is grasped moves, from where its middle was seen in one frame after another.
+
+A straight line is fitted to the middles of the last moments (least squares). The grasp itself tells
+less: it may slide along a thing that stands still. So does the middle of what the image cuts off,
+which is left out.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from math import hypot, inf
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionSettings:
+    """When a grasp counts as moving."""
+
+    window: float = 0.6
+    """What was seen so long before the newest, or longer, tells nothing any more [s]."""
+    least_time: float = 0.3
+    """Nobody knows how a thing moves before it was seen for so long [s]."""
+    least_frames: int = 4
+    """What is seen in fewer frames counts as standing still."""
+    least_speed: float = 0.05
+    """What is slower than this stands still [m/s]."""
+    straightness: float = 0.1
+    """A motion scatters about its line by at most this share of its length, root mean square."""
+    jump: float = 0.02
+    """A middle is that of something else if it has come farther than this [m] ..."""
+    fastest: float = 0.3
+    """... and farther than at this speed [m/s]."""
+
+
+_DEFAULT = MotionSettings()
+
+
+class GraspMotion:
+    """The velocity of one grasp over the floor.
+
+    Args:
+        settings: when it counts as moving.
+    """
+
+    def __init__(self, settings: MotionSettings = _DEFAULT) -> None:
+        self._settings = settings
+        self._seen: deque[tuple[float, float, float]] = deque()
+        self._since = inf
+        self._velocity = np.zeros(3)
+        self.is_known = False
+        """Whether it was seen for long enough to tell."""
+
+    def __call__(self, middle: tuple[float, float] | None, stamp: float) -> Array:
+        """The velocity (3,), level, after one more frame [m/s]; zeros if it stands still.
+
+        Args:
+            middle: x, y of the thing in the world [m]; None if it is not seen.
+            stamp: when the frame was captured [s].
+        """
+        s, seen = self._settings, self._seen
+        self._since = min(self._since, stamp)
+        self.is_known = stamp - self._since >= s.least_time
+        if middle is None or not self.may_be_at(middle, stamp):
+            return self._velocity
+        seen.append((stamp, *middle))
+        while stamp - seen[0][0] > s.window:
+            seen.popleft()
+        time = stamp - seen[0][0]
+        if len(seen) < s.least_frames or time < s.least_time:
+            return self._velocity
+        table = np.array(seen) - np.mean(seen, axis=0)
+        times, places = table[:, 0], table[:, 1:]
+        rate = times @ places / (times @ times)
+        speed = np.linalg.norm(rate)
+        scatter = np.sqrt(np.mean(np.sum((places - np.outer(times, rate)) ** 2, axis=1)))
+        moves = speed >= s.least_speed and scatter <= s.straightness * speed * time
+        self._velocity = np.array([*rate, 0.0]) if moves else np.zeros(3)
+        return self._velocity
+
+    def may_be_at(self, middle: tuple[float, float], stamp: float) -> bool:
+        """Whether the thing can have come there since it was seen last."""
+        if not self._seen:
+            return True
+        then, x, y = self._seen[-1]
+        s = self._settings
+        return hypot(middle[0] - x, middle[1] - y) <= s.jump + s.fastest * (stamp - then)
