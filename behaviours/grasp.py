@@ -34,7 +34,8 @@ class Grasp(Leaf):
 
     Which one may be chosen by its size, place, width and colour, among those that the camera sees
     when it begins; else it is the one with the best grasp. Where something stands and no grasp is
-    seen, or only a doubtful one, the camera looks again from straight above.
+    seen, or only a doubtful one, the camera looks again from straight above. What moves steadily in
+    a region is gripped where it will have come.
 
     Ends when the fingers have closed; whether they hold something is for `retreat_check` to say.
     Fails when no grasp is seen, frames come too late to be believed, the hand does not get there,

@@ -27,8 +27,8 @@ from robots import reach
 class Place(Leaf):
     """Set the held object down on the next free place of a region and rise.
 
-    The camera has to see the region's floor at the place before the hand is lowered; a place on
-    which something stands is passed over, and so is one that is not seen. Rows far from the base
+    The camera has to see nearly all of the floor at the place before the hand is lowered; a place
+    on which something stands is passed over, and so is one that is not seen. Rows far from the base
     are filled first, on what is higher than the shoulder near ones. The hand stops as high above
     the floor as it was above what the object stood on when it was grasped, and a little higher, so
     that neither object nor finger tips touch it. A place at which lowering failed is not tried

@@ -23,7 +23,7 @@ class MotionSettings:
 
     window: float = 0.6
     """What was seen so long before the newest, or longer, tells nothing any more [s]."""
-    least_time: float = 0.3
+    least_time: float = 0.2
     """Nobody knows how a thing moves before it was seen for so long [s]."""
     least_frames: int = 4
     """What is seen in fewer frames counts as standing still."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
-from perception.arrays import Array, Image
+from perception.arrays import Array, Image, Mask
 from perception.frame import Frame
 from perception.geometry import world_points
 from perception.height_map import HeightMap, build_height_map
@@ -25,7 +26,8 @@ class Surroundings:
     scene: HeightMap
     """Measured heights."""
     border: Array
-    """(B, 3) points along the border of what it is made of, in the world [m]."""
+    """(B, 3) points along the border of what the image shows, and round what it does not show
+    within, as beside the hand, in the world [m]."""
 
 
 def surroundings(frame: Frame, depth: Image, crop: Crop, support: float) -> Surroundings:
@@ -56,12 +58,15 @@ def surroundings(frame: Frame, depth: Image, crop: Crop, support: float) -> Surr
     u, v = u.astype(float)[None, :], v.astype(float)[:, None]
     return Surroundings(
         scene=build_height_map(filled, frame.intrinsics, frame.wTc, u, v, unseen),
-        border=_border(frame, filled, u, v),
+        border=_border(frame, filled, unseen.pixels, u, v),
     )
 
 
-def _border(frame: Frame, depth: Image, u: Array, v: Array) -> Array:
+def _border(frame: Frame, depth: Image, unseen: Mask, u: Array, v: Array) -> Array:
     rows, columns = (np.arange(_INSIDE, n - _INSIDE) for n in depth.shape)
     row = np.concatenate([rows, rows, np.repeat(rows[[0, -1]], len(columns))])
     column = np.concatenate([np.repeat(columns[[0, -1]], len(rows)), columns, columns])
+    wider = cv2.dilate(unseen.astype(np.uint8), np.ones((2 * _INSIDE + 1,) * 2, dtype=np.uint8))
+    beside_row, beside_column = np.nonzero((wider > 0) & ~unseen)
+    row, column = np.append(row, beside_row), np.append(column, beside_column)
     return world_points(depth[row, column], frame.intrinsics, frame.wTc, u[0, column], v[row, 0])

@@ -187,8 +187,8 @@ def test_a_grasp_that_slides_along_a_thing_does_not_move_nor_does_a_thing_cut_of
 
 
 def test_it_is_not_locked_before_it_was_seen_for_long_enough_to_tell_whether_it_moves() -> None:
-    assert not followed_along(np.zeros((9, 2)), height=0.2).locked  # 0.27 s
-    assert followed_along(np.zeros((12, 2)), height=0.2).locked
+    assert not followed_along(np.zeros((6, 2)), height=0.2).locked  # 0.17 s
+    assert followed_along(np.zeros((8, 2)), height=0.2).locked
 
 
 def test_an_infinite_distance_locks_at_first_sight() -> None:

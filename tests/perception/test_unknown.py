@@ -95,6 +95,19 @@ def test_a_thing_does_not_go_on_beyond_the_image() -> None:
     assert cut.volume(*at)[0] == pytest.approx(whole.volume(*at)[0], rel=0.2)
 
 
+@pytest.mark.parametrize(("below", "whole"), [(8, True), (100, False)])
+def test_what_the_hand_hides_is_cut_off(below: int, whole: bool) -> None:
+    """The lowest rows of the image have no depth, as where the camera sees the hand."""
+    wTc = looking_down(0.3)
+    wTc.translation[:2] -= 0.08 * wTc.rotation[:2, 1]
+    seen = frame(box_world(yaw=0.0, x=3.0, y=0.0), wTc)
+    depth = np.array(seen.depth)
+    depth[-below:] = np.nan
+    around = surroundings(seen, depth, central_crop(depth.shape, CAMERA, 0.3), 0.3)
+    levers = LeverArms(around.scene, FLOOR + 0.008, None, around.border)
+    assert levers.shows_all(np.array([3.0]), np.zeros(1)).tolist() == [whole]
+
+
 def test_a_thing_that_gives_no_depth_is_unknown_where_it_stands() -> None:
     assert not unknown_at(seen_from(looking_down(0.4)), 3.0, 0.0)
     found = seen_from(looking_down(0.4), hole=80)
