@@ -29,6 +29,7 @@ class Navigate(Leaf):
         speed_m_s: largest speed of the end effector [m/s].
         within_m: a tool this near to its pose is there, and what follows begins on the move [m]; it
             may then be turned by as much as swings a hand's length that far.
+        onward: where the task goes next; the base stands so that it is soon on its way there.
         timeout_s: give up after this [s].
     """
 
@@ -43,10 +44,12 @@ class Navigate(Leaf):
         to: ToolPose | BasePose | SeenObject,
         speed_m_s: Speed = 1.0,
         within_m: Annotated[float, Bounds(least=0.001, most=1.0)] = 0.01,
+        onward: ToolPose | None = None,
         timeout_s: Seconds = 60.0,
     ) -> None:
         super().__init__(name, context)
         self._to = to
+        self._onward = None if onward is None else onward.wTe
         self._timeout = timeout_s
         self._speed, self._within = speed_m_s, within_m
 
@@ -83,6 +86,7 @@ class Navigate(Leaf):
         return PoseGoal(
             wTe=wTe,
             speed=self._speed,
+            onward=self._onward,
             position_tolerance=self._within,
             orientation_tolerance=max(
                 PoseGoal.orientation_tolerance,

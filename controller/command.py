@@ -62,8 +62,8 @@ class PoseGoal:
     rest of the robot keeps its distance."""
 
     onward: SE3 | None = None
-    """Where the end effector is to go next; the base sets out for it as far as the arm can keep to
-    this goal meanwhile. None keeps the base here."""
+    """Where the end effector is to go next; the base stands so that it is soon on its way there,
+    and sets out as far as the arm can keep to this goal meanwhile. None keeps the base here."""
 
     @property
     def is_moving(self) -> bool:

@@ -223,7 +223,7 @@ class Guide:
             self._look_for_a_stance(goal, wTb, q)
 
     def _look_for_a_stance(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> None:
-        self._search = self._finder.search(goal.wTe.copy(), wTb, q, self._failed)
+        self._search = self._finder.search(goal.wTe.copy(), wTb, q, self._failed, goal.onward)
 
     def _search_on(self, goal: PoseGoal) -> None:
         """Do one piece of the search, and take what it has found when it is over."""

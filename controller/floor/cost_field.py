@@ -26,6 +26,8 @@ _MOVES = [(1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2)]
 """From a node to its neighbours; the other half of them is opposite."""
 _CLOSED = 0.12
 """Nodes nearer than this to a closed place are closed [m]."""
+_NEXT = 5
+"""So many nodes on a way leads."""
 _BORDER = 2
 """Nodes at the edge of the grid that no way starts from, as wide as the longest move."""
 
@@ -146,6 +148,19 @@ class CostField:
         nodes, away = self._floor.nodes_around(points)
         found: Array = (self._costs[nodes] + away).min(axis=0)
         return np.maximum(found, direct)
+
+    def ahead_of(self, points: Array) -> Array:
+        """Places (N, 2) to which the way to the goal leads next from points (N, 2) [m]."""
+        goal = np.asarray(self.goal)
+        if self._floor is None:
+            return np.broadcast_to(goal, points.shape)
+        nodes, away = self._floor.nodes_around(points)
+        best = (self._costs[nodes] + away).argmin(axis=0)
+        here = np.take_along_axis(nodes, best[None], axis=0)[0]
+        for _ in range(_NEXT):
+            here = np.where(self._next[here] < 0, here, self._next[here])
+        cells = np.stack(np.divmod(here, int(self._floor.last[1]) + 1), axis=1)
+        return self._floor.low + CELL * cells
 
     def way_from(self, point: tuple[float, float]) -> Array | None:
         """Places (N, 2) from a point to the goal, node by node; None if there is no way."""

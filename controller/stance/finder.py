@@ -81,11 +81,18 @@ class StanceFinder:
         return f"the base would stand in {group_names(self.space.blocking(base, _BESIDE))}"
 
     def search(
-        self, wTe: SE3, wTb: Pose2D, q: Array, failed: tuple[Stance, ...] = ()
+        self,
+        wTe: SE3,
+        wTb: Pose2D,
+        q: Array,
+        failed: tuple[Stance, ...] = (),
+        onward: SE3 | None = None,
     ) -> StanceSearch:
         """A new search for a stance; see there."""
-        model, settings, collision = self._model, self._settings, self._collision
-        return StanceSearch(model, settings, self._bank, collision, wTe, wTb, q, failed, self.space)
+        model, settings, bank, collision = self._model, self._settings, self._bank, self._collision
+        return StanceSearch(
+            model, settings, bank, collision, wTe, wTb, q, failed, self.space, onward
+        )
 
     def why_none(self, search: StanceSearch) -> str:
         """Why a search that is over has found no stance; empty if what it has found will do."""

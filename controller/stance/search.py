@@ -21,13 +21,13 @@ from controller.floor import CostField, FloorMap, Pose2D
 from controller.model import RobotModel
 from controller.stance.candidates import Candidates, candidates, sideways
 from controller.stance.docking import with_docking
+from controller.stance.driving_times import Start
 from controller.stance.fold import room_missing
 from controller.stance.free_space import ARM, FreeSpace, group_names, se3_of
 from controller.stance.postures import Bank, ToolPoses, forward_kinematics
 from controller.stance.stance import (
     REACHED,
     Stance,
-    Start,
     base_poses,
     refine,
     refine_standing,
@@ -74,6 +74,7 @@ class StanceSearch:
         q: (7,) joint positions [rad].
         failed: stances that stalled before this goal; another one is preferred.
         space: what stands around; None on an open floor.
+        onward: where the end effector goes next; None where that is not known.
     """
 
     def __init__(
@@ -87,6 +88,7 @@ class StanceSearch:
         q: Array,
         failed: tuple[Stance, ...] = (),
         space: FreeSpace | None = None,
+        onward: SE3 | None = None,
     ) -> None:
         self._model = model
         self._settings = settings
@@ -98,6 +100,7 @@ class StanceSearch:
         self._failed = failed
         self._space = space
         self._start = Start(wTb, q.copy())
+        self._onward = onward
         self.best: Stance | None = None
         """The best stance so far; None if there is none."""
         self.error = inf
@@ -129,7 +132,12 @@ class StanceSearch:
         """The whole search, a piece of bounded work before every `yield`."""
         space = self._space
         if space is not None:
-            self._start = self._start._replace(way=self._way(space.floor))
+            self._start = self._start._replace(way=self._way(space.floor, self._start.wTb[:2]))
+            yield
+        if self._onward is not None:
+            x, y, _ = self._onward.translation.tolist()
+            way = CostField(None, (x, y)) if space is None else self._way(space.floor, (x, y))
+            self._start = self._start._replace(onward=way)
             yield
         yield from self._look()
         if space is None:
@@ -162,10 +170,13 @@ class StanceSearch:
                 if self._cost < self._settings.failed_cost:
                     return
 
-    def _way(self, floor: FloorMap) -> CostField | None:
-        """What it costs to drive here; None where the base stands too near to something to say."""
+    def _way(self, floor: FloorMap, goal: tuple[float, float]) -> CostField | None:
+        """What it costs to drive from anywhere to a place x, y [m].
+
+        None where that is not known from around the base, which may stand too near to something.
+        """
         x, y, _ = self._start.wTb
-        way = floor.field((x, y))
+        way = floor.field(goal)
         return way if np.isfinite(way.at(np.array([x, y]) + _RING)).any() else None
 
     def _rank(self, some: Candidates) -> Generator[None, None, tuple[Array, Array]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import atan2, cos, pi, sin
+from math import atan2, cos, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -11,8 +11,9 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 from controller.command import Array
-from controller.floor import CostField, Pose2D, wrap
+from controller.floor import Pose2D
 from controller.model import RobotModel
+from controller.stance.driving_times import Start, driving_times, leaving_times
 from controller.stance.postures import ToolPoses, forward_kinematics
 from controller.stance_settings import StanceSettings
 
@@ -64,16 +65,6 @@ class Stance(NamedTuple):
         return Pose2D(wx - (cosine * x - sine * y), wy - (sine * x + cosine * y), heading)
 
 
-class Start(NamedTuple):
-    """Where the robot sets out from."""
-
-    wTb: Pose2D
-    q: Array
-    """(7,) joint positions [rad]."""
-    way: CostField | None = None
-    """What it costs to drive from anywhere to here; None on an open floor."""
-
-
 def base_poses(wTe: SE3, tools: ToolPoses) -> Array:
     """x, y, heading (N, 3) of the bases that bring their end effectors to `wTe`."""
     R, p = wTe.rotation, wTe.translation
@@ -101,7 +92,7 @@ def stance_costs(
     horizontal.
     """
     limits, s = model.limits, settings
-    driving, reverse = _driving_times(model, settings, start, bases)
+    driving, reverse = driving_times(model, settings, start, bases)
     folding = (np.abs(postures - start.q) / (s.arm_speed * limits.qd)).max(axis=1)
     margin = np.minimum(postures - limits.q_min, limits.q_max - postures).min(axis=1)
     bearing = np.abs(np.arctan2(tools.positions[:, 1], tools.positions[:, 0]))
@@ -112,33 +103,9 @@ def stance_costs(
         + (s.bearing_cost_down + sideways * (s.bearing_cost - s.bearing_cost_down)) * bearing
         + s.limit_cost * np.maximum(0.0, s.preferred_limit_margin - margin)
     )
+    if start.onward is not None:
+        costs += leaving_times(model, settings, start.onward, bases)
     return costs, reverse
-
-
-def _driving_times(
-    model: RobotModel, settings: StanceSettings, start: Start, bases: Array
-) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """Expected times (N,) to drive to base poses (N, 3) [s], and whether backwards is faster.
-
-    Infinite where there is no way.
-    """
-    forward, turn_rate = model.limits.base_twist[0], model.limits.base_twist[2]
-    backward, here = model.limits.base_reverse, start.wTb
-    dx, dy = bases[:, 0] - here.x, bases[:, 1] - here.y
-    straight, turn = np.hypot(dx, dy), wrap(bases[:, 2] - here.heading)
-    distance = straight if start.way is None else start.way.at(bases[:, :2])
-    bearing = wrap(np.arctan2(dy, dx) - here.heading)
-    if model.n_base == 3:
-        # Only the component along -x has the reverse speed.
-        share = np.maximum(-np.cos(bearing), backward / forward)
-        speed = np.minimum(forward, backward / share)
-        return np.maximum(distance / speed, np.abs(turn) / turn_rate), np.zeros(len(bases), bool)
-    back = wrap(bearing + pi)
-    ahead_turns = (np.abs(bearing) + np.abs(wrap(turn - bearing))) / turn_rate
-    back_turns = (np.abs(back) + np.abs(wrap(turn - back))) / turn_rate + settings.reverse_cost
-    ahead = distance / forward + settings.turn_weight * ahead_turns
-    behind = distance / backward + settings.turn_weight * back_turns
-    return np.minimum(ahead, behind), behind < ahead
 
 
 def refine(model: RobotModel, settings: StanceSettings, wTe: SE3, q: Array) -> tuple[Array, Array]:

@@ -1,0 +1,89 @@
+"""A base stands so that it is soon on its way to where the task goes next."""
+
+from math import atan2
+
+import numpy as np
+import pytest
+from motion import READY, tool_pose
+from pinocchio import SE3
+from test_stance_search import ORIGIN, ROOM, box
+
+from controller import RobotModel, SelfCollision, robot_model
+from controller.floor import wrap
+from controller.floor.base_drive import Pose2D
+from controller.floor.cost_field import CostField
+from controller.floor.floor_map import FloorMap
+from controller.stance.driving_times import leaving_times
+from controller.stance.free_space import FreeSpace
+from controller.stance.postures import bank
+from controller.stance.search import StanceSearch
+from controller.stance_settings import StanceSettings
+
+BESIDE_THE_WAY = tool_pose(3.0, 0.72, 0.85, yaw=np.pi / 2.0)
+AHEAD = tool_pose(6.0, 0.0, 0.85)
+LONG_TABLE = box("table", (3.0, 0.9, 0.35), (1.0, 0.3, 0.35))
+
+
+def base_for(model: RobotModel, wTe: SE3, onward: SE3 | None, fixtures=()) -> Pose2D:
+    space = FreeSpace(model, FloorMap(fixtures, model.description)) if fixtures else None
+    body, postures = SelfCollision(model), bank(model.description)
+    here = StanceSearch(
+        model, StanceSettings(), postures, body, wTe, ORIGIN, READY, space=space, onward=onward
+    )
+    found = here.finish()
+    assert found is not None
+    return found.base_for(wTe)
+
+
+def turns(stood: Pose2D, to: SE3) -> float:
+    """By how much a base turns on its way from where it was to a stance and on from there [rad]."""
+    x, y, _ = to.translation
+    into = atan2(stood.y, stood.x)
+    out = atan2(y - stood.y, x - stood.x)
+    return abs(into) + abs(wrap(stood.heading - into)) + abs(wrap(out - stood.heading))
+
+
+def test_a_base_that_knows_where_it_goes_next_hardly_turns_on_its_way_past_a_table():
+    model, fixtures = robot_model("frankie"), (*ROOM, LONG_TABLE)
+    knowing = base_for(model, BESIDE_THE_WAY, AHEAD, fixtures)
+    without = base_for(model, BESIDE_THE_WAY, None, fixtures)
+    assert turns(knowing, AHEAD) < 0.4
+    assert turns(knowing, AHEAD) < 0.5 * turns(without, AHEAD)
+
+
+@pytest.mark.parametrize("side", [-3.0, 3.0])
+def test_a_holonomic_base_stands_on_the_side_that_it_leaves_to(side):
+    model, wTe = robot_model("omni"), tool_pose(2.0, 0.0, 0.6)
+    stood = base_for(model, wTe, tool_pose(2.0, side, 0.6))
+    assert np.sign(stood.y) == np.sign(side)
+
+
+def test_a_next_goal_that_no_way_leads_to_does_not_matter():
+    """A fence all round it; the base stands as if nothing were known of it."""
+    fence = [box("fence", (9.0, y, 0.5), (3.0, 0.2, 0.5)) for y in (-3.0, 3.0)]
+    fence += [box("fence", (x, 0.0, 0.5), (0.2, 3.0, 0.5)) for x in (6.0, 12.0)]
+    model, wTe = robot_model("frankie"), tool_pose(2.0, 1.0, 0.8)
+    inside = tool_pose(9.0, 0.0, 0.8)
+    assert base_for(model, wTe, inside, tuple(fence)) == base_for(model, wTe, None, tuple(fence))
+
+
+def test_leaving_takes_the_time_of_the_way_and_of_the_turn_into_it():
+    model, settings = robot_model("frankie"), StanceSettings()
+    speed, turn_rate = model.limits.base_twist[0], model.limits.base_twist[2]
+    field = CostField(None, (5.0, 0.0))
+    turned = [0.0, 0.5, -0.5]
+    times = leaving_times(model, settings, field, np.array([[1.0, 0.0, a] for a in turned]))
+    expected = 4.0 / speed + settings.turn_weight * np.abs(turned) / turn_rate
+    np.testing.assert_allclose(times, expected)
+
+
+def test_the_way_ahead_goes_round_what_stands_in_it():
+    field = FloorMap((*ROOM, LONG_TABLE), robot_model("frankie").description).field((3.0, 2.5))
+    here = np.array([[3.0, -0.5], [0.0, -1.0]])
+    ahead = field.ahead_of(here)
+    away = np.linalg.norm(ahead - here, axis=1)
+    assert (away > 0.2).all()
+    assert (away < 1.2).all()
+    assert (field.at(ahead) < field.at(here) - 0.5 * away).all()
+    straight = atan2(3.0, 0.0)
+    assert abs(wrap(atan2(*(ahead - here)[0][::-1]) - straight)) > 0.5
