@@ -192,7 +192,7 @@ class GuidanceSettings(Checked):
 class OnwardSettings(Checked):
     """How the base sets out for the next goal while the end effector is busy with this one."""
 
-    POSITIVE = ("spare_manipulability",)
+    POSITIVE = ("spare_manipulability", "spare_limit_margin")
 
     speed: float = 0.4
     """Largest speed of the base meanwhile [m/s]."""
@@ -204,6 +204,10 @@ class OnwardSettings(Checked):
     """Of the arm, at which the base stops ..."""
     spare_manipulability: float = 0.04
     """... and so much above that it still has its full speed."""
+    least_limit_margin: float = 0.1
+    """Of the arm's joints to their limits, at which the base stops [rad] ..."""
+    spare_limit_margin: float = 0.15
+    """... and so much above that it still has its full speed [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)

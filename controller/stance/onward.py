@@ -3,7 +3,8 @@
 As in Burgess-Limerick et al. (ICRA 2023) the base does not wait for the arm. It is led to where it
 will stand for the next goal, and the arm makes up for its motion. A base is slow to take up a
 velocity, so what the arm makes up for is the velocity that the base has and not the one it is told.
-The base gets slower as the arm comes to the end of what it can do, and stops before.
+The base gets slower as the arm comes to the end of what it can do, stretched or with a joint at its
+limit, and stops before.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from pinocchio import SE3
 from controller.command import Array
 from controller.floor import Pose2D, Route, drive_along
 from controller.model import RobotModel
-from controller.settings import ControllerSettings, OnwardSettings
+from controller.settings import ControllerSettings
 from controller.stance.bias import StanceBias
 from controller.stance.finder import StanceFinder
 from controller.stance.search import StanceSearch
@@ -100,7 +101,7 @@ class Onward:
         return StanceBias(
             blend=0.0,
             min_tracking=0.0,
-            base_weight=weight * _ease(manipulability, onward),
+            base_weight=weight * self._ease(manipulability, q),
             base_velocity=self._led,
             posture_weight=0.0,
             joint_velocity=np.zeros(len(q)),
@@ -108,8 +109,10 @@ class Onward:
             response=self._response,
         )
 
-
-def _ease(manipulability: float, onward: OnwardSettings) -> float:
-    """Share of its weight that the base has, so that the arm does not come to its end."""
-    spare = (manipulability - onward.least_manipulability) / onward.spare_manipulability
-    return min(1.0, max(0.0, spare))
+    def _ease(self, manipulability: float, q: Array) -> float:
+        """Share of its weight that the base has, so that the arm does not come to its end."""
+        onward, limits = self._settings.onward, self._model.limits
+        margin = float(np.minimum(q - limits.q_min, limits.q_max - q).min())
+        stretch = (manipulability - onward.least_manipulability) / onward.spare_manipulability
+        room = (margin - onward.least_limit_margin) / onward.spare_limit_margin
+        return min(1.0, max(0.0, min(stretch, room)))

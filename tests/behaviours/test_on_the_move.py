@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from harness import ON_TABLE, Harness, block, looking_down, over_the_table
 from pinocchio import SE3
+from pinocchio.utils import rotate
 from py_trees.common import Status
 
 from behaviours import Leaf, OpenGripper, ToolPose
@@ -33,9 +34,11 @@ class Keep(Leaf):
         return self.running("keeping")
 
 
-def keep(robot: str, seconds: float, onward: SE3 | None = BEHIND) -> tuple[Harness, Keep]:
+def keep(
+    robot: str, seconds: float, onward: SE3 | None = BEHIND, turned: float = 0.0
+) -> tuple[Harness, Keep]:
     harness = Harness(robot=robot)
-    harness.reach_over(looking_down(0.65, 0.1, 0.6))
+    harness.reach_over(looking_down(0.65, 0.1, 0.6) * SE3(rotate("z", turned), np.zeros(3)))
     here = harness.robot.read()
     leaf = Keep(harness.context, harness.controller.model.wTe(here.wTb, here.q), onward)
     harness.run_for(leaf, seconds)
@@ -63,6 +66,16 @@ def test_the_base_stops_before_the_arm_is_at_its_end(robot):
     harness, leaf = keep(robot, 12.0)
     assert max(position for position, _ in leaf.errors) < 0.01
     assert np.abs(harness.robot.read().base_twist).max() < 0.05
+
+
+@pytest.mark.parametrize("turned", [2.0, 2.4])
+def test_the_base_waits_where_a_wrist_comes_to_its_limit(turned):
+    harness, leaf = keep("frankie", 3.0, looking_down(0.0, -3.0, 0.8), turned)
+    wrist, limits = harness.robot.read().q[6], harness.controller.model.limits
+    assert limits.q_max[6] - wrist < 0.15
+    positions, angles = zip(*leaf.errors, strict=True)
+    assert max(positions) < 0.005
+    assert max(angles) < np.deg2rad(0.5)
 
 
 @pytest.mark.parametrize("next_place", [(-3.0, 1.5), (-1.0, 0.0)])
