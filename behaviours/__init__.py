@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from config import lazy_face
 
 if TYPE_CHECKING:
+    from behaviours.aiming import straight_down
     from behaviours.approach import Approach
     from behaviours.context import Context
     from behaviours.detect import Detect
@@ -70,4 +71,5 @@ __all__ = [
     "VisionBeside",
     "VisionInStep",
     "slots",
+    "straight_down",
 ]

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from perception.grasp import Detection, GraspEstimate
     from perception.grasp_feasibility import assess
     from perception.grasp_patches import NUMBERS, GraspPatches, HoldProbability, joined_patches
+    from perception.hand_dimensions import hand_sizes
     from perception.height_map import HeightMap, build_height_map
     from perception.kinds import SHAPE_KINDS, known_kinds, with_kinds
     from perception.network_io import (
@@ -90,6 +91,7 @@ __all__ = [
     "camera_above_table",
     "central_crop",
     "colour_name",
+    "hand_sizes",
     "joined_patches",
     "known_kinds",
     "logarithms",

@@ -42,6 +42,8 @@ class Proposals(NamedTuple):
     angle is their average, which may be bad."""
     turn_cost: float = TURN_COST
     """Share of its score that a grasp loses at right angles to its candidate's direction."""
+    most: int = 8
+    """Grasps that are left of them, at most."""
 
 
 class CandidateSource(Protocol):

@@ -46,8 +46,10 @@ class GraspDetector:
         network: name of a shipped network, or of what does without one; None takes the default.
             Not with `weights`.
         gripper: the hand that grasps.
-        proposer: a network that is ready for inference, instead of `weights` and `network`.
-        hold: how likely grasps hold, to rank them by; None ranks them by the check and the network.
+        proposer: what alone proposes grasps, instead of `weights` and `network`.
+        hold: how likely grasps hold; None takes what is shipped for this hand, if anything is.
+        by_check: rank grasps by check and network, and not by how likely they hold. Without a
+            network that is always so.
 
     Raises:
         WeightsError: the weights are missing or do not fit.
@@ -61,14 +63,14 @@ class GraspDetector:
         gripper: GripperDescription,
         proposer: CandidateSource | None = None,
         hold: HoldProbability | None = None,
+        by_check: bool = False,
     ) -> None:
         self._gripper = gripper
-        self._hold = hold
-        # On the one thing that is meant, between its neighbours, the hand may fit only where a
-        # network proposes nothing. Elsewhere that finds chords at the rim of what is too wide.
-        self._otherwise: CandidateSource | None = SpreadPoints()
         if network is not None and network in WITHOUT_NETWORK:
-            proposer, self._otherwise = WITHOUT_NETWORK[network](), None
+            proposer, by_check = WITHOUT_NETWORK[network](), True
+        # Between neighbours, or on the handle of a cup, the hand may fit only where a network
+        # proposes nothing.
+        self._otherwise: CandidateSource | None = SpreadPoints() if proposer is None else None
         if proposer is None:
             # Not at the top: torch takes a second to import.
             from perception.networks import (
@@ -81,7 +83,12 @@ class GraspDetector:
             proposer = Proposer(
                 load_network(weights) if weights else shipped_network(network or DEFAULT_NETWORK)
             )
+        if hold is None and not by_check:
+            from perception.networks import shipped_hold
+
+            hold = shipped_hold(gripper)
         self.proposer: CandidateSource = proposer
+        self._hold = hold
 
     def detect(self, frame: Frame, workspace: Workspace | None = None) -> Detection:
         """Find grasps from straight above.
@@ -118,10 +125,14 @@ class GraspDetector:
         is_meant = isinstance(workspace, Things)
         search = GraspSearch(frame, prepared, around, workspace, floor, self._gripper, self._hold)
         grasps = search.among(proposals)
-        if not grasps and is_meant and self._otherwise is not None:
+        # Where nobody tells what hardly holds, points all over find chords at the rims of what is
+        # too wide; so then they are looked at only on the one thing that is meant.
+        if not grasps and self._otherwise is not None and (is_meant or self._hold is not None):
             grasps = search.among(self._otherwise.propose(prepared.network_input, allowed))
         if grasps:
             reason = ""
+        elif search.unlikely:
+            reason = "the hand fits, but is not likely to hold anything"
         elif is_meant:
             reason = "the hand fits nowhere on what is meant"
         elif len(proposals.candidates.quality) == 0:

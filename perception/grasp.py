@@ -18,8 +18,8 @@ class GraspEstimate:
     width: float
     """Distance between the contacts along the closing direction [m]."""
     quality: float
-    """0 to 1: the feasibility score times the square root of the network's, less penalties; or how
-    likely the grasp holds, if the detector was told to rank by that."""
+    """0 to 1: how likely the grasp holds without a hard contact; where nobody tells that, the
+    feasibility score times the square root of the network's, less penalties."""
     stamp: float
     """When the frame was captured [s]."""
     pixel: tuple[float, float]

@@ -20,8 +20,8 @@ from robots import GripperDescription
 
 MIN_OBJECT_HEIGHT = 0.008
 """Surfaces lower than this above the floor are not grasped [m]."""
-_PROPOSED = 8  # grasps that are left of what a network or a point proposes
-_JUDGED = 16  # the same where it is told how likely they hold
+LEAST_HOLD = 0.25
+"""A grasp that is told to hold less likely than this is none."""
 _ANGLE_STEP = 0.005  # to either side of a grasp, to see its direction in the image [m]
 
 
@@ -35,7 +35,8 @@ class GraspSearch:
         workspace: where to grasp; None is everywhere.
         floor: height of the support surface [m].
         gripper: the hand.
-        hold: how likely grasps hold, which then is their quality; None leaves that to the check.
+        hold: how likely grasps hold, which then is their quality; None leaves that to check and
+            network.
     """
 
     def __init__(
@@ -51,6 +52,8 @@ class GraspSearch:
         self._frame, self._prepared, self._scene = frame, prepared, around.scene
         self._hold = hold
         self._workspace, self._floor, self._gripper = workspace, floor, gripper
+        self.unlikely = False
+        """Whether the hand fits somewhere, but is not likely to hold anything there."""
         lowest = floor + MIN_OBJECT_HEIGHT
         self._levers = LeverArms(around.scene, lowest, workspace, around.border)
 
@@ -60,26 +63,23 @@ class GraspSearch:
         if len(candidates.quality) == 0:
             return ()
         x, y, direction = self._in_world(candidates.pixel, candidates.angle)
-        quality, cost = candidates.quality, proposals.turn_cost
-        if self._hold is not None:  # it judges: where to look is all that is asked of a proposal
-            quality, cost = np.ones_like(quality), 0.0
         for directions in sorted({proposals.directions, ALL_DIRECTIONS}):
-            found = self._refine(x, y, direction, quality, directions, cost)
+            found = self._refine(x, y, direction, directions, proposals)
             if len(found.score):
                 return self._estimates(self._judged(found))
         return ()
 
     def _judged(self, found: RefinedGrasps) -> RefinedGrasps:
-        """Those inside the workspace; ranked by how likely they hold, if that is told."""
+        """Those inside the workspace; if it is told how likely they hold, the likely ones first."""
         if self._workspace is not None:
             centres = np.stack([found.x, found.y, found.top], axis=1)
             found = found.only(self._workspace.contains(centres))
         if self._hold is None or not len(found.score):
             return found
         camera = self._frame.wTc.translation
-        return found.ranked(
-            self._hold(grasp_patches(self._scene, found, self._levers, camera, self._floor))
-        )
+        likely = self._hold(grasp_patches(self._scene, found, self._levers, camera, self._floor))
+        self.unlikely = self.unlikely or bool((likely < LEAST_HOLD).all())
+        return found.only(likely >= LEAST_HOLD).ranked(likely[likely >= LEAST_HOLD])
 
     def _in_world(self, at: Array, angle: Array) -> tuple[Array, Array, Array]:
         """x, y [m] and closing directions [rad] of (N, 2) input pixels and (N,) angles in it."""
@@ -93,19 +93,19 @@ class GraspSearch:
         return points[:, 0], points[:, 1], turned
 
     def _refine(
-        self, x: Array, y: Array, direction: Array, quality: Array, directions: int, cost: float
+        self, x: Array, y: Array, direction: Array, directions: int, proposals: Proposals
     ) -> RefinedGrasps:
         return refine(
             self._scene,
             x,
             y,
             direction,
-            quality,
+            proposals.candidates.quality,
             self._floor,
             self._gripper,
             directions=directions,
-            turn_cost=cost,
-            count=_PROPOSED if self._hold is None else _JUDGED,
+            turn_cost=proposals.turn_cost,
+            count=proposals.most,
             levers=self._levers,
             owned=self._owned if isinstance(self._workspace, Things) else None,
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 from math import ceil, floor
 
@@ -50,6 +50,12 @@ class HandDimensions:
     """(P,) offset along of the points under the palm [m]."""
     palm_across: Array
     """(Q,) offset across of the points under the palm [m]."""
+
+
+def hand_sizes(gripper: GripperDescription) -> dict[str, float]:
+    """The lengths by which one hand differs from another, by name [m]."""
+    sizes = asdict(hand_dimensions(gripper))
+    return {name: size for name, size in sizes.items() if isinstance(size, float)}
 
 
 @cache

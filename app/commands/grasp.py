@@ -25,6 +25,7 @@ class Kinds(StrEnum):
 
     TRAINED = "trained"
     BODIES = "bodies"
+    LIGHT = "light"
     HELDOUT = "heldout"
 
 
@@ -73,10 +74,10 @@ def evaluate(
         Judge,
         typer.Option(help="What decides whether a grasp holds: rules of contact, or rigid bodies."),
     ] = Judge.KINEMATIC,
-    by_hold: Annotated[
+    by_check: Annotated[
         bool,
         typer.Option(
-            "--by-hold", help="With physics: rank grasps by how likely they hold; both rows."
+            "--by-check", help="With physics: rank grasps by check and network, not by how likely."
         ),
     ] = False,
     scenes: Annotated[
@@ -117,7 +118,7 @@ def evaluate(
     for file in (json, plot):
         if file is not None and not file.parent.is_dir():
             refuse(f"{file}: there is no folder {file.parent}; create it first")
-    choice = grasps.NetworkChoice(weights=weights, network=network, by_hold=by_hold)
+    choice = grasps.NetworkChoice(weights=weights, network=network, by_check=by_check)
     if judge is Judge.PHYSICS:
         if cornell is not None or plot is not None:
             refuse("--judge physics: --cornell and --plot belong to the kinematic judge")
@@ -136,8 +137,8 @@ def evaluate(
         if json is not None:
             json.write_text(json_format.dumps(physical.to_json(), indent=1), encoding="utf-8")
         return
-    if meshes is not None or against is not None or by_hold:
-        refuse("--meshes, --against and --by-hold belong to --judge physics")
+    if meshes is not None or against is not None or by_check:
+        refuse("--meshes, --against and --by-check belong to --judge physics")
     evaluation = grasps.evaluate_grasps(
         choice,
         images=images,
@@ -157,7 +158,8 @@ def evaluate(
 def outcomes(
     folder: Annotated[Path, typer.Argument(help="Where scenes are added; what is there stays.")],
     kinds: Annotated[
-        Kinds, typer.Option(help="Objects to learn from (two sets), or held-out ones to judge by.")
+        Kinds,
+        typer.Option(help="Objects to learn from (three sets), or held-out ones to judge by."),
     ] = Kinds.TRAINED,
     scenes: Annotated[int, typer.Option(help="Scenes; every other one is a bin.", min=1)] = 200,
     workers: Annotated[
@@ -181,7 +183,7 @@ def fit(
     out: Annotated[Path, typer.Option(help="The weights file to write.")] = Path(
         "hold.safetensors"
     ),
-    rounds: Annotated[int, typer.Option(help="Times that every grasp is seen.", min=1)] = 12,
+    rounds: Annotated[int, typer.Option(help="Times that every grasp is seen.", min=1)] = 16,
 ) -> None:
     """Fit the network that tells how likely a grasp holds to the outcomes of learnt objects."""
     from app.lab import grasps
@@ -201,7 +203,9 @@ def probability(
     from app.lab import grasps
     from perception.networks import load_hold, shipped_hold
 
-    hold = shipped_hold() if weights is None else load_hold(weights)
+    gripper = grasps.ROBOT.gripper
+    hold = shipped_hold(gripper) if weights is None else load_hold(weights, gripper)
+    assert hold is not None, "what is shipped was fitted to this hand"
     judged = grasps.read_outcomes(folder, Kinds.HELDOUT.value)
     Terminal().print(grasps.probability_table(judged, hold))
 

@@ -7,6 +7,7 @@ how far the thing reaches beyond the hand, what stands around it, and what the i
 
 from __future__ import annotations
 
+from copy import deepcopy
 from importlib.resources import as_file, files
 from pathlib import Path
 
@@ -22,13 +23,17 @@ from perception.grasp_patches import (
     GraspPatches,
     HoldProbability,
 )
-from perception.networks.weights import read_state
+from perception.hand_dimensions import hand_sizes
+from perception.networks.hold_measures import MEASURES, hold_measures
+from perception.networks.proposer import fold_batch_norms
+from perception.networks.weights import read_metadata, read_state
+from robots import GripperDescription
 
 CHANNELS = (16, 32)
 """Of the first layer and of those after it."""
 _HIDDEN = 64  # units before the last
 _LENGTH, _FAR_LENGTH = 0.03, 0.05  # units of the heights in both maps [m]
-_NUMBERS = 13  # made of those of the patches
+_NUMBERS = 13 + MEASURES  # beside the maps
 
 
 def _block(before: int, after: int) -> nn.Module:
@@ -70,9 +75,15 @@ class HoldNetwork(nn.Module):
         )
 
     def forward(
-        self, near: Tensor, near_unknown: Tensor, far: Tensor, far_unknown: Tensor, numbers: Tensor
+        self,
+        near: Tensor,
+        near_unknown: Tensor,
+        far: Tensor,
+        far_unknown: Tensor,
+        numbers: Tensor,
+        measures: Tensor,
     ) -> Tensor:
-        """(N,) logits of the probability; the arguments are the fields of `GraspPatches`."""
+        """(N,) logits of the probability; the arguments are those of `as_tensors`."""
         height = numbers[:, NUMBERS.index("height"), None, None]
         maps = (
             torch.stack(
@@ -92,8 +103,10 @@ class HoldNetwork(nn.Module):
                 dim=1,
             ),
         )
-        features = [self.near(maps[0]).flatten(1), self.far(maps[1]).flatten(1), _scaled(numbers)]
-        return torch.as_tensor(self.head(torch.cat(features, dim=1))[:, 0])
+        seen = [self.near(maps[0]).flatten(1), self.far(maps[1]).flatten(1)]
+        return torch.as_tensor(
+            self.head(torch.cat([*seen, _scaled(numbers), measures], dim=1))[:, 0]
+        )
 
 
 def _scaled(numbers: Tensor) -> Tensor:
@@ -121,8 +134,8 @@ def _scaled(numbers: Tensor) -> Tensor:
     )
 
 
-def as_tensors(patches: GraspPatches) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
-    """The arguments of `HoldNetwork.forward`."""
+def as_tensors(patches: GraspPatches, gripper: GripperDescription) -> tuple[Tensor, ...]:
+    """The arguments of `HoldNetwork.forward`: the fields of patches and what is measured there."""
     near, near_unknown, far, far_unknown, numbers = (
         torch.from_numpy(np.asarray(each, dtype=np.float32))
         for each in (
@@ -133,29 +146,34 @@ def as_tensors(patches: GraspPatches) -> tuple[Tensor, Tensor, Tensor, Tensor, T
             patches.numbers,
         )
     )
-    return near, near_unknown, far, far_unknown, numbers
+    measures = hold_measures(near, far, far_unknown, numbers, gripper)
+    return near, near_unknown, far, far_unknown, numbers, measures
 
 
-def load_hold(path: Path) -> HoldProbability:
-    """The probability that grasps hold, by the weights of a file.
+def load_hold(path: Path, gripper: GripperDescription) -> HoldProbability:
+    """The probability that grasps of a hand hold, by the weights of a file.
 
     Raises:
         WeightsError: the file is missing, unreadable or of another network.
     """
     network = HoldNetwork()
     network.load_state_dict(read_state(path, network))
-    return probability_by(network)
+    return probability_by(network, gripper)
 
 
-def shipped_hold() -> HoldProbability:
-    """The same by the shipped weights."""
+def shipped_hold(gripper: GripperDescription) -> HoldProbability | None:
+    """The same by the shipped weights; None for a hand that they were not fitted to."""
     with as_file(files("perception") / "weights" / "hold.safetensors") as path:
-        return load_hold(path)
+        if read_metadata(path).get("hand") != hand_sizes(gripper):
+            return None
+        return load_hold(path, gripper)
 
 
-def probability_by(network: HoldNetwork) -> HoldProbability:
-    """A function that evaluates a network on one thread."""
-    network = network.eval()
+def probability_by(network: HoldNetwork, gripper: GripperDescription) -> HoldProbability:
+    """A function that evaluates a network on one thread, in the form that is fastest."""
+    network = deepcopy(network).eval()
+    fold_batch_norms(network)
+    network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
 
     def probability(patches: GraspPatches) -> Array:
         threads = torch.get_num_threads()
@@ -163,7 +181,7 @@ def probability_by(network: HoldNetwork) -> HoldProbability:
             torch.set_num_threads(1)
         try:
             with torch.inference_mode():
-                told: Array = network(*as_tensors(patches)).sigmoid().numpy().astype(float)
+                told: Array = network(*as_tensors(patches, gripper)).sigmoid().numpy().astype(float)
         finally:
             if threads != 1:
                 torch.set_num_threads(threads)

@@ -13,6 +13,7 @@ from torch.nn import functional
 
 from perception.grasp_patches import GraspPatches
 from perception.networks.hold import HoldNetwork, as_tensors
+from robots import GripperDescription
 
 _MIRRORS = ((), (1,), (2,), (1, 2))  # a grasp that is mirrored or turned by 180° holds as well
 
@@ -22,7 +23,7 @@ class FitSettings:
     """Length and speed of the fit."""
 
     seed: int = 0
-    rounds: int = 12
+    rounds: int = 16
     """Times that every grasp is seen."""
     batch: int = 128
     learning_rate: float = 2e-3
@@ -42,6 +43,7 @@ class FitReport:
 def fit_hold(
     patches: GraspPatches,
     good: npt.NDArray[np.bool_],
+    gripper: GripperDescription,
     settings: FitSettings,
     report: Callable[[FitReport], None],
 ) -> HoldNetwork:
@@ -50,13 +52,14 @@ def fit_hold(
     Args:
         patches: of N grasps.
         good: (N,) whether they held.
+        gripper: the hand that grasped.
         settings: of the fit.
         report: called after every round.
     """
     torch.manual_seed(settings.seed)
     rng = np.random.default_rng(settings.seed)
     network = HoldNetwork()
-    inputs, truth = as_tensors(patches), torch.from_numpy(good.astype(np.float32))
+    inputs, truth = as_tensors(patches, gripper), torch.from_numpy(good.astype(np.float32))
     batches = max(1, len(truth) // settings.batch)
     optimizer = torch.optim.AdamW(
         network.parameters(), settings.learning_rate, weight_decay=settings.weight_decay
@@ -83,5 +86,5 @@ def fit_hold(
 
 def _mirrored(inputs: tuple[Tensor, ...], rng: np.random.Generator) -> tuple[Tensor, ...]:
     axes = _MIRRORS[int(rng.integers(len(_MIRRORS)))]
-    *maps, numbers = inputs
-    return (*(each.flip(axes) if axes else each for each in maps), numbers)
+    # What is no map is the same for a mirrored grasp.
+    return tuple(each.flip(axes) if axes and each.ndim == 3 else each for each in inputs)

@@ -83,7 +83,7 @@ def inference_form(network: Network) -> Forward:
     if isinstance(network, GGCNN):
         kernels = _channels_last_kernels(subpixel_form(network))
         return lambda image: evaluate(kernels, _channels_last(image))
-    fused = _fold_batch_norms(deepcopy(network).eval())
+    fused = fold_batch_norms(deepcopy(network).eval())
     fused.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     return lambda image: torch.as_tensor(fused(_channels_last(image)))
 
@@ -104,10 +104,10 @@ def _channels_last_kernels(kernels: SubpixelKernels) -> SubpixelKernels:
     )
 
 
-def _fold_batch_norms(module: nn.Module) -> nn.Module:
+def fold_batch_norms(module: nn.Module) -> nn.Module:
     """Fold every batch norm into the convolution before it."""
     for name, child in module.named_children():
-        setattr(module, name, _fold_batch_norms(child))
+        setattr(module, name, fold_batch_norms(child))
     if isinstance(module, nn.Sequential):
         layers = list(module)
         for index in range(len(layers) - 1):

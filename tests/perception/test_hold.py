@@ -1,15 +1,19 @@
 """What is seen around a grasp, and what the shipped network makes of it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from perception import NUMBERS, GraspPatches, WeightsError
+from perception.arrays import Array
 from perception.grasp_patches import NEAR_CELL, NEAR_SHAPE, grasp_patches
 from perception.height_map import CELL, HeightMap
 from perception.lever_arm import LeverArms
 from perception.networks import load_hold, shipped_hold
+from perception.networks.hold import as_tensors
+from perception.networks.hold_measures import MEASURES
 from perception.refine import RefinedGrasps, refine
 from robots import load_robot
 
@@ -69,9 +73,50 @@ def test_what_is_unknown_is_seen_as_such() -> None:
     assert 0.25 < rows.mean() < 0.4
 
 
+def measured(scene: HeightMap) -> Array:
+    return as_tensors(seen_at(scene, 0.0), GRIPPER)[-1].numpy()[0]
+
+
+def test_what_stands_under_a_finger_or_under_the_palm_is_measured() -> None:
+    alone, beside, around = bar(0.09), bar(0.09), bar(0.09)
+    # The hand closes along y on a bar that is 30 mm wide. Under one finger is a plate that it does
+    # not reach, and beside it something that the palm does not reach.
+    beside.heights[(np.abs(X) < 0.02) & (Y > 0.02) & (Y < 0.05)] = FLOOR + 0.006
+    around.heights[(np.abs(X) < 0.008) & (np.abs(Y - 0.085) < 0.004)] = FLOOR + 0.045
+    free, finger, palm = (measured(scene) for scene in (alone, beside, around))
+    assert len(free) == MEASURES
+    assert finger[0] == pytest.approx(free[0] + 0.2, abs=0.02)  # 6 mm, in units of 30 mm
+    assert finger[1] == pytest.approx(free[1], abs=0.01)  # and the other one
+    under_palm = MEASURES - 4
+    assert palm[under_palm] > free[under_palm] + 0.2
+    assert palm[:4] == pytest.approx(free[:4], abs=0.01)
+
+
+def test_a_grasp_that_is_mirrored_measures_the_same() -> None:
+    scene = bar(0.09)
+    scene.heights[(np.abs(X - 0.006) < 0.01) & (np.abs(Y - 0.07) < 0.01)] = FLOOR + 0.03
+    seen = seen_at(scene, 0.01)
+    turned = GraspPatches(
+        near=seen.near[:, ::-1, ::-1],
+        near_unknown=seen.near_unknown[:, ::-1, ::-1],
+        far=seen.far[:, ::-1, ::-1],
+        far_unknown=seen.far_unknown[:, ::-1, ::-1],
+        numbers=seen.numbers,
+    )
+    there, back = (as_tensors(each, GRIPPER)[-1].numpy() for each in (seen, turned))
+    assert there == pytest.approx(back, abs=1e-6)
+
+
+def test_nobody_tells_for_a_hand_that_the_shipped_weights_were_not_fitted_to() -> None:
+    wider = replace(GRIPPER, opening=GRIPPER.opening + 0.02)
+    assert shipped_hold(GRIPPER) is not None
+    assert shipped_hold(wider) is None
+
+
 @pytest.mark.parametrize("width", [0.03, 0.045, 0.06])
 def test_the_shipped_network_trusts_the_middle_of_a_long_bar_most(width: float) -> None:
-    hold = shipped_hold()
+    hold = shipped_hold(GRIPPER)
+    assert hold is not None
     middle, aside, end = (float(hold(seen_at(bar(0.28, width), x))[0]) for x in (0.0, 0.09, 0.13))
     assert 0.8 < end < aside < middle < 1.0
 
@@ -96,4 +141,4 @@ def test_grasps_are_ranked_by_what_is_told_of_them() -> None:
 def test_weights_of_another_network_are_refused() -> None:
     bins = Path(__file__).parents[2] / "perception" / "weights" / "bins.safetensors"
     with pytest.raises(WeightsError, match="not those of HoldNetwork"):
-        load_hold(bins)
+        load_hold(bins, GRIPPER)

@@ -24,14 +24,14 @@ class NetworkChoice:
 
     weights: Path | None = None
     network: str | None = None
-    by_hold: bool = False
-    """Whether grasps are ranked by how likely they hold."""
+    by_check: bool = False
+    """Whether grasps are ranked by check and network, and not by how likely they hold."""
 
     @property
     def name(self) -> str:
         """For tables."""
         name = str(self.weights) if self.weights else self.detector().proposer.name
-        return f"{name}, by hold" if self.by_hold else name
+        return f"{name}, by check" if self.by_check else name
 
     def detector(self) -> GraspDetector:
         """A detector on one thread; made once per process."""
@@ -44,12 +44,9 @@ def _detector(choice: NetworkChoice) -> GraspDetector:
 
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
-    hold = None
-    if choice.by_hold:
-        from perception.networks import shipped_hold
-
-        hold = shipped_hold()
-    return GraspDetector(choice.weights, choice.network, gripper=ROBOT.gripper, hold=hold)
+    return GraspDetector(
+        choice.weights, choice.network, gripper=ROBOT.gripper, by_check=choice.by_check
+    )
 
 
 def all_results(

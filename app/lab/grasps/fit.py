@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.lab.grasps.outcomes import read_outcomes
+from app.lab.grasps.scenes import ROBOT
 
 if TYPE_CHECKING:
     from perception.networks import FitReport
 
-LEARNT = ("trained", "bodies")
+LEARNT = ("trained", "bodies", "light")
 """The sets of outcomes that are learnt from."""
 
 
@@ -31,6 +32,7 @@ def fit_outcomes(folder: Path, out: Path, *, rounds: int, say: Callable[[str], N
     # Not at the top: torch takes a second to import.
     import torch
 
+    from perception import hand_sizes
     from perception.networks import FitSettings, fit_hold, save_network
 
     learnt = read_outcomes(folder, *LEARNT)
@@ -41,11 +43,12 @@ def fit_outcomes(folder: Path, out: Path, *, rounds: int, say: Callable[[str], N
         say(f"round {done.round} of {settings.rounds}: loss {done.loss:.4f}")
 
     say(f"{len(learnt.good)} grasps, {100 * learnt.good.mean():.1f} % of them good")
-    network = fit_hold(learnt.patches, learnt.good, settings, report)
+    network = fit_hold(learnt.patches, learnt.good, ROBOT.gripper, settings, report)
     metadata = {
         "settings": asdict(settings),
         "grasps": len(learnt.good),
         "last_scenes": {kinds: _last_scene(folder, kinds) for kinds in LEARNT},
+        "hand": hand_sizes(ROBOT.gripper),
         "licence": "Apache-2.0",
     }
     save_network(network, out, metadata)

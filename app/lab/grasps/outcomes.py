@@ -20,7 +20,6 @@ import numpy.typing as npt
 from app.lab.workers import run_all
 from config import ConfigError
 from perception import (
-    NUMBERS,
     Candidates,
     GraspDetector,
     GraspPatches,
@@ -31,6 +30,7 @@ from perception import (
 SETS: Mapping[str, tuple[int, tuple[str, ...]]] = {
     "trained": (200_000, ("trained", "trained, drawn out")),
     "bodies": (300_000, ("bodies", "bodies, drawn out")),
+    "light": (400_000, ("trained, as they are", "bodies, as they are")),
     "heldout": (0, ("shapes", "heavy", "modelled", "large")),
 }
 """By name: the seed of the first scene, and the groups of objects that take turns. Nothing is ever
@@ -41,6 +41,7 @@ _DRAWS = 4  # the stream of random numbers that grasps are drawn from
 _POINTS = 40  # tried in a frame at most
 _GRASPS = 6  # executed of a frame at most
 _DIRECTIONS = 4  # at each point
+_DRAWN = 16  # feasible ones at a point, of which one is drawn, at most
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -74,7 +75,7 @@ class _OnePoint:
             width=np.zeros(1),
             quality=np.ones(1),
         )
-        return Proposals(found, allowed.astype(np.float32), _DIRECTIONS, turn_cost=0.0)
+        return Proposals(found, allowed.astype(np.float32), _DIRECTIONS, turn_cost=0.0, most=_DRAWN)
 
 
 def scene_outcomes(seed: int, groups: tuple[str, ...]) -> Outcomes | None:
@@ -130,7 +131,7 @@ class _Recorder:
 
     def __call__(self, patches: GraspPatches) -> npt.NDArray[np.float64]:
         self.patches = patches
-        return patches.numbers[:, NUMBERS.index("score")].astype(float)
+        return np.ones(len(patches.numbers))
 
 
 def collect_outcomes(folder: Path, kinds: str, *, scenes: int, workers: int) -> Iterator[Outcomes]:

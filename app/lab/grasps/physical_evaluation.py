@@ -6,7 +6,6 @@ Importing this does not import MuJoCo.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -54,8 +53,7 @@ def evaluate_by_physics(
     before = read_evaluation(against) if against else None
     files = _mesh_files(meshes) if meshes else ()
     names = [name for name in WITHOUT_NETWORK if name != choice.network]
-    otherwise = (replace(choice, by_hold=False),) if choice.by_hold else ()
-    choices = (choice, *otherwise, *(NetworkChoice(network=name) for name in names))
+    choices = (choice, *(NetworkChoice(network=name) for name in names))
     for each in choices:
         each.detector()
     singles = all_results(

@@ -15,11 +15,12 @@ from pinocchio import SE3
 
 from app.lab.grasps.closed_loop import HELD, execute_grasp
 from app.lab.grasps.physical_results import BIN, NO_GRASP, Attempt, BinResult
-from app.lab.grasps.physical_scenes import PARKED, Dropped, dropped, is_inside, look
-from app.lab.grasps.scenes import EVALUATION_SEED, FLOOR, class_of, nearest_object
+from app.lab.grasps.physical_scenes import PARKED, Dropped, dropped, is_inside, look_from
+from app.lab.grasps.scenes import EVALUATION_SEED, FLOOR, class_of, nearest_object, random_view
+from behaviours import BehaviourSettings, Region, straight_down
 from hw.sim import SimObject, World
 from hw.sim.physics import FloatingHand
-from perception import GraspDetector, GraspEstimate
+from perception import GraspDetector, GraspEstimate, seen_objects
 
 ATTEMPTS = 3
 """At each object of a bin."""
@@ -38,22 +39,22 @@ _DRAWS_OF_VIEWS = 3  # the stream of random numbers that views are drawn from
 def judge_single(
     seed: int, detectors: Sequence[GraspDetector], meshes: Sequence[Path] = ()
 ) -> tuple[str, str, list[Attempt]]:
-    """The best grasp of every detector in the same frame of one object.
+    """The best grasp of every detector on one object, which all see first in the same frame.
 
     Returns:
         The group and the class of the object, and an attempt by each detector.
     """
     scene = dropped(seed, 1, meshes)
-    frame = look(scene.world, np.random.default_rng((EVALUATION_SEED, _DRAWS_OF_VIEWS, seed)))
     attempts = []
     for detector in detectors:
-        grasps = detector.detect(frame, scene.region).grasps
-        if not grasps:
+        rng = np.random.default_rng((EVALUATION_SEED, _DRAWS_OF_VIEWS, seed))
+        grasp = choose(detector, scene.world, scene.region, rng)
+        if grasp is None:
             attempts.append(Attempt(end=NO_GRASP))
             continue
         hand, world = scene.hand()
-        kinematic = execute_grasp(_copy(world), grasps[0])
-        attempts.append(replace(execute(hand, world, grasps[0]), kinematic=kinematic))
+        kinematic = execute_grasp(_copy(world), grasp)
+        attempts.append(replace(execute(hand, world, grasp), kinematic=kinematic))
     return scene.group, class_of(scene.world.objects[0]), attempts
 
 
@@ -75,8 +76,8 @@ def _empty(scene: Dropped, detector: GraspDetector, seed: int) -> BinResult:
     attempts: list[Attempt] = []
     cleared = in_vain = 0
     while world.objects and in_vain < IN_VAIN and len(attempts) < ATTEMPTS * BIN:
-        grasps = detector.detect(look(world, rng), scene.region).grasps
-        attempt = execute(hand, world, grasps[0]) if grasps else Attempt(end=NO_GRASP)
+        grasp = choose(detector, world, scene.region, rng)
+        attempt = Attempt(end=NO_GRASP) if grasp is None else execute(hand, world, grasp)
         attempts.append(attempt)
         in_vain = 0 if attempt.held else in_vain + 1
         if attempt.held and (held := hand.pinched()):
@@ -88,6 +89,31 @@ def _empty(scene: Dropped, detector: GraspDetector, seed: int) -> BinResult:
         for obj in [obj for obj in world.objects if not is_inside(obj, scene.region)]:
             _take_away(hand, world, obj)  # pushed out: lost, not cleared
     return BinResult(cleared=cleared, attempts=tuple(attempts))
+
+
+def choose(
+    detector: GraspDetector, world: World, region: Region, rng: np.random.Generator
+) -> GraspEstimate | None:
+    """The grasp that the hand goes down on; None if there is none.
+
+    As the behaviour `grasp` does, it looks again from straight above where it sees none, or only a
+    doubtful one.
+    """
+    settings = BehaviourSettings().grasp
+    view = random_view(world, rng)
+    for looks in range(settings.looks + 1):
+        frame = look_from(view, world, rng)
+        grasps = detector.detect(frame, region).grasps
+        if looks == settings.looks or (grasps and grasps[0].quality >= settings.doubtful):
+            break
+        if grasps:
+            point = grasps[0].wTg.translation
+        elif things := seen_objects(frame, region):
+            point = max(things, key=lambda one: one.area).position
+        else:
+            break
+        view = replace(view, wTc=straight_down(point, settings.look_height, like=view.wTc))
+    return grasps[0] if grasps else None
 
 
 def execute(hand: FloatingHand, world: World, grasp: GraspEstimate) -> Attempt:

@@ -21,6 +21,7 @@ from app.lab.grasps.scenes import (
     OBJECT_WIDTHS,
     ROBOT,
     TRAINING_CLASSES,
+    View,
     random_view,
     world_with,
 )
@@ -44,6 +45,8 @@ _CLASSES = {
     "trained, drawn out": TRAINING_CLASSES,
     "bodies": tuple(RANDOM_BODIES),
     "bodies, drawn out": tuple(RANDOM_BODIES),
+    "trained, as they are": TRAINING_CLASSES,
+    "bodies, as they are": tuple(RANDOM_BODIES),
 }
 _HEAVIER = ("trained", "heavy")  # the groups whose masses are those of large objects
 _VARIED = ("trained, drawn out", "bodies", "bodies, drawn out")  # most are drawn out, all heavier
@@ -115,7 +118,11 @@ def is_inside(obj: SimObject, region: Region) -> bool:
 
 def look(world: World, rng: np.random.Generator) -> DepthFrame:
     """A noisy frame from a random view of the objects."""
-    view = random_view(world, rng)
+    return look_from(random_view(world, rng), world, rng)
+
+
+def look_from(view: View, world: World, rng: np.random.Generator) -> DepthFrame:
+    """A noisy frame from a view."""
     camera = ROBOT.camera
     depth = DepthRenderer(camera.intrinsics).render(world.shapes(), view.wTc)
     noisy = view.noise.apply(depth, camera, rng)

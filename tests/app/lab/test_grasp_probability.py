@@ -16,8 +16,10 @@ from config import ConfigError
 from perception import NUMBERS, GraspPatches
 from perception.grasp_patches import FAR_SHAPE, NEAR_SHAPE
 from perception.networks import FitSettings, fit_hold, load_hold, probability_by
+from robots import load_robot
 
 RUN = CliRunner()
+GRIPPER = load_robot("frankie").gripper
 
 
 def collect(folder: Path, scenes: int) -> None:
@@ -74,12 +76,14 @@ def drawn(count: int) -> Outcomes:
 def test_the_fit_finds_what_the_check_does_not_see_and_is_the_same_again() -> None:
     learnt = drawn(600)
     settings = FitSettings(rounds=6, batch=32)
-    one, other = (fit_hold(learnt.patches, learnt.good, settings, lambda _: None) for _ in "ab")
+    one, other = (
+        fit_hold(learnt.patches, learnt.good, GRIPPER, settings, lambda _: None) for _ in "ab"
+    )
     assert all(
         torch.equal(a, b)
         for a, b in zip(one.state_dict().values(), other.state_dict().values(), strict=True)
     )
-    told, good = probability_by(one)(learnt.patches), learnt.good.astype(float)
+    told, good = probability_by(one, GRIPPER)(learnt.patches), learnt.good.astype(float)
     assert auc(told, good) > 0.95
     turned = GraspPatches(
         **{
@@ -89,7 +93,7 @@ def test_the_fit_finds_what_the_check_does_not_see_and_is_the_same_again() -> No
             for f in fields(GraspPatches)
         }
     )
-    assert auc(probability_by(one)(turned), good) > 0.95
+    assert auc(probability_by(one, GRIPPER)(turned), good) > 0.95
 
 
 def test_what_is_fitted_can_be_judged_and_used(tmp_path: Path) -> None:
@@ -101,7 +105,7 @@ def test_what_is_fitted_can_be_judged_and_used(tmp_path: Path) -> None:
     told = RUN.invoke(app, ["grasp", "probability", str(tmp_path), "--weights", str(out)])
     assert told.exit_code == 0, told.output
     assert "300 grasps in 300 scenes" in told.output
-    assert load_hold(out)(drawn(3).patches).shape == (3,)
+    assert load_hold(out, GRIPPER)(drawn(3).patches).shape == (3,)
 
 
 def test_auc_and_calibration_error_of_known_cases() -> None:

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from pinocchio import SE3
 from typer.testing import CliRunner
@@ -12,7 +13,8 @@ from app.commands import app
 from app.lab.grasps.scenes import FLOOR, ROBOT
 from app.lab.statistics import paired_difference
 from hw.sim import SimObject, World
-from perception import GraspDetector, GraspEstimate
+from perception import Detection, GraspDetector, GraspEstimate, GraspPatches, Workspace
+from perception.frame import Frame
 from robots import Box, Geom
 
 pytest.importorskip("mujoco", reason="needs the extra `physics`")
@@ -63,6 +65,34 @@ def test_a_scene_is_judged_the_same_every_time_and_no_detector_disturbs_the_next
     both = judge_single(7, [none, check])
     assert judge_single(7, [none, check]) == both
     assert judge_single(7, [check])[2] == both[2][1:]
+
+
+def test_the_judge_looks_again_from_straight_above_where_nothing_is_likely_to_hold() -> None:
+    from app.lab.grasps.physical_judge import choose
+    from app.lab.grasps.physical_scenes import dropped
+
+    frames = []
+
+    class Doubting(GraspDetector):
+        def detect(self, frame: Frame, workspace: Workspace | None = None) -> Detection:
+            frames.append(frame)
+            return super().detect(frame, workspace)
+
+    def never(patches: GraspPatches) -> npt.NDArray[np.float64]:
+        return np.zeros(len(patches.numbers))
+
+    scene = dropped(7, 1)
+    detector = Doubting(gripper=ROBOT.gripper, hold=never)
+    assert choose(detector, scene.world, scene.region, np.random.default_rng(1)) is None
+    first, *others = frames
+    assert first.wTc.rotation[2, 2] > -0.9999
+    assert len(others) == 2
+    (obj,) = scene.world.objects
+    for seen in others:
+        assert seen.wTc.rotation[2, 2] == pytest.approx(-1.0)
+        aside = seen.wTc.translation[:2] - obj.pose.translation[:2]
+        assert np.linalg.norm(aside) < 0.03
+        assert not np.array_equal(seen.depth, first.depth)
 
 
 def test_dropped_objects_rest_within_the_walls() -> None:

@@ -1,0 +1,110 @@
+"""What the maps around a grasp tell about the room for the hand and about what the pads meet.
+
+Where the fingers are in the maps depends on how far they are open. To find that by itself a network
+would need many more outcomes. The two sides of a grasp are alike, so of each pair of measures the
+larger one comes first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import torch
+from torch import Tensor
+
+from perception.grasp_patches import FAR_CELL, FAR_SHAPE, NEAR_CELL, NEAR_SHAPE, NUMBERS
+from perception.hand_dimensions import hand_dimensions
+from robots import GripperDescription
+
+Measure: TypeAlias = Callable[[Tensor, Tensor], Tensor]
+
+MEASURES = 17
+"""Of each grasp."""
+_LEVELS = (-0.005, 0.0, 0.004)  # over the grasp centre, at which the pads meet the body [m]
+_BODY = -0.006  # what is higher over the grasp centre than this is the body [m]
+_STANDS = 0.008  # what is higher over the floor than this stands on it [m]
+_CIRCLES = (0.05, 0.08)  # radii around the grasp in which that is counted [m]
+_SLACK = 0.001  # between where the fingers are and where they should be [m]
+_CLEARANCE, _RISE = 0.03, 0.02  # units of heights [m]
+_LOWEST = -0.1  # of heights [m]
+
+
+def hold_measures(
+    near: Tensor,
+    far: Tensor,
+    far_unknown: Tensor,
+    numbers: Tensor,
+    gripper: GripperDescription,
+) -> Tensor:
+    """(N, MEASURES) of the order of 1; a grasp that is mirrored has the same ones.
+
+    Args:
+        near: (N, 32, 48) this and the others are fields of `GraspPatches`.
+        far: (N, 32, 32)
+        far_unknown: (N, 32, 32)
+        numbers: (N, 11)
+        gripper: the hand.
+    """
+    hand = hand_dimensions(gripper)
+    of = {name: numbers[:, at, None, None] for at, name in enumerate(NUMBERS)}
+    half_open, half_width = of["opening"] / 2.0, of["width"] / 2.0
+    half_finger, half_pad = float(hand.lines[-1]), float(hand.lines[hand.pad_lines][-1])
+
+    along, across = _cells(NEAR_SHAPE, NEAR_CELL)
+    outwards, beside = along.abs() - half_open, across.abs()
+    left_right, ends = (along < 0.0, along >= 0.0), (across > half_finger, across < -half_finger)
+    pads, fingers = (
+        (outwards >= -_SLACK) & (outwards <= thickness + _SLACK) & (beside <= half_finger + _SLACK)
+        for thickness in (hand.pad_thickness, hand.finger_thickness)
+    )
+    before_pads = beside <= half_pad + 2.0 * _SLACK
+    edges = before_pads & ((along.abs() - half_width + _SLACK).abs() < NEAR_CELL)
+    held = before_pads & (along.abs() <= half_width + 2.0 * _SLACK)
+    between = along.abs() <= half_width + 4.0 * _SLACK
+    measures = [
+        *_both(left_right, _highest, (near + hand.tip) / _CLEARANCE, pads),
+        *_both(left_right, _highest, (near - hand.finger) / _CLEARANCE, fingers),
+        *_both(ends, _mean, (near > _BODY).float(), between),
+        _mean(near.clamp(-0.05, 0.05), held) / _RISE,
+    ]
+    for level in _LEVELS:
+        measures += _both(left_right, _mean, (near > level).float(), edges)
+
+    along, across = _cells(FAR_SHAPE, FAR_CELL)
+    palm = (along.abs() <= float(hand.palm_along[-1])) & (
+        across.abs() <= float(hand.palm_across[-1]) + FAR_CELL
+    )
+    stands = (far + of["height"] > _STANDS).float()
+    measures += [
+        _highest((far - hand.palm) / _CLEARANCE, palm),
+        _mean(far_unknown, palm),
+        *(_mean(stands, torch.hypot(along, across) < radius) for radius in _CIRCLES),
+    ]
+    return torch.stack(measures, dim=1)
+
+
+def _cells(shape: tuple[int, int], cell: float) -> tuple[Tensor, Tensor]:
+    """Where the cells of a map are along and across the closing direction [m]."""
+    rows, columns = ((torch.arange(count) - 0.5 * (count - 1)) * cell for count in shape)
+    return columns[None, None, :], rows[None, :, None]
+
+
+def _both(
+    sides: tuple[Tensor, Tensor], measure: Measure, values: Tensor, where: Tensor
+) -> list[Tensor]:
+    """A measure of some cells on either side, the larger one first."""
+    values_of = torch.stack([measure(values, where & side) for side in sides])
+    return [values_of.amax(0), values_of.amin(0)]
+
+
+def _highest(values: Tensor, where: Tensor) -> Tensor:
+    """(N,) the largest of some cells."""
+    lowest = torch.full_like(values, _LOWEST / _CLEARANCE)
+    return torch.where(where, values, lowest).amax((1, 2))
+
+
+def _mean(values: Tensor, where: Tensor) -> Tensor:
+    """(N,) the mean of some cells; 0 of none."""
+    counted = where.float().expand_as(values)
+    return (values * counted).sum((1, 2)) / counted.sum((1, 2)).clamp(min=1.0)
