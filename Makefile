@@ -11,11 +11,14 @@ WORLD ?= kinematic
 run: .venv/installed
 	@$(BIN)/frankie-task run $(TASK) --seed $(SEED) --world $(WORLD)
 
+# Two processes, each on one core, of which one takes over what the other has not begun.
+PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist worksteal -q
+
 test: lint
-	$(BIN)/pytest -n 2 -q
+	$(PYTEST)
 
 test-all: lint
-	$(BIN)/pytest -n 2 -q -m "slow or not slow"
+	$(PYTEST) -m "slow or not slow"
 
 lint: .venv/developing
 	$(BIN)/ruff check .

@@ -84,7 +84,8 @@ class GraspSettings(Checked):
     look_height: float = 0.4
     """Height of the camera then over what is looked at [m]."""
     doubtful: float = 0.1
-    """The hand does not go down on a grasp of less quality before it has looked again."""
+    """The hand does not go down on a grasp of less quality before it has looked again. Where it is
+    told how likely grasps hold, those of so little quality are none anyway."""
     follow_speed: float = 0.5
     """[m/s]."""
     descend_speed: float = 0.25

@@ -22,6 +22,9 @@ TOUCH = 2e-5
 GRAZE = 0.1
 """Smallest cosine between normal and motion at a touch; shapes that slide past do not touch."""
 
+_EXACT = 1e-9
+"""A smaller gap, or overlap, is rounding [m]."""
+
 _STEPS = 60
 
 _distance_request = coal.DistanceRequest()
@@ -105,14 +108,17 @@ def _travel(moving: Geom, direction: Array, still: Geom, limit: float) -> float 
     geometry = coal_geometry(moving.shape)
     start = np.array(moving.pose.translation)
     here, there = _transform(moving.pose), _transform(still.pose)
-    gone = 0.0
+    gone = before = 0.0
     for _ in range(_STEPS):
         gap, normal = _separation(geometry, here, still, there)
         closing = float(normal @ direction)
         if gap <= TOUCH:
+            if abs(gap) <= _EXACT:  # there the normal may be any; a step before it was not
+                closing = max(closing, before)
             return gone if closing > GRAZE else None
         if closing <= 1e-4:
             return None
+        before = closing
         gone += gap / closing
         if gone > limit:
             return None

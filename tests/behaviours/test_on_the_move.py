@@ -83,7 +83,7 @@ def test_a_grasp_on_the_move_holds_and_the_next_place_is_reached_sooner(next_pla
     there = ToolPose(name="there", wTe=looking_down(*next_place, 0.8))
     times = []
     for onward in (None, there):
-        harness = over_the_table(block())
+        harness = over_the_table(block(half=(0.03, 0.02, 0.025)))  # gripped without a turn
         context = harness.context
         for leaf in (
             Grasp("grasp", context, within=ON_TABLE, onward=onward),

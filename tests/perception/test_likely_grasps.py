@@ -1,0 +1,54 @@
+"""Grasps by how likely they hold, and where to look when a network proposes none."""
+
+import numpy as np
+import pytest
+from test_detector import GRIPPER, WORKSPACE, box_world, frame, looking_down
+
+from perception import NUMBERS, Candidates, GraspDetector, GraspPatches, Proposals
+from perception.arrays import Array, Image, Mask
+
+MIDDLE = NUMBERS.index("middle_along")
+
+
+def test_grasps_are_ranked_by_how_likely_they_hold_if_that_is_told() -> None:
+    def at_the_far_end(patches: GraspPatches) -> Array:
+        return 10.0 * np.hypot(*patches.numbers[:, [MIDDLE, MIDDLE + 1]].T)
+
+    seen = frame(box_world(), looking_down(0.45))
+    plain = GraspDetector(gripper=GRIPPER).detect(seen, WORKSPACE).grasps
+    turned = GraspDetector(gripper=GRIPPER, hold=at_the_far_end).detect(seen, WORKSPACE).grasps
+    assert turned[0].lever == max(grasp.lever for grasp in turned) > plain[0].lever
+    assert turned[0].quality == pytest.approx(10.0 * turned[0].lever, abs=1e-4)
+
+
+class Nothing:
+    """Proposes nothing anywhere."""
+
+    name = "nothing"
+
+    def propose(self, image: Image, allowed: Mask) -> Proposals:
+        nowhere = Candidates(
+            pixel=np.empty((0, 2)), angle=np.empty(0), width=np.empty(0), quality=np.empty(0)
+        )
+        return Proposals(nowhere, np.zeros_like(image), directions=3)
+
+
+def test_where_a_network_proposes_nothing_the_check_looks_all_over_if_it_is_told_what_holds() -> (
+    None
+):
+    seen = frame(box_world(), looking_down(0.45))
+    told, alone = GraspDetector(gripper=GRIPPER), GraspDetector(gripper=GRIPPER, by_check=True)
+    told.proposer = alone.proposer = Nothing()
+    found = told.detect(seen, WORKSPACE)
+    assert found.grasps[0].wTg.translation[:2] == pytest.approx([3.03, -0.02], abs=0.01)
+    assert alone.detect(seen, WORKSPACE).reason == "the network sees no grasp in the workspace"
+
+
+def test_what_is_not_likely_to_hold_is_no_grasp() -> None:
+    def hardly(patches: GraspPatches) -> Array:
+        return np.full(len(patches.numbers), 0.2)
+
+    seen = frame(box_world(), looking_down(0.45))
+    found = GraspDetector(gripper=GRIPPER, hold=hardly).detect(seen, WORKSPACE)
+    assert not found.grasps
+    assert found.reason == "the hand fits, but is not likely to hold anything"
