@@ -79,7 +79,8 @@ class GraspSearch:
         camera = self._frame.wTc.translation
         likely = self._hold(grasp_patches(self._scene, found, self._levers, camera, self._floor))
         self.unlikely = self.unlikely or bool((likely < LEAST_HOLD).all())
-        return found.only(likely >= LEAST_HOLD).ranked(likely[likely >= LEAST_HOLD])
+        ranked = found.ranked(likely)
+        return ranked.only(ranked.score >= LEAST_HOLD)
 
     def _in_world(self, at: Array, angle: Array) -> tuple[Array, Array, Array]:
         """x, y [m] and closing directions [rad] of (N, 2) input pixels and (N,) angles in it."""

@@ -77,7 +77,8 @@ def evaluate(
     by_check: Annotated[
         bool,
         typer.Option(
-            "--by-check", help="With physics: rank grasps by check and network, not by how likely."
+            "--by-check",
+            help="With physics: rank grasps by check and network, not by how likely they hold.",
         ),
     ] = False,
     scenes: Annotated[

@@ -18,6 +18,7 @@ from hw.sim.render import DepthRenderer, painted
 from hw.sim.robot import kinematic_robot
 from hw.sim.scene import Scene, SceneError, find_scene, read_scene, scene_names
 from hw.sim.sim_object import Motion, SimObject
+from hw.sim.surface import Visible
 from hw.sim.walker import Walker
 from hw.sim.world import GraspOutcome, World
 
@@ -45,6 +46,7 @@ __all__ = [
     "SimBody",
     "SimObject",
     "Table",
+    "Visible",
     "Walker",
     "World",
     "build_world",

@@ -7,7 +7,6 @@ how far the thing reaches beyond the hand, what stands around it, and what the i
 
 from __future__ import annotations
 
-from copy import deepcopy
 from importlib.resources import as_file, files
 from pathlib import Path
 
@@ -25,7 +24,7 @@ from perception.grasp_patches import (
 )
 from perception.hand_dimensions import hand_sizes
 from perception.networks.hold_measures import MEASURES, hold_measures
-from perception.networks.proposer import fold_batch_norms
+from perception.networks.proposer import fused_form, one_thread
 from perception.networks.weights import read_metadata, read_state
 from robots import GripperDescription
 
@@ -171,20 +170,11 @@ def shipped_hold(gripper: GripperDescription) -> HoldProbability | None:
 
 def probability_by(network: HoldNetwork, gripper: GripperDescription) -> HoldProbability:
     """A function that evaluates a network on one thread, in the form that is fastest."""
-    network = deepcopy(network).eval()
-    fold_batch_norms(network)
-    network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    fused = fused_form(network)
 
     def probability(patches: GraspPatches) -> Array:
-        threads = torch.get_num_threads()
-        if threads != 1:  # on a busy machine the threads wait for each other
-            torch.set_num_threads(1)
-        try:
-            with torch.inference_mode():
-                told: Array = network(*as_tensors(patches, gripper)).sigmoid().numpy().astype(float)
-        finally:
-            if threads != 1:
-                torch.set_num_threads(threads)
+        with one_thread(), torch.inference_mode():
+            told: Array = fused(*as_tensors(patches, gripper)).sigmoid().numpy().astype(float)
         return told
 
     return probability

@@ -40,10 +40,10 @@ def hold_measures(
     """(N, MEASURES) of the order of 1; a grasp that is mirrored has the same ones.
 
     Args:
-        near: (N, 32, 48) this and the others are fields of `GraspPatches`.
-        far: (N, 32, 32)
-        far_unknown: (N, 32, 32)
-        numbers: (N, 11)
+        near: (N, 32, 48) as in `GraspPatches`.
+        far: (N, 32, 32) as there.
+        far_unknown: (N, 32, 32) as there.
+        numbers: (N, 11) as there.
         gripper: the hand.
     """
     hand = hand_dimensions(gripper)

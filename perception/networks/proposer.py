@@ -7,7 +7,8 @@ one thread is used.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from copy import deepcopy
 from typing import TypeAlias
 
@@ -63,18 +64,11 @@ class Proposer:
         The qualities of an `AngleBinNetwork` are probabilities, no longer logits.
         """
         batch = torch.from_numpy(np.ascontiguousarray(image))[None, None]
-        threads = torch.get_num_threads()
-        if threads != 1:  # on a busy machine the threads wait for each other
-            torch.set_num_threads(1)
-        try:
-            with torch.inference_mode():
-                maps = self._forward(batch)
-                if self._bins:
-                    maps[:, :ANGLE_BINS].sigmoid_()
-                output: Image = maps[0].numpy()
-        finally:
-            if threads != 1:
-                torch.set_num_threads(threads)
+        with one_thread(), torch.inference_mode():
+            maps = self._forward(batch)
+            if self._bins:
+                maps[:, :ANGLE_BINS].sigmoid_()
+            output: Image = maps[0].numpy()
         return output
 
 
@@ -83,9 +77,28 @@ def inference_form(network: Network) -> Forward:
     if isinstance(network, GGCNN):
         kernels = _channels_last_kernels(subpixel_form(network))
         return lambda image: evaluate(kernels, _channels_last(image))
-    fused = fold_batch_norms(deepcopy(network).eval())
-    fused.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    fused = fused_form(network)
     return lambda image: torch.as_tensor(fused(_channels_last(image)))
+
+
+def fused_form(network: nn.Module) -> nn.Module:
+    """A copy equal up to rounding, its batch norms folded, its memory channels last."""
+    fused = _fold_batch_norms(deepcopy(network).eval())
+    fused.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    return fused
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Torch computes on one thread meanwhile: on a busy machine several wait for each other."""
+    threads = torch.get_num_threads()
+    if threads != 1:
+        torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        if threads != 1:
+            torch.set_num_threads(threads)
 
 
 def _channels_last(values: Tensor) -> Tensor:
@@ -104,10 +117,10 @@ def _channels_last_kernels(kernels: SubpixelKernels) -> SubpixelKernels:
     )
 
 
-def fold_batch_norms(module: nn.Module) -> nn.Module:
+def _fold_batch_norms(module: nn.Module) -> nn.Module:
     """Fold every batch norm into the convolution before it."""
     for name, child in module.named_children():
-        setattr(module, name, fold_batch_norms(child))
+        setattr(module, name, _fold_batch_norms(child))
     if isinstance(module, nn.Sequential):
         layers = list(module)
         for index in range(len(layers) - 1):

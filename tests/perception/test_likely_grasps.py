@@ -33,9 +33,7 @@ class Nothing:
         return Proposals(nowhere, np.zeros_like(image), directions=3)
 
 
-def test_where_a_network_proposes_nothing_the_check_looks_all_over_if_it_is_told_what_holds() -> (
-    None
-):
+def test_where_a_network_proposes_nothing_points_all_over_are_looked_at() -> None:
     seen = frame(box_world(), looking_down(0.45))
     told, alone = GraspDetector(gripper=GRIPPER), GraspDetector(gripper=GRIPPER, by_check=True)
     told.proposer = alone.proposer = Nothing()

@@ -20,10 +20,11 @@ from app.lab.grasps.scenes import (
     camera_noise,
     class_of,
     nearest_object,
+    noisy_frame,
 )
 from behaviours import Region
 from hw import DepthFrame
-from hw.sim import D435Noise, DepthRenderer, Hand, Objects, World, build_world, read_scene
+from hw.sim import D435Noise, Hand, Objects, World, build_world, read_scene
 from perception import GraspDetector, GraspEstimate, GraspTracker
 
 ATTEMPTS = 3
@@ -125,11 +126,8 @@ def approach_grasp(
 
 def wrist_frame(world: World, wTe: SE3, noise: D435Noise, rng: np.random.Generator) -> DepthFrame:
     """A noisy frame of the wrist camera, with the open hand in it."""
-    camera, wTc = ROBOT.camera, wTe * ROBOT.camera.eTc
     hand = Hand(ROBOT.gripper, wTe).shapes(ROBOT.gripper.opening)
-    depth = DepthRenderer(camera.intrinsics).render([*world.shapes(), *hand], wTc)
-    depth = noise.apply(depth, camera, rng)
-    return DepthFrame(depth=depth, intrinsics=camera.intrinsics, wTc=wTc, stamp=0.0)
+    return noisy_frame([*world.shapes(), *hand], wTe * ROBOT.camera.eTc, noise, rng)
 
 
 def execute_grasp(world: World, grasp: GraspEstimate) -> str:

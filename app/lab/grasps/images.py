@@ -16,17 +16,17 @@ from app.lab.grasps.closed_loop import HELD, execute_grasp
 from app.lab.grasps.scenes import (
     EVALUATION_SEED,
     HELDOUT_CLASSES,
-    ROBOT,
     View,
     class_of,
     clutter_count,
     nearest_object,
+    noisy_frame,
     random_view,
     random_world,
 )
 from behaviours import Region
 from hw import DepthFrame
-from hw.sim import DepthRenderer, World
+from hw.sim import World
 from perception import GraspDetector
 
 CATEGORIES = ("single", "clutter")
@@ -106,8 +106,5 @@ def evaluation_image(seed: int, category: str) -> EvaluationImage:
     count = 1 if category == "single" else clutter_count(rng)
     world, region = random_world(rng, HELDOUT_CLASSES, count)
     view = random_view(world, rng)
-    camera = ROBOT.camera
-    depth = DepthRenderer(camera.intrinsics).render(world.shapes(), view.wTc)
-    depth = view.noise.apply(depth, camera, rng)
-    frame = DepthFrame(depth=depth, intrinsics=camera.intrinsics, wTc=view.wTc, stamp=0.0)
+    frame = noisy_frame(world.shapes(), view.wTc, view.noise, rng)
     return EvaluationImage(world=world, region=region, view=view, frame=frame)

@@ -15,8 +15,15 @@ from pinocchio import SE3
 
 from app.lab.grasps.closed_loop import HELD, execute_grasp
 from app.lab.grasps.physical_results import BIN, NO_GRASP, Attempt, BinResult
-from app.lab.grasps.physical_scenes import PARKED, Dropped, dropped, is_inside, look_from
-from app.lab.grasps.scenes import EVALUATION_SEED, FLOOR, class_of, nearest_object, random_view
+from app.lab.grasps.physical_scenes import PARKED, Dropped, dropped, is_inside
+from app.lab.grasps.scenes import (
+    EVALUATION_SEED,
+    FLOOR,
+    class_of,
+    nearest_object,
+    noisy_frame,
+    random_view,
+)
 from behaviours import BehaviourSettings, Region, straight_down
 from hw.sim import SimObject, World
 from hw.sim.physics import FloatingHand
@@ -101,8 +108,9 @@ def choose(
     """
     settings = BehaviourSettings().grasp
     view = random_view(world, rng)
+    wTc = view.wTc
     for looks in range(settings.looks + 1):
-        frame = look_from(view, world, rng)
+        frame = noisy_frame(world.shapes(), wTc, view.noise, rng)
         grasps = detector.detect(frame, region).grasps
         if looks == settings.looks or (grasps and grasps[0].quality >= settings.doubtful):
             break
@@ -112,7 +120,7 @@ def choose(
             point = max(things, key=lambda one: one.area).position
         else:
             break
-        view = replace(view, wTc=straight_down(point, settings.look_height, like=view.wTc))
+        wTc = straight_down(point, settings.look_height, like=wTc)
     return grasps[0] if grasps else None
 
 

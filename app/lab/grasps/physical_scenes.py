@@ -21,14 +21,14 @@ from app.lab.grasps.scenes import (
     OBJECT_WIDTHS,
     ROBOT,
     TRAINING_CLASSES,
-    View,
+    noisy_frame,
     random_view,
     world_with,
 )
 from behaviours import Region
 from config import ConfigError
 from hw import DepthFrame
-from hw.sim import MODELLED, RANDOM_BODIES, DepthRenderer, Objects, SimObject, World
+from hw.sim import MODELLED, RANDOM_BODIES, Objects, SimObject, World
 from hw.sim.physics import FloatingHand
 from perception import WALL_MARGIN
 from robots import Array, Box, Capsule, Cylinder, Geom, Hull, Sphere, hull_of
@@ -118,15 +118,8 @@ def is_inside(obj: SimObject, region: Region) -> bool:
 
 def look(world: World, rng: np.random.Generator) -> DepthFrame:
     """A noisy frame from a random view of the objects."""
-    return look_from(random_view(world, rng), world, rng)
-
-
-def look_from(view: View, world: World, rng: np.random.Generator) -> DepthFrame:
-    """A noisy frame from a view."""
-    camera = ROBOT.camera
-    depth = DepthRenderer(camera.intrinsics).render(world.shapes(), view.wTc)
-    noisy = view.noise.apply(depth, camera, rng)
-    return DepthFrame(depth=noisy, intrinsics=camera.intrinsics, wTc=view.wTc, stamp=0.0)
+    view = random_view(world, rng)
+    return noisy_frame(world.shapes(), view.wTc, view.noise, rng)
 
 
 def at_rest(world: World) -> FloatingHand:

@@ -14,18 +14,21 @@ import numpy.typing as npt
 from pinocchio import SE3, exp3
 
 from behaviours import Region
+from hw import DepthFrame
 from hw.sim import (
     HELDOUT,
     HOUSEHOLD,
     TRAIN,
     Container,
     D435Noise,
+    DepthRenderer,
     Fixture,
     Objects,
     Scene,
     SceneError,
     SimObject,
     Table,
+    Visible,
     World,
     build_world,
 )
@@ -155,6 +158,16 @@ def random_view(world: World, rng: np.random.Generator, *, steep: bool = False) 
         noise_level=noise_level,
         noise=camera_noise(noise_level),
     )
+
+
+def noisy_frame(
+    shapes: Sequence[Visible], wTc: SE3, noise: D435Noise, rng: np.random.Generator
+) -> DepthFrame:
+    """What the robot's camera sees of shapes from a pose."""
+    camera = ROBOT.camera
+    depth = DepthRenderer(camera.intrinsics).render(shapes, wTc)
+    noisy = noise.apply(depth, camera, rng)
+    return DepthFrame(depth=noisy, intrinsics=camera.intrinsics, wTc=wTc, stamp=0.0)
 
 
 def camera_noise(level: float) -> D435Noise:

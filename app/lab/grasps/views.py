@@ -16,11 +16,9 @@ from pinocchio import SE3, exp3
 from rich.table import Table
 
 from app.lab.grasps.choice import NetworkChoice, all_results
-from app.lab.grasps.scenes import EVALUATION_SEED, ROBOT, Array, camera_noise
+from app.lab.grasps.scenes import EVALUATION_SEED, Array, camera_noise, noisy_frame
 from app.lab.statistics import percent, share
 from config import ConfigError
-from hw import DepthFrame
-from hw.sim import DepthRenderer, World
 
 TILTS_DEG = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0)
 """Of the optical axis from straight down."""
@@ -76,7 +74,8 @@ def _scene(choice: NetworkChoice, seed: int) -> list[Seen]:
     for tilt_deg in TILTS_DEG:
         for distance in DISTANCES:
             wTc = looking_at(target, np.radians(tilt_deg), distance, rng)
-            grasps = choice.detector().detect(_frame(scene.world, wTc, rng), scene.region).grasps
+            frame = noisy_frame(scene.world.shapes(), wTc, camera_noise(rng.random()), rng)
+            grasps = choice.detector().detect(frame, scene.region).grasps
             held = bool(grasps) and execute(*scene.hand(), grasps[0]).held
             seen.append(Seen(tilt_deg, distance, ENDS[bool(grasps) + held]))
     return seen
@@ -89,13 +88,6 @@ def looking_at(target: Array, tilt: float, distance: float, rng: np.random.Gener
     axis = lean @ np.array([0.0, 0.0, -1.0])
     down = exp3(np.array([0.0, 0.0, yaw])) @ exp3(np.array([np.pi, 0.0, 0.0]))
     return SE3(lean @ down, target - distance * axis)
-
-
-def _frame(world: World, wTc: SE3, rng: np.random.Generator) -> DepthFrame:
-    camera = ROBOT.camera
-    depth = DepthRenderer(camera.intrinsics).render(world.shapes(), wTc)
-    noisy = camera_noise(rng.random()).apply(depth, camera, rng)
-    return DepthFrame(depth=noisy, intrinsics=camera.intrinsics, wTc=wTc, stamp=0.0)
 
 
 def views_table(seen: Sequence[Seen]) -> Table:
