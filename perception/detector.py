@@ -48,8 +48,9 @@ class GraspDetector:
         gripper: the hand that grasps.
         proposer: what alone proposes grasps, instead of `weights` and `network`.
         hold: how likely grasps hold; None takes what is shipped for this hand, if anything is.
-        by_check: rank grasps by check and network, and not by how likely they hold. Without a
-            network that is always so.
+        by_check: rank grasps by check and network, and not by how likely they hold. What
+            `network` names without being one is always ranked so.
+        lever_arm: prefer grasps near the middle of things.
 
     Raises:
         WeightsError: the weights are missing or do not fit.
@@ -64,8 +65,9 @@ class GraspDetector:
         proposer: CandidateSource | None = None,
         hold: HoldProbability | None = None,
         by_check: bool = False,
+        lever_arm: bool = True,
     ) -> None:
-        self._gripper = gripper
+        self._gripper, self._lever_arm = gripper, lever_arm
         if network is not None and network in WITHOUT_NETWORK:
             proposer, by_check = WITHOUT_NETWORK[network](), True
         # Between neighbours, or on the handle of a cup, the hand may fit only where a network
@@ -123,7 +125,16 @@ class GraspDetector:
             return _no_grasp(frame, "nothing stands out in the workspace", covered, occupied)
         proposals = self.proposer.propose(prepared.network_input, allowed)
         is_meant = isinstance(workspace, Things)
-        search = GraspSearch(frame, prepared, around, workspace, floor, self._gripper, self._hold)
+        search = GraspSearch(
+            frame,
+            prepared,
+            around,
+            workspace,
+            floor,
+            self._gripper,
+            self._hold,
+            lever_arm=self._lever_arm,
+        )
         grasps = search.among(proposals)
         # Where nobody tells what hardly holds, points all over find chords at the rims of what is
         # too wide; so then they are looked at only on the one thing that is meant.

@@ -37,6 +37,7 @@ class GraspSearch:
         gripper: the hand.
         hold: how likely grasps hold, which then is their quality; None leaves that to check and
             network.
+        lever_arm: whether grasps near the middle of things come first.
     """
 
     def __init__(
@@ -48,6 +49,8 @@ class GraspSearch:
         floor: float,
         gripper: GripperDescription,
         hold: HoldProbability | None = None,
+        *,
+        lever_arm: bool = True,
     ) -> None:
         self._frame, self._prepared, self._scene = frame, prepared, around.scene
         self._hold = hold
@@ -56,6 +59,7 @@ class GraspSearch:
         """Whether the hand fits somewhere, but is not likely to hold anything there."""
         lowest = floor + MIN_OBJECT_HEIGHT
         self._levers = LeverArms(around.scene, lowest, workspace, around.border)
+        self._preferring = self._levers if lever_arm else None
 
     def among(self, proposals: Proposals) -> tuple[GraspEstimate, ...]:
         """The feasible grasps at the candidates, in all directions if the wanted ones have none."""
@@ -107,7 +111,7 @@ class GraspSearch:
             directions=directions,
             turn_cost=proposals.turn_cost,
             count=proposals.most,
-            levers=self._levers,
+            levers=self._preferring,
             owned=self._owned if isinstance(self._workspace, Things) else None,
         )
 

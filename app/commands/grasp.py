@@ -20,6 +20,14 @@ class Judge(StrEnum):
     PHYSICS = "physics"
 
 
+class Ranked(StrEnum):
+    """What puts one grasp before another."""
+
+    LIKELIHOOD = "likelihood"
+    CHECK = "check"
+    FIRST = "first"
+
+
 class Kinds(StrEnum):
     """Of objects, for outcomes."""
 
@@ -74,13 +82,13 @@ def evaluate(
         Judge,
         typer.Option(help="What decides whether a grasp holds: rules of contact, or rigid bodies."),
     ] = Judge.KINEMATIC,
-    by_check: Annotated[
-        bool,
+    ranked: Annotated[
+        Ranked | None,
         typer.Option(
-            "--by-check",
-            help="With physics: rank grasps by check and network, not by how likely they hold.",
+            help="With physics: what ranks grasps: how likely they hold (the default with a "
+            "network), the check, or the check as in the first version, which looked only once."
         ),
-    ] = False,
+    ] = None,
     scenes: Annotated[
         int, typer.Option(help="With physics: number of scenes of one object.", min=1)
     ] = 500,
@@ -92,6 +100,14 @@ def evaluate(
         Path | None,
         typer.Option(help="With physics: a file that --json wrote before, to compare with."),
     ] = None,
+    by_chance: Annotated[
+        int,
+        typer.Option(
+            help="With physics: where no row holds the object, try so many grasps by chance, to "
+            "see whether there is any that holds.",
+            min=0,
+        ),
+    ] = 0,
     images: Annotated[
         int, typer.Option(help="Number of images; half single objects, half clutter.", min=2)
     ] = 1000,
@@ -119,7 +135,7 @@ def evaluate(
     for file in (json, plot):
         if file is not None and not file.parent.is_dir():
             refuse(f"{file}: there is no folder {file.parent}; create it first")
-    choice = grasps.NetworkChoice(weights=weights, network=network, by_check=by_check)
+    choice = grasps.NetworkChoice(weights=weights, network=network, ranked=ranked)
     if judge is Judge.PHYSICS:
         if cornell is not None or plot is not None:
             refuse("--judge physics: --cornell and --plot belong to the kinematic judge")
@@ -129,6 +145,7 @@ def evaluate(
             bins=bins,
             meshes=meshes,
             against=against,
+            by_chance=by_chance,
             workers=workers or os.cpu_count() or 1,
         )
         for table in grasps.physical_tables(physical):
@@ -138,8 +155,8 @@ def evaluate(
         if json is not None:
             json.write_text(json_format.dumps(physical.to_json(), indent=1), encoding="utf-8")
         return
-    if meshes is not None or against is not None or by_check:
-        refuse("--meshes, --against and --by-check belong to --judge physics")
+    if meshes is not None or against is not None or ranked is not None or by_chance:
+        refuse("--meshes, --against, --ranked and --by-chance belong to --judge physics")
     evaluation = grasps.evaluate_grasps(
         choice,
         images=images,
@@ -215,6 +232,10 @@ def probability(
 def views(
     network: Annotated[str | None, typer.Option(help="Which shipped network, or none.")] = None,
     scenes: Annotated[int, typer.Option(help="Scenes of one object.", min=1)] = 60,
+    looks: Annotated[
+        int,
+        typer.Option(help="Look again from above so often where there is no grasp.", min=0),
+    ] = 0,
     workers: Annotated[
         int | None, typer.Option(help="Processes; default: one per core.", min=1)
     ] = None,
@@ -223,7 +244,9 @@ def views(
     from app.lab import grasps
 
     choice = grasps.NetworkChoice(network=network)
-    seen = grasps.measure_views(choice, scenes=scenes, workers=workers or os.cpu_count() or 1)
+    seen = grasps.measure_views(
+        choice, scenes=scenes, looks=looks, workers=workers or os.cpu_count() or 1
+    )
     Terminal().print(grasps.views_table(seen))
     for note in grasps.views_notes(seen):
         typer.echo(note)

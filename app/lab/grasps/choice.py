@@ -1,37 +1,68 @@
-"""Which network to evaluate, and evaluating it on many items at once."""
+"""What to evaluate: a network and how its grasps are ranked; and that on many items at once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import cv2
 
 from app.lab import progress, run_all
 from app.lab.grasps.scenes import ROBOT
-from perception import GraspDetector
+from behaviours import BehaviourSettings
+from perception import WITHOUT_NETWORK, GraspDetector
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
+class Ranking(NamedTuple):
+    """What puts one grasp before another."""
+
+    by_likelihood: bool
+    """How likely it holds; else the score of the check, with the network's."""
+    lever_arm: bool
+    """Grasps near the middle of a thing are preferred."""
+    looks: int
+    """How often the camera looks again, where there is no grasp or only a doubtful one."""
+
+
+_LOOKS = BehaviourSettings().grasp.looks
+RANKINGS: Mapping[str, Ranking] = {
+    "likelihood": Ranking(by_likelihood=True, lever_arm=True, looks=_LOOKS),
+    "check": Ranking(by_likelihood=False, lever_arm=True, looks=_LOOKS),
+    "first": Ranking(by_likelihood=False, lever_arm=False, looks=0),
+}
+"""By name: that of a run, that of a run without a network, and that of the first version."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class NetworkChoice:
-    """The network to evaluate; see `GraspDetector`."""
+    """What to evaluate; see `GraspDetector`."""
 
     weights: Path | None = None
     network: str | None = None
-    by_check: bool = False
-    """Whether grasps are ranked by check and network, and not by how likely they hold."""
+    """Of the shipped ones, or one of `WITHOUT_NETWORK`."""
+    ranked: str | None = None
+    """One of `RANKINGS`; None is that of a run."""
 
     @property
     def name(self) -> str:
         """For tables."""
         name = str(self.weights) if self.weights else self.detector().proposer.name
-        return f"{name}, by check" if self.by_check else name
+        return name if self.ranked in (None, self._usual) else f"{name}, {self.ranked} ranking"
+
+    @property
+    def ranking(self) -> Ranking:
+        """What puts one grasp before another."""
+        return RANKINGS[self.ranked or self._usual]
+
+    @property
+    def _usual(self) -> str:
+        return "check" if self.network in WITHOUT_NETWORK else "likelihood"
 
     def detector(self) -> GraspDetector:
         """A detector on one thread; made once per process."""
@@ -44,8 +75,14 @@ def _detector(choice: NetworkChoice) -> GraspDetector:
 
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
+    source = WITHOUT_NETWORK.get(choice.network or "")
     return GraspDetector(
-        choice.weights, choice.network, gripper=ROBOT.gripper, by_check=choice.by_check
+        choice.weights,
+        None if source else choice.network,
+        gripper=ROBOT.gripper,
+        proposer=source() if source else None,
+        by_check=not choice.ranking.by_likelihood,
+        lever_arm=choice.ranking.lever_arm,
     )
 
 

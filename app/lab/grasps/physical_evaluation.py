@@ -20,8 +20,15 @@ from app.lab.grasps.physical_results import (
     read_evaluation,
 )
 from config import ConfigError
-from perception import WITHOUT_NETWORK
 
+BESIDE = (
+    NetworkChoice(network="check", ranked="likelihood"),
+    NetworkChoice(network="check"),
+    NetworkChoice(network="none"),
+    NetworkChoice(network="none", ranked="first"),
+)
+"""What stands beside every choice: the default without what proposes grasps, the check alone with
+points all over and by chance, and the latter ranked as in the first version."""
 _MESHES = ("*.glb", "*.obj", "*.off", "*.ply", "*.stl")
 
 
@@ -32,6 +39,7 @@ def evaluate_by_physics(
     bins: int,
     meshes: Path | None,
     against: Path | None,
+    by_chance: int = 0,
     workers: int,
 ) -> PhysicalEvaluation:
     """Judge a network, and what does without one, on the same scenes.
@@ -42,6 +50,8 @@ def evaluate_by_physics(
         bins: number of bins.
         meshes: a folder of meshes to take the objects from.
         against: figures that were written before; their rows are compared, too.
+        by_chance: grasps to try in each scene of one object that no row held, to see whether there
+            is any; 0 leaves it.
         workers: number of processes.
 
     Raises:
@@ -52,8 +62,7 @@ def evaluate_by_physics(
         raise ConfigError('--judge physics needs an extra: pip install "frankie-task[physics]"')
     before = read_evaluation(against) if against else None
     files = _mesh_files(meshes) if meshes else ()
-    names = [name for name in WITHOUT_NETWORK if name != choice.network]
-    choices = (choice, *(NetworkChoice(network=name) for name in names))
+    choices = (choice, *(beside for beside in BESIDE if beside.name != choice.name))
     for each in choices:
         each.detector()
     singles = all_results(
@@ -83,7 +92,14 @@ def evaluate_by_physics(
         if before.scenes != told or any(len(row.bins) != bins for row in before.rows):
             raise ConfigError(f"{against}: other scenes; give the same --scenes, --bins, --meshes")
         rows += before.rows
-    return PhysicalEvaluation(scenes=told, rows=tuple(rows))
+    lost = [n for n in range(scenes) if not any(row.held[n] for row in rows)] if by_chance else []
+    tried = all_results("lost", partial(_by_chance, by_chance, files), lost, workers, bool)
+    return PhysicalEvaluation(
+        scenes=told,
+        rows=tuple(rows),
+        hopeless=tuple(n for n, held in zip(lost, tried, strict=True) if not held),
+        by_chance=by_chance,
+    )
 
 
 def _single(
@@ -91,7 +107,7 @@ def _single(
 ) -> tuple[str, str, list[Attempt]]:
     from app.lab.grasps.physical_judge import judge_single
 
-    return judge_single(seed, [each.detector() for each in choices], meshes)
+    return judge_single(seed, choices, meshes)
 
 
 def _bin(
@@ -99,7 +115,13 @@ def _bin(
 ) -> tuple[str, list[BinResult]]:
     from app.lab.grasps.physical_judge import judge_bin
 
-    return judge_bin(seed, [each.detector() for each in choices], meshes)
+    return judge_bin(seed, choices, meshes)
+
+
+def _by_chance(tries: int, meshes: Sequence[Path], seed: int) -> bool:
+    from app.lab.grasps.by_chance import holds_by_chance
+
+    return holds_by_chance(tries, meshes, seed)
 
 
 def _mesh_files(folder: Path) -> tuple[Path, ...]:

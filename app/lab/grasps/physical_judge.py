@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 from pinocchio import SE3
 
+from app.lab.grasps.choice import NetworkChoice
+from app.lab.grasps.chosen import chosen_grasp
 from app.lab.grasps.closed_loop import HELD, execute_grasp
 from app.lab.grasps.physical_results import BIN, NO_GRASP, Attempt, BinResult
 from app.lab.grasps.physical_scenes import PARKED, Dropped, dropped, is_inside
@@ -21,13 +23,12 @@ from app.lab.grasps.scenes import (
     FLOOR,
     class_of,
     nearest_object,
-    noisy_frame,
     random_view,
 )
-from behaviours import BehaviourSettings, Region, straight_down
+from behaviours import Region
 from hw.sim import SimObject, World
 from hw.sim.physics import FloatingHand
-from perception import GraspDetector, GraspEstimate, seen_objects
+from perception import GraspEstimate
 
 ATTEMPTS = 3
 """At each object of a bin."""
@@ -44,18 +45,18 @@ _DRAWS_OF_VIEWS = 3  # the stream of random numbers that views are drawn from
 
 
 def judge_single(
-    seed: int, detectors: Sequence[GraspDetector], meshes: Sequence[Path] = ()
+    seed: int, choices: Sequence[NetworkChoice], meshes: Sequence[Path] = ()
 ) -> tuple[str, str, list[Attempt]]:
-    """The best grasp of every detector on one object, which all see first in the same frame.
+    """The best grasp of every choice on one object, which all see first in the same frame.
 
     Returns:
-        The group and the class of the object, and an attempt by each detector.
+        The group and the class of the object, and an attempt by each choice.
     """
     scene = dropped(seed, 1, meshes)
     attempts = []
-    for detector in detectors:
+    for choice in choices:
         rng = np.random.default_rng((EVALUATION_SEED, _DRAWS_OF_VIEWS, seed))
-        grasp = choose(detector, scene.world, scene.region, rng)
+        grasp = _choose(choice, scene.world, scene.region, rng)
         if grasp is None:
             attempts.append(Attempt(end=NO_GRASP))
             continue
@@ -66,24 +67,24 @@ def judge_single(
 
 
 def judge_bin(
-    seed: int, detectors: Sequence[GraspDetector], meshes: Sequence[Path] = ()
+    seed: int, choices: Sequence[NetworkChoice], meshes: Sequence[Path] = ()
 ) -> tuple[str, list[BinResult]]:
-    """Every detector empties the same bin; it looks anew before each attempt.
+    """Every choice empties the same bin; it looks anew before each attempt.
 
     Returns:
-        The group of the objects, and what each detector achieved.
+        The group of the objects, and what each choice achieved.
     """
     scene = dropped(seed, BIN, meshes)
-    return scene.group, [_empty(scene, detector, seed) for detector in detectors]
+    return scene.group, [_empty(scene, choice, seed) for choice in choices]
 
 
-def _empty(scene: Dropped, detector: GraspDetector, seed: int) -> BinResult:
+def _empty(scene: Dropped, choice: NetworkChoice, seed: int) -> BinResult:
     rng = np.random.default_rng((EVALUATION_SEED, _DRAWS_OF_VIEWS, seed, BIN))
     hand, world = scene.hand()
     attempts: list[Attempt] = []
     cleared = in_vain = 0
     while world.objects and in_vain < IN_VAIN and len(attempts) < ATTEMPTS * BIN:
-        grasp = choose(detector, world, scene.region, rng)
+        grasp = _choose(choice, world, scene.region, rng)
         attempt = Attempt(end=NO_GRASP) if grasp is None else execute(hand, world, grasp)
         attempts.append(attempt)
         in_vain = 0 if attempt.held else in_vain + 1
@@ -98,30 +99,11 @@ def _empty(scene: Dropped, detector: GraspDetector, seed: int) -> BinResult:
     return BinResult(cleared=cleared, attempts=tuple(attempts))
 
 
-def choose(
-    detector: GraspDetector, world: World, region: Region, rng: np.random.Generator
+def _choose(
+    choice: NetworkChoice, world: World, region: Region, rng: np.random.Generator
 ) -> GraspEstimate | None:
-    """The grasp that the hand goes down on; None if there is none.
-
-    As the behaviour `grasp` does, it looks again from straight above where it sees none, or only a
-    doubtful one.
-    """
-    settings = BehaviourSettings().grasp
-    view = random_view(world, rng)
-    wTc = view.wTc
-    for looks in range(settings.looks + 1):
-        frame = noisy_frame(world.shapes(), wTc, view.noise, rng)
-        grasps = detector.detect(frame, region).grasps
-        if looks == settings.looks or (grasps and grasps[0].quality >= settings.doubtful):
-            break
-        if grasps:
-            point = grasps[0].wTg.translation
-        elif things := seen_objects(frame, region):
-            point = max(things, key=lambda one: one.area).position
-        else:
-            break
-        wTc = straight_down(point, settings.look_height, like=wTc)
-    return grasps[0] if grasps else None
+    view, looks = random_view(world, rng), choice.ranking.looks
+    return chosen_grasp(choice.detector(), world, region, view.wTc, view.noise, rng, looks=looks)
 
 
 def execute(hand: FloatingHand, world: World, grasp: GraspEstimate) -> Attempt:

@@ -88,6 +88,17 @@ class PhysicalEvaluation:
     """Group and class of each single scene."""
     rows: tuple[Row, ...]
     """The first is the one that all others are compared with."""
+    hopeless: tuple[int, ...] = ()
+    """Numbers of the single scenes in which none of `by_chance` grasps held, nor those of a row."""
+    by_chance: int = 0
+    """Grasps that were tried in each scene in which no row held the object."""
+
+    @property
+    def feasible(self) -> npt.NDArray[np.bool_]:
+        """(N,) in which single scenes some grasp held, or none was looked for."""
+        there = np.ones(len(self.scenes), dtype=np.bool_)
+        there[list(self.hopeless)] = False
+        return there
 
     def to_json(self) -> dict[str, object]:
         """For `--json` and, later, for `--against`."""
@@ -95,6 +106,8 @@ class PhysicalEvaluation:
             "judge": "physics",
             "scenes": list(self.scenes),
             "rows": [asdict(row) for row in self.rows],
+            "hopeless": list(self.hopeless),
+            "by_chance": self.by_chance,
             **machine(),
         }
 

@@ -6,11 +6,12 @@ from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 from rich.table import Table
 
 from app.lab.grasps.closed_loop import HELD
 from app.lab.grasps.physical_results import BIN, HARD, NO_GRASP, PhysicalEvaluation, Row
-from app.lab.statistics import interval, paired_difference
+from app.lab.statistics import interval, paired_difference, percent
 
 _TOLD = 20
 """Ends of attempts at single objects that are told at most."""
@@ -24,15 +25,15 @@ def physical_tables(evaluation: PhysicalEvaluation) -> list[Table]:
     single = Table("grasps of", *columns, title=title)
     for row in evaluation.rows:
         single.add_row(row.name, *_single_cells(row, first))
-    for group in sorted({scene.partition(",")[0] for scene in evaluation.scenes}):
+    groups = np.array([scene.partition(",")[0] for scene in evaluation.scenes])
+    single.add_section()
+    for group in sorted(set(groups)):
+        single.add_row(f"{first.name}, {group}", percent(_only(first.held, groups == group)))
+    if evaluation.by_chance:
         single.add_section()
         for row in evaluation.rows:
-            held = [
-                good
-                for good, scene in zip(row.held, evaluation.scenes, strict=True)
-                if scene.partition(",")[0] == group
-            ]
-            single.add_row(f"{row.name}, {group}", _share(held))
+            held = percent(_only(row.held, evaluation.feasible))
+            single.add_row(f"{row.name}, where any grasp holds", held)
     if not first.bins:
         return [single]
     title = f"{len(first.bins)} bins of {BIN}, by physics"
@@ -58,7 +59,12 @@ def physical_notes(evaluation: PhysicalEvaluation) -> list[str]:
         for each, scene in zip(first.singles, evaluation.scenes, strict=True)
         if not each.held
     )
+    hopeless = Counter(evaluation.scenes[number] for number in evaluation.hopeless)
     return [
+        *(
+            f"{scene}: in {count} scenes none of {evaluation.by_chance} grasps by chance held"
+            for scene, count in hopeless.most_common()
+        ),
         f"the kinematic judge agrees on {sum(same)} of {len(same)} grasps "
         f"({100 * low:.1f} to {100 * high:.1f} %); it holds {said.count((True, False))} that did "
         f"not hold, and refuses {said.count((False, True))} that did",
@@ -71,7 +77,7 @@ def _single_cells(row: Row, first: Row) -> tuple[str, ...]:
     hard = sum(each.hard for each in executed)
     missing = len(row.singles) - len(executed)
     return (
-        _share(row.held),
+        percent(row.held),
         str(missing),
         f"{hard} of {len(executed)}",
         "" if row is first else _single_difference(row, first),
@@ -90,7 +96,7 @@ def _bin_cells(row: Row, first: Row) -> tuple[str, ...]:
     executed = [each for one in row.bins for each in one.attempts if each.end != NO_GRASP]
     cleared, attempts = int(row.cleared.sum()), int(row.attempts.sum())
     cells = (
-        _share([True] * cleared + [False] * (BIN * len(row.bins) - cleared)),
+        percent([True] * cleared + [False] * (BIN * len(row.bins) - cleared)),
         str(attempts),
         f"{sum(each.hard for each in executed)} of {len(executed)}",
         f"{cleared / max(attempts, 1):.2f}",
@@ -102,7 +108,5 @@ def _bin_cells(row: Row, first: Row) -> tuple[str, ...]:
     return (*cells, *(f"{d:+.2f} ({low:+.2f} to {high:+.2f})" for d, low, high in (more, each)))
 
 
-def _share(outcomes: Sequence[bool]) -> str:
-    low, high = interval(outcomes)
-    share = 100 * sum(outcomes) / len(outcomes)
-    return f"{share:.1f} ({100 * low:.1f} to {100 * high:.1f})"
+def _only(held: Sequence[bool], of: npt.NDArray[np.bool_]) -> list[bool]:
+    return [one for one, counts in zip(held, of, strict=True) if counts]

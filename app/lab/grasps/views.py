@@ -16,7 +16,8 @@ from pinocchio import SE3, exp3
 from rich.table import Table
 
 from app.lab.grasps.choice import NetworkChoice, all_results
-from app.lab.grasps.scenes import EVALUATION_SEED, Array, camera_noise, noisy_frame
+from app.lab.grasps.chosen import chosen_grasp
+from app.lab.grasps.scenes import EVALUATION_SEED, Array, camera_noise
 from app.lab.statistics import percent, share
 from config import ConfigError
 
@@ -38,12 +39,15 @@ class Seen(NamedTuple):
     """One of `ENDS`."""
 
 
-def measure_views(choice: NetworkChoice, *, scenes: int, workers: int) -> list[Seen]:
+def measure_views(
+    choice: NetworkChoice, *, scenes: int, looks: int = 0, workers: int
+) -> list[Seen]:
     """Every scene of one object from every view, the best grasp of each executed in physics.
 
     Args:
         choice: the network.
         scenes: their number.
+        looks: how often the camera looks again from above where it sees no grasp.
         workers: number of processes.
 
     Raises:
@@ -53,7 +57,7 @@ def measure_views(choice: NetworkChoice, *, scenes: int, workers: int) -> list[S
         raise ConfigError('grasp views needs an extra: pip install "frankie-task[physics]"')
     found = all_results(
         "scenes",
-        partial(_scene, choice),
+        partial(_scene, choice, looks),
         range(scenes),
         workers,
         lambda seen: all(one.end != ENDS[0] for one in seen),
@@ -61,7 +65,7 @@ def measure_views(choice: NetworkChoice, *, scenes: int, workers: int) -> list[S
     return [one for seen in found for one in seen]
 
 
-def _scene(choice: NetworkChoice, seed: int) -> list[Seen]:
+def _scene(choice: NetworkChoice, looks: int, seed: int) -> list[Seen]:
     from app.lab.grasps.physical_judge import execute
     from app.lab.grasps.physical_scenes import dropped
 
@@ -74,10 +78,12 @@ def _scene(choice: NetworkChoice, seed: int) -> list[Seen]:
     for tilt_deg in TILTS_DEG:
         for distance in DISTANCES:
             wTc = looking_at(target, np.radians(tilt_deg), distance, rng)
-            frame = noisy_frame(scene.world.shapes(), wTc, camera_noise(rng.random()), rng)
-            grasps = choice.detector().detect(frame, scene.region).grasps
-            held = bool(grasps) and execute(*scene.hand(), grasps[0]).held
-            seen.append(Seen(tilt_deg, distance, ENDS[bool(grasps) + held]))
+            noise = camera_noise(rng.random())
+            grasp = chosen_grasp(
+                choice.detector(), scene.world, scene.region, wTc, noise, rng, looks=looks
+            )
+            held = grasp is not None and execute(*scene.hand(), grasp).held
+            seen.append(Seen(tilt_deg, distance, ENDS[(grasp is not None) + held]))
     return seen
 
 

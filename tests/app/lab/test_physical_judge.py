@@ -1,16 +1,19 @@
 """The judge by physics: what it holds, what it refuses, and its figures."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+import trimesh
 from pinocchio import SE3
 from typer.testing import CliRunner
 
 from app.commands import app
-from app.lab.grasps.scenes import FLOOR, ROBOT
+from app.lab.grasps.choice import NetworkChoice
+from app.lab.grasps.scenes import FLOOR, ROBOT, random_view
 from app.lab.statistics import paired_difference
 from hw.sim import SimObject, World
 from perception import Detection, GraspDetector, GraspEstimate, GraspPatches, Workspace
@@ -61,14 +64,14 @@ def test_grasps_end_as_they_would(asked: GraspEstimate, end: str, hard: bool) ->
 def test_a_scene_is_judged_the_same_every_time_and_no_detector_disturbs_the_next() -> None:
     from app.lab.grasps.physical_judge import judge_single
 
-    none, check = (GraspDetector(network=name, gripper=ROBOT.gripper) for name in ("none", "check"))
+    none, check = (NetworkChoice(network=name) for name in ("none", "check"))
     both = judge_single(7, [none, check])
     assert judge_single(7, [none, check]) == both
     assert judge_single(7, [check])[2] == both[2][1:]
 
 
 def test_the_judge_looks_again_from_straight_above_where_nothing_is_likely_to_hold() -> None:
-    from app.lab.grasps.physical_judge import choose
+    from app.lab.grasps.chosen import chosen_grasp
     from app.lab.grasps.physical_scenes import dropped
 
     frames = []
@@ -83,16 +86,19 @@ def test_the_judge_looks_again_from_straight_above_where_nothing_is_likely_to_ho
 
     scene = dropped(7, 1)
     detector = Doubting(gripper=ROBOT.gripper, hold=never)
-    assert choose(detector, scene.world, scene.region, np.random.default_rng(1)) is None
+    rng = np.random.default_rng(1)
+    view = random_view(scene.world, rng)
+    seen = chosen_grasp(detector, scene.world, scene.region, view.wTc, view.noise, rng, looks=2)
+    assert seen is None
     first, *others = frames
     assert first.wTc.rotation[2, 2] > -0.9999
     assert len(others) == 2
     (obj,) = scene.world.objects
-    for seen in others:
-        assert seen.wTc.rotation[2, 2] == pytest.approx(-1.0)
-        aside = seen.wTc.translation[:2] - obj.pose.translation[:2]
+    for frame in others:
+        assert frame.wTc.rotation[2, 2] == pytest.approx(-1.0)
+        aside = frame.wTc.translation[:2] - obj.pose.translation[:2]
         assert np.linalg.norm(aside) < 0.03
-        assert not np.array_equal(seen.depth, first.depth)
+        assert not np.array_equal(frame.depth, first.depth)
 
 
 def test_dropped_objects_rest_within_the_walls() -> None:
@@ -136,7 +142,12 @@ def test_figures_are_written_and_compared_later(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     assert "the kinematic judge agrees on" in result.output
     figures = json.loads(file.read_text())
-    assert [row["name"] for row in figures["rows"]] == ["check", "none"]
+    assert [row["name"] for row in figures["rows"]] == [
+        "check",
+        "check, likelihood ranking",
+        "none",
+        "none, first ranking",
+    ]
     assert len(figures["rows"][0]["singles"]) == len(figures["scenes"]) == 3
     again = RUN.invoke(app, [*few, "--against", str(file)], env={"COLUMNS": "200"})
     assert again.exit_code == 0, again.output
@@ -147,6 +158,24 @@ def test_figures_are_written_and_compared_later(tmp_path: Path) -> None:
     assert "other scenes" in other.output
 
 
+def test_what_no_grasp_holds_is_told_apart_from_what_a_row_has_lost(tmp_path: Path) -> None:
+    trimesh.creation.box((0.12, 0.12, 0.12)).export(tmp_path / "too_wide.stl")
+    trimesh.creation.box((0.12, 0.04, 0.04)).export(tmp_path / "brick.stl")
+    few = ["--scenes", "2", "--bins", "0", "--workers", "1", "--by-chance", "4"]
+    arguments = ["grasp", "eval", "--judge", "physics", "--meshes", str(tmp_path), *few]
+    result = RUN.invoke(app, arguments, env={"COLUMNS": "200"})
+    assert result.exit_code == 0, result.output
+    assert "too_wide: in 1 scenes none of 4 grasps by chance held" in result.output
+    assert re.search(r"bins +│ 50\.0", result.output)
+    assert re.search(r"bins, where any grasp holds +│ 100\.0", result.output)
+
+
+def test_grasps_by_chance_find_what_can_be_held() -> None:
+    from app.lab.grasps.by_chance import holds_by_chance
+
+    assert holds_by_chance(40, (), 301)
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -154,6 +183,7 @@ def test_figures_are_written_and_compared_later(tmp_path: Path) -> None:
         (("--judge", "physics", "--meshes", "/nowhere"), "no mesh"),
         (("--judge", "physics", "--against", "/nowhere.json"), "not figures of"),
         (("--meshes", "."), "belong to --judge physics"),
+        (("--ranked", "first"), "belong to --judge physics"),
     ],
 )
 def test_bad_input_is_one_line(arguments: tuple[str, ...], says: str) -> None:
