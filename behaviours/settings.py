@@ -140,7 +140,7 @@ class SurfaceSettings(Checked):
     """The radius is at most this share of the distance between neighbouring places."""
     far: float = 0.7
     """The camera looks from nearer than this [m]."""
-    aside: float = 0.16
+    aside: float = 0.18
     """How far the hand gives way to the camera if the place was not seen by then [m]."""
     points: int = 150
     """How many points of the disc are looked at."""

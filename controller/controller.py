@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 from pinocchio import SE3
 
+from controller.base_lag import BaseLag
 from controller.bounds import VelocityBounds
 from controller.collision import (
     SLACK_COSTS,
@@ -27,39 +27,29 @@ from controller.command import (
     PostureGoal,
 )
 from controller.floor import Pose2D, drive_along, plain_lead
+from controller.goal_qp import GoalQP, nothing_alone, qp_towards, to_posture, with_base
 from controller.guidance import Guide
 from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
 from controller.qp import QP, Rows, Solver, joined
 from controller.report import StepReport
-from controller.servo import Servo, approach_speed, error_norm, pose_error
+from controller.servo import Servo, error_norm, pose_error
 from controller.settings import ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Obstacle, Surroundings
 from controller.validation import check_inputs
 
 _SLOWING = 0.9
 """Share of its velocities that a robot keeps in a period in which it does not know where to go."""
+_NEAR = 0.1
+"""Nearer to a goal that is reached straight the arm makes up for the lag of the base, and less and
+less up to twice this [m]."""
+_FOLLOWS = 0.1
+"""Where so much is missing to the twist, base or arm are at an end, and the arm makes up for
+nothing [m/s and rad/s]."""
+_NO_SURPLUS = 0.001
+"""What the lag of the base changes less than this is not made up for [m/s and rad/s]."""
 _LED = 0.5
 """Share of the guidance from which on the base goes where it is led."""
-
-
-class _Motion(NamedTuple):
-    """What one kind of goal asks for."""
-
-    qp: QP
-    position_error: float = np.nan
-    orientation_error: float = np.nan
-    arrived: bool = False
-    twist: Array | None = None
-    """(6,) the end-effector twist that is desired, in base axes; None if none is."""
-    base_time: float = 0.0
-    posture_error: float = 0.0
-    unreachable: str = ""
-    stance: Pose2D | None = None
-    blend: float = 0.0
-    detour: bool = False
-    base_velocity: Array | None = None
-    """(n_base,) where the base is led, however fast it is now; None if it is not."""
 
 
 class HolisticController:
@@ -89,6 +79,7 @@ class HolisticController:
         guided = self.settings.guidance is not None
         self._guide = Guide(model, self.settings, SelfCollision(model), models) if guided else None
         self._servo = Servo(self.settings)
+        self._base_lag = BaseLag(model, self.settings.period)
         self._waits_for = ""
 
     def prepare(self, surroundings: Surroundings) -> None:
@@ -125,6 +116,7 @@ class HolisticController:
         model, settings = self.model, self.settings
         applied = model.velocities(last)
         bounds = self._bounds(state.q, applied)
+        self._base_lag.follow(applied[: model.n_base])
         linearisation = linearise(model, settings, state.q)
         if self._guide is not None and not isinstance(goal, PoseGoal):
             self._guide.reset(keeps_bearing=not isinstance(goal, PostureGoal))
@@ -136,26 +128,30 @@ class HolisticController:
                     state, here, goal, linearisation, bounds, applied, surroundings
                 )
             case PostureGoal():
-                motion = self._to_posture(state, goal, bounds)
+                motion = to_posture(model, settings, state, goal, bounds)
             case BaseGoal():
                 motion = self._to_base_pose(state, here, goal, bounds, surroundings)
             case None:
-                motion = _Motion(_qp_towards(np.zeros(model.n), bounds))
+                motion = GoalQP(qp_towards(np.zeros(model.n), bounds))
         rows, near, self._waits_for = None, Near(), ""
         if self._avoidance is not None:
             self._avoidance.follow(applied)
             rows, near = self._avoidance.rows(state, here, goal, bounds, surroundings)
         velocities = self._solver.solve(motion.qp, rows)
+        slack = 0.0
+        if velocities is not None and motion.twist is not None:
+            missing = motion.twist - linearisation.J @ velocities
+            slack = sqrt(missing @ missing)
+        if velocities is not None and slack < _FOLLOWS:
+            alone = motion.arm_alone(velocities[: model.n_base])
+            late = None if alone is None else self._solver.solve(alone, rows)
+            velocities = velocities if late is None else late
         if goal is not None and surroundings.moving and velocities is not None:
             moving = surroundings.moving
             velocities = self._give_way(here, state.q, motion, rows, velocities, moving)
         solved = velocities is not None
         if velocities is None:
             velocities = np.minimum(np.maximum(0.0, bounds[0]), bounds[1])
-        slack = 0.0
-        if motion.twist is not None:
-            missing = motion.twist - linearisation.J @ velocities
-            slack = sqrt(missing @ missing)
         return model.command(velocities), StepReport(
             arrived=motion.arrived,
             position_error=motion.position_error,
@@ -183,7 +179,7 @@ class HolisticController:
         self,
         here: Pose2D,
         q: Array,
-        motion: _Motion,
+        motion: GoalQP,
         rows: Rows | None,
         wanted: Array,
         moving: tuple[Obstacle, ...],
@@ -208,30 +204,40 @@ class HolisticController:
         bounds: tuple[Array, Array],
         last: Array,
         surroundings: Surroundings,
-    ) -> _Motion:
+    ) -> GoalQP:
         """Base and arm together to an end-effector pose."""
         model, settings, bTe = self.model, self.settings, linearisation.bTe
         goal = self._servo.with_motion(goal)
         bTw = state.wTb.inverse()
         error = pose_error(bTe, bTw * goal.wTe)
         twist = self._servo(goal, bTw, bTe, error)
-        bias, base_time, posture_error = None, 0.0, 0.0
-        if self._guide is not None:
-            self._guide.waits = bool(self._waits_for)
-            bias = self._guide.bias(goal, error, here, state.q, surroundings)
-            base_time, posture_error = self._guide.left
+        bias, base_time, posture_error, bearing = None, 0.0, 0.0, 0.0
+        if (guide := self._guide) is not None:
+            guide.waits = bool(self._waits_for)
+            bias = guide.bias(goal, error, here, state.q, surroundings)
+            (base_time, posture_error), bearing = guide.left, guide.bearing
             if goal.onward is None:
-                self._guide.onward.reset()
+                guide.onward.reset()
             elif bias is None:
-                m = linearisation.manipulability
-                bias = self._guide.onward.bias(goal.onward, error.position, m, last, here, state.q)
+                m, lag = linearisation.manipulability, self._base_lag
+                bias = guide.onward.bias(goal.onward, error.position, m, lag, here, state.q)
         norm = error_norm(settings, bTe, error)
-        guide = self._guide
-        bearing = 0.0 if guide is None else guide.bearing
         qp = build_qp(model, settings, linearisation, twist, norm, bounds, last, bias, bearing)
+
+        near = min(1.0, 2.0 - error.position / _NEAR)
+
+        def arm_alone(base: Array) -> QP | None:
+            surplus = near * self._base_lag.surplus(base)
+            if np.abs(surplus).max() < _NO_SURPLUS:
+                return None
+            late = twist - linearisation.J[:, : model.n_base] @ surplus
+            fixed = with_base(bounds, base)
+            return build_qp(model, settings, linearisation, late, norm, fixed, last)
+
+        goes_straight = guide is not None and goal.straight and bias is None and near > 0.0
         if guide is not None and guide.rests:
-            qp = _qp_towards(_SLOWING * last, bounds)
-        return _Motion(
+            qp, goes_straight = qp_towards(_SLOWING * last, bounds), False
+        return GoalQP(
             qp,
             error.position,
             error.orientation,
@@ -245,26 +251,8 @@ class HolisticController:
             blend=0.0 if bias is None else bias.blend,
             detour=guide is not None and guide.detour,
             base_velocity=None if bias is None or bias.blend < _LED else bias.base_velocity,
+            arm_alone=arm_alone if goes_straight else nothing_alone,
         )
-
-    def _to_posture(
-        self, state: KinematicState, goal: PostureGoal, bounds: tuple[Array, Array]
-    ) -> _Motion:
-        """The arm to joint positions, all joints arriving together; the base comes to rest."""
-        model, servo, limits = self.model, self.settings.servo, self.model.limits
-        error = goal.q - state.q
-        max_error = float(np.abs(error).max())
-        deceleration = limits.qdd.min() * servo.joint_deceleration
-        speeds = [
-            approach_speed(abs(e), servo.gain, deceleration, qd)
-            for e, qd in zip(error, limits.qd, strict=True)
-        ]
-        duration = max(abs(e) / v if v > 0.0 else 0.0 for e, v in zip(error, speeds, strict=True))
-        qd = error / duration if duration > 0.0 else np.zeros_like(error)
-        desired = np.concatenate([np.zeros(model.n_base), qd])
-        qp = _qp_towards(desired, bounds)
-        arrived = max_error <= goal.tolerance
-        return _Motion(qp, 0.0, max_error, arrived=arrived, posture_error=max_error)
 
     def _to_base_pose(
         self,
@@ -273,7 +261,7 @@ class HolisticController:
         goal: BaseGoal,
         bounds: tuple[Array, Array],
         surroundings: Surroundings,
-    ) -> _Motion:
+    ) -> GoalQP:
         """The base to a pose; the arm comes to rest."""
         error = pose_error(SE3.Identity(), state.wTb.inverse() * goal.wTb)
         there = Pose2D.of(goal.wTb)
@@ -282,8 +270,8 @@ class HolisticController:
         else:
             lead = self._guide.lead_base(goal, here, surroundings)
         base = drive_along(self.model, self.settings, lead)
-        return _Motion(
-            _qp_towards(np.concatenate([base, np.zeros(len(state.q))]), bounds),
+        return GoalQP(
+            qp_towards(np.concatenate([base, np.zeros(len(state.q))]), bounds),
             error.position,
             error.orientation,
             arrived=error.position <= goal.position_tolerance
@@ -292,8 +280,3 @@ class HolisticController:
             unreachable=lead.unreachable,
             base_velocity=base,
         )
-
-
-def _qp_towards(velocities: Array, bounds: tuple[Array, Array]) -> QP:
-    """The QP whose minimiser is nearest to velocities (n,)."""
-    return QP(np.eye(len(velocities)), -velocities, *bounds)

@@ -9,11 +9,10 @@ limit, and stops before.
 
 from __future__ import annotations
 
-from math import exp
-
 import numpy as np
 from pinocchio import SE3
 
+from controller.base_lag import BaseLag
 from controller.command import Array
 from controller.floor import Pose2D, Route, drive_along
 from controller.model import RobotModel
@@ -40,8 +39,6 @@ class Onward:
         self._settings = settings
         self._finder = finder
         self._route = Route(model, settings)
-        self._response = 1.0 - exp(-settings.period / model.description.base.lag)
-        self._lead = 1.0 - exp(-model.description.arm.lag / model.description.base.lag)
         self._accelerations = model.acceleration_limits[: model.n_base]
         self.reset()
 
@@ -49,8 +46,7 @@ class Onward:
         """Forget the next goal."""
         self._next: SE3 | None = None
         self._search: StanceSearch | None = None
-        self._coasting: Array | None = None
-        self._led = np.zeros(self._model.n_base)
+        self._led: Array | None = None
 
     def stance_for(self, wTe: SE3) -> Stance | None:
         """Where the base has set out for, if that was for this goal; None if not, or not yet."""
@@ -60,7 +56,7 @@ class Onward:
         return search.best
 
     def bias(
-        self, wTe: SE3, error: float, manipulability: float, applied: Array, wTb: Pose2D, q: Array
+        self, wTe: SE3, error: float, manipulability: float, lag: BaseLag, wTb: Pose2D, q: Array
     ) -> StanceBias | None:
         """The bias of one period; None as long as it is not known where to stand next.
 
@@ -68,14 +64,12 @@ class Onward:
             wTe: the next goal of the end effector.
             error: distance of the end effector to its present goal [m].
             manipulability: of the arm.
-            applied: (n,) velocities of the previous period.
+            lag: how fast the base is.
             wTb: base pose.
             q: (7,) joint positions [rad].
         """
-        base = applied[: self._model.n_base]
-        if self._coasting is None:
-            self._coasting = self._led = base
-        self._coasting = self._coasting + self._response * (base - self._coasting)
+        if self._led is None:
+            self._led = lag.told
         if self._search is None or wTe != self._next:
             self._next = wTe.copy()
             self._search = self._finder.search(self._next, wTb, q)
@@ -96,7 +90,6 @@ class Onward:
         self._led = np.where(
             slower, velocity, np.clip(velocity, self._led - change, self._led + change)
         )
-        late = self._coasting + self._lead * (base - self._coasting)
         weight = onward.base_weight / max(error, self._settings.min_error)
         return StanceBias(
             blend=0.0,
@@ -105,8 +98,8 @@ class Onward:
             base_velocity=self._led,
             posture_weight=0.0,
             joint_velocity=np.zeros(len(q)),
-            coasting=late,
-            response=self._response,
+            coasting=lag.velocity,
+            response=lag.response,
         )
 
     def _ease(self, manipulability: float, q: Array) -> float:

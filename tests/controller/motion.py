@@ -1,4 +1,4 @@
-"""A robot that follows its commands exactly, to run the controller in a loop."""
+"""Robots that follow their commands, exactly or late, to run the controller in a loop."""
 
 from __future__ import annotations
 
@@ -61,6 +61,21 @@ def move(state: State, command: Command, dt: float = 0.01) -> None:
     vx, vy, w = command.base_twist * dt
     state.wTb = state.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
     state.q = state.q + command.qd * dt
+
+
+class Lagging:
+    """Follows its commands as the real robot does: late."""
+
+    def __init__(self, model: RobotModel) -> None:
+        self.state = State()
+        lags = np.array([model.description.base.lag, model.description.arm.lag])
+        self._share = 1.0 - np.exp(-0.01 / lags)
+        self._base, self._arm = np.zeros(3), np.zeros(7)
+
+    def follow(self, command: Command) -> None:
+        self._base += self._share[0] * (command.base_twist - self._base)
+        self._arm += self._share[1] * (command.qd - self._arm)
+        move(self.state, Command(base_twist=self._base, qd=self._arm))
 
 
 @dataclass

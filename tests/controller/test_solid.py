@@ -4,7 +4,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
-from motion import READY, State, move, tool_pose
+from motion import READY, Lagging, tool_pose
 from pinocchio import SE3
 
 from controller import (
@@ -47,20 +47,6 @@ def distance(one: Geom, other: Geom) -> float:
         for part in (coal_geometry(g.shape), coal.Transform3s(g.pose.rotation, g.pose.translation))
     ]
     return float(coal.distance(*shapes, coal.DistanceRequest(), coal.DistanceResult()))
-
-
-class Lagging:
-    """Follows its commands as the real robot does: late."""
-
-    def __init__(self, model) -> None:
-        self.state = State()
-        self._share = 1.0 - np.exp(-0.01 / np.array([model.description.base.lag, 0.03]))
-        self._base, self._arm = np.zeros(3), np.zeros(7)
-
-    def follow(self, command: Command) -> None:
-        self._base += self._share[0] * (command.base_twist - self._base)
-        self._arm += self._share[1] * (command.qd - self._arm)
-        move(self.state, Command(base_twist=self._base, qd=self._arm))
 
 
 @pytest.fixture(params=["frankie", "omni"])
