@@ -80,6 +80,8 @@ class HolisticController:
         self._guide = Guide(model, self.settings, SelfCollision(model), models) if guided else None
         self._servo = Servo(self.settings)
         self._base_lag = BaseLag(model, self.settings.period)
+        self._made_up = np.zeros(model.n)
+        """(n,) what the arm did in the last period to make up for the lag of the base."""
         self._waits_for = ""
 
     def prepare(self, surroundings: Surroundings) -> None:
@@ -142,10 +144,14 @@ class HolisticController:
         if velocities is not None and motion.twist is not None:
             missing = motion.twist - linearisation.J @ velocities
             slack = sqrt(missing @ missing)
+        made_up = np.zeros(model.n)
         if velocities is not None and slack < _FOLLOWS:
             alone = motion.arm_alone(velocities[: model.n_base])
             late = None if alone is None else self._solver.solve(alone, rows)
-            velocities = velocities if late is None else late
+            if late is not None:
+                made_up = late - velocities
+                velocities = late
+        self._made_up = made_up
         if goal is not None and surroundings.moving and velocities is not None:
             moving = surroundings.moving
             velocities = self._give_way(here, state.q, motion, rows, velocities, moving)
@@ -222,7 +228,8 @@ class HolisticController:
                 m, lag = linearisation.manipulability, self._base_lag
                 bias = guide.onward.bias(goal.onward, error.position, m, lag, here, state.q)
         norm = error_norm(settings, bTe, error)
-        qp = build_qp(model, settings, linearisation, twist, norm, bounds, last, bias, bearing)
+        steady = last - self._made_up  # what makes up for the lag is not to last
+        qp = build_qp(model, settings, linearisation, twist, norm, bounds, steady, bias, bearing)
 
         near = min(1.0, 2.0 - error.position / _NEAR)
 

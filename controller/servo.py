@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import atan2, exp, inf, sqrt
 from typing import NamedTuple
 
@@ -50,12 +51,16 @@ class Servo:
     What it keeps is how the goal moves, and the last twist.
 
     Args:
-        settings: of the controller. Without guidance, as published, no motion is estimated.
+        settings: of the controller. Without guidance, as published, no motion is estimated, and
+            going straight is nothing of its own.
     """
 
     def __init__(self, settings: ControllerSettings) -> None:
-        self._settings, self._period = settings.servo, settings.period
+        servo, self._period = settings.servo, settings.period
         self._estimates_motion = settings.guidance is not None
+        gain, steadying = servo.straight_gain, servo.straight_steadying
+        straight = replace(servo, gain=gain, rotation_gain=gain, steadying=steadying)
+        self._plain, self._straight = servo, straight if self._estimates_motion else servo
         self.reset()
 
     def reset(self) -> None:
@@ -80,8 +85,9 @@ class Servo:
             bTe: the end effector in the base.
             error: from `bTe` to the goal, in base axes.
         """
-        steadying = self._settings.steadying
-        twist = desired_twist(self._settings, goal, bTw, bTe, error)
+        settings = self._straight if goal.straight else self._plain
+        steadying = settings.steadying
+        twist = desired_twist(settings, goal, bTw, bTe, error)
         far = max(error.position / _NEAR, error.orientation / _NEAR_ANGLE)
         if far < 1.0 and steadying > 0.0:
             memory = exp(-self._period / steadying) * min(1.0, 2.0 * (1.0 - far))

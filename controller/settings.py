@@ -18,12 +18,22 @@ from controller.stance_settings import StanceSettings
 class ServoSettings(Checked):
     """How end effector and base approach their goals: position-based servoing (eq. 17)."""
 
-    POSITIVE = ("gain", "rotation_gain", "deceleration", "turn_deceleration", "joint_deceleration")
+    POSITIVE = (
+        "gain",
+        "rotation_gain",
+        "straight_gain",
+        "deceleration",
+        "turn_deceleration",
+        "joint_deceleration",
+    )
 
     gain: float = 4.0
     """β: speed per metre of error near the goal [1/s]."""
     rotation_gain: float = 4.0
     """The same per radian, of the end effector [1/s]."""
+    straight_gain: float = 6.0
+    """Both where guided end effectors go straight: the arm, which is quick, makes up for the lag of
+    the base there [1/s]."""
     rotation_error: Literal["rotation vector", "roll pitch yaw"] = "rotation vector"
     """How the difference between two orientations becomes a vector."""
     deceleration: float = 1.0
@@ -35,6 +45,8 @@ class ServoSettings(Checked):
     other half is left to start with and to correct."""
     steadying: float = 0.1
     """Time constant with which the twist follows the error near the goal [s]; 0 follows at once."""
+    straight_steadying: float = 0.04
+    """The same where guided end effectors go straight [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
