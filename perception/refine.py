@@ -55,9 +55,9 @@ class RefinedGrasps:
         """Some of them, in the order of their indices."""
         return RefinedGrasps(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
 
-    def ranked(self, score: Array) -> RefinedGrasps:
-        """The same grasps by another score, best first."""
-        return replace(self, score=score).only(np.argsort(-score, kind="stable"))
+    def ranked(self, score: Array, preference: Array) -> RefinedGrasps:
+        """The same grasps with another score, those preferred most first."""
+        return replace(self, score=score).only(np.argsort(-preference, kind="stable"))
 
 
 def refine(

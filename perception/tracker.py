@@ -34,7 +34,9 @@ class TrackerSettings:
     lost_after: int = 15
     """Frames in a row without such a candidate until the grasp is lost."""
     switch_ratio: float = 1.4
-    """A better candidate has at least this times the quality of the tracked grasp ..."""
+    """A better candidate has at least this times the quality of the tracked grasp, or ..."""
+    switch_odds: float = 2.5
+    """... this times the odds to hold: 0.93 where the tracked grasp has 0.84 ..."""
     switch_after: int = 4
     """... in this many frames in a row, until the tracker switches to it."""
     rejected_distance: float = 0.015
@@ -132,12 +134,17 @@ class GraspTracker:
                 self.reason = f"the grasp was not seen again in {s.lost_after} frames"
                 return
         best = next((c for c in candidates if c.whole), None)
-        if best is None or best in near or best.quality < s.switch_ratio * tracked.quality:
+        if best is None or best in near or not self._is_better(best.quality, tracked.quality):
             self._frames_outdone = 0
             return
         self._frames_outdone += 1
         if self._frames_outdone >= s.switch_after:
             self._track(best)
+
+    def _is_better(self, quality: float, than: float) -> bool:
+        s = self.settings
+        odds = quality * (1.0 - than) >= s.switch_odds * than * (1.0 - quality)
+        return quality >= s.switch_ratio * than or odds
 
     def _track(self, grasp: GraspEstimate) -> None:
         if grasp.middle is None or not self._motion.may_be_at(grasp.middle, grasp.stamp):

@@ -133,7 +133,8 @@ def test_grasps_are_ranked_by_what_is_told_of_them() -> None:
         opening=one,
         score=np.array([0.9, 0.8, 0.7]),
     )
-    ranked = found.ranked(np.array([0.1, 0.6, 0.3]))
+    likely = np.array([0.1, 0.6, 0.3])
+    ranked = found.ranked(likely, likely)
     assert list(ranked.x) == [2.0, 3.0, 1.0]
     assert list(ranked.score) == [0.6, 0.3, 0.1]
 
