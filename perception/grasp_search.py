@@ -25,6 +25,8 @@ LEAST_HOLD = 0.25
 LOSS_BY_WIDTH = 0.6
 """What a grasp loses against a narrower one that is as likely to hold [1/m]: 2 % from 30 to 65 mm.
 The hand is a few millimetres off, and what is wide leaves it little room."""
+LOSS_BY_LEVER = 0.3
+"""The same against one that is nearer to the middle of the thing [1/m]."""
 _ANGLE_STEP = 0.005  # to either side of a grasp, to see its direction in the image [m]
 
 
@@ -86,7 +88,8 @@ class GraspSearch:
         camera = self._frame.wTc.translation
         likely = self._hold(grasp_patches(self._scene, found, self._levers, camera, self._floor))
         self.unlikely = self.unlikely or bool((likely < LEAST_HOLD).all())
-        ranked = found.ranked(likely, likely - LOSS_BY_WIDTH * found.width)
+        loss = LOSS_BY_WIDTH * found.width + LOSS_BY_LEVER * self._levers.at(found.x, found.y)
+        ranked = found.ranked(likely, likely - loss)
         return ranked.only(ranked.score >= LEAST_HOLD)
 
     def _in_world(self, at: Array, angle: Array) -> tuple[Array, Array, Array]:

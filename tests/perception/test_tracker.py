@@ -89,14 +89,19 @@ def test_a_single_frame_that_looks_much_better_elsewhere_does_not_either() -> No
     assert position(followed)[0] == pytest.approx(0.0)
 
 
-def test_one_that_stays_clearly_better_is_followed_instead() -> None:
+@pytest.mark.parametrize(
+    ("quality", "other", "x"),
+    [(0.4, 0.9, 0.2), (0.3, 0.43, 0.2), (0.8, 0.95, 0.2), (0.8, 0.9, 0.0), (0.98, 0.99, 0.0)],
+)
+def test_one_that_stays_clearly_better_is_followed_instead(quality, other, x) -> None:
+    """Of those that are likely to hold it is what they lack that tells them apart."""
     tracker = GraspTracker()
-    tracker.update(seen(grasp(0.0, 0.0, quality=0.4)), FAR)
+    tracker.update(seen(grasp(0.0, 0.0, quality=quality)), FAR)
     for _ in range(SETTINGS.switch_after):
         followed = tracker.update(
-            seen(grasp(0.0, 0.0, quality=0.4), grasp(0.2, 0.0, quality=0.9)), FAR
+            seen(grasp(0.0, 0.0, quality=quality), grasp(0.2, 0.0, quality=other)), FAR
         )
-    assert position(followed)[0] == pytest.approx(0.2)
+    assert position(followed)[0] == pytest.approx(x)
 
 
 def test_noise_is_smoothed_and_a_moving_object_followed() -> None:
