@@ -17,11 +17,17 @@ def test_grasps_are_ranked_by_how_likely_they_hold_if_that_is_told() -> None:
     def at_the_far_end(patches: GraspPatches) -> Array:
         return 100.0 * np.hypot(*patches.numbers[:, [MIDDLE, MIDDLE + 1]].T)
 
+    def in_the_middle(patches: GraspPatches) -> Array:
+        return 10.0 - at_the_far_end(patches)
+
     seen = frame(box_world(), looking_down(0.45))
-    plain = GraspDetector(gripper=GRIPPER).detect(seen, WORKSPACE).grasps
-    turned = GraspDetector(gripper=GRIPPER, hold=at_the_far_end).detect(seen, WORKSPACE).grasps
-    assert turned[0].lever == max(grasp.lever for grasp in turned) > plain[0].lever
-    assert turned[0].quality == pytest.approx(100.0 * turned[0].lever, abs=1e-3)
+    far, near = (
+        GraspDetector(gripper=GRIPPER, hold=hold).detect(seen, WORKSPACE).grasps
+        for hold in (at_the_far_end, in_the_middle)
+    )
+    assert far[0].lever == max(grasp.lever for grasp in far)
+    assert near[0].lever == min(grasp.lever for grasp in near) < far[0].lever
+    assert far[0].quality == pytest.approx(100.0 * far[0].lever, abs=1e-3)
 
 
 def test_of_grasps_as_likely_to_hold_the_narrower_comes_first() -> None:
