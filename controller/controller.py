@@ -27,7 +27,7 @@ from controller.command import (
     PostureGoal,
 )
 from controller.floor import Pose2D, drive_along, plain_lead
-from controller.goal_qp import GoalQP, nothing_alone, qp_towards, to_posture, with_base
+from controller.goal_qp import GoalQP, qp_towards, to_posture, with_base
 from controller.guidance import Guide
 from controller.holistic import Linearisation, build_qp, linearise
 from controller.model import RobotModel
@@ -140,18 +140,13 @@ class HolisticController:
             self._avoidance.follow(applied)
             rows, near = self._avoidance.rows(state, here, goal, bounds, surroundings)
         velocities = self._solver.solve(motion.qp, rows)
-        slack = 0.0
+        slack, self._made_up = 0.0, np.zeros(model.n)
         if velocities is not None and motion.twist is not None:
             missing = motion.twist - linearisation.J @ velocities
             slack = sqrt(missing @ missing)
-        made_up = np.zeros(model.n)
-        if velocities is not None and slack < _FOLLOWS:
-            alone = motion.arm_alone(velocities[: model.n_base])
-            late = None if alone is None else self._solver.solve(alone, rows)
-            if late is not None:
-                made_up = late - velocities
-                velocities = late
-        self._made_up = made_up
+            if slack < _FOLLOWS:
+                asked, velocities = velocities, self._make_up(motion, rows, velocities)
+                self._made_up = velocities - asked
         if goal is not None and surroundings.moving and velocities is not None:
             moving = surroundings.moving
             velocities = self._give_way(here, state.q, motion, rows, velocities, moving)
@@ -180,6 +175,12 @@ class HolisticController:
             near=near.pairs,
             waits_for=self._waits_for,
         )
+
+    def _make_up(self, motion: GoalQP, rows: Rows | None, velocities: Array) -> Array:
+        """Velocities (n,) with which the arm makes up for the lag of the base."""
+        alone = motion.arm_alone(velocities[: self.model.n_base])
+        made_up = None if alone is None else self._solver.solve(alone, rows)
+        return velocities if made_up is None else made_up
 
     def _give_way(
         self,
@@ -232,18 +233,18 @@ class HolisticController:
         qp = build_qp(model, settings, linearisation, twist, norm, bounds, steady, bias, bearing)
 
         near = min(1.0, 2.0 - error.position / _NEAR)
+        goes_straight = guide is not None and goal.straight and bias is None and near > 0.0
+        if guide is not None and guide.rests:
+            qp, goes_straight = qp_towards(_SLOWING * last, bounds), False
 
         def arm_alone(base: Array) -> QP | None:
             surplus = near * self._base_lag.surplus(base)
-            if np.abs(surplus).max() < _NO_SURPLUS:
+            if not goes_straight or np.abs(surplus).max() < _NO_SURPLUS:
                 return None
             late = twist - linearisation.J[:, : model.n_base] @ surplus
             fixed = with_base(bounds, base)
             return build_qp(model, settings, linearisation, late, norm, fixed, last)
 
-        goes_straight = guide is not None and goal.straight and bias is None and near > 0.0
-        if guide is not None and guide.rests:
-            qp, goes_straight = qp_towards(_SLOWING * last, bounds), False
         return GoalQP(
             qp,
             error.position,
@@ -258,7 +259,7 @@ class HolisticController:
             blend=0.0 if bias is None else bias.blend,
             detour=guide is not None and guide.detour,
             base_velocity=None if bias is None or bias.blend < _LED else bias.base_velocity,
-            arm_alone=arm_alone if goes_straight else nothing_alone,
+            arm_alone=arm_alone,
         )
 
     def _to_base_pose(

@@ -15,11 +15,6 @@ from controller.servo import approach_speed
 from controller.settings import ControllerSettings
 
 
-def nothing_alone(base: Array) -> QP | None:
-    """Where it does not matter how late the base is."""
-    return None
-
-
 class GoalQP(NamedTuple):
     """What one kind of goal asks for."""
 
@@ -37,7 +32,7 @@ class GoalQP(NamedTuple):
     detour: bool = False
     base_velocity: Array | None = None
     """(n_base,) where the base is led, however fast it is now; None if it is not."""
-    arm_alone: Callable[[Array], QP | None] = nothing_alone
+    arm_alone: Callable[[Array], QP | None] = lambda base: None
     """(n_base,) velocities of the base to the QP in which the arm makes up for its lag; None where
     there is nothing to make up for."""
 
