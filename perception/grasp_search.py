@@ -22,9 +22,10 @@ MIN_OBJECT_HEIGHT = 0.008
 """Surfaces lower than this above the floor are not grasped [m]."""
 LEAST_HOLD = 0.25
 """A grasp that is told to hold less likely than this is none."""
-LOSS_BY_WIDTH = 0.6
-"""What a grasp loses against a narrower one that is as likely to hold [1/m]: 2 % from 30 to 65 mm.
-The hand is a few millimetres off, and what is wide leaves it little room."""
+ROOMY = 0.045
+"""What is wider than this leaves the hand, which is a few millimetres off, little room [m] ..."""
+LOSS_BY_WIDTH = 1.5
+"""... and loses this against what is as likely to hold [1/m]: 3 % at 65 mm."""
 LOSS_BY_LEVER = 0.3
 """The same against one that is nearer to the middle of the thing [1/m]."""
 _ANGLE_STEP = 0.005  # to either side of a grasp, to see its direction in the image [m]
@@ -88,7 +89,8 @@ class GraspSearch:
         camera = self._frame.wTc.translation
         likely = self._hold(grasp_patches(self._scene, found, self._levers, camera, self._floor))
         self.unlikely = self.unlikely or bool((likely < LEAST_HOLD).all())
-        loss = LOSS_BY_WIDTH * found.width + LOSS_BY_LEVER * self._levers.at(found.x, found.y)
+        loss = LOSS_BY_LEVER * self._levers.at(found.x, found.y)
+        loss += LOSS_BY_WIDTH * np.maximum(found.width - ROOMY, 0.0)
         ranked = found.ranked(likely, likely - loss)
         return ranked.only(ranked.score >= LEAST_HOLD)
 
