@@ -270,8 +270,12 @@ class Grasp(Leaf):
 
     def _go_down(self) -> StepReport | None:
         settings = self.settings.grasp
+        wTg = self._locked.wTg_at(self.context.state.stamp)
+        x, y, below = wTg.actInv(self.context.wTe.translation)
+        if np.hypot(x, y) > settings.astray and -below > settings.astray_above:
+            wTg = wTg * SE3(np.eye(3), np.array([0.0, 0.0, below]))  # back over it first
         goal = PoseGoal(
-            wTe=self._locked.wTg_at(self.context.state.stamp),
+            wTe=wTg,
             twist=self._locked.twist,
             speed=settings.descend_speed,
             position_tolerance=settings.descend_tolerance,

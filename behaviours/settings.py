@@ -90,6 +90,10 @@ class GraspSettings(Checked):
     """[m/s]."""
     descend_speed: float = 0.25
     """[m/s]."""
+    astray: float = 0.012
+    """A hand that is this far beside its way down comes back over the grasp first [m] ..."""
+    astray_above: float = 0.02
+    """... unless it is nearer than this to the grasp [m]."""
     descend_tolerance: float = 0.004
     """The fingers close this near to the grasp [m] ..."""
     closing_speed: float = 0.015
