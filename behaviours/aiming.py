@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan2
+from math import atan2, hypot
 from typing import TypeAlias
 
 import numpy as np
@@ -55,6 +55,15 @@ def turned_towards(wTc: SE3, point: Array, distance: float | None) -> SE3:
     turn = pin.Quaternion.FromTwoVectors(wTc.rotation[:, 2], sight).toRotationMatrix()
     eye = wTc.translation if distance is None else point - distance * sight
     return SE3(turn @ wTc.rotation, eye)
+
+
+def back_over(wTg: SE3, context: Context) -> SE3:
+    """Where a hand on its way down on a grasp goes: to it, or back over it if it has strayed."""
+    settings = context.settings.grasp
+    x, y, z = wTg.actInv(context.wTe.translation)
+    if hypot(x, y) <= settings.astray or -z <= settings.astray_above:
+        return wTg
+    return wTg * SE3(np.eye(3), np.array([0.0, 0.0, z]))
 
 
 def is_at_rest(context: Context) -> bool:

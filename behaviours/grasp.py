@@ -11,6 +11,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import misfits
+from behaviours.aiming import back_over
 from behaviours.another_view import AnotherView
 from behaviours.choice import Choice, Choose
 from behaviours.context import Context
@@ -270,12 +271,8 @@ class Grasp(Leaf):
 
     def _go_down(self) -> StepReport | None:
         settings = self.settings.grasp
-        wTg = self._locked.wTg_at(self.context.state.stamp)
-        x, y, below = wTg.actInv(self.context.wTe.translation)
-        if np.hypot(x, y) > settings.astray and -below > settings.astray_above:
-            wTg = wTg * SE3(np.eye(3), np.array([0.0, 0.0, below]))  # back over it first
         goal = PoseGoal(
-            wTe=wTg,
+            wTe=back_over(self._locked.wTg_at(self.context.state.stamp), self.context),
             twist=self._locked.twist,
             speed=settings.descend_speed,
             position_tolerance=settings.descend_tolerance,
