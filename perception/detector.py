@@ -48,8 +48,8 @@ class GraspDetector:
         gripper: the hand that grasps.
         proposer: what alone proposes grasps, instead of `weights` and `network`.
         hold: how likely grasps hold; None takes what is shipped for this hand, if anything is.
-        by_check: rank grasps by check and network, and not by how likely they hold. What
-            `network` names without being one is always ranked so.
+        by_check: rank grasps by check and network, and not by how likely they hold; None does so
+            where `network` names what does without one.
         lever_arm: prefer grasps near the middle of things.
 
     Raises:
@@ -64,12 +64,13 @@ class GraspDetector:
         gripper: GripperDescription,
         proposer: CandidateSource | None = None,
         hold: HoldProbability | None = None,
-        by_check: bool = False,
+        by_check: bool | None = None,
         lever_arm: bool = True,
     ) -> None:
         self._gripper, self._lever_arm = gripper, lever_arm
         if network is not None and network in WITHOUT_NETWORK:
-            proposer, by_check = WITHOUT_NETWORK[network](), True
+            proposer = WITHOUT_NETWORK[network]()
+            by_check = True if by_check is None else by_check
         # Between neighbours, or on the handle of a cup, the hand may fit only where a network
         # proposes nothing.
         self._otherwise: CandidateSource | None = SpreadPoints() if proposer is None else None

@@ -27,7 +27,7 @@ ROOMY = 0.045
 LOSS_BY_WIDTH = 1.5
 """... and loses this against what is as likely to hold [1/m]: 3 % at 65 mm."""
 LOSS_BY_LEVER = 0.3
-"""The same against one that is nearer to the middle of the thing [1/m]."""
+"""The same against one that is nearer to the middle of the object [1/m]."""
 _ANGLE_STEP = 0.005  # to either side of a grasp, to see its direction in the image [m]
 
 

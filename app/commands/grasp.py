@@ -103,8 +103,8 @@ def evaluate(
     by_chance: Annotated[
         int,
         typer.Option(
-            help="With physics: where no row holds the object, try so many grasps by chance, to "
-            "see whether there is any that holds.",
+            help="With physics: number of random grasps to try where no row holds the object, "
+            "to see whether there is any that holds.",
             min=0,
         ),
     ] = 0,
@@ -234,7 +234,7 @@ def views(
     scenes: Annotated[int, typer.Option(help="Scenes of one object.", min=1)] = 60,
     looks: Annotated[
         int,
-        typer.Option(help="Look again from above so often where there is no grasp.", min=0),
+        typer.Option(help="Looks from above at most, where there is no grasp.", min=0),
     ] = 0,
     workers: Annotated[
         int | None, typer.Option(help="Processes; default: one per core.", min=1)

@@ -75,12 +75,10 @@ def _detector(choice: NetworkChoice) -> GraspDetector:
 
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
-    source = WITHOUT_NETWORK.get(choice.network or "")
     return GraspDetector(
         choice.weights,
-        None if source else choice.network,
+        choice.network,
         gripper=ROBOT.gripper,
-        proposer=source() if source else None,
         by_check=not choice.ranking.by_likelihood,
         lever_arm=choice.ranking.lever_arm,
     )
