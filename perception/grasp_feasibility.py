@@ -243,10 +243,12 @@ def _highest_under_palm(
     sine: Array,
     floor: float,
 ) -> Array:
-    """(N,) largest height under the palm [m]; what is unknown is `TALLEST`."""
+    """(N,) largest height under the palm [m]; what is unknown is `TALLEST`, or higher."""
     heights = scene.heights
     if scene.unknown is not None:
         tallest = np.where(scene.unknown, np.float32(floor + TALLEST), np.float32(-np.inf))
+        if scene.rising is not None:
+            tallest[scene.rising] = np.inf
         heights = np.maximum(heights, tallest)
     square = np.ones((_PALM_CELLS, _PALM_CELLS), dtype=np.uint8)
     highest = np.asarray(cv2.dilate(heights, square), dtype=np.float32)

@@ -19,6 +19,8 @@ FINGER_END_MARGIN = 0.002
 """Added to the fingers at their lower end, below which only the pads reach [m]."""
 PALM_ALLOWANCE = 0.0001
 """Subtracted from the reach of the palm, which the check keeps clear by more than this [m]."""
+PALM_MARGIN = 0.004
+"""Added to the palm on all sides, for errors of the arm [m]."""
 LINE_SPACING = 0.0035
 """Between the lines along which the scene is sampled, across the fingers [m]."""
 PALM_SPACING = 0.016
@@ -76,16 +78,15 @@ def hand_dimensions(gripper: GripperDescription) -> HandDimensions:
         finger_thickness=_rounded(gripper.finger.pose.translation[1] + finger[1] + FINGER_MARGIN),
         lines=millimetres * np.float32(1e-3),
         pad_lines=slice(n_finger - n_pad, n_finger + n_pad + 1),
-        palm_along=_points(palm[1]),
-        palm_across=_points(palm[0]),
+        palm_along=_points(palm[1] + PALM_MARGIN),
+        palm_across=_points(palm[0] + PALM_MARGIN),
     )
 
 
 def _points(half: float) -> Array:
     """Points that cover a length, each half of `PALM_SPACING` to either side [m]."""
-    count = ceil(2.0 * half / PALM_SPACING)
-    last = _rounded(0.5 * PALM_SPACING * (count - 1))
-    return np.linspace(-last, last, count)
+    last = _rounded(half - 0.5 * PALM_SPACING)
+    return np.linspace(-last, last, ceil(2.0 * half / PALM_SPACING))
 
 
 def _rounded(length: float) -> float:

@@ -33,6 +33,8 @@ class HeightMap:
     """Side of a cell [m]."""
     unknown: Mask | None = None
     """(rows, columns) where something may stand that the image does not show; None is nowhere."""
+    rising: Mask | None = None
+    """(rows, columns) where that may be as high as the camera: within its minimum range."""
 
     def at(self, x: Array | Image, y: Array | Image) -> Image:
         """Heights at world positions of any shape [m]; outside the grid, those of its border."""
@@ -106,7 +108,7 @@ def build_height_map(
     empty = np.isinf(heights)
     heights = -fill(-heights, empty)
     origin = np.array([first_x, first_y], dtype=float) + wTc.translation[:2]
-    unknown = None
+    unknown = rising = None
     if unseen is not None:
         row, column = np.nonzero(empty)
         at_x, at_y = first_x + CELL * column, first_y + CELL * row
@@ -114,8 +116,23 @@ def build_height_map(
         at_x, at_y = at_x + wTc.translation[0], at_y + wTc.translation[1]
         unknown = np.zeros(shape, dtype=np.bool_)
         unknown[row, column] = left_out | unseen.hides(at_x, at_y, intrinsics, wTc)
+        for edge in (unknown, unknown.T):
+            edge[[0, -1]] = True  # the margin: what is outside is not shown
+        if unseen.rising.any():
+            rising = _filled(shape, origin, unseen.within_range(intrinsics, wTc))
+            unknown |= rising
     return HeightMap(
         heights=np.asarray(cv2.medianBlur(heights, 3), dtype=np.float32),
         origin=origin,
         unknown=unknown,
+        rising=rising,
     )
+
+
+def _filled(shape: tuple[int, int], origin: Array, at: Array) -> Mask:
+    """(rows, columns) the cells with one of (N, 2) positions in the world [m], or beside one."""
+    column, row = np.rint((at - origin) / CELL).astype(np.int64).T
+    inside = (column >= 0) & (column < shape[1]) & (row >= 0) & (row < shape[0])
+    cells = np.zeros(shape, dtype=np.uint8)
+    cells[row[inside], column[inside]] = 1
+    return np.asarray(cv2.dilate(cells, np.ones((3, 3), dtype=np.uint8))) > 0

@@ -108,26 +108,24 @@ def refine(
 
     again = np.concatenate([best, best])
     turn = np.concatenate([np.zeros(len(best)), np.clip(first.turn[best], -MAX_TURN, MAX_TURN)])
-    second = assess(scene, first.x[again], first.y[again], tried[again] + turn, floor, gripper)
-    both = _joined(first, best, second)
-    origin = np.concatenate([best, again])
-    tried = np.concatenate([tried[best], tried[again] + turn])
-    off_centre = np.clip(1.2 - np.abs(both.offset) / _CENTRED, 0.1, 1.0)
-    score = both.score * prior[origin] * off_centre
-    score *= _preference(tried - proposed[origin], turn_cost)
+    tried = tried[again] + turn
+    found = assess(scene, first.x[again], first.y[again], tried, floor, gripper)
+    off_centre = np.clip(1.2 - np.abs(found.offset) / _CENTRED, 0.1, 1.0)
+    score = found.score * prior[again] * off_centre
+    score *= _preference(tried - proposed[again], turn_cost)
     if levers is not None:
-        score *= levers.preference(both.x, both.y)
+        score *= levers.preference(found.x, found.y)
     if owned is not None:
-        score *= owned(both, tried)
-    kept = _distinct(both, tried, score, count)
+        score *= owned(found, tried)
+    kept = _distinct(found, tried, score, count)
     return RefinedGrasps(
-        x=both.x[kept],
-        y=both.y[kept],
-        z=both.z[kept],
-        top=both.top[kept],
+        x=found.x[kept],
+        y=found.y[kept],
+        z=found.z[kept],
+        top=found.top[kept],
         direction=tried[kept],
-        width=both.width[kept],
-        opening=both.opening[kept],
+        width=found.width[kept],
+        opening=found.opening[kept],
         score=score[kept],
     )
 
@@ -136,14 +134,6 @@ def _preference(turn: Array, cost: float) -> Array:
     """1 for the candidate's own direction, less for a grasp turned from it."""
     preference: Array = 1.0 - cost * np.sin(turn) ** 2
     return preference
-
-
-def _joined(first: Assessment, best: Indices, second: Assessment) -> Assessment:
-    parts = {
-        f.name: np.concatenate([getattr(first, f.name)[best], getattr(second, f.name)])
-        for f in fields(Assessment)
-    }
-    return Assessment(**parts)
 
 
 def _distinct(grasps: Assessment, direction: Array, score: Array, count: int) -> list[int]:

@@ -12,7 +12,7 @@ from perception.frame import Frame
 from perception.geometry import world_points
 from perception.height_map import HeightMap, build_height_map
 from perception.preprocess import Crop, fill, valid_depth
-from perception.unknown import Unseen, unknown_pixels
+from perception.unknown import Unseen, rising_holes, unknown_pixels
 
 REACH = 0.07
 """Of the open hand beside a grasp [m]."""
@@ -50,8 +50,10 @@ def surroundings(frame: Frame, depth: Image, crop: Crop, support: float) -> Surr
     part = depth[v[0] : v[-1] + 1, u[0] : u[-1] + 1]
     missing = ~valid_depth(part)
     filled = fill(part, missing)
+    unknown = unknown_pixels(part, missing, frame.intrinsics.fx, support)
     unseen = Unseen(
-        pixels=unknown_pixels(part, missing, frame.intrinsics.fx, support),
+        pixels=unknown,
+        rising=rising_holes(part, missing, unknown),
         corner=(int(u[0]), int(v[0])),
         ground=float(frame.wTc.act(np.array([0.0, 0.0, support]))[2]),
     )

@@ -14,15 +14,22 @@ import cv2
 import numpy as np
 from pinocchio import SE3
 
-from perception.arrays import Array, Image, Mask
+from perception.arrays import Array, Image, Indices, Mask
+from perception.geometry import world_points
 from robots import Intrinsics
 
 BASELINE = 0.05
 """Between the imagers of the camera; that of a RealSense D435 [m]."""
+NEAREST = 0.175
+"""The camera measures nothing nearer than this; that of a RealSense D435 [m]."""
 TALLEST = 0.08
 """What is unknown may be as high above the ground as this, under the palm [m]."""
 _MARGIN = 8  # a shadow with the lost pixels of its edges is at most so much wider [px]
 _SMALLEST = 5  # narrower holes are speckles, along rows and columns [px]
+_RISING = 0.02  # what is farther than `NEAREST` by less than this may come nearer [m]
+_BESIDE = 7  # a surface that ends so near to a hole goes on in it [px]
+_TOUCHING = 10  # pixels of a hole beside such a surface that are no chance
+_NEARER = np.linspace(0.06, NEAREST, 11)  # depths at which what is nearer is looked for [m]
 
 
 def unknown_pixels(depth: Image, missing: Mask, fx: float, farthest: float) -> Mask:
@@ -55,6 +62,27 @@ def unknown_pixels(depth: Image, missing: Mask, fx: float, farthest: float) -> M
     return opened
 
 
+def rising_holes(depth: Image, missing: Mask, unknown: Mask) -> Mask:
+    """Which of the unknown pixels may show something within the minimum range of the camera.
+
+    They are those of a hole beside which something measured is about as near as `NEAREST`: a tall
+    thing whose upper part the camera does not measure.
+
+    Args:
+        depth: (H, W) [m].
+        missing: (H, W) which pixels have no depth.
+        unknown: (H, W) see `unknown_pixels`.
+    """
+    rising = ~missing & (depth < NEAREST + _RISING)
+    if not rising.any() or not unknown.any():
+        return np.zeros(depth.shape, dtype=np.bool_)
+    count, holes = cv2.connectedComponents(unknown.astype(np.uint8))
+    beside = cv2.dilate(rising.astype(np.uint8), np.ones((_BESIDE, _BESIDE), dtype=np.uint8)) > 0
+    is_rising = np.bincount(holes[beside], minlength=count) >= _TOUCHING
+    is_rising[0] = False
+    return np.asarray(is_rising[holes])
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Unseen:
     """What a crop of a depth image does not show, above the ground."""
@@ -65,25 +93,51 @@ class Unseen:
     """(u, v) of the crop's first pixel in the full image [px]."""
     ground: float
     """Height of the ground in the world [m]."""
+    rising: Mask
+    """(H, W) which of the pixels may show something nearer than `NEAREST`; see `rising_holes`."""
+
+    def within_range(self, intrinsics: Intrinsics, wTc: SE3) -> Array:
+        """(N, 2) x and y in the world [m] of where something nearer than `NEAREST` may be."""
+        row, column = (each[:, None] for each in np.nonzero(self.rising))
+        points = world_points(
+            np.broadcast_to(_NEARER, (len(row), len(_NEARER))),
+            intrinsics,
+            wTc,
+            (column + self.corner[0]).astype(float),
+            (row + self.corner[1]).astype(float),
+        )
+        return points[..., :2].reshape(-1, 2)
 
     def hides(self, x: Array, y: Array, intrinsics: Intrinsics, wTc: SE3) -> Mask:
         """At which (N,) positions in the world [m] something unknown may stand.
 
         Whatever stands on the ground hides the ground below itself. So the ground is projected into
         the image: outside, or in a hole, something unknown may stand there. Where a measured thing
-        hides the ground, nothing else is supposed to.
+        hides the ground, nothing else is supposed to; but that thing itself may be taller where the
+        image ends below `TALLEST`.
         """
+        inside = self._inside(*self._pixel(x, y, self.ground + TALLEST, intrinsics, wTc))
+        column, row = self._pixel(x, y, self.ground, intrinsics, wTc)
+        inside &= self._inside(column, row)
+        hidden: Mask = ~inside
+        hidden[inside] = self.pixels[row[inside], column[inside]]
+        return hidden
+
+    def _pixel(
+        self, x: Array, y: Array, height: float, intrinsics: Intrinsics, wTc: SE3
+    ) -> tuple[Indices, Indices]:
+        """Columns and rows of the crop (N,) at which positions at a height are seen."""
         camera = wTc.inverse()
-        ground = camera.rotation[:, 2] * self.ground + camera.translation
+        level = camera.rotation[:, 2] * height + camera.translation
         along_x, along_y, along_z = (
-            camera.rotation[axis, 0] * x + camera.rotation[axis, 1] * y + ground[axis]
+            camera.rotation[axis, 0] * x + camera.rotation[axis, 1] * y + level[axis]
             for axis in range(3)
         )
         u = intrinsics.fx * along_x / along_z + (intrinsics.cx - self.corner[0])
         v = intrinsics.fy * along_y / along_z + (intrinsics.cy - self.corner[1])
-        column, row = np.rint(u).astype(np.int32), np.rint(v).astype(np.int32)
+        return np.rint(u).astype(np.int32), np.rint(v).astype(np.int32)
+
+    def _inside(self, column: Indices, row: Indices) -> Mask:
         rows, columns = self.pixels.shape
-        inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
-        hidden: Mask = ~inside
-        hidden[inside] = self.pixels[row[inside], column[inside]]
-        return hidden
+        inside: Mask = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+        return inside

@@ -15,7 +15,7 @@ from torch import Tensor
 
 from perception.grasp_patches import FAR_CELL, FAR_SHAPE, NEAR_CELL, NEAR_SHAPE, NUMBERS
 from perception.hand_dimensions import hand_dimensions
-from robots import GripperDescription
+from robots import GripperDescription, half_extents
 
 Measure: TypeAlias = Callable[[Tensor, Tensor], Tensor]
 
@@ -72,9 +72,8 @@ def hold_measures(
         measures += _both(left_right, _mean, (near > level).float(), edges)
 
     along, across = _cells(FAR_SHAPE, FAR_CELL)
-    palm = (along.abs() <= float(hand.palm_along[-1])) & (
-        across.abs() <= float(hand.palm_across[-1]) + FAR_CELL
-    )
+    half_across, half_along, _ = half_extents(gripper.palm.shape)
+    palm = (along.abs() <= half_along) & (across.abs() <= half_across)
     stands = (far + of["height"] > _STANDS).float()
     measures += [
         _highest((far - hand.palm) / _CLEARANCE, palm),

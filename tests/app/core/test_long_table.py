@@ -35,6 +35,7 @@ def one_object(folder: Path, slot: int, waits: bool) -> Path:
     return task
 
 
+@pytest.mark.slow
 def test_the_base_that_sets_out_with_the_grasp_is_faster(tmp_path):
     moving = run(tmp_path / "a", one_object(tmp_path / "moving", 10, waits=False))
     waiting = run(tmp_path / "b", one_object(tmp_path / "waiting", 10, waits=True))

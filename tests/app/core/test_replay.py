@@ -149,7 +149,9 @@ def test_a_run_in_real_time_is_replayed_though_ticks_were_missed(toy, tmp_path):
     assert replay_run(record(run, tmp_path)).identical
 
 
-@pytest.mark.parametrize("run", RECORDED[:2], ids=str)
+@pytest.mark.parametrize(
+    "run", [pytest.param(RECORDED[0], marks=pytest.mark.slow), RECORDED[1]], ids=str
+)
 def test_a_short_run_with_images_and_a_fault_is_replayed(run, tmp_path):
     replay = replay_run(record(run, tmp_path))
     assert replay.identical, str(replay)

@@ -139,6 +139,7 @@ def test_inspect_fails_when_something_is_missing(tmp_path):
     assert summary["messages"] == ["I count 4 objects on the bench.", "There should be 6."]
 
 
+@pytest.mark.slow
 def test_a_moving_object_is_followed_and_picked_up_when_it_stops(tmp_path):
     scene = scene_like(
         tmp_path,

@@ -11,6 +11,7 @@ from app.lab.bench.soak import LONGEST_S
 from hw import INJECTABLE
 
 
+@pytest.mark.slow
 def test_a_soak_of_a_minute_accounts_for_every_object():
     told: list[float] = []
     soak = bench.run_soak(1.2 / 60.0, seed=3, progress=lambda soak: told.append(soak.hours))

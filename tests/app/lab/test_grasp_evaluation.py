@@ -37,6 +37,7 @@ def test_an_image_is_evaluated_the_same_every_time(detector: GraspDetector) -> N
     assert evaluate_image(detector, 3, "clutter") == evaluate_image(detector, 3, "clutter")
 
 
+@pytest.mark.slow
 def test_a_container_is_emptied_object_by_object(detector: GraspDetector) -> None:
     world = heldout_container(0)
     objects = len(world.objects)
