@@ -115,6 +115,39 @@ def test_a_thing_that_gives_no_depth_is_unknown_where_it_stands() -> None:
     assert not unknown_at(found, 3.1, 0.0)
 
 
+def test_what_is_outside_the_map_is_unknown() -> None:
+    unknown = seen_from(looking_down(0.45, yaw=0.4)).unknown
+    assert unknown is not None
+    assert all(edge.all() for edge in (unknown[0], unknown[-1], unknown[:, 0], unknown[:, -1]))
+
+
+def beside_a_column(height: float) -> tuple[HeightMap, float]:
+    """What a camera 0.3 m above the floor sees of it, and the score of a grasp 70 mm beside it."""
+    floor = Geom(Box((2.0, 2.0, 0.1)), SE3(np.eye(3), np.array([3.0, 0.0, FLOOR - 0.1])), "floor")
+    sizes = {(3.0, 0.0): (0.02, 0.02, 0.035), (3.0, 0.07): (0.02, 0.01, 0.5 * height)}
+    boxes = [
+        Geom(Box(half), SE3(np.eye(3), np.array([x, y, FLOOR + half[2]])), "box")
+        for (x, y), half in sizes.items()
+    ]
+    wTc = looking_down(0.3)
+    wTc.translation[1] -= 0.02  # so that the side of the column is seen
+    seen = frame(World([floor, *boxes], []), wTc)
+    around = surroundings(seen, np.array(seen.depth), central_crop((480, 640), CAMERA, 0.3), 0.3)
+    at = 3.0 * np.ones(1), np.zeros(1), 0.5 * np.pi * np.ones(1)
+    return around.scene, float(assess(around.scene, *at, FLOOR, GRIPPER).score[0])
+
+
+def test_the_palm_does_not_meet_what_is_within_the_minimum_range() -> None:
+    low, fits = beside_a_column(0.09)
+    assert low.rising is None
+    assert fits > 0.0
+    tall, score = beside_a_column(0.24)
+    assert tall.rising is not None
+    assert tall.rising.ravel()[tall.cells(np.array([3.0]), np.array([0.07]))].all()
+    assert not tall.rising.ravel()[tall.cells(np.array([3.1]), np.array([0.0]))].any()
+    assert score == 0.0
+
+
 @pytest.mark.parametrize(("beside", "fits"), [(0.010, False), (0.062, True)])
 def test_no_finger_goes_down_where_the_image_shows_nothing(beside: float, fits: bool) -> None:
     where = scene(box(0.0, 0.0, 0.03, 0.12, 0.05))
