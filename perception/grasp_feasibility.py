@@ -123,8 +123,7 @@ def assess(
     unknown = np.zeros((len(x), len(ALONG)), dtype=np.bool_)
     if scene.unknown is not None:
         unknown = np.asarray(scene.unknown.ravel().take(cells).any(axis=1))
-    under_palm = _highest_under_palm(scene, hand, x, y, cosine, sine, floor)
-    lowest = under_palm + _PALM_CLEARANCE - hand.palm
+    lowest = _lowest(scene, hand, x, y, cosine, sine, floor)
     deepest = np.maximum(0.5 * (top + floor), floor + FLOOR_CLEARANCE)
     # All depths at once: with so few grasps the overhead of numpy's calls dominates.
     n = len(DEPTHS)
@@ -179,7 +178,7 @@ def _assess_at(
         unknown: (N, along) where the image does not show all that is in the way of the fingers.
         top: (N,) height of the surface at the grasp [m].
         deep: (N,) desired height of the grasp centre [m].
-        lowest: (N,) height below which the palm would collide [m].
+        lowest: (N,) height below which palm or camera would collide [m].
         hand: dimensions of the hand.
     """
     z = np.maximum(deep, lowest)
@@ -234,7 +233,7 @@ def _assess_at(
     )
 
 
-def _highest_under_palm(
+def _lowest(
     scene: HeightMap,
     hand: HandDimensions,
     x: Array,
@@ -243,7 +242,10 @@ def _highest_under_palm(
     sine: Array,
     floor: float,
 ) -> Array:
-    """(N,) largest height under the palm [m]; what is unknown is `TALLEST`, or higher."""
+    """(N,) height of the grasp centre below which palm or camera would meet something [m].
+
+    What is unknown is as high as `TALLEST`, or as the camera.
+    """
     heights = scene.heights
     if scene.unknown is not None:
         tallest = np.where(scene.unknown, np.float32(floor + TALLEST), np.float32(-np.inf))
@@ -252,18 +254,13 @@ def _highest_under_palm(
         heights = np.maximum(heights, tallest)
     square = np.ones((_PALM_CELLS, _PALM_CELLS), dtype=np.uint8)
     highest = np.asarray(cv2.dilate(heights, square), dtype=np.float32)
-    along, across = (
-        grid.ravel()[None, :] for grid in np.meshgrid(hand.palm_along, hand.palm_across)
-    )
-    c, s = cosine[:, None], sine[:, None]
-    under = look_up(
-        highest,
-        scene.origin,
-        scene.cell,
-        x[:, None] + c * along - s * across,
-        y[:, None] + s * along + c * across,
-    )
-    return np.asarray(under.max(axis=1), dtype=float)
+    x, y, c, s = (each[:, None] for each in (x, y, cosine, sine))
+    lowest = np.full(len(x), -np.inf)
+    for height, along, across in hand.overhead:
+        at = x + c * along - s * across, y + s * along + c * across
+        under = look_up(highest, scene.origin, scene.cell, *at).max(axis=1)
+        lowest = np.maximum(lowest, under + _PALM_CLEARANCE - height)
+    return lowest
 
 
 def _room(

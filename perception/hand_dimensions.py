@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cache
 from math import ceil, floor
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +27,17 @@ LINE_SPACING = 0.0035
 """Between the lines along which the scene is sampled, across the fingers [m]."""
 PALM_SPACING = 0.016
 """Between the points at which the scene is sampled under the palm [m]."""
+
+
+class Overhead(NamedTuple):
+    """A part of the hand that stays above what is grasped and what stands around it."""
+
+    height: float
+    """Above the grasp centre [m]."""
+    along: Array
+    """(P,) offset along of points under it, each for `PALM_SPACING` around it [m]."""
+    across: Array
+    """(P,) their offset across [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,10 +61,8 @@ class HandDimensions:
     """(L,) offset across of each line, over the width of the fingers [m]."""
     pad_lines: slice
     """Those over the width of the pads."""
-    palm_along: Array
-    """(P,) offset along of the points under the palm [m]."""
-    palm_across: Array
-    """(Q,) offset across of the points under the palm [m]."""
+    overhead: tuple[Overhead, ...]
+    """The palm, and the camera if it has one: on both sides, as a hand may be turned round."""
 
 
 def hand_sizes(gripper: GripperDescription) -> dict[str, float]:
@@ -78,13 +89,24 @@ def hand_dimensions(gripper: GripperDescription) -> HandDimensions:
         finger_thickness=_rounded(gripper.finger.pose.translation[1] + finger[1] + FINGER_MARGIN),
         lines=millimetres * np.float32(1e-3),
         pad_lines=slice(n_finger - n_pad, n_finger + n_pad + 1),
-        palm_along=_points(palm[1] + PALM_MARGIN),
-        palm_across=_points(palm[0] + PALM_MARGIN),
+        overhead=tuple(_overhead(gripper)),
     )
 
 
+def _overhead(gripper: GripperDescription) -> Iterator[Overhead]:
+    for part in (gripper.palm, gripper.camera):
+        if part is not None:
+            aside, ahead, up = part.pose.translation
+            across, along, high = half_extents(part.shape)
+            sides = _points(across + PALM_MARGIN)
+            sides = np.unique(np.concatenate([sides + aside, sides - aside]))
+            grid = np.meshgrid(_points(along + abs(ahead) + PALM_MARGIN), sides)
+            height = _rounded(-up - high + PALM_ALLOWANCE)
+            yield Overhead(height, grid[0].ravel(), grid[1].ravel())
+
+
 def _points(half: float) -> Array:
-    """Points that cover a length, each half of `PALM_SPACING` to either side [m]."""
+    """(P,) points that cover a length, each half of `PALM_SPACING` to either side [m]."""
     last = _rounded(half - 0.5 * PALM_SPACING)
     return np.linspace(-last, last, ceil(2.0 * half / PALM_SPACING))
 

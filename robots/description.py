@@ -115,6 +115,9 @@ class GripperDescription:
     """Of one finger [kg]."""
     looks: str | None
     """What the viewer draws instead of the boxes, if it has it."""
+    camera: Geom | None = None
+    """The housing of the camera on it, a box in e whose edges are those of e; None if it has none
+    that is in the way."""
 
 
 @dataclass(frozen=True, kw_only=True)

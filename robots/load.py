@@ -14,6 +14,7 @@ from os.path import isfile
 from pathlib import Path
 
 import numpy as np
+from pinocchio import SE3
 
 from config import ConfigError, Diagnostics, YamlMap, read_config, read_yaml, suggest
 from robots.description import (
@@ -28,7 +29,7 @@ from robots.description import (
 from robots.schema import N_LINKS, ArmFile, BaseFile, CameraFile, GripperFile, RobotFile
 from robots.schema_geometry import PoseFile
 from robots.schema_hardware import HardwareFile, RealRobotFile
-from robots.shapes import Colour
+from robots.shapes import Box, Colour, Geom, half_extents
 
 SHIPPED = Path(__file__).parent
 """The folder of the shipped robots."""
@@ -136,14 +137,25 @@ def _as_it_is(described: RobotDescription, file: RealRobotFile, name: str) -> Ro
         arm = replace(arm, lag=file.arm_lag)
     if isinstance(file.camera_mount, PoseFile):
         camera = replace(camera, eTc=file.camera_mount.pose())
+    gripper = _with_camera(described.gripper, camera)
     bTa = file.arm_mount.pose() if isinstance(file.arm_mount, PoseFile) else described.bTa
-    return replace(described, name=name, limits=limits, base=base, arm=arm, camera=camera, bTa=bTa)
+    return replace(
+        described,
+        name=name,
+        limits=limits,
+        base=base,
+        arm=arm,
+        gripper=gripper,
+        camera=camera,
+        bTa=bTa,
+    )
 
 
 @cache
 def _load(path: Path) -> RobotDescription:
     file = read_config(path, RobotFile, context=(path.parent, SHIPPED))
     arm = read_config(Path(file.arm), ArmFile)
+    camera = _camera(read_config(Path(file.camera), CameraFile), file.camera_mount)
     return RobotDescription(
         name=path.stem,
         base=BaseDescription(
@@ -155,8 +167,8 @@ def _load(path: Path) -> RobotDescription:
         ),
         bTa=file.arm_mount.pose(),
         arm=_arm(arm),
-        gripper=_gripper(read_config(Path(file.gripper), GripperFile)),
-        camera=_camera(read_config(Path(file.camera), CameraFile), file.camera_mount),
+        gripper=_with_camera(_gripper(read_config(Path(file.gripper), GripperFile)), camera),
+        camera=camera,
         limits=_limits(arm, file.base),
     )
 
@@ -193,6 +205,14 @@ def _gripper(file: GripperFile) -> GripperDescription:
         finger_mass=file.finger_mass,
         looks=file.looks,
     )
+
+
+def _with_camera(gripper: GripperDescription, camera: CameraDescription) -> GripperDescription:
+    """The gripper, and the box around the camera's housing where it is mounted."""
+    eTb = camera.eTc * camera.body.pose
+    half = np.abs(eTb.rotation) @ np.array(half_extents(camera.body.shape))
+    box = Geom(Box(tuple(half.tolist())), SE3(np.eye(3), eTb.translation), camera.body.name)
+    return replace(gripper, camera=box)
 
 
 def _camera(file: CameraFile, mount: PoseFile) -> CameraDescription:

@@ -77,8 +77,14 @@ def test_the_dimensions_are_those_of_the_franka_hand_with_margins() -> None:
     assert HAND.finger_thickness == pytest.approx(0.01575 + 0.00005)
     assert HAND.lines == pytest.approx(1e-3 * np.array([-10.5, -7, -3.5, 0, 3.5, 7, 10.5]))
     assert HAND.lines[HAND.pad_lines] == pytest.approx(1e-3 * np.array([-7, -3.5, 0, 3.5, 7]))
-    assert max(HAND.palm_along) + 0.008 == pytest.approx(0.102 + 0.004)
-    assert max(HAND.palm_across) + 0.008 == pytest.approx(0.0316 + 0.004)
+    palm, camera = HAND.overhead
+    assert palm.height == HAND.palm
+    assert max(palm.along) + 0.008 == pytest.approx(0.102 + 0.004)
+    assert max(palm.across) + 0.008 == pytest.approx(0.0316 + 0.004)
+    assert camera.height == pytest.approx(0.0794 + 0.0001)
+    assert max(camera.along) + 0.008 == pytest.approx(0.045 + 0.004)
+    assert max(camera.across) + 0.008 == pytest.approx(0.077 + 0.004)
+    assert min(abs(camera.across)) - 0.008 == pytest.approx(0.053 - 0.004)
 
 
 def test_another_gripper_is_assessed_with_its_own_dimensions() -> None:
@@ -165,6 +171,13 @@ def test_the_palm_stays_above_tall_neighbours_or_gives_up() -> None:
     square = scene(box(0, 0, 0.04, 0.04, 0.04), taller)
     assert feasibility(square, 90)["score"] == 0.0
     assert feasibility(square, 0)["score"] > 0
+
+
+def test_the_camera_stays_above_what_stands_beside_the_hand() -> None:
+    tall = box(0.065, 0.0, 0.02, 0.06, 0.13)
+    where = scene(box(0, 0, 0.03, 0.04, 0.05), tall)
+    assert feasibility(where, 90)["score"] == 0.0
+    assert feasibility(where, 90, gripper=replace(GRIPPER, camera=None))["score"] > 0.0
 
 
 def test_a_wall_beside_the_fingers_counts_as_much_as_an_object() -> None:
