@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from config import ConfigError
-from robots import load_real_robot, load_robot
+from robots import half_extents, load_real_robot, load_robot
 from robots.load import SHIPPED
 
 FRANKIE = load_robot("frankie")
@@ -62,6 +63,19 @@ def test_what_differs_on_this_robot_takes_the_place_of_the_description(file: Pat
     assert robot.arm.lag == 0.05
     assert robot.base.lag == 0.25
     np.testing.assert_allclose(FRANKIE.bTa.translation, [0.15, 0.0, 0.38])
+
+
+def test_the_camera_is_on_the_hand_where_it_is_mounted(file: Path) -> None:
+    mount = "camera_mount: {xyz: [0.05, 0.01, -0.09], rpy_deg: [4, 0, 91]}\n"
+    file.write_text(file.read_text() + mount)
+    robot = load_robot(file)
+    box, body = robot.gripper.camera, robot.camera.body
+    assert box is not None
+    half = np.array(half_extents(body.shape))
+    corners = np.array(list(product((-1, 1), repeat=3))) * half
+    on_hand = np.array([(robot.camera.eTc * body.pose).act(corner) for corner in corners])
+    np.testing.assert_allclose(on_hand.max(0), box.pose.translation + half_extents(box.shape))
+    np.testing.assert_allclose(on_hand.min(0), box.pose.translation - half_extents(box.shape))
 
 
 QUALITY = """\
