@@ -74,7 +74,8 @@ def hand_sizes(gripper: GripperDescription) -> dict[str, float]:
 @cache
 def hand_dimensions(gripper: GripperDescription) -> HandDimensions:
     """The dimensions of a gripper."""
-    palm, finger, pad = (half_extents(g.shape) for g in (gripper.palm, gripper.finger, gripper.pad))
+    finger, pad = (half_extents(part.shape) for part in (gripper.finger, gripper.pad))
+    overhead = tuple(_overhead(gripper))
     n_pad = floor(pad[0] / LINE_SPACING)
     n_finger = ceil(finger[0] / LINE_SPACING)
     millimetres = np.arange(-n_finger, n_finger + 1, dtype=np.float32) * np.float32(
@@ -83,17 +84,18 @@ def hand_dimensions(gripper: GripperDescription) -> HandDimensions:
     return HandDimensions(
         opening=gripper.opening,
         tip=_rounded(gripper.tip + TIP_MARGIN),
-        palm=_rounded(-gripper.palm.pose.translation[2] - palm[2] + PALM_ALLOWANCE),
+        palm=overhead[0].height,
         finger=_rounded(-gripper.finger.pose.translation[2] - finger[2] - FINGER_END_MARGIN),
         pad_thickness=_rounded(gripper.pad.pose.translation[1] + pad[1]),
         finger_thickness=_rounded(gripper.finger.pose.translation[1] + finger[1] + FINGER_MARGIN),
         lines=millimetres * np.float32(1e-3),
         pad_lines=slice(n_finger - n_pad, n_finger + n_pad + 1),
-        overhead=tuple(_overhead(gripper)),
+        overhead=overhead,
     )
 
 
 def _overhead(gripper: GripperDescription) -> Iterator[Overhead]:
+    """The palm first."""
     for part in (gripper.palm, gripper.camera):
         if part is not None:
             aside, ahead, up = part.pose.translation

@@ -116,22 +116,21 @@ class Unseen:
         hides the ground, nothing else is supposed to; but that thing itself may be taller where the
         image ends below `TALLEST`.
         """
-        inside = self._inside(*self._pixel(x, y, self.ground + TALLEST, intrinsics, wTc))
-        column, row = self._pixel(x, y, self.ground, intrinsics, wTc)
+        cTw = wTc.inverse()
+        inside = self._inside(*self._pixel(x, y, self.ground + TALLEST, intrinsics, cTw))
+        column, row = self._pixel(x, y, self.ground, intrinsics, cTw)
         inside &= self._inside(column, row)
         hidden: Mask = ~inside
         hidden[inside] = self.pixels[row[inside], column[inside]]
         return hidden
 
     def _pixel(
-        self, x: Array, y: Array, height: float, intrinsics: Intrinsics, wTc: SE3
+        self, x: Array, y: Array, height: float, intrinsics: Intrinsics, cTw: SE3
     ) -> tuple[Indices, Indices]:
         """Columns and rows of the crop (N,) at which positions at a height are seen."""
-        camera = wTc.inverse()
-        level = camera.rotation[:, 2] * height + camera.translation
+        level = cTw.rotation[:, 2] * height + cTw.translation
         along_x, along_y, along_z = (
-            camera.rotation[axis, 0] * x + camera.rotation[axis, 1] * y + level[axis]
-            for axis in range(3)
+            cTw.rotation[axis, 0] * x + cTw.rotation[axis, 1] * y + level[axis] for axis in range(3)
         )
         u = intrinsics.fx * along_x / along_z + (intrinsics.cx - self.corner[0])
         v = intrinsics.fy * along_y / along_z + (intrinsics.cy - self.corner[1])
