@@ -15,7 +15,7 @@ from math import inf
 from typing import NamedTuple
 
 from hw import Camera, DepthFrame, one_thread, stopwatch
-from perception import Detection, GraspDetector, GraspEstimate, GraspTracker, Workspace
+from perception import Detection, GraspDetector, GraspEstimate, GraspTracker, SceneMemory, Workspace
 
 OLDEST_FRAME = 0.15
 """A frame older than this says nothing about where a grasp is now [s]."""
@@ -47,6 +47,7 @@ class Vision(ABC):
         self.grasp: GraspEstimate | None = None
         """The grasp that is followed, if any."""
         self._known_since = -inf
+        self._memory = SceneMemory()
         self.seconds = 0.0
         """Real time that ticks have spent on images so far [s]."""
 
@@ -101,8 +102,12 @@ class Vision(ABC):
         if self.is_blind(now):
             if not self.tracker.locked:
                 self.reset()
-        elif detection is not None and frame is not None and frame.stamp >= self._known_since:
-            self.grasp = self.tracker.update(detection, frame.wTc)
+        elif detection is not None and frame is not None:
+            is_known = frame.stamp >= self._known_since
+            if is_known:
+                self.grasp = self.tracker.update(detection, frame.wTc)
+            if not is_known or (self.grasp is not None and self.grasp.velocity.any()):
+                self._memory = SceneMemory()  # things are not where that frame showed them
         return self.grasp
 
     def blindness(self, now: float) -> str:
@@ -122,9 +127,10 @@ class Vision(ABC):
             self.tracker.reject(self.grasp.wTg)
 
     def reset(self) -> None:
-        """Follow no grasp any longer."""
+        """Follow no grasp any longer, and remember nothing of what earlier frames showed."""
         self.tracker.reset()
         self.grasp = None
+        self._memory = SceneMemory()
 
     def relocalise(self, now: float) -> None:
         """Follow no grasp that a frame from before session time `now` shows."""
@@ -153,7 +159,7 @@ class VisionInStep(Vision):
         if frame is None:
             return None
         with self.timed():
-            self.detection = self._detector.detect(frame, workspace)
+            self.detection = self._detector.detect(frame, workspace, self._memory)
         return self.detection
 
 
@@ -209,6 +215,6 @@ class VisionBeside(Vision):
                 self._found = workspace, found
         is_idle = search is None or search.result.done()
         if is_idle and (search is None or search[:2] != (newest, workspace)):
-            result = self._executor.submit(self._detector.detect, newest, workspace)
+            result = self._executor.submit(self._detector.detect, newest, workspace, self._memory)
             self._search, self._is_used = _Search(newest, workspace, result), False
         return found

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from perception.preprocess import METRES_PER_PIXEL, Crop, central_crop, prepare
     from perception.recogniser import Labelled, Recogniser, RecogniserError
     from perception.samples import Labels, Sample, Shard
+    from perception.scene_memory import SceneMemory
     from perception.seams import SEAM_MEASURES, measure_seam, seams_across
     from perception.seen_object import SeenObject, SeenObjects
     from perception.seen_surfaces import SeenSurfaces, SurfaceSettings, surface_cells
@@ -76,6 +77,7 @@ __all__ = [
     "Recogniser",
     "RecogniserError",
     "Sample",
+    "SceneMemory",
     "SeamModel",
     "SeenObject",
     "SeenObjects",

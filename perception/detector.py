@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -24,6 +25,7 @@ from perception.preprocess import (
     prepare,
     valid_depth,
 )
+from perception.scene_memory import SceneMemory
 from perception.smoothing import FAR, smoothed
 from perception.surroundings import surroundings
 from robots import GripperDescription
@@ -93,12 +95,18 @@ class GraspDetector:
         self.proposer: CandidateSource = proposer
         self._hold = hold
 
-    def detect(self, frame: Frame, workspace: Workspace | None = None) -> Detection:
+    def detect(
+        self,
+        frame: Frame,
+        workspace: Workspace | None = None,
+        memory: SceneMemory | None = None,
+    ) -> Detection:
         """Find grasps from straight above.
 
         Args:
             frame: depth image with the camera's model and pose.
             workspace: where to grasp; None is everywhere above the largest level surface.
+            memory: of the frames before this one, and this one from now on; None has only this one.
 
         Returns:
             Grasps, best first, or none and the reason, which may be an unusable frame.
@@ -122,6 +130,8 @@ class GraspDetector:
         occupied = _occupied_area(scene, workspace, floor)
         covered = (float(crop.u0), float(crop.v0), float(crop.size))
 
+        if memory is not None:
+            around = replace(around, scene=memory.completed(scene, frame.stamp))
         if not allowed.any():
             return _no_grasp(frame, "nothing stands out in the workspace", covered, occupied)
         proposals = self.proposer.propose(prepared.network_input, allowed)

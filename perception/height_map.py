@@ -98,8 +98,10 @@ def build_height_map(
         near[0] = True
     if not near.all():
         x, y, z = x[near], y[near], z[near]
-    # A margin of one cell stands for all that is outside.
-    first_x, first_y = x.min() - np.float32(CELL), y.min() - np.float32(CELL)
+    # Cells lie where those of any other map do. A margin of one stands for all that is outside.
+    corner = np.array([x.min(), y.min()], dtype=float) + wTc.translation[:2]
+    origin = CELL * (np.rint(corner / CELL) - 1.0)
+    first_x, first_y = (origin - wTc.translation[:2]).astype(np.float32)
     column = ((x - first_x) * np.float32(1.0 / CELL) + np.float32(0.5)).astype(np.int32)
     row = ((y - first_y) * np.float32(1.0 / CELL) + np.float32(0.5)).astype(np.int32)
     shape = (int(row.max()) + 2, int(column.max()) + 2)
@@ -107,7 +109,6 @@ def build_height_map(
     np.maximum.at(heights.ravel(), row * np.int32(shape[1]) + column, z)
     empty = np.isinf(heights)
     heights = -fill(-heights, empty)
-    origin = np.array([first_x, first_y], dtype=float) + wTc.translation[:2]
     unknown = rising = None
     if unseen is not None:
         row, column = np.nonzero(empty)

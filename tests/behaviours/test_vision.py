@@ -6,12 +6,25 @@ from math import inf
 
 import numpy as np
 import pytest
-from harness import ON_TABLE, Harness, block, detector, looking_down, table_world
+from harness import (
+    ON_TABLE,
+    TABLE_TOP,
+    Harness,
+    block,
+    detector,
+    looking_down,
+    table_world,
+)
 from py_trees.common import Status
 
 from behaviours import Region, VisionBeside, VisionInStep
 from behaviours.grasp import Grasp
-from hw import one_thread
+from hw import DepthFrame, one_thread
+from hw.sim import DepthRenderer
+from robots import load_robot
+
+FRANKIE = load_robot("frankie")
+LONG = block(half=(0.06, 0.02, 0.025))
 
 
 def over_a_block() -> Harness:
@@ -114,6 +127,47 @@ def test_a_result_for_another_region_or_of_long_ago_is_dropped(beside):
     vision.begin_tick()
     assert vision.detect(elsewhere) is None
     assert len(executor.waiting) == 1  # the newest frame is searched instead
+
+
+class Given:
+    """A camera whose frames a test gives."""
+
+    def __init__(self) -> None:
+        self._render = DepthRenderer(FRANKIE.camera.intrinsics)
+        self.frame: DepthFrame | None = None
+
+    def latest(self, max_age: float) -> DepthFrame | None:
+        return self.frame
+
+    def look(self, stamp: float, above: float, aside: float = 0.0) -> None:
+        wTc = looking_down(0.7, aside, TABLE_TOP + above)
+        depth = self._render.render(table_world(LONG).shapes(), wTc)
+        self.frame = DepthFrame(
+            depth=depth, intrinsics=FRANKIE.camera.intrinsics, wTc=wTc, stamp=stamp
+        )
+
+
+@pytest.mark.parametrize("forgets", ["nothing", "reset", "relocalise", "relocalise late"])
+def test_what_was_seen_on_the_way_counts_as_long_as_a_grasp_is_followed(forgets):
+    camera = Given()
+    vision = VisionInStep(camera, detector())
+    camera.look(0.0, above=0.5)
+    vision.begin_tick()
+    assert vision.track(ON_TABLE, 0.0) is not None
+    camera.look(0.5, above=0.26, aside=0.08)  # nearly out of sight: narrower than the hand
+    if forgets == "reset":
+        vision.reset()
+    elif forgets == "relocalise":
+        vision.relocalise(0.4)
+    elif forgets == "relocalise late":  # a frame of before is still to come
+        vision.relocalise(0.4)
+        camera.look(0.3, above=0.5)
+        vision.begin_tick()
+        vision.track(ON_TABLE, 0.4)
+        camera.look(0.5, above=0.26, aside=0.08)
+    vision.begin_tick()
+    vision.track(ON_TABLE, 0.5)
+    assert bool(vision.detection.grasps) == (forgets == "nothing")
 
 
 def test_a_camera_that_stopped_is_noticed(beside):

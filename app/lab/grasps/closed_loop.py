@@ -25,7 +25,7 @@ from app.lab.grasps.scenes import (
 from behaviours import Region
 from hw import DepthFrame
 from hw.sim import D435Noise, Hand, Objects, World, build_world, read_scene
-from perception import GraspDetector, GraspEstimate, GraspTracker
+from perception import GraspDetector, GraspEstimate, GraspTracker, SceneMemory
 
 ATTEMPTS = 3
 """At each object."""
@@ -111,11 +111,12 @@ def approach_grasp(
         The grasp; None if there is none, and the tracker says why.
     """
     tracker.reset()
+    memory = SceneMemory()
     wTe = _START
     grasp = None
     for _ in range(_FRAMES):
         frame = wrist_frame(world, wTe, noise, rng)
-        grasp = tracker.update(detector.detect(frame, CONTAINER), frame.wTc)
+        grasp = tracker.update(detector.detect(frame, CONTAINER, memory), frame.wTc)
         if tracker.locked:
             break
         if grasp is not None:

@@ -1,0 +1,103 @@
+"""What was seen on the way counts where the newest image shows nothing, and nowhere else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pinocchio import SE3
+from test_detector import WORKSPACE, box_world, detector, frame, looking_down
+from test_unknown import seen_from, unknown_at
+
+from hw import DepthFrame
+from hw.sim import World
+from perception import GraspDetector, HeightMap, SceneMemory
+from perception.scene_memory import OLDEST, completed
+from robots import Box, Geom
+
+__all__ = ["detector"]  # a fixture
+
+BOX = box_world(yaw=0.0, x=3.0, y=0.0)
+
+
+def from_afar(stamp: float, world: World = BOX) -> DepthFrame:
+    """The whole container."""
+    return replace(frame(world, looking_down(0.5)), stamp=stamp)
+
+
+def from_near(stamp: float, world: World = BOX) -> DepthFrame:
+    """The box at the border of an image that is hardly wider than the hand."""
+    wTc = looking_down(0.26)
+    wTc.translation[1] += 0.08
+    return replace(frame(world, wTc), stamp=stamp)
+
+
+def from_both(shift: float) -> tuple[HeightMap, HeightMap]:
+    """What is seen from near and, `shift` beside it, from afar."""
+    far = looking_down(0.5)
+    far.translation[1] += shift
+    return seen_from(looking_down(0.26)), seen_from(far)
+
+
+def test_where_the_newest_map_shows_nothing_it_is_the_earlier_one() -> None:
+    near, far = from_both(shift=-0.0123)
+    both = completed(near, [far])
+    assert near.unknown is not None
+    row, column = np.nonzero(~near.unknown)
+    x, y = near.origin[0] + near.cell * column, near.origin[1] + near.cell * row
+    np.testing.assert_array_equal(both.at(x, y), near.heights[row, column])
+    x, y = np.full(60, 3.0), near.origin[1] - near.cell * np.arange(60)
+    assert unknown_at(near, 3.0, y[-1])
+    assert not unknown_at(both, 3.0, y[-1])
+    np.testing.assert_array_equal(both.at(x, y), far.at(x, y))
+
+
+def test_what_no_map_shows_stays_unknown() -> None:
+    near, far = from_both(shift=0.3)
+    both = completed(near, [far])
+    assert unknown_at(both, 3.0, -0.3)
+    assert unknown_at(both, 3.0, 0.6)
+    assert both.unknown is not None
+    edges = (both.unknown[0], both.unknown[-1], both.unknown[:, 0], both.unknown[:, -1])
+    assert all(edge.all() for edge in edges)
+
+
+def test_a_hand_that_reaches_out_of_the_image_goes_where_the_camera_has_looked(
+    detector: GraspDetector,
+) -> None:
+    memory = SceneMemory()
+    assert not detector.detect(from_near(1.0), WORKSPACE).grasps
+    assert detector.detect(from_afar(0.0), WORKSPACE, memory).grasps
+    assert detector.detect(from_near(1.0), WORKSPACE, memory).grasps
+
+
+def test_what_was_seen_there_is_in_the_way(detector: GraspDetector) -> None:
+    """A post beside the box, which the image from near does not show."""
+    post = Geom(Box((0.1, 0.012, 0.09)), SE3(np.eye(3), np.array([3.0, -0.062, 0.546])), "post")
+    world = World([*BOX.fixtures, post], BOX.objects)
+    memory = SceneMemory()
+    detector.detect(from_afar(0.0, world), WORKSPACE, memory)
+    assert not detector.detect(from_near(1.0, world), WORKSPACE, memory).grasps
+
+
+def test_the_newest_image_counts_where_it_shows_what_stands(detector: GraspDetector) -> None:
+    memory = SceneMemory()
+    detector.detect(from_afar(0.0, box_world(yaw=0.0, x=3.0, y=0.1)), WORKSPACE, memory)
+    (best, *_) = detector.detect(from_near(1.0), WORKSPACE, memory).grasps
+    assert np.linalg.norm(best.wTg.translation[:2] - [3.0, 0.0]) < 0.05
+
+
+@pytest.mark.parametrize("later", [OLDEST + 0.1, -1.0])
+def test_it_lasts_for_seconds_and_not_into_another_run(
+    detector: GraspDetector, later: float
+) -> None:
+    memory = SceneMemory()
+    detector.detect(from_afar(3.0), WORKSPACE, memory)
+    assert not detector.detect(from_near(3.0 + later), WORKSPACE, memory).grasps
+
+
+def test_images_are_remembered_one_by_one_as_they_grow_old(detector: GraspDetector) -> None:
+    memory = SceneMemory()
+    for stamp in np.arange(0.0, 1.5 * OLDEST, 0.1):
+        detector.detect(from_afar(float(stamp)), WORKSPACE, memory)
+    assert detector.detect(from_near(2.3 * OLDEST), WORKSPACE, memory).grasps
+    assert not detector.detect(from_near(2.5 * OLDEST), WORKSPACE, memory).grasps
