@@ -15,6 +15,8 @@ from controller import Command
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
+_SOON = 0.01  # over this time velocities are taken for constant [s]
+
 
 def camera_pose(context: Context) -> SE3:
     """Camera in the world, as read this tick."""
@@ -72,3 +74,10 @@ def is_at_rest(context: Context) -> bool:
     moves = Command(base_twist=state.base_twist, qd=state.qd)
     twist = model.kinematics(state.q).J @ model.velocities(moves)
     return bool(np.abs(twist).max() <= context.settings.view.at_rest)
+
+
+def sinking(context: Context) -> float:
+    """How fast the arm lowers the hand, as read this tick [m/s]."""
+    model, state = context.model, context.state
+    soon = model.bTe(state.q + _SOON * state.qd).translation
+    return float(model.bTe(state.q).translation[2] - soon[2]) / _SOON

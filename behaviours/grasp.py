@@ -11,14 +11,16 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import misfits
-from behaviours.aiming import back_over
+from behaviours.aiming import back_over, sinking
 from behaviours.another_view import AnotherView
+from behaviours.approach import Approach
 from behaviours.choice import Choice, Choose
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Region, ToolPose
 from behaviours.progress import Progress
 from behaviours.ranges import Distance, Force, Millimetres, Seconds
+from behaviours.rise import Rise
 from behaviours.target import Target
 from controller import PoseGoal, StepReport
 from perception import ColourName, GraspEstimate, SeenObject
@@ -26,8 +28,6 @@ from perception import ColourName, GraspEstimate, SeenObject
 Array = npt.NDArray[np.float64]
 
 _NOWHERE = np.full(3, np.inf)
-_SOON = 0.01
-"""Over this time velocities are taken for constant [s]."""
 
 
 class Grasp(Leaf):
@@ -41,7 +41,7 @@ class Grasp(Leaf):
     Ends when the fingers have closed; whether they hold something is for `retreat_check` to say.
     Fails when no grasp is seen, frames come too late to be believed, the hand does not get there,
     the base was relocalised on the way down, the fingers do not move, the time is over, or the
-    robot has a fault.
+    robot has a fault. A hand that has gone down rises before it fails.
 
     Args:
         within: region of the task file that the grasp must lie in, or an object that `detect`
@@ -65,6 +65,7 @@ class Grasp(Leaf):
     key: ClassVar[str] = "grasp"
     surfaces: ClassVar[tuple[str, ...]] = ("within",)
     misfit = staticmethod(misfits.of_grasp)
+    _progress: Progress
 
     def __init__(
         self,
@@ -97,10 +98,10 @@ class Grasp(Leaf):
 
     @property
     def phase(self) -> str:
-        """`approach` until locked, `lock` until the hand is above it, `descend`, `close`."""
-        if self._step in (self._follow, self._come_nearer, self._look):
-            return "lock" if self.context.vision.tracker.locked else "approach"
-        return "descend" if self._step == self._descend else "close"
+        """`approach` until locked, `lock` until above it, `descend`, `close`; or else `rise`."""
+        below = {self._descend: "descend", self._close: "close", self._rise: "rise"}
+        above = "lock" if self.context.vision.tracker.locked else "approach"
+        return below.get(self._step, above)
 
     def initialise(self) -> None:
         """Start to look."""
@@ -123,7 +124,11 @@ class Grasp(Leaf):
             self.context.vision.reject()
             return self.failure(fault)
         if self.context.clock.now() - self._begun > self._timeout:
-            return self.failure(f"not done after {self._timeout:g} s")
+            late = f"not done after {self._timeout:g} s"
+            if self._step in (self._descend, self._close):
+                return self._give_up(late)
+            if self._step != self._rise:
+                return self.failure(late)
         return self._step()
 
     def terminate(self, new_status: Status) -> None:
@@ -165,10 +170,12 @@ class Grasp(Leaf):
         )
         if report is None:
             return self.running(f"following a grasp of quality {grasp.quality:.2f}")
-        if self._stalled(report):
+        if self._progress.is_stuck(report):
             if not self._came_nearer:
                 return self._leave_for(grasp)
-            return self._out_of_reach(report)
+            vision.reject()
+            short = f"cannot get above the grasp, {report.position_error:.3f} m short"
+            return self.failure(short + self._progress.because)
         if not vision.tracker.locked:
             return self.running(f"following, {report.position_error:.3f} m to go")
         is_above = report.position_error <= settings.above_position
@@ -207,32 +214,27 @@ class Grasp(Leaf):
 
     def _leave_for(self, grasp: GraspEstimate) -> Status:
         """The grasp is out of reach from here: have the base come to it from elsewhere, once."""
-        up = np.array([0.0, 0.0, -self.settings.grasp.nearer_standoff])
-        self._came_nearer, self._above = True, grasp.wTg * SE3(np.eye(3), up)
-        self._progress = Progress(self.context)
-        self._step = self._come_nearer
-        return self._come_nearer()
-
-    def _come_nearer(self) -> Status:
         settings = self.settings.grasp
+        up = SE3(np.eye(3), np.array([0.0, 0.0, -settings.nearer_standoff]))
         goal = PoseGoal(
-            wTe=self._above,
+            wTe=grasp.wTg * up,
             speed=settings.follow_speed,
             position_tolerance=settings.nearer_tolerance,
             stance_if_near=True,
         )
-        report = self.pursue(goal, "come nearer")
-        if report is not None and report.arrived:
+        self._nearer = Approach(self, goal, "a stance nearer to it", self._timeout)
+        self._came_nearer, self._step = True, self._come_nearer
+        return self._come_nearer()
+
+    def _come_nearer(self) -> Status:
+        status = self._nearer.tick()
+        if status is Status.SUCCESS:
             self._look_anew()
             return self._follow()
-        if report is not None and self._stalled(report):
-            return self._out_of_reach(report)
-        return self.running("coming nearer to the grasp")
-
-    def _out_of_reach(self, report: StepReport) -> Status:
-        self.context.vision.reject()
-        short = f"cannot get above the grasp, {report.position_error:.3f} m short"
-        return self.failure(short + self._progress.because)
+        if status is Status.FAILURE:
+            self.context.vision.reject()
+            return self.failure(f"cannot get above the grasp: {self.feedback_message}")
+        return status
 
     def _go_after(self, target: Array) -> None:
         """Another grasp gets the full time to be reached."""
@@ -242,20 +244,21 @@ class Grasp(Leaf):
     def _descend(self) -> Status:
         """Straight down on the locked grasp, which goes on as it moved."""
         if self.context.relocalised:
-            return self.failure(self.context.relocalised)
+            return self._give_up(self.context.relocalised)
         report = self._go_down()
         if (
             report is None
             or not report.arrived
-            or self._sinking > self.settings.grasp.closing_speed
+            or sinking(self.context) > self.settings.grasp.closing_speed
         ):
-            if report is not None and self._stalled(report):
+            if report is not None and self._progress.is_stuck(report):
                 self.context.vision.reject()
                 short = f"stopped {report.position_error:.3f} m before the grasp"
-                return self.failure(short + self._progress.because)
+                return self._give_up(short + self._progress.because)
             return self.running("going down")
-        wTg = self._locked.wTg_at(self.context.state.stamp)
-        self._note(wTg)
+        wTg, log = self._locked.wTg_at(self.context.state.stamp), self.context.log
+        log.last_grasp = wTg
+        log.grip_height = float(wTg.translation[2]) - self._within.floor
         self.context.set_down.grasp(wTg.translation)
         self.grip(0.0, self._force)
         self._step = self._close
@@ -264,10 +267,24 @@ class Grasp(Leaf):
     def _close(self) -> Status:
         """Wait for the fingers; the hand keeps to the grasp, or it would coast on."""
         self._go_down()
-        if (waiting := self.fingers("closing")) is not None:
+        waiting = self.fingers("closing")
+        if waiting is Status.FAILURE:
+            return self._give_up(self.feedback_message)
+        if waiting is not None:
             return waiting
         self.context.log.attempt(self._begun, self.context.clock.now())
         return self.success(f"closed at {1000 * self.context.state.gripper_width:.0f} mm")
+
+    def _give_up(self, reason: str) -> Status:
+        """Fail as soon as the hand is out from among things: what is next may go sideways."""
+        self._reason, self._up = reason, Rise(self, self.settings.grasp.standoff)
+        self._step = self._rise
+        return self._rise()
+
+    def _rise(self) -> Status:
+        if self._up.tick():
+            return self.failure(self._reason)
+        return self.running(f"rising, as {self._reason}")
 
     def _go_down(self) -> StepReport | None:
         settings = self.settings.grasp
@@ -281,18 +298,3 @@ class Grasp(Leaf):
             onward=self._onward,
         )
         return self.pursue(goal, "descend")
-
-    @property
-    def _sinking(self) -> float:
-        """How fast the arm lowers the hand, as read this tick [m/s]."""
-        model, state = self.context.model, self.context.state
-        soon = model.bTe(state.q + _SOON * state.qd).translation
-        return float(model.bTe(state.q).translation[2] - soon[2]) / _SOON
-
-    def _stalled(self, report: StepReport) -> bool:
-        return self._progress.is_stuck(report)
-
-    def _note(self, wTg: SE3) -> None:
-        log = self.context.log
-        log.last_grasp = wTg
-        log.grip_height = float(wTg.translation[2]) - self._within.floor

@@ -6,7 +6,6 @@ from math import degrees
 from typing import ClassVar
 
 import numpy as np
-from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.back_off import BackOff
@@ -15,7 +14,8 @@ from behaviours.leaf import Leaf
 from behaviours.poses import Posture
 from behaviours.progress import Progress
 from behaviours.ranges import Lift
-from controller import PoseGoal, PostureGoal
+from behaviours.rise import Rise
+from controller import PostureGoal
 
 
 class Recover(Leaf):
@@ -39,7 +39,7 @@ class Recover(Leaf):
     ) -> None:
         super().__init__(name, context)
         self._arm = arm
-        self._rise = rise_m
+        self._height = rise_m
 
     @property
     def phase(self) -> str:
@@ -48,18 +48,16 @@ class Recover(Leaf):
             return "clear"
         if self._behind is not None:
             return "back off"
-        return "rise" if self._rising else "fold"
+        return "fold" if self._rise is None else "rise"
 
     def initialise(self) -> None:
         """Start anew, from wherever the hand is now."""
         self.context.vision.reset()
         self._faults = self._backed_off = 0
         self._behind: BackOff | None = None
-        self._rising = self._arm is not None and not self._folded(self._arm)
-        self._progress = Progress(self.context, straight=True)
-        here = self.context.wTe
-        above = here.translation + np.array([0.0, 0.0, self._rise])
-        self._above = SE3(here.rotation, above)
+        is_to_fold = self._arm is not None and not self._folded(self._arm)
+        self._rise = Rise(self, self._height) if is_to_fold else None
+        self._progress = Progress(self.context)
 
     def update(self) -> Status:
         """One tick."""
@@ -71,35 +69,23 @@ class Recover(Leaf):
             return self.running("recovering")
         if fault_text := self.fault():
             self._faults += 1
-            self._rising = True
+            self._rise = Rise(self, self._height)
             most = self.settings.recover.most_faults
             if self._faults > most:
                 return self.failure(f"cleared {most} times, and again: {fault_text}")
             context.robot.recover()
             return self.running(f"clearing: {fault_text}")
-        if self._rising:
-            return self._lift()
+        if self._rise is not None:
+            return self._lift(self._rise)
         if self._behind is not None:
             return self._back_off(self._behind)
         if self._arm is None:
             return self.success(f"cleared {self._faults} faults" if self._faults else "healthy")
         return self._fold(self._arm)
 
-    def _lift(self) -> Status:
-        retreat = self.settings.retreat
-        goal = PoseGoal(
-            wTe=self._above,
-            speed=retreat.recovery_speed,
-            position_tolerance=retreat.tolerance,
-            straight=True,
-            hand_may_touch=True,
-        )
-        report = self.pursue(goal, "rise")
-        if report is not None:
-            is_up = report.position_error <= goal.position_tolerance
-            self._rising = not (is_up or self._progress.is_stuck(report))
-        if not self._rising:
-            self._progress = Progress(self.context)
+    def _lift(self, rise: Rise) -> Status:
+        if rise.tick():
+            self._rise, self._progress = None, Progress(self.context)
         return self.running("rising")
 
     def _fold(self, arm: Posture) -> Status:

@@ -125,6 +125,21 @@ def test_a_grasp_has_a_total_time():
     assert leaf.feedback_message == "not done after 0.8 s"
 
 
+@pytest.mark.parametrize("phase", ["descend", "close"])
+def test_a_hand_that_is_late_when_it_is_down_rises_before_it_fails(phase):
+    harness = over_the_table(block(x=0.75))
+    region = Region(name="spot", wTr=SE3(np.eye(3), np.array([0.75, 0, 0.6])), size=np.full(3, 0.4))
+    leaf = Grasp("grasp", harness.context, within=region)
+    harness.run_into(leaf, phase)
+    leaf._timeout = 0.0
+    before = harness.context.wTe.translation[2]
+    harness.tick(leaf)
+    assert leaf.phase == "rise"
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "not done after 0 s"
+    assert harness.context.wTe.translation[2] > before + 0.05
+
+
 # two goals in one tick
 
 

@@ -85,9 +85,12 @@ def test_a_hand_that_goes_down_stops_after_a_jump(metres, degrees):
     leaf = Grasp("grasp", harness.context, within=REGION)
     harness.run_into(leaf, "descend")
     displace(harness, metres, degrees)
+    before = harness.context.wTe.translation[2]
     harness.tick(leaf)
-    assert leaf.status is Status.FAILURE
+    assert leaf.phase == "rise"
+    assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message.startswith("the base was relocalised by")
+    assert harness.context.wTe.translation[2] > before + 0.05
     assert not harness.context.vision.tracker.locked
 
 

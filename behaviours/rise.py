@@ -1,0 +1,39 @@
+"""The hand comes straight up, out from among what stands around it."""
+
+from __future__ import annotations
+
+import numpy as np
+from pinocchio import SE3
+
+from behaviours.leaf import Leaf
+from behaviours.progress import Progress
+from controller import PoseGoal
+
+
+class Rise:
+    """The hand's way up from wherever it is, slowly, as something may be in the way.
+
+    Args:
+        leaf: whose way it is.
+        height: how far to lift the hand [m].
+    """
+
+    def __init__(self, leaf: Leaf, height: float) -> None:
+        self._leaf = leaf
+        retreat, here = leaf.settings.retreat, leaf.context.wTe
+        self._goal = PoseGoal(
+            wTe=SE3(here.rotation, here.translation + np.array([0.0, 0.0, height])),
+            speed=retreat.recovery_speed,
+            position_tolerance=retreat.tolerance,
+            straight=True,
+            hand_may_touch=True,
+        )
+        self._progress = Progress(leaf.context, straight=True)
+
+    def tick(self) -> bool:
+        """Go on; whether that is over: the hand is up, or gets no further."""
+        report = self._leaf.pursue(self._goal, "rise")
+        if report is None:
+            return False
+        is_up = report.position_error <= self._goal.position_tolerance
+        return is_up or self._progress.is_stuck(report)
