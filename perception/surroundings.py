@@ -15,7 +15,8 @@ from perception.preprocess import Crop, fill, valid_depth
 from perception.unknown import Unseen, rising_holes, unknown_pixels
 
 REACH = 0.07
-"""Of the open hand beside a grasp [m]."""
+"""Beside the crop, so much of the image is looked at: the fingers reach no farther from a grasp at
+its border. The palm does, and what it finds beyond is unknown [m]."""
 _INSIDE = 2  # of the border by so many pixels
 
 
