@@ -154,7 +154,7 @@ def test_what_was_seen_on_the_way_counts_as_long_as_a_grasp_is_followed(forgets)
     camera.look(0.0, above=0.5)
     vision.begin_tick()
     assert vision.track(ON_TABLE, 0.0) is not None
-    camera.look(0.5, above=0.26, aside=0.08)  # nearly out of sight: narrower than the hand
+    camera.look(0.5, above=0.26, aside=0.1)  # nearly out of sight: narrower than the hand
     if forgets == "reset":
         vision.reset()
     elif forgets == "relocalise":
@@ -164,10 +164,11 @@ def test_what_was_seen_on_the_way_counts_as_long_as_a_grasp_is_followed(forgets)
         camera.look(0.3, above=0.5)
         vision.begin_tick()
         vision.track(ON_TABLE, 0.4)
-        camera.look(0.5, above=0.26, aside=0.08)
+        camera.look(0.5, above=0.26, aside=0.1)
     vision.begin_tick()
     vision.track(ON_TABLE, 0.5)
-    assert bool(vision.detection.grasps) == (forgets == "nothing")
+    likely = [grasp for grasp in vision.detection.grasps if grasp.quality > 0.7]
+    assert bool(likely) == (forgets == "nothing")
 
 
 def test_a_camera_that_stopped_is_noticed(beside):

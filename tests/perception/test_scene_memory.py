@@ -10,7 +10,7 @@ from test_unknown import seen_from, unknown_at
 
 from hw import DepthFrame
 from hw.sim import World
-from perception import GraspDetector, HeightMap, SceneMemory
+from perception import GraspDetector, GraspEstimate, HeightMap, SceneMemory
 from perception.scene_memory import OLDEST, completed
 from robots import Box, Geom
 
@@ -27,8 +27,15 @@ def from_afar(stamp: float, world: World = BOX) -> DepthFrame:
 def from_near(stamp: float, world: World = BOX) -> DepthFrame:
     """The box at the border of an image that is hardly wider than the hand."""
     wTc = looking_down(0.26)
-    wTc.translation[1] += 0.08
+    wTc.translation[1] += 0.1
     return replace(frame(world, wTc), stamp=stamp)
+
+
+def across(
+    detector: GraspDetector, seen: DepthFrame, memory: SceneMemory | None = None
+) -> list[GraspEstimate]:
+    """The grasps that are likely to hold; one on a corner of the box is not."""
+    return [one for one in detector.detect(seen, WORKSPACE, memory).grasps if one.quality > 0.7]
 
 
 def from_both(shift: float) -> tuple[HeightMap, HeightMap]:
@@ -65,9 +72,9 @@ def test_a_hand_that_reaches_out_of_the_image_goes_where_the_camera_has_looked(
     detector: GraspDetector,
 ) -> None:
     memory = SceneMemory()
-    assert not detector.detect(from_near(1.0), WORKSPACE).grasps
+    assert not across(detector, from_near(1.0))
     assert detector.detect(from_afar(0.0), WORKSPACE, memory).grasps
-    assert detector.detect(from_near(1.0), WORKSPACE, memory).grasps
+    assert across(detector, from_near(1.0), memory)
 
 
 def test_what_was_seen_there_is_in_the_way(detector: GraspDetector) -> None:
@@ -76,13 +83,13 @@ def test_what_was_seen_there_is_in_the_way(detector: GraspDetector) -> None:
     world = World([*BOX.fixtures, post], BOX.objects)
     memory = SceneMemory()
     detector.detect(from_afar(0.0, world), WORKSPACE, memory)
-    assert not detector.detect(from_near(1.0, world), WORKSPACE, memory).grasps
+    assert not across(detector, from_near(1.0, world), memory)
 
 
 def test_the_newest_image_counts_where_it_shows_what_stands(detector: GraspDetector) -> None:
     memory = SceneMemory()
     detector.detect(from_afar(0.0, box_world(yaw=0.0, x=3.0, y=0.1)), WORKSPACE, memory)
-    (best, *_) = detector.detect(from_near(1.0), WORKSPACE, memory).grasps
+    (best, *_) = across(detector, from_near(1.0), memory)
     assert np.linalg.norm(best.wTg.translation[:2] - [3.0, 0.0]) < 0.05
 
 
@@ -92,12 +99,12 @@ def test_it_lasts_for_seconds_and_not_into_another_run(
 ) -> None:
     memory = SceneMemory()
     detector.detect(from_afar(3.0), WORKSPACE, memory)
-    assert not detector.detect(from_near(3.0 + later), WORKSPACE, memory).grasps
+    assert not across(detector, from_near(3.0 + later), memory)
 
 
 def test_images_are_remembered_one_by_one_as_they_grow_old(detector: GraspDetector) -> None:
     memory = SceneMemory()
     for stamp in np.arange(0.0, 1.5 * OLDEST, 0.1):
         detector.detect(from_afar(float(stamp)), WORKSPACE, memory)
-    assert detector.detect(from_near(2.3 * OLDEST), WORKSPACE, memory).grasps
-    assert not detector.detect(from_near(2.5 * OLDEST), WORKSPACE, memory).grasps
+    assert across(detector, from_near(2.3 * OLDEST), memory)
+    assert not across(detector, from_near(2.5 * OLDEST), memory)
