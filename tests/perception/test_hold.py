@@ -118,7 +118,7 @@ def test_the_shipped_network_trusts_the_middle_of_a_long_bar_most(width: float) 
     hold = shipped_hold(GRIPPER)
     assert hold is not None
     middle, aside, end = (float(hold(seen_at(bar(0.28, width), x))[0]) for x in (0.0, 0.09, 0.13))
-    assert 0.8 < end < aside < middle < 1.0
+    assert 0.5 < end < aside < middle < 1.0
 
 
 def test_grasps_are_ranked_by_what_is_told_of_them() -> None:
