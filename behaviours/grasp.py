@@ -123,12 +123,11 @@ class Grasp(Leaf):
         if fault := self.fault():
             self.context.vision.reject()
             return self.failure(fault)
-        if self.context.clock.now() - self._begun > self._timeout:
+        is_late = self.context.clock.now() - self._begun > self._timeout
+        if is_late and self._step != self._rise:
             late = f"not done after {self._timeout:g} s"
-            if self._step in (self._descend, self._close):
-                return self._give_up(late)
-            if self._step != self._rise:
-                return self.failure(late)
+            is_down = self._step in (self._descend, self._close)
+            return self._give_up(late) if is_down else self.failure(late)
         return self._step()
 
     def terminate(self, new_status: Status) -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-import numpy as np
-from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
@@ -13,7 +11,7 @@ from behaviours.leaf import Leaf
 from behaviours.poses import ToolPose
 from behaviours.progress import Progress
 from behaviours.ranges import Lift
-from controller import PoseGoal
+from behaviours.rise import straight_up
 from hw import TaskTime
 
 
@@ -42,18 +40,8 @@ class RetreatCheck(Leaf):
 
     def initialise(self) -> None:
         """Rise from wherever the hand is now."""
-        here = self.context.wTe
-        above = here.translation + np.array([0.0, 0.0, self._rise])
-        wTe = SE3(here.rotation, above)
-        retreat = self.settings.retreat
-        self._goal = PoseGoal(
-            wTe=wTe,
-            speed=retreat.speed,
-            position_tolerance=retreat.tolerance,
-            straight=True,
-            hand_may_touch=True,
-            onward=None if self._onward is None else self._onward.wTe,
-        )
+        onward = None if self._onward is None else self._onward.wTe
+        self._goal = straight_up(self.context, self._rise, self.settings.retreat.speed, onward)
         self._progress = Progress(self.context, straight=True)
         self._up_since: TaskTime | None = None
 

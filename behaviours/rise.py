@@ -5,9 +5,32 @@ from __future__ import annotations
 import numpy as np
 from pinocchio import SE3
 
+from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.progress import Progress
 from controller import PoseGoal
+
+
+def straight_up(
+    context: Context, height: float, speed: float, onward: SE3 | None = None
+) -> PoseGoal:
+    """The goal of a hand that rises from wherever it is.
+
+    Args:
+        context: what all leaves share.
+        height: how far to lift the hand [m].
+        speed: of the hand [m/s].
+        onward: where the end effector goes next, in the world; the base sets out for it meanwhile.
+    """
+    here = context.wTe
+    return PoseGoal(
+        wTe=SE3(here.rotation, here.translation + np.array([0.0, 0.0, height])),
+        speed=speed,
+        position_tolerance=context.settings.retreat.tolerance,
+        straight=True,
+        hand_may_touch=True,
+        onward=onward,
+    )
 
 
 class Rise:
@@ -20,14 +43,8 @@ class Rise:
 
     def __init__(self, leaf: Leaf, height: float) -> None:
         self._leaf = leaf
-        retreat, here = leaf.settings.retreat, leaf.context.wTe
-        self._goal = PoseGoal(
-            wTe=SE3(here.rotation, here.translation + np.array([0.0, 0.0, height])),
-            speed=retreat.recovery_speed,
-            position_tolerance=retreat.tolerance,
-            straight=True,
-            hand_may_touch=True,
-        )
+        speed = leaf.settings.retreat.recovery_speed
+        self._goal = straight_up(leaf.context, height, speed)
         self._progress = Progress(leaf.context, straight=True)
 
     def tick(self) -> bool:

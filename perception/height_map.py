@@ -51,6 +51,16 @@ def look_up(values: Image, origin: Array, cell: float, x: Array | Image, y: Arra
     return found
 
 
+def hide_outside(unknown: Mask) -> None:
+    """Mark the margin of a map as unknown in place: one cell stands for all that is outside.
+
+    Args:
+        unknown: (rows, columns) see `HeightMap`.
+    """
+    for edge in (unknown, unknown.T):
+        edge[[0, -1]] = True
+
+
 def _cells(
     shape: tuple[int, ...], origin: Array, cell: float, x: Array | Image, y: Array | Image
 ) -> Indices:
@@ -117,8 +127,7 @@ def build_height_map(
         at_x, at_y = at_x + wTc.translation[0], at_y + wTc.translation[1]
         unknown = np.zeros(shape, dtype=np.bool_)
         unknown[row, column] = left_out | unseen.hides(at_x, at_y, intrinsics, wTc)
-        for edge in (unknown, unknown.T):
-            edge[[0, -1]] = True  # the margin: what is outside is not shown
+        hide_outside(unknown)
         if unseen.rising.any():
             rising = _filled(shape, origin, unseen.within_range(intrinsics, wTc))
             unknown |= rising

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from perception.arrays import Indices
-from perception.height_map import HeightMap
+from perception.height_map import HeightMap, hide_outside
 
 OLDEST = 2.0
 """What an image showed longer ago may have changed [s]."""
@@ -82,8 +82,7 @@ def completed(scene: HeightMap, earlier: Iterable[HeightMap]) -> HeightMap:
         shown = unknown[here] & ~hidden[there]
         heights[here][shown] = other.heights[there][shown]
         unknown[here][shown] = False
-    for edge in (unknown, unknown.T):
-        edge[[0, -1]] = True  # a margin stands for all that is outside
+    hide_outside(unknown)
     rising = None if scene.rising is None else np.pad(scene.rising, wider) & unknown
     return replace(
         scene,
