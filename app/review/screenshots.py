@@ -6,8 +6,8 @@ reproducible; the moments are found in the log of each run. Each is shown in two
 
 from __future__ import annotations
 
-import sys
 import threading
+from argparse import ArgumentParser
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -160,5 +160,7 @@ def _until(happened: Callable[[], Any]) -> None:
 
 
 if __name__ == "__main__":
-    for picture in make(Path(sys.argv[1] if len(sys.argv) > 1 else "docs/images")):
+    arguments = ArgumentParser(description="Make the pictures of docs/watching.md.")
+    arguments.add_argument("folder", type=Path, nargs="?", default=Path("docs/images"))
+    for picture in make(arguments.parse_args().folder):
         print(picture)

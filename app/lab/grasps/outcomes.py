@@ -56,6 +56,11 @@ class Outcomes:
     """(N,) seeds of the scenes."""
     objects: npt.NDArray[np.int64]
     """(N,) how many there were in the scene."""
+    mass: npt.NDArray[np.float64]
+    """(N,) of the object at each grasp [kg], which no image shows."""
+
+
+_COLUMNS = tuple(f.name for f in fields(Outcomes) if f.name != "patches")
 
 
 class _OnePoint:
@@ -78,6 +83,11 @@ class _OnePoint:
         return Proposals(found, allowed.astype(np.float32), _DIRECTIONS, turn_cost=0.0, most=_DRAWN)
 
 
+def group_of(seed: int, groups: tuple[str, ...]) -> str:
+    """Whose turn it is among groups of objects; a scene of one object and a bin are a turn."""
+    return groups[seed // 2 % len(groups)]
+
+
 def scene_outcomes(seed: int, groups: tuple[str, ...]) -> Outcomes | None:
     """Random feasible grasps, each executed in the same scene at rest; None if there were none.
 
@@ -91,15 +101,16 @@ def scene_outcomes(seed: int, groups: tuple[str, ...]) -> Outcomes | None:
     from app.lab.grasps.physical_judge import execute
     from app.lab.grasps.physical_results import BIN
     from app.lab.grasps.physical_scenes import dropped, look
-    from app.lab.grasps.scenes import EVALUATION_SEED, ROBOT
+    from app.lab.grasps.scenes import EVALUATION_SEED, ROBOT, nearest_object
 
-    count, group = (1, BIN)[seed % 2], groups[seed // 2 % len(groups)]
-    scene = dropped(seed, count, group=group)
+    count = (1, BIN)[seed % 2]
+    scene = dropped(seed, count, group=group_of(seed, groups))
     rng = np.random.default_rng((EVALUATION_SEED, _DRAWS, seed))
     seen = _Recorder()
     detector = GraspDetector(gripper=ROBOT.gripper, proposer=_OnePoint(rng), hold=seen)
     patches: list[GraspPatches] = []
     good: list[bool] = []
+    mass: list[float] = []
     for _ in range(1 if count == 1 else 2):
         frame = look(scene.world, rng)
         left = _GRASPS
@@ -111,6 +122,7 @@ def scene_outcomes(seed: int, groups: tuple[str, ...]) -> Outcomes | None:
             attempt = execute(*scene.hand(), found[chosen])
             patches.append(seen.patches.only(np.array([chosen])))
             good.append(attempt.held and not attempt.hard)
+            mass.append(nearest_object(scene.world, found[chosen].wTg.translation).mass)
             left -= 1
             if not left:
                 break
@@ -121,6 +133,7 @@ def scene_outcomes(seed: int, groups: tuple[str, ...]) -> Outcomes | None:
         good=np.array(good),
         scene=np.full(len(good), seed),
         objects=np.full(len(good), count),
+        mass=np.array(mass),
     )
 
 
@@ -184,9 +197,7 @@ def _some_scenes(kinds: str, start: int) -> Outcomes:
 def _joined(parts: Sequence[Outcomes]) -> Outcomes:
     return Outcomes(
         patches=joined_patches([part.patches for part in parts]),
-        good=np.concatenate([part.good for part in parts]),
-        scene=np.concatenate([part.scene for part in parts]),
-        objects=np.concatenate([part.objects for part in parts]),
+        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS},
     )
 
 
@@ -196,11 +207,10 @@ def _file(folder: Path, kinds: str, start: int) -> Path:
 
 def _write(file: Path, found: Outcomes) -> None:
     patches = {f.name: getattr(found.patches, f.name) for f in fields(GraspPatches)}
+    columns = {name: getattr(found, name) for name in _COLUMNS}
     partly = file.with_suffix(".partly")
     with partly.open("wb") as out:
-        np.savez_compressed(
-            out, good=found.good, scene=found.scene, objects=found.objects, **patches
-        )
+        np.savez_compressed(out, **columns, **patches)
     partly.rename(file)
 
 
@@ -208,9 +218,7 @@ def _read(file: Path) -> Outcomes:
     try:
         with np.load(file, allow_pickle=False) as data:
             patches = GraspPatches(**{f.name: data[f.name] for f in fields(GraspPatches)})
-            return Outcomes(
-                patches=patches, good=data["good"], scene=data["scene"], objects=data["objects"]
-            )
+            return Outcomes(patches=patches, **{name: data[name] for name in _COLUMNS})
     except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
         raise ConfigError(
             f"{file}: not a file of `grasp outcomes`; remove it to collect it anew"

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from rich.table import Table
 
-from app.lab.grasps.outcomes import Outcomes
+from app.lab.grasps.outcomes import SETS, Outcomes, group_of
 from config import ConfigError
 from perception import NUMBERS, HoldProbability
 
@@ -24,6 +24,8 @@ Score: TypeAlias = Callable[[Array, Array], float]
 BINS = 10
 """Of the calibration error."""
 _DRAWS = 1000  # of a bootstrap
+_FOLDS = 10  # of scenes: what is fitted to nine is told of the tenth
+_NEWTON = 25  # steps of a logistic regression
 
 
 def auc(told: Array, good: Array) -> float:
@@ -43,8 +45,40 @@ def calibration_error(told: Array, good: Array) -> float:
     return float(sum(abs(told[p].sum() - good[p].sum()) for p in parts) / len(told))
 
 
+def told_the_mass(told: Array, judged: Outcomes) -> Array:
+    """(N,) what could be told who knew the masses, too, which no image shows.
+
+    A logistic regression on the odds that are told, the mass, its logarithm, and the torque that
+    it has about the grasp; fitted to other scenes than those that it tells of.
+    """
+    numbers = dict(zip(NUMBERS, judged.patches.numbers.T.astype(float), strict=True))
+    lever = np.hypot(numbers["middle_along"], numbers["middle_across"])
+    odds = np.log(told / (1.0 - told))
+    seen = np.stack([odds, judged.mass, np.log(judged.mass), judged.mass * lever], axis=1)
+    seen = np.insert((seen - seen.mean(0)) / seen.std(0).clip(1e-9), 0, 1.0, axis=1)
+    scenes = np.random.default_rng(0).permutation(np.unique(judged.scene))
+    result = np.zeros(len(told))
+    for some in np.array_split(scenes, _FOLDS):
+        there = np.isin(judged.scene, some)
+        others, good = seen[~there], judged.good[~there].astype(float)
+        weights = np.zeros(seen.shape[1])
+        for _ in range(_NEWTON):
+            p = _sigmoid(others @ weights)
+            curvature = (others * (p * (1.0 - p))[:, None]).T @ others + np.eye(len(weights))
+            weights -= np.linalg.solve(curvature, others.T @ (p - good) + weights)
+        result[there] = _sigmoid(seen[there] @ weights)
+    return result
+
+
+def _sigmoid(odds: Array) -> Array:
+    result: Array = 1.0 / (1.0 + np.exp(-odds))
+    return result
+
+
 def probability_table(judged: Outcomes, hold: HoldProbability) -> Table:
-    """How well a network tells, and the score of the check beside it; each with its 95 % interval.
+    """How well a network tells; beside it the same who knew the masses, and the score of the check.
+
+    Each with its 95 % interval, of all, of single objects and bins, and of each group of objects.
 
     Raises:
         ConfigError: the outcomes are all the same.
@@ -52,16 +86,21 @@ def probability_table(judged: Outcomes, hold: HoldProbability) -> Table:
     good = judged.good.astype(float)
     if len(set(good)) < 2:
         raise ConfigError("the outcomes to judge by are all the same; collect more scenes")
+    by_network = hold(judged.patches)
     told = {
-        "the network": hold(judged.patches),
+        "the network": by_network,
+        "who knew the mass, too": told_the_mass(by_network, judged),
         "the score of the check": judged.patches.numbers[:, NUMBERS.index("score")].astype(float),
     }
     title = f"{len(good)} grasps in {len(np.unique(judged.scene))} scenes, {int(good.sum())} good"
     table = Table("told by", "grasps", "AUC", "calibration error", title=title)
+    _, groups = SETS["heldout"]
+    of_groups = np.array([group_of(int(seed), groups) for seed in judged.scene])
     parts = {
         "all": np.ones(len(good), dtype=np.bool_),
         "single": judged.objects == 1,
         "in a bin": judged.objects > 1,
+        **{group: of_groups == group for group in groups},
     }
     for name, values in told.items():
         for part, chosen in parts.items():

@@ -1,6 +1,6 @@
 """How likely a grasp holds: outcomes to learn from, the fit, and how well it tells."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from app.commands import app
 from app.lab.grasps import outcomes
 from app.lab.grasps.outcomes import Outcomes, read_outcomes
-from app.lab.grasps.probability import auc, calibration_error
+from app.lab.grasps.probability import auc, calibration_error, told_the_mass
 from config import ConfigError
 from perception import NUMBERS, GraspPatches
 from perception.grasp_patches import FAR_SHAPE, NEAR_SHAPE
@@ -45,7 +45,7 @@ def test_a_collection_is_the_same_again_and_goes_on_where_it_was(
     assert first.stat().st_mtime_ns == written
     one, other = (read_outcomes(folder, "trained") for folder in (once, interrupted))
     assert list(one.objects) == [1, 1, 6, 6, 6, 6]
-    for field in ("good", "scene"):
+    for field in ("good", "scene", "mass"):
         assert np.array_equal(getattr(one, field), getattr(other, field))
     for f in fields(GraspPatches):
         assert np.array_equal(getattr(one.patches, f.name), getattr(other.patches, f.name))
@@ -72,6 +72,7 @@ def drawn(count: int) -> Outcomes:
         good=~blocked,
         scene=np.arange(count),
         objects=np.ones(count, dtype=np.int64),
+        mass=rng.uniform(0.1, 0.8, count),
     )
 
 
@@ -108,6 +109,15 @@ def test_what_is_fitted_can_be_judged_and_used(tmp_path: Path) -> None:
     assert told.exit_code == 0, told.output
     assert "300 grasps in 300 scenes" in told.output
     assert load_hold(out, GRIPPER)(drawn(3).patches).shape == (3,)
+
+
+def test_who_knows_the_mass_tells_better_where_it_decides_and_no_better_where_not() -> None:
+    by_network = np.random.default_rng(2).uniform(0.4, 0.9, 600)
+    judged = drawn(600)
+    heavy_slip = replace(judged, good=judged.mass < 0.5)
+    assert auc(told_the_mass(by_network, heavy_slip), heavy_slip.good.astype(float)) > 0.98
+    by_chance = auc(told_the_mass(by_network, judged), judged.good.astype(float))
+    assert by_chance < 0.6
 
 
 def test_auc_and_calibration_error_of_known_cases() -> None:
