@@ -106,8 +106,10 @@ class Vision(ABC):
             is_known = frame.stamp >= self._known_since
             if is_known:
                 self.grasp = self.tracker.update(detection, frame.wTc)
-            if not is_known or (self.grasp is not None and self.grasp.velocity.any()):
+            if not is_known:
                 self._memory = SceneMemory()  # things are not where that frame showed them
+            elif self.grasp is not None and self.grasp.velocity.any():
+                self._memory = self._memory.without(self.grasp, workspace.floor)
         return self.grasp
 
     def blindness(self, now: float) -> str:

@@ -2,7 +2,7 @@
 
 A straight line is fitted to the middles of the last moments (least squares). The grasp itself tells
 less: it may slide along a thing that stands still. So does the middle of what the image cuts off,
-which is left out.
+which is left out, and so is one that is not on the line; several of these begin a new one.
 """
 
 from __future__ import annotations
@@ -23,10 +23,12 @@ class MotionSettings:
 
     window: float = 0.6
     """What was seen so long before the newest, or longer, tells nothing any more [s]."""
-    least_time: float = 0.2
-    """Nobody knows how a thing moves before it was seen for so long [s]."""
-    least_frames: int = 4
-    """What is seen in fewer frames counts as standing still."""
+    least_time: float = 0.1
+    """Nobody knows how a thing moves before its middle was seen for so long [s] ..."""
+    least_frames: int = 5
+    """... and in so many frames ..."""
+    patience: float = 0.2
+    """... but that is not waited for longer than this; then it counts as standing still [s]."""
     least_speed: float = 0.05
     """What is slower than this stands still [m/s]."""
     straightness: float = 0.1
@@ -35,6 +37,11 @@ class MotionSettings:
     """A middle is that of something else if it has come farther than this [m] ..."""
     fastest: float = 0.3
     """... and farther than at this speed [m/s]."""
+    astray: float = 0.01
+    """Once it is known how a thing moves, a middle is none of it that is farther than this from
+    where it will have come [m] ..."""
+    unsteady: float = 0.03
+    """... and farther than if its speed had changed by this [m/s]: the image shows only a part."""
 
 
 _DEFAULT = MotionSettings()
@@ -52,8 +59,11 @@ class GraspMotion:
         self._seen: deque[tuple[float, float, float]] = deque()
         self._since = inf
         self._velocity = np.zeros(3)
+        self._line: tuple[Array, Array] | None = None
+        """Fitted last: stamp, x and y of its middle, and its rate."""
+        self._astray = 0
         self.is_known = False
-        """Whether it was seen for long enough to tell."""
+        """Whether it was seen for long enough to tell, or to give that up."""
 
     def __call__(self, middle: tuple[float, float] | None, stamp: float) -> Array:
         """The velocity (3,), level, after one more frame [m/s]; zeros if it stands still.
@@ -64,18 +74,28 @@ class GraspMotion:
         """
         s, seen = self._settings, self._seen
         self._since = min(self._since, stamp)
-        self.is_known = stamp - self._since >= s.least_time
+        self.is_known = self.is_known or stamp - self._since >= s.patience
         if middle is None or not self.may_be_at(middle, stamp):
             return self._velocity
+        if self._is_astray(middle, stamp):
+            self._astray += 1
+            if self._astray < s.least_frames:
+                return self._velocity
+            seen.clear()
+            self._line = None
+        self._astray = 0
         seen.append((stamp, *middle))
         while stamp - seen[0][0] > s.window:
             seen.popleft()
         time = stamp - seen[0][0]
         if len(seen) < s.least_frames or time < s.least_time:
             return self._velocity
-        table = np.array(seen) - np.mean(seen, axis=0)
+        self.is_known = True
+        mean = np.mean(seen, axis=0)
+        table = np.array(seen) - mean
         times, places = table[:, 0], table[:, 1:]
         rate = times @ places / (times @ times)
+        self._line = mean, rate
         speed = np.linalg.norm(rate)
         scatter = np.sqrt(np.mean(np.sum((places - np.outer(times, rate)) ** 2, axis=1)))
         moves = speed >= s.least_speed and scatter <= s.straightness * speed * time
@@ -89,3 +109,12 @@ class GraspMotion:
         then, x, y = self._seen[-1]
         s = self._settings
         return hypot(middle[0] - x, middle[1] - y) <= s.jump + s.fastest * (stamp - then)
+
+    def _is_astray(self, middle: tuple[float, float], stamp: float) -> bool:
+        """Whether it is not where the thing will have come."""
+        if self._line is None or not self._seen:
+            return False
+        s, (mean, rate) = self._settings, self._line
+        there = mean[1:] + rate * (stamp - mean[0])
+        since = stamp - self._seen[-1][0]
+        return bool(np.linalg.norm(there - middle) > s.astray + s.unsteady * since)

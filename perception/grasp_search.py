@@ -141,6 +141,7 @@ class GraspSearch:
         pixel = camera.project(centre)
         line = camera.project(centre + along) - camera.project(centre - along)
         whole = self._levers.shows_all(found.x, found.y)
+        is_middle = self._levers.shows_middle(found.x, found.y)
         lever = self._levers.at(found.x, found.y)
         to_x, to_y = self._levers.to_middle(found.x, found.y)
         volume = self._levers.volume(found.x, found.y)
@@ -155,7 +156,7 @@ class GraspSearch:
                 lever=float(lever[i]),
                 volume=float(volume[i]),
                 middle=(float(found.x[i] + to_x[i]), float(found.y[i] + to_y[i]))
-                if whole[i]
+                if is_middle[i]
                 else None,
                 stamp=frame.stamp,
                 pixel=(float(pixel[i, 0]), float(pixel[i, 1])),

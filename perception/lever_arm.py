@@ -59,6 +59,11 @@ class LeverArms:
         self._middle_x = np.bincount(thing, above * x, count) / volume
         self._middle_y = np.bincount(thing, above * y, count) / volume
         self._cut_off = np.zeros(count, dtype=np.bool_)
+        self._hidden = np.zeros(count, dtype=np.bool_)
+        if scene.unknown is not None:  # what is beside it may be more of it
+            beside = cv2.dilate(self._things, np.ones((3, 3), dtype=np.uint8))
+            self._hidden[beside[scene.unknown[::_STEP, ::_STEP]].astype(np.int64)] = True
+            self._hidden[0] = False
         if border is not None:
             leaving = border[border[:, 2] > lowest]
             self._cut_off[self._thing_at(leaving[:, 0], leaving[:, 1])] = True
@@ -94,3 +99,8 @@ class LeverArms:
     def shows_all(self, x: Array, y: Array) -> Mask:
         """(N,) whether the image shows all of what stands there, and so its middle."""
         return ~self._cut_off[self._thing_at(x, y)]
+
+    def shows_middle(self, x: Array, y: Array) -> Mask:
+        """(N,) whether something stands there, and the image shows all of it and around it."""
+        thing = self._thing_at(x, y)
+        return (thing > 0) & ~self._cut_off[thing] & ~self._hidden[thing]

@@ -13,15 +13,19 @@ from dataclasses import replace
 from math import ceil
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
-from perception.arrays import Indices
+from perception.arrays import Array, Indices
+from perception.grasp import GraspEstimate
+from perception.grasp_search import MIN_OBJECT_HEIGHT
 from perception.height_map import HeightMap, hide_outside
 
 OLDEST = 2.0
 """What an image showed longer ago may have changed [s]."""
 _APART = 0.4  # images that are remembered [s]
 _AROUND = 0.12  # of the newest image: a hand that grasps in it reaches no farther [m]
+_NEAR = 0.015  # what is that near to a grasp, along x or y, may be what it is on [m]
 
 
 class _Shown(NamedTuple):
@@ -30,7 +34,7 @@ class _Shown(NamedTuple):
 
 
 class SceneMemory:
-    """What the images of the last seconds showed of a scene in which nothing moves."""
+    """What the images of the last seconds showed of what stands still."""
 
     def __init__(self) -> None:
         self._shown: deque[_Shown] = deque()
@@ -48,6 +52,34 @@ class SceneMemory:
         if not self._shown or stamp - self._shown[0].stamp >= _APART:
             self._shown.appendleft(_Shown(stamp, scene))
         return completed(scene, earlier)
+
+    def without(self, moving: GraspEstimate, floor: float) -> SceneMemory:
+        """The same, but for the thing at a grasp, which is not where these images showed it.
+
+        Args:
+            moving: the grasp, and how fast the thing moves.
+            floor: height of the support surface [m].
+        """
+        left, lowest = SceneMemory(), floor + MIN_OBJECT_HEIGHT
+        for stamp, scene in self._shown:
+            then = moving.wTg_at(stamp).translation
+            left._shown.append(_Shown(stamp, _without(scene, then, lowest)))
+        return left
+
+
+def _without(scene: HeightMap, point: Array, lowest: float) -> HeightMap:
+    """A map in which what stands at or near a point is unknown."""
+    if scene.unknown is None:
+        return scene
+    raised = (scene.heights > lowest) & ~scene.unknown
+    reach = np.arange(-_NEAR, _NEAR + scene.cell, scene.cell)
+    near = scene.cells(point[0] + reach[None, :], point[1] + reach[:, None])
+    if not raised.ravel()[near].any():
+        return scene
+    _, things = cv2.connectedComponents(raised.astype(np.uint8), connectivity=8)
+    there = np.setdiff1d(things.ravel()[near], [0])
+    gone = cv2.dilate(np.isin(things, there).astype(np.uint8), np.ones((5, 5), dtype=np.uint8))
+    return replace(scene, unknown=scene.unknown | (gone > 0))
 
 
 def completed(scene: HeightMap, earlier: Iterable[HeightMap]) -> HeightMap:

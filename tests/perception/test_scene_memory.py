@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pinocchio import SE3
-from test_detector import WORKSPACE, box_world, detector, frame, looking_down
+from test_detector import FLOOR, WORKSPACE, box_world, detector, frame, looking_down
 from test_unknown import seen_from, unknown_at
 
 from hw import DepthFrame
@@ -108,3 +108,29 @@ def test_images_are_remembered_one_by_one_as_they_grow_old(detector: GraspDetect
         detector.detect(from_afar(float(stamp)), WORKSPACE, memory)
     assert across(detector, from_near(2.3 * OLDEST), memory)
     assert not across(detector, from_near(2.5 * OLDEST), memory)
+
+
+def test_what_moves_is_forgotten_where_it_was_and_what_stands_still_is_not() -> None:
+    """The box was seen at y = 0, and has come to y = 0.1 since."""
+    memory = SceneMemory()
+    memory.completed(seen_from(looking_down(0.5)), 1.0)
+    moved = GraspEstimate(
+        wTg=SE3(np.diag([1.0, -1.0, -1.0]), np.array([3.0, 0.1, FLOOR + 0.02])),
+        width=0.03,
+        opening=0.05,
+        quality=1.0,
+        stamp=2.0,
+        pixel=(0.0, 0.0),
+        angle=0.0,
+        velocity=np.array([0.0, 0.1, 0.0]),
+    )
+    left = memory.without(moved, FLOOR)
+    blind = seen_from(looking_down(0.5))
+    assert blind.unknown is not None
+    blind = replace(blind, unknown=np.ones_like(blind.unknown))
+    before, after = memory.completed(blind, 2.0), left.completed(blind, 2.0)
+    assert not unknown_at(before, 3.0, 0.0)
+    assert unknown_at(after, 3.0, 0.0)
+    assert not unknown_at(after, 3.0, 0.12)
+    wall = 3.0 - 0.22 - 0.003
+    assert unknown_at(before, wall, 0.0) == unknown_at(after, wall, 0.0)

@@ -146,12 +146,18 @@ def test_near_the_grasp_the_goal_is_locked_and_moves_no_more() -> None:
     assert not tracker.locked
 
 
-def followed_along(places: np.ndarray, height: float = 0.45) -> GraspTracker:
+def followed_along(places: np.ndarray, height: float = 0.45, *, whole: bool = True) -> GraspTracker:
     """A tracker that has seen a grasp at (N, 2) places, 30 times a second."""
     tracker = GraspTracker(lock_distance=0.25)
     for number, (x, y) in enumerate(places):
-        tracker.update(seen(grasp(x, y), at=number / 30.0), camera(height))
+        one = replace(grasp(x, y), middle=(x, y) if whole else None)
+        tracker.update(seen(one, at=number / 30.0), camera(height))
     return tracker
+
+
+def along_x(speed: float, frames: int) -> np.ndarray:
+    """(frames, 2) places of what moves [m]."""
+    return np.outer(np.arange(frames) / 30.0, [speed, 0.0])
 
 
 def test_what_moves_is_expected_where_it_will_have_come_also_once_it_is_locked() -> None:
@@ -191,9 +197,40 @@ def test_a_grasp_that_slides_along_a_thing_does_not_move_nor_does_a_thing_cut_of
         assert not followed.velocity.any()
 
 
-def test_it_is_not_locked_before_it_was_seen_for_long_enough_to_tell_whether_it_moves() -> None:
-    assert not followed_along(np.zeros((6, 2)), height=0.2).locked  # 0.17 s
-    assert followed_along(np.zeros((8, 2)), height=0.2).locked
+def test_it_is_not_locked_before_it_is_known_whether_it_moves_or_that_was_given_up() -> None:
+    assert not followed_along(np.zeros((4, 2)), height=0.2).locked
+    assert followed_along(np.zeros((6, 2)), height=0.2).locked
+    assert not followed_along(np.zeros((6, 2)), height=0.2, whole=False).locked
+    assert followed_along(np.zeros((8, 2)), height=0.2, whole=False).locked
+
+
+def test_how_it_moves_is_known_although_its_middle_is_soon_seen_no_longer() -> None:
+    """As from near, where the image cuts it off."""
+    tracker = followed_along(along_x(0.1, 5))
+    for number in range(5, 20):
+        (x, y) = along_x(0.1, 20)[number]
+        unknown = replace(grasp(x, y), middle=None)
+        followed = tracker.update(seen(unknown, at=number / 30.0), camera(0.3))
+    assert followed is not None
+    np.testing.assert_allclose(followed.velocity, [0.1, 0.0, 0.0], atol=0.001)
+
+
+def test_a_middle_that_is_not_on_its_way_is_left_out() -> None:
+    """Half of the thing was hidden, and nobody knew."""
+    tracker = followed_along(along_x(0.1, 8))
+    x, y = along_x(0.1, 20)[19]
+    half = replace(grasp(x, y), middle=(x + 0.02, y + 0.02))
+    followed = tracker.update(seen(half, at=19 / 30.0), FAR)
+    assert followed is not None
+    np.testing.assert_allclose(followed.velocity, [0.1, 0.0, 0.0], atol=0.001)
+
+
+def test_what_stops_stands_still_after_a_moment() -> None:
+    moving = along_x(0.1, 15)
+    tracker = followed_along(np.concatenate([moving, np.repeat(moving[-1:], 25, axis=0)]))
+    followed = tracker.update(seen(grasp(*moving[-1]), at=40 / 30.0), FAR)
+    assert followed is not None
+    assert not followed.velocity.any()
 
 
 def test_an_infinite_distance_locks_at_first_sight() -> None:

@@ -108,6 +108,20 @@ def test_what_the_hand_hides_is_cut_off(below: int, whole: bool) -> None:
     assert levers.shows_all(np.array([3.0]), np.zeros(1)).tolist() == [whole]
 
 
+def test_the_middle_is_not_known_of_what_stands_beside_something_unknown() -> None:
+    """Less than half of the box has a depth, and the image goes on beyond it."""
+    seen = frame(box_world(yaw=0.0, x=3.0, y=0.0), looking_down(0.3))
+    hidden = np.array(seen.depth)
+    hidden[:, hidden.shape[1] // 2 + 12 :] = np.nan
+    here = np.array([2.99]), np.zeros(1)
+    for depth, shown in ((np.array(seen.depth), True), (hidden, False)):
+        around = surroundings(seen, depth, central_crop(depth.shape, CAMERA, 0.3), 0.3)
+        levers = LeverArms(around.scene, FLOOR + 0.008, None, around.border)
+        assert levers.at(*here)[0] < 0.05
+        assert levers.shows_middle(*here).tolist() == [shown]
+        assert levers.shows_middle(np.array([3.1]), np.zeros(1)).tolist() == [False]  # nothing
+
+
 def test_a_thing_that_gives_no_depth_is_unknown_where_it_stands() -> None:
     assert not unknown_at(seen_from(looking_down(0.4)), 3.0, 0.0)
     found = seen_from(looking_down(0.4), hole=80)

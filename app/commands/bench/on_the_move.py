@@ -58,5 +58,8 @@ def on_the_move(
             f"in passing saves {100 * saved.share:.1f} % ({100 * low:.1f} to {100 * high:.1f}) of "
             f"the time, over {saved.pairs} objects"
         )
-    about = {"saving": None if saved is None else asdict(saved)} | machine()
+    about = {
+        "ways": [asdict(of_way) for of_way in bench.passing_figures(runs)],
+        "saving": None if saved is None else asdict(saved),
+    } | machine()
     write_results(json, runs, about)

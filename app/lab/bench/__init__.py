@@ -39,6 +39,7 @@ from app.lab.bench.obstacles import (
 )
 from app.lab.bench.on_the_move import (
     on_the_move_table,
+    passing_figures,
     run_on_the_move,
     saving,
 )
@@ -144,6 +145,7 @@ __all__ = [
     "obstacle_rows",
     "obstacle_table",
     "on_the_move_table",
+    "passing_figures",
     "pick_place_figures",
     "pick_place_json",
     "pick_place_notes",

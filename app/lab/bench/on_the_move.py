@@ -36,6 +36,21 @@ class Passing:
 
 
 @dataclass(frozen=True, kw_only=True)
+class PassingFigures:
+    """All runs of one of both tasks."""
+
+    way: str
+    runs: int
+    brought: int
+    first: int
+    """How many were brought at the first attempt."""
+    time_mean_s: float | None
+    """Of those that were brought; None of none."""
+    contacts: int
+    limit_violations: int
+
+
+@dataclass(frozen=True, kw_only=True)
 class Saving:
     """Of the time of a standing grasp, over the seeds that both ways brought to the table."""
 
@@ -114,21 +129,37 @@ def saving(runs: Sequence[Passing]) -> Saving | None:
     return Saving(pairs=len(both), share=difference / whole, interval=(low / whole, high / whole))
 
 
+def passing_figures(runs: Sequence[Passing]) -> list[PassingFigures]:
+    """Those of both tasks, in the order of `WAYS`."""
+    return [_figures(way, [run for run in runs if run.way == way]) for way in WAYS]
+
+
+def _figures(way: str, runs: Sequence[Passing]) -> PassingFigures:
+    times = [run.seconds for run in runs if run.brought]
+    return PassingFigures(
+        way=way,
+        runs=len(runs),
+        brought=len(times),
+        first=sum(run.first for run in runs),
+        time_mean_s=float(np.mean(times)) if times else None,
+        contacts=sum(run.contacts for run in runs),
+        limit_violations=sum(run.limit_violations for run in runs),
+    )
+
+
 def on_the_move_table(runs: Sequence[Passing]) -> Table:
     """One row for each way."""
     table = Table(title="The same objects, standing and in passing (95 % intervals)")
     for column in ("way", "brought", "at the first attempt [%]", "mean time [s]", "contacts"):
         table.add_column(column, justify="left" if column == "way" else "right")
     table.add_column("over limit", justify="right")
-    for way in WAYS:
-        some = [run for run in runs if run.way == way]
-        times = [run.seconds for run in some if run.brought]
+    for of_way in passing_figures(runs):
         table.add_row(
-            way.replace("_", " "),
-            f"{sum(run.brought for run in some)} of {len(some)}",
-            percent([run.first for run in some]),
-            f"{np.mean(times):.2f}" if times else "-",
-            str(sum(run.contacts for run in some)),
-            str(sum(run.limit_violations for run in some)),
+            of_way.way.replace("_", " "),
+            f"{of_way.brought} of {of_way.runs}",
+            percent([run.first for run in runs if run.way == of_way.way]),
+            "-" if of_way.time_mean_s is None else f"{of_way.time_mean_s:.2f}",
+            str(of_way.contacts),
+            str(of_way.limit_violations),
         )
     return table

@@ -35,6 +35,10 @@ def test_both_ways_bring_a_real_object_to_the_table(tmp_path):
         assert one["first"]
         assert one["contacts"] == one["limit_violations"] == 0
         assert 8.0 < one["seconds"] < 20.0
+    for of_way, one in zip(report["ways"], report["results"], strict=True):
+        assert of_way["way"] == one["way"]
+        assert of_way["runs"] == of_way["brought"] == of_way["first"] == 1
+        assert of_way["time_mean_s"] == one["seconds"]
     before, after = (one["seconds"] for one in report["results"])
     assert report["saving"]["share"] == pytest.approx(1.0 - after / before)
     assert "of the time, over 1 objects" in result.stdout
