@@ -84,6 +84,8 @@ def paths_along(
 ) -> list[Path]:
     """Paths along straights between corners (N, 2); the base turns on the spot between paths.
 
+    There are none where all corners are the same.
+
     Args:
         corners: of the way [m].
         stands_free: distances of the base on its way to what is nearest.
@@ -134,6 +136,12 @@ def paths_along(
         elif last or abs(turn) > _BLUNT:
             end()
     return paths
+
+
+def path_at(x: float, y: float, heading: float) -> Path:
+    """The path of a base that is there, and has only to turn."""
+    points = np.array([[x, y, heading]] * 2)
+    return Path(points, np.full(2, _CREEP), np.zeros(2), ())
 
 
 def _length(points: Array) -> float:

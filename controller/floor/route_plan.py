@@ -13,7 +13,7 @@ import numpy.typing as npt
 from controller.command import Array
 from controller.floor.base_drive import Pose2D, wrap
 from controller.floor.floor_map import FloorMap
-from controller.floor.path import SPACING, Path, paths_along, pull_straight
+from controller.floor.path import SPACING, Path, path_at, paths_along, pull_straight
 from controller.model import RobotModel
 
 CLEARANCE = 0.04
@@ -189,6 +189,9 @@ class Planner:
             legs = self._driven(before, backwards=out < 0.0) + legs
         if into != 0.0 and (into > 0.0) != backwards:
             legs += self._driven(after, backwards=into > 0.0)
+        if not legs:
+            turned, narrow = np.full(2, b.heading + self._flip), np.zeros(2, dtype=np.bool_)
+            legs = [Leg(path_at(*b), backwards, turned, narrow)]
         return self._turned(legs, a, b) if self._holonomic else legs
 
     def _driven(self, line: Array, *, backwards: bool) -> list[Leg]:

@@ -123,6 +123,19 @@ def test_it_arrives_in_time_without_touching_anything(name, case):
     assert run.time < 1.7 * free.time + 0.5
 
 
+@pytest.mark.parametrize("away", [0.0, 0.0005, 0.002])
+@pytest.mark.parametrize("name", ROBOTS)
+def test_where_it_has_only_to_turn_and_is_a_little_near_to_something_it_turns(name, away):
+    """It has 15 mm less than it would keep if it had the choice."""
+    model = ROBOTS[name]
+    room = FloorMap((wall(0, 1, 2, 0.1),), model.description)
+    y = 0.95 - room.turning + 0.015
+    run = drive(model, (wall(0, 1, 2, 0.1),), Pose2D(0, y, 0.0), Pose2D(-away, y, 1.5))
+    assert run.arrived
+    assert run.clearance > 0.0
+    assert run.time < 3.0
+
+
 def test_it_backs_out_no_farther_than_it_must():
     """Turning round before a table takes the 3 s of the half turn and little else."""
     run = drive(ROBOTS["frankie"], (TABLE,), Pose2D(1.2, 0.0, 0.0), Pose2D(-1.5, 0.0, pi))
