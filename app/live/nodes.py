@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 
 _LONGEST_GIVEN = 24
+_NEXT = "onward"
+"""The argument that says where a task goes next."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,9 +81,13 @@ def tree_view(nodes: Sequence[TreeNode]) -> list[NodeInfo]:
 
 
 def _in_words(given: Mapping[str, object]) -> str:
-    """The poses, regions and keys among what a leaf was given, or else its first value."""
-    names = [str(name) for value in given.values() if (name := getattr(value, "name", None))]
-    others = [f"{value:g}" if isinstance(value, float) else str(value) for value in given.values()]
+    """The poses, regions and keys among what a leaf was given, or else its first value.
+
+    Where the task goes next is not where this leaf goes.
+    """
+    values = [value for word, value in given.items() if word != _NEXT]
+    names = [str(name) for value in values if (name := getattr(value, "name", None))]
+    others = [f"{value:g}" if isinstance(value, float) else str(value) for value in values]
     text = " ".join((", ".join(names) or next(iter(others), "")).split())
     return text if len(text) <= _LONGEST_GIVEN else text[: _LONGEST_GIVEN - 1] + "…"
 
