@@ -60,7 +60,7 @@ class Guide:
         self._approach = Approach(model, settings.guidance, self._route)
         self._follower = Follower(model, settings)
         self.onward = Onward(model, settings, self._finder)
-        self._hand_may_touch = False
+        self._hand_may_touch = self._follows = False
         self.waits = False
         """Whether the robot gives way to somebody: that is no stall."""
         self.reset()
@@ -143,7 +143,9 @@ class Guide:
         if moved := self._finder.meet(surroundings):
             self.onward.reset()
         changed = moved or (bool(self.unreachable) and goal.hand_may_touch != self._hand_may_touch)
-        self._hand_may_touch = goal.hand_may_touch
+        follows = goal.is_moving and not goal.straight and self._model.n_base == 2
+        changed = changed or (follows and not self._follows)
+        self._hand_may_touch, self._follows = goal.hand_may_touch, follows
         if goal.wTe != self._goal or changed:
             if self._is_new(goal.wTe) or changed:
                 self._begin(goal, distance, wTb, q)
@@ -170,7 +172,7 @@ class Guide:
         if self.stance is None or remaining.lead is None:
             return None
         following = None
-        if goal.is_moving and self._model.n_base == 2:
+        if self._follows:
             following = self._follower(self.stance, goal, error, wTb, q)
         model, settings, detour = self._model, self._settings, self.detour
         return bias_towards(
@@ -223,7 +225,8 @@ class Guide:
             self._look_for_a_stance(goal, wTb, q)
 
     def _look_for_a_stance(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> None:
-        self._search = self._finder.search(goal.wTe.copy(), wTb, q, self._failed, goal.onward)
+        wTe, failed, follows = goal.wTe.copy(), self._failed, self._follows
+        self._search = self._finder.search(wTe, wTb, q, failed, goal.onward, in_front=follows)
 
     def _search_on(self, goal: PoseGoal) -> None:
         """Do one piece of the search, and take what it has found when it is over."""

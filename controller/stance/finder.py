@@ -87,12 +87,13 @@ class StanceFinder:
         q: Array,
         failed: tuple[Stance, ...] = (),
         onward: SE3 | None = None,
+        *,
+        in_front: bool = False,
     ) -> StanceSearch:
         """A new search for a stance; see there."""
         model, settings, bank, collision = self._model, self._settings, self._bank, self._collision
-        return StanceSearch(
-            model, settings, bank, collision, wTe, wTb, q, failed, self.space, onward
-        )
+        where = model, settings, bank, collision, wTe, wTb, q, failed, self.space, onward
+        return StanceSearch(*where, in_front=in_front)
 
     def why_none(self, search: StanceSearch) -> str:
         """Why a search that is over has found no stance; empty if what it has found will do."""

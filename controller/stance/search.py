@@ -75,6 +75,7 @@ class StanceSearch:
         failed: stances that stalled before this goal; another one is preferred.
         space: what stands around; None on an open floor.
         onward: where the end effector goes next; None where that is not known.
+        in_front: whether the base has to have it in front, as below a goal that it follows.
     """
 
     def __init__(
@@ -89,6 +90,8 @@ class StanceSearch:
         failed: tuple[Stance, ...] = (),
         space: FreeSpace | None = None,
         onward: SE3 | None = None,
+        *,
+        in_front: bool = False,
     ) -> None:
         self._model = model
         self._settings = settings
@@ -96,7 +99,7 @@ class StanceSearch:
         self._collision = collision
         self.wTe = wTe
         """The pose to reach."""
-        self._sideways = sideways(wTe)
+        self._sideways = 1.0 if in_front else sideways(wTe)
         self._failed = failed
         self._space = space
         self._start = Start(wTb, q.copy())
