@@ -42,6 +42,8 @@ class MotionSettings:
     where it will have come [m] ..."""
     unsteady: float = 0.03
     """... and farther than if its speed had changed by this [m/s]: the image shows only a part."""
+    reach: float = 0.08
+    """A grasp no farther than this from where the middle will have come is on that thing [m]."""
 
 
 _DEFAULT = MotionSettings()
@@ -110,11 +112,28 @@ class GraspMotion:
         s = self._settings
         return hypot(middle[0] - x, middle[1] - y) <= s.jump + s.fastest * (stamp - then)
 
+    def has_brought(self, place: Array, stamp: float) -> bool:
+        """Whether what moves has come to where a grasp is on it, whose image shows no middle.
+
+        Args:
+            place: (2,) x and y of the grasp in the world [m].
+            stamp: when it is seen there [s].
+        """
+        if self._line is None or not self._velocity.any():
+            return False
+        return bool(np.linalg.norm(self._expected(stamp) - place) <= self._settings.reach)
+
+    def _expected(self, stamp: float) -> Array:
+        """(2,) where the middle will have come by the line [m]."""
+        assert self._line is not None
+        mean, rate = self._line
+        there: Array = mean[1:] + rate * (stamp - mean[0])
+        return there
+
     def _is_astray(self, middle: tuple[float, float], stamp: float) -> bool:
         """Whether it is not where the thing will have come."""
         if self._line is None or not self._seen:
             return False
-        s, (mean, rate) = self._settings, self._line
-        there = mean[1:] + rate * (stamp - mean[0])
-        since = stamp - self._seen[-1][0]
-        return bool(np.linalg.norm(there - middle) > s.astray + s.unsteady * since)
+        s, since = self._settings, stamp - self._seen[-1][0]
+        away = np.linalg.norm(self._expected(stamp) - middle)
+        return bool(away > s.astray + s.unsteady * since)

@@ -130,7 +130,10 @@ class GraspTracker:
         else:
             self._frames_missed += 1
             if self._frames_missed >= s.lost_after:
+                motion = self._motion
                 self.reset()
+                if tracked.velocity.any():  # it goes on while it is not seen
+                    self._motion = motion
                 self.reason = f"the grasp was not seen again in {s.lost_after} frames"
                 return
         best = next((c for c in candidates if c.whole), None)
@@ -147,7 +150,11 @@ class GraspTracker:
         return quality >= s.switch_ratio * than or odds
 
     def _track(self, grasp: GraspEstimate) -> None:
-        if grasp.middle is None or not self._motion.may_be_at(grasp.middle, grasp.stamp):
+        if grasp.middle is None:
+            is_same = self._motion.has_brought(grasp.wTg.translation[:2], grasp.stamp)
+        else:
+            is_same = self._motion.may_be_at(grasp.middle, grasp.stamp)
+        if not is_same:
             self._motion = GraspMotion()  # it is of another thing
         velocity = self._motion(grasp.middle, grasp.stamp)
         self._tracked = replace(grasp, velocity=velocity)

@@ -225,6 +225,27 @@ def test_a_middle_that_is_not_on_its_way_is_left_out() -> None:
     np.testing.assert_allclose(followed.velocity, [0.1, 0.0, 0.0], atol=0.001)
 
 
+@pytest.mark.parametrize("whole", [True, False])
+def test_how_it_moves_is_not_forgotten_while_it_is_out_of_sight(whole: bool) -> None:
+    tracker = followed_along(along_x(0.1, 8))
+    for number in range(8, 25):
+        assert not tracker.locked
+        gone = tracker.update(seen(reason="out of sight", at=number / 30.0), camera(0.3))
+    assert gone is None
+    x, y = along_x(0.1, 26)[25]
+    again = replace(grasp(x, y), middle=(x, y) if whole else None)
+    followed = tracker.update(seen(again, at=25 / 30.0), camera(0.3))
+    assert followed is not None
+    np.testing.assert_allclose(followed.velocity, [0.1, 0.0, 0.0], atol=0.001)
+    elsewhere = replace(again, wTg=grasp(x + 0.2, y).wTg, middle=None)
+    tracker = followed_along(along_x(0.1, 8))
+    for number in range(8, 25):
+        tracker.update(seen(reason="out of sight", at=number / 30.0), camera(0.3))
+    other = tracker.update(seen(elsewhere, at=25 / 30.0), camera(0.3))
+    assert other is not None
+    assert not other.velocity.any()
+
+
 def test_what_stops_stands_still_after_a_moment() -> None:
     moving = along_x(0.1, 15)
     tracker = followed_along(np.concatenate([moving, np.repeat(moving[-1:], 25, axis=0)]))
