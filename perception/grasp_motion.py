@@ -1,7 +1,7 @@
 """How fast what is grasped moves, from where its middle was seen in one frame after another.
 
 A straight line is fitted to the middles of the last moments (least squares). The grasp itself tells
-less: it may slide along a thing that stands still. So does the middle of what the image cuts off,
+less: it may slide along an object that stands still. So does the middle of what the image cuts off,
 which is left out, and so is one that is not on the line; several of these begin a new one.
 """
 
@@ -24,9 +24,9 @@ class MotionSettings:
     window: float = 0.6
     """What was seen so long before the newest, or longer, tells nothing any more [s]."""
     least_time: float = 0.1
-    """Nobody knows how a thing moves before its middle was seen for so long [s] ..."""
+    """Nobody knows how an object moves before its middle was seen for so long [s] ..."""
     least_frames: int = 5
-    """... and in so many frames ..."""
+    """... and in this many frames ..."""
     patience: float = 0.2
     """... but that is not waited for longer than this; then it counts as standing still [s]."""
     least_speed: float = 0.05
@@ -38,12 +38,12 @@ class MotionSettings:
     fastest: float = 0.3
     """... and farther than at this speed [m/s]."""
     astray: float = 0.01
-    """Once it is known how a thing moves, a middle is none of it that is farther than this from
+    """Once it is known how an object moves, a middle is none of it that is farther than this from
     where it will have come [m] ..."""
     unsteady: float = 0.03
     """... and farther than if its speed had changed by this [m/s]: the image shows only a part."""
     reach: float = 0.08
-    """A grasp no farther than this from where the middle will have come is on that thing [m]."""
+    """A grasp no farther than this from where the middle will have come is on that object [m]."""
 
 
 _DEFAULT = MotionSettings()
@@ -71,7 +71,7 @@ class GraspMotion:
         """The velocity (3,), level, after one more frame [m/s]; zeros if it stands still.
 
         Args:
-            middle: x, y of the thing in the world [m]; None if it is not seen.
+            middle: x, y of the object in the world [m]; None if it is not seen.
             stamp: when the frame was captured [s].
         """
         s, seen = self._settings, self._seen
@@ -105,7 +105,7 @@ class GraspMotion:
         return self._velocity
 
     def may_be_at(self, middle: tuple[float, float], stamp: float) -> bool:
-        """Whether the thing can have come there since it was seen last."""
+        """Whether the object can have come there since it was seen last."""
         if not self._seen:
             return True
         then, x, y = self._seen[-1]
@@ -131,7 +131,7 @@ class GraspMotion:
         return there
 
     def _is_astray(self, middle: tuple[float, float], stamp: float) -> bool:
-        """Whether it is not where the thing will have come."""
+        """Whether it is not where the object will have come."""
         if self._line is None or not self._seen:
             return False
         s, since = self._settings, stamp - self._seen[-1][0]

@@ -54,10 +54,10 @@ class SceneMemory:
         return completed(scene, earlier)
 
     def without(self, moving: GraspEstimate, floor: float) -> SceneMemory:
-        """The same, but for the thing at a grasp, which is not where these images showed it.
+        """The same, but for the object at a grasp, which is not where these images showed it.
 
         Args:
-            moving: the grasp, and how fast the thing moves.
+            moving: the grasp, and how fast the object moves.
             floor: height of the support surface [m].
         """
         left, lowest = SceneMemory(), floor + MIN_OBJECT_HEIGHT
@@ -71,11 +71,11 @@ def _without(scene: HeightMap, point: Array, lowest: float) -> HeightMap:
     """A map in which what stands at or near a point is unknown."""
     if scene.unknown is None:
         return scene
-    raised = (scene.heights > lowest) & ~scene.unknown
     reach = np.arange(-_NEAR, _NEAR + scene.cell, scene.cell)
     near = scene.cells(point[0] + reach[None, :], point[1] + reach[:, None])
-    if not raised.ravel()[near].any():
+    if not ((scene.heights.ravel()[near] > lowest) & ~scene.unknown.ravel()[near]).any():
         return scene
+    raised = (scene.heights > lowest) & ~scene.unknown
     _, things = cv2.connectedComponents(raised.astype(np.uint8), connectivity=8)
     there = np.setdiff1d(things.ravel()[near], [0])
     gone = cv2.dilate(np.isin(things, there).astype(np.uint8), np.ones((5, 5), dtype=np.uint8))

@@ -155,7 +155,7 @@ class GraspTracker:
         else:
             is_same = self._motion.may_be_at(grasp.middle, grasp.stamp)
         if not is_same:
-            self._motion = GraspMotion()  # it is of another thing
+            self._motion = GraspMotion()  # it is of another object
         velocity = self._motion(grasp.middle, grasp.stamp)
         self._tracked = replace(grasp, velocity=velocity)
         self._frames_missed = self._frames_outdone = 0

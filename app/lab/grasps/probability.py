@@ -25,6 +25,7 @@ BINS = 10
 """Of the calibration error."""
 _DRAWS = 1000  # of a bootstrap
 _FOLDS = 10  # of scenes: what is fitted to nine is told of the tenth
+_SURE = 1e-6  # nothing is told to be less or more likely than this, and 1 less this
 _NEWTON = 25  # steps of a logistic regression
 
 
@@ -53,7 +54,8 @@ def told_the_mass(told: Array, judged: Outcomes) -> Array:
     """
     numbers = dict(zip(NUMBERS, judged.patches.numbers.T.astype(float), strict=True))
     lever = np.hypot(numbers["middle_along"], numbers["middle_across"])
-    odds = np.log(told / (1.0 - told))
+    sure = np.clip(told, _SURE, 1.0 - _SURE)
+    odds = np.log(sure / (1.0 - sure))
     seen = np.stack([odds, judged.mass, np.log(judged.mass), judged.mass * lever], axis=1)
     seen = np.insert((seen - seen.mean(0)) / seen.std(0).clip(1e-9), 0, 1.0, axis=1)
     scenes = np.random.default_rng(0).permutation(np.unique(judged.scene))
