@@ -11,10 +11,10 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Condition
-from behaviours.occupancy import Occupancy
 from behaviours.poses import BasePose, Posture, Region, ToolPose
 from behaviours.ranges import Area, Bounds, Deviation
 from hw import DepthFrame
+from perception import RegionMap
 
 
 class ArmHealthy(Condition):
@@ -147,10 +147,41 @@ class ObjectVisible(Condition):
         if vision.frame is not self._judged:
             self._judged = vision.frame
             with vision.timed():
-                self._occupancy = Occupancy(self._within, self.settings.glance)
-                self._occupancy.add(vision.frame)
-                self._count = len(self._occupancy.segments(self._smallest))
-        if self._occupancy.seen == 0.0:
+                region, glance = self._within, self.settings.glance
+                seen = RegionMap(region.wTr, region.size, glance.cell, glance.stride)
+                seen.add(vision.frame)
+                self._count, self._share = len(seen.segments(self._smallest)), seen.seen
+        if self._share == 0.0:
             return self.failure(f"{self._within.name} is out of view")
         text = f"{self._count} objects seen in {self._within.name}"
+        if self._share < self.settings.view.least_seen:
+            text += f", {100 * (1 - self._share):.0f} % of which is not seen"
         return self.success(text) if self._count else self.failure(text)
+
+
+class AllPlaced(Condition):
+    """Succeeds if as many objects were placed as were ever seen in a region.
+
+    What counts is how many were seen there by `region_empty` or `scan_for_objects`, and how many
+    `place` has seen standing at their places since the first of these looks. So a task does not end
+    well when an object has fallen, was taken away, or was pushed out.
+
+    Args:
+        taken_from: region of the task file that the objects were taken from.
+    """
+
+    key: ClassVar[str] = "all_placed"
+
+    def __init__(self, name: str, context: Context, *, taken_from: Region) -> None:
+        super().__init__(name, context)
+        self._region = taken_from.name
+
+    def update(self) -> Status:
+        """One tick."""
+        log = self.context.log
+        stock = log.stocks.get(self._region)
+        if stock is None:
+            return self.failure(f"it is not known what was in {self._region}: nothing looked there")
+        placed = log.placed - stock.placed_before
+        text = f"{placed} of {stock.most} objects placed that were seen in {self._region}"
+        return self.success(text) if placed >= stock.most else self.failure(text)

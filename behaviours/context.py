@@ -14,6 +14,7 @@ from behaviours.relocalisation import Relocalisation
 from behaviours.seen import SeenObstacles
 from behaviours.set_down import SetDown
 from behaviours.settings import BehaviourSettings
+from behaviours.standing import StandingWatch
 from behaviours.vision import Vision
 from controller import MotionGoal, Obstacle, RobotModel, StepReport, Surroundings
 from hw import Robot, RobotState, TaskClock
@@ -56,6 +57,8 @@ class Context:
     """Whether a goal that moves is followed; else the first grasp that is seen is gone for."""
     set_down: SetDown = field(default_factory=SetDown)
     """What the robot itself has put somewhere."""
+    standing: StandingWatch | None = None
+    """Looks whether what was let go last stands at its place."""
     settings: BehaviourSettings = field(default_factory=BehaviourSettings)
     log: TaskLog = field(default_factory=TaskLog)
     keys: dict[str, Key[object]] = field(default_factory=dict)
@@ -106,6 +109,8 @@ class Context:
                 self.seen.relocalise(state.stamp)
             moving = [one.geom for one in self.obstacles(state.stamp)]
             self.seen.look(self.vision, state, self.held, moving)
+        if self.standing is not None:
+            self.standing.look(self)
 
     def end_tick(self, report: StepReport) -> None:
         """Take the report of the controller about the goal that the tick left."""

@@ -20,8 +20,9 @@ from perception import ColourName, SeenObject, SeenObjects
 class Detect(Leaf):
     """Look at a region from where the hand is, at rest, and tell apart what stands in it.
 
-    Succeeds with any number of objects, none included. What it finds can be the goal of `navigate`,
-    `look_at` and `grasp`, one after the other below `for_each`. Fails when the camera gives no
+    What it finds can be the goal of `navigate`, `look_at` and `grasp`, one after the other below
+    `for_each`. Succeeds with any number of objects, but says that there are none, or how many there
+    are, only where the pictures show the region. Fails when they do not, when the camera gives no
     usable picture, or sees no colours and is asked for one.
 
     Args:
@@ -79,6 +80,8 @@ class Detect(Leaf):
         if isinstance(objects, str):
             return self.failure(objects)
         found = SeenObjects(self._choice.fitting(objects, state.wTb.translation))
+        if (self._count is not None or not found) and (unseen := self._sight.unseen):
+            return self.failure(unseen)
         if self._list is not None:
             self._list.write(found)
         if self._count is not None:

@@ -13,11 +13,11 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.occupancy import Occupancy, Segment
 from behaviours.poses import Region
 from behaviours.progress import Progress
 from behaviours.ranges import Distance, Pause, Seconds
 from controller import PoseGoal
+from perception import RegionMap, Segment
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -101,9 +101,10 @@ class Follow(Leaf):
             return
         settings = self.settings.follow
         with vision.timed():
-            occupancy = Occupancy(self._within, self.settings.glance)
-            occupancy.add(frame)
-            seen = occupancy.segments(settings.smallest_area)
+            region, glance = self._within, self.settings.glance
+            around = RegionMap(region.wTr, region.size, glance.cell, glance.stride)
+            around.add(frame)
+            seen = around.segments(settings.smallest_area)
         before = self.context.wTe.translation if self._object is None else self._object
         reach = np.inf if self._object is None else settings.same_object
         distances = [(_distance(segment, before), segment) for segment in seen]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from behaviours.comparisons import AtLeast, Equals
-from behaviours.conditions import ArmAt, ArmHealthy, BatteryAbove, Near, ObjectVisible
+from behaviours.conditions import AllPlaced, ArmAt, ArmHealthy, BatteryAbove, Near, ObjectVisible
 from behaviours.detect import Detect, LooksLike
 from behaviours.drive import Drive
 from behaviours.follow import Follow
@@ -24,6 +24,7 @@ from behaviours.wait import Wait
 LEAVES: dict[str, type[Leaf]] = {
     leaf.key: leaf
     for leaf in (
+        AllPlaced,
         ArmAt,
         ArmHealthy,
         AtLeast,

@@ -20,8 +20,10 @@ class Carried:
     """How often the fingers closed for it."""
     grasp_time: float = 0.0
     """How long the attempt that succeeded took, from the first look to closed fingers [s]."""
+    let_go: TaskTime | None = None
+    """When the fingers opened at its place."""
     placed: TaskTime | None = None
-    """When it was let go at its place."""
+    """When it was seen standing at its place."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -53,6 +55,16 @@ class Grip:
 
 
 @dataclass(kw_only=True, eq=False)
+class Stock:
+    """What was seen in a region that objects are taken from."""
+
+    placed_before: int
+    """How many had been placed when it was first looked at."""
+    most: int = 0
+    """How many have been seen there at least, those placed since counted in."""
+
+
+@dataclass(kw_only=True, eq=False)
 class TaskLog:
     """Written by the behaviours, read by the summary and the terminal."""
 
@@ -72,6 +84,8 @@ class TaskLog:
     """The numbers of the places of every region that are taken; the first is 1."""
     places_blocked: dict[str, set[int]] = field(default_factory=dict)
     """Those at which lowering an object failed."""
+    stocks: dict[str, Stock] = field(default_factory=dict)
+    """What was seen in the regions that were looked into, by their name."""
     _release: tuple[Grip, float, Callable[[], None]] | None = None
     """The grip that lets go, from which opening on [m], and what is done then."""
 
@@ -80,14 +94,14 @@ class TaskLog:
 
     @property
     def placed(self) -> int:
-        """How many objects were let go at their place."""
+        """How many objects were seen standing at their place."""
         return sum(one.placed is not None for one in self.carried)
 
     @property
     def in_hand(self) -> Carried | None:
-        """The object that was grasped last, if it was not placed yet."""
+        """The object that was grasped last, if it was not let go at its place."""
         last = self.carried[-1] if self.carried else None
-        return last if last is not None and last.placed is None else None
+        return last if last is not None and last.let_go is None else None
 
     def gripped(self, target: float, width: float) -> None:
         """The fingers, now at a width, were told to go to another one; both [m]."""
@@ -127,6 +141,7 @@ class TaskLog:
         """Tell people something."""
         self.messages.append((now, text))
 
-    def place(self, now: TaskTime) -> None:
-        """The held object was let go at its place."""
-        self.carried[-1].placed = now
+    def note_stock(self, region: str, standing: int) -> None:
+        """At least so many objects were seen standing in a region."""
+        stock = self.stocks.setdefault(region, Stock(placed_before=self.placed))
+        stock.most = max(stock.most, self.placed - stock.placed_before + standing)

@@ -9,9 +9,12 @@ import numpy as np
 from behaviours.choice import Choice
 from behaviours.context import Context
 from behaviours.poses import Region
+from behaviours.survey import unseen
 from hw import DepthFrame
-from perception import RecogniserError, SeenObjects, agreed, seen_objects, with_kinds
+from perception import RecogniserError, RegionMap, SeenObjects, agreed, seen_objects, with_kinds
 
+SMALLEST = 1e-4
+"""A part of a region that was not seen and covers less than this does not count [m^2]."""
 LOOKS = 3
 """Frames that are looked at; what more than half of them show counts."""
 
@@ -32,7 +35,19 @@ class ObjectsInSight:
     def begin(self, since: float = -np.inf) -> None:
         """Begin anew, with frames from session time `since` [s] on."""
         self._since = since
+        self._frames: deque[DepthFrame] = deque(maxlen=LOOKS)
         self._looks: deque[SeenObjects] = deque(maxlen=LOOKS)
+
+    @property
+    def unseen(self) -> str:
+        """What the frames do not show of what is there, in words; empty if that does not matter."""
+        settings, region = self._context.settings, self._region
+        seen = RegionMap(region.wTr, region.size, settings.counting.cell, settings.counting.stride)
+        for frame in self._frames:
+            seen.add(frame)
+        if not self._looks[-1] and seen.segments(SMALLEST):
+            return f"what stands in {region.name} is too low to be told apart"
+        return unseen(seen, region, SMALLEST, settings.view)
 
     def look(self) -> SeenObjects | str | None:
         """Take the frame that is new in this tick, if there is one to believe.
@@ -50,6 +65,7 @@ class ObjectsInSight:
             if isinstance(seen, str):
                 return seen
             self._looks.append(seen)
+            self._frames.append(frame)
             if len(self._looks) < LOOKS:
                 return None
             return _with_kinds(frame, agreed(self._looks), self._choice)

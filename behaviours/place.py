@@ -1,4 +1,4 @@
-"""Set down what is held, each object on a free slot of a region."""
+"""Set down what is held, each object on a free slot of a region, and see that it stands there."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours.back_off import BackOff
 from behaviours.context import Context
 from behaviours.leaf import Leaf
+from behaviours.letting_go import LettingGo, Spot
 from behaviours.places import Places
 from behaviours.poses import Region
 from behaviours.progress import Progress
@@ -58,9 +58,9 @@ class Place(Leaf):
     @property
     def phase(self) -> str:
         """`approach` until the hand is over the place, then `lower`, `release` and `rise`."""
-        rise = dict.fromkeys((self._rise, self._done), "rise")
-        later = {self._lower: "lower", self._open: "release", **rise}
-        return later.get(self._step, "approach")
+        if self._step == self._let_go:
+            return self._letting_go.phase
+        return "lower" if self._step == self._lower else "approach"
 
     def initialise(self) -> None:
         """Choose the place; the hand keeps the turn about the vertical that it has."""
@@ -85,7 +85,7 @@ class Place(Leaf):
     def _choose(self) -> None:
         """Aim at the next place that is free, as far as is known."""
         self._number = self._places.next_free()
-        slot = self._places.slots[(self._number or 1) - 1]
+        slot = self._slot = self._places.slots[(self._number or 1) - 1]
         self._down = SE3(self._rotation, slot + np.array([0.0, 0.0, self._release_height()]))
         self._come_from(self.settings.place.above)
         self._watch = SurfaceWatch(self.context, slot, self._radius, self._reach_down)
@@ -206,50 +206,23 @@ class Place(Leaf):
         return self._approach()
 
     def _release(self) -> Status:
-        self._let_go, self._is_down = self.context.held, False
-        self.open_gripper()
-        self.context.log.when_let_go(self.opens_by(self.settings.place.let_go), self._set_down)
-        self._step = self._open
+        surface = self._slot + np.array([0.0, 0.0, self._watch.height])
+        self._letting_go = LettingGo(
+            self,
+            self._goal,
+            spot=Spot(name=self._place, centre=surface, radius=self._radius),
+            up=self._up,
+            backs_off=self._is_high,
+            used=lambda: self._note(self.context.log.places_used),
+        )
+        self._step = self._let_go
         return self.running("letting go")
 
-    def _open(self) -> Status:
-        self.pursue(self._goal)  # the hand keeps to the place, or it would coast on
-        if not self._is_down and (waiting := self._wait_for_fingers("letting go")) is not None:
-            return waiting
-        if not self._is_down:
-            self._set_down()
-        self._step = self._rise
-        return self.running("rising")
-
-    def _set_down(self) -> None:
-        """It stands on its place, whatever comes of the hand."""
-        self._is_down = True
-        self._back_off: BackOff | None = None
-        self._note(self.context.log.places_used)
-        self.context.log.place(self.context.clock.now())
-        self.context.set_down.add(self._let_go, self.context.wTe)
-
-    def _rise(self) -> Status:
-        s = self.settings.place
-        tolerance = min(s.rise_tolerance, self._up / 3.0)
-        return self._move("rising", self._above, s.rise_speed, tolerance, self._done)
-
-    def _done(self) -> Status:
-        if (waiting := self._wait_for_fingers("opening")) is not None:
-            return waiting
-        self._back_off = self._back_off or BackOff(self)
-        if self._is_high and not self._back_off.tick():
-            return self.running("backing off")
-        return self.success(f"placed on {self._on.name}, place {self._number}")
-
-    def _wait_for_fingers(self, what: str) -> Status | None:
-        """None once they are open."""
-        if self.gripper_is_open:
-            return None
-        if (waiting := self.fingers(what)) is not None:
-            return waiting
-        width = 1000 * self.context.state.gripper_width
-        return self.failure(f"not let go: the fingers stopped at {width:.0f} mm")
+    def _let_go(self) -> Status:
+        status = self._letting_go.tick()
+        if status is Status.SUCCESS:
+            self.feedback_message = f"placed on {self._on.name}, place {self._number}"
+        return status
 
     @property
     def _place(self) -> str:
@@ -268,7 +241,7 @@ class Place(Leaf):
         self, what: str, wTe: SE3, speed: float, tolerance: float, then: Callable[[], Status]
     ) -> Status:
         """One tick of a straight motion of the hand, then the next phase."""
-        if then != self._done and (reason := self.empty_hand):
+        if reason := self.empty_hand:
             if self._step == self._lower and self.fingers_have_opened:
                 return self._release()  # it stands already, and turns in the fingers
             return self.failure(f"nothing left to place: {reason}")
@@ -279,7 +252,7 @@ class Place(Leaf):
             orientation_tolerance=self.settings.place.tilt,
             straight=self._step != self._approach or self._goes_straight,
             stance_if_near=True,
-            hand_may_touch=self._step in (self._lower, self._rise),
+            hand_may_touch=self._step == self._lower,
         )
         report = self.pursue(self._goal, f"{what} {self._number} from {self._up:.2f} m")
         if report is None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import isnan
 from typing import ClassVar
 
 from py_trees.common import Status
@@ -10,23 +9,27 @@ from py_trees.common import Status
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Region
-from behaviours.ranges import Area, Count, Seconds
+from behaviours.ranges import Area, Count, Distance, Seconds
+from behaviours.survey import Survey
 
 
 class RegionEmpty(Leaf):
-    """Look into a region from where the hand is, at rest, and succeed if nothing stands in it.
+    """Look into a region, and succeed if nothing stands in it.
 
-    Fails when something is left, and when the camera gives no usable picture.
+    It looks from where the hand is, at rest. Where the pictures do not show the whole floor, it
+    goes over the region and looks straight down. It says how low a thing may be to be overlooked.
+    Fails when something is left, a part of the floor stays hidden, the camera gives no usable
+    picture, or the robot has a fault.
 
     Args:
         region: of the task file; its floor is what objects stand on.
         smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
-        frames: how many pictures must agree.
-        patience_s: give up without a picture after this [s].
+        frames: pictures to take from each view.
+        height_m: of the camera over the floor in other views [m].
+        timeout_s: time to reach another view [s].
     """
 
     key: ClassVar[str] = "region_empty"
-    moves: ClassVar[bool] = False
     surfaces: ClassVar[tuple[str, ...]] = ("region",)
 
     def __init__(
@@ -37,29 +40,39 @@ class RegionEmpty(Leaf):
         region: Region,
         smallest_cm2: Area = 1.0,
         frames: Count = 3,
-        patience_s: Seconds = 1.0,
+        height_m: Distance = 0.45,
+        timeout_s: Seconds = 30.0,
     ) -> None:
         super().__init__(name, context)
         self._region = region
         self._smallest = 1e-4 * smallest_cm2
-        self._frames = frames
-        self._patience = patience_s
+        self._frames, self._height, self._timeout = frames, height_m, timeout_s
 
     def initialise(self) -> None:
         """Start to look."""
-        self._begun = self.context.clock.now()
-        self._empty = 0
+        self._survey = Survey(
+            self,
+            self._region,
+            height=self._height,
+            frames=self._frames,
+            timeout=self._timeout,
+            smallest=self._smallest,
+            from_here=True,
+        )
 
     def update(self) -> Status:
-        """One tick; standing still, as no goal is left."""
-        seen = self.context.vision.detect(self._region)
-        if seen is None or isnan(seen.occupied_area):
-            if self.context.clock.now() - self._begun > self._patience:
-                return self.failure(seen.reason if seen else "no camera frame")
-            return self.running("looking")
-        if seen.occupied_area > self._smallest:
-            return self.failure(f"{1e4 * seen.occupied_area:.0f} cm² occupied")
-        self._empty += 1
-        if self._empty < self._frames:
-            return self.running(f"seen empty {self._empty} times")
-        return self.success("nothing left to grasp")
+        """One tick."""
+        status = self._survey.tick()
+        if status is not Status.SUCCESS:
+            return status
+        seen = self._survey.map
+        self.context.log.note_stock(self._region.name, seen.least_count)
+        if standing := seen.segments(self._smallest):
+            area = 1e4 * sum(one.area for one in standing)
+            return self.failure(f"{area:.0f} cm² of {self._region.name} occupied")
+        if not (unseen := self._survey.unseen):
+            lowest, share = 1000 * seen.lowest, 100 * seen.seen
+            return self.success(f"nothing over {lowest:.0f} mm on the {share:.0f} % seen")
+        if self._survey.another_view():
+            return self.running(f"{unseen}; looking from another view")
+        return self.failure(unseen)

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from math import ceil
 from typing import ClassVar
 
-import numpy as np
 from py_trees.common import Status
 
-from behaviours.aiming import camera_pose, hand_for, straight_down
-from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.key import Key
 from behaviours.leaf import Leaf
-from behaviours.occupancy import Occupancy
 from behaviours.poses import Region
 from behaviours.ranges import Area, Count, Distance, Seconds
-from controller import PoseGoal
+from behaviours.survey import Survey
 
 
 class ScanForObjects(Leaf):
@@ -57,80 +52,30 @@ class ScanForObjects(Leaf):
         self._frames = frames
         self._smallest = 1e-4 * smallest_cm2
         self._timeout = timeout_s
-        self._views = views(region, self.settings.view.width_per_height * height_m)
 
     def initialise(self) -> None:
         """Start anew with the first view."""
-        self._wTc = camera_pose(self.context)
-        self._occupancy = Occupancy(self._region, self.settings.counting)
-        self._view = 0
-        self._taken = 0
-        self._approach: Approach | None = None
-        self._there = False
+        self._survey = Survey(
+            self,
+            self._region,
+            height=self._height,
+            frames=self._frames,
+            timeout=self._timeout,
+            smallest=self._smallest,
+            from_here=False,
+        )
 
     def update(self) -> Status:
         """One tick."""
-        if not self._there:
-            status = self._go()
-            if status is not Status.SUCCESS:
-                return status
-            self._there, self._taken, self._waiting_since = True, 0, self.context.clock.now()
-        return self._take_pictures()
-
-    def _go(self) -> Status:
-        """One tick of the way to the view whose turn it is."""
-        if self._approach is None:
-            wTc = straight_down(self._views[self._view], self._height, like=self._wTc)
-            goal = PoseGoal(wTe=hand_for(self.context, wTc))
-            target = f"view {self._view + 1} of {len(self._views)} of {self._region.name}"
-            self._approach = Approach(self, goal, target, self._timeout)
-        return self._approach.tick()
-
-    def _take_pictures(self) -> Status:
-        """One tick of standing in a view; no goal is left, so the hand comes to rest."""
-        if fault := self.fault():
-            return self.failure(fault)
-        vision, now = self.context.vision, self.context.clock.now()
-        frame = vision.new_frame()
-        if frame is not None:
-            with vision.timed():
-                self._occupancy.add(frame)
-            self._taken, self._waiting_since = self._taken + 1, now
-        elif now - self._waiting_since > self.settings.view.patience:
-            return self.failure("no camera frame")
-        seen = f"view {self._view + 1} of {len(self._views)}"
-        if self._taken < self._frames:
-            return self.running(f"{seen}, {self._taken} pictures")
-        if self._view + 1 < len(self._views):
-            self._view += 1
-            self._approach, self._there = None, False
-            return self.running(f"{seen} taken")
-        return self._conclude()
-
-    def _conclude(self) -> Status:
-        if self._occupancy.seen < self.settings.view.least_seen:
-            share = 100.0 * self._occupancy.seen
-            return self.failure(f"only {share:.0f} % of {self._region.name} could be seen")
-        count = len(self._occupancy.segments(self._smallest))
+        status = self._survey.tick()
+        if status is not Status.SUCCESS:
+            return status
+        if self._survey.another_view():
+            return self.running(self.feedback_message)
+        if unseen := self._survey.unseen:
+            return self.failure(unseen)
+        seen = self._survey.map
+        count = len(seen.segments(self._smallest))
         self._count.write(count)
+        self.context.log.note_stock(self._region.name, seen.least_count)
         return self.success(f"{count} objects in {self._region.name}")
-
-
-def views(region: Region, side: float) -> list[np.ndarray]:
-    """Points (3,) on the floor of a region, in the world, to look at one after the other.
-
-    Args:
-        region: squares around them cover it.
-        side: of a square [m].
-    """
-    columns, rows = (max(1, ceil(edge / side - 1e-9)) for edge in region.size[:2])
-    x, y = (
-        (np.arange(n) + 0.5) * edge / n - edge / 2.0
-        for n, edge in ((columns, region.size[0]), (rows, region.size[1]))
-    )
-    down = -region.size[2] / 2.0
-    return [
-        region.wTr.act(np.array([x[column], y[row], down]))
-        for row in range(rows)
-        for column in (range(columns) if row % 2 == 0 else reversed(range(columns)))
-    ]

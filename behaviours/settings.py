@@ -132,6 +132,8 @@ class PlaceSettings(Checked):
     """[m/s]."""
     rise_tolerance: float = 0.03
     """[m]."""
+    look_above: float = 0.12
+    """The hand rises this much higher if by then it is not seen whether the object stands [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,8 +210,12 @@ class ViewSettings(Checked):
     """Side of the square that one picture shows well, per height of the camera."""
     over_object: float = 0.4
     """Height of the camera over an object that it is sent to [m]."""
-    least_seen: float = 0.9
-    """Share of a region that must be seen to count what stands in it."""
+    least_seen: float = 0.98
+    """Share of a region that must be seen to say that nothing, or nothing else, stands in it."""
+    least_seen_around_objects: float = 0.9
+    """The same to count what stands in it: objects hide a part."""
+    most_overlooked: float = 0.01
+    """It is not called empty where what is higher than this may be overlooked [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from behaviours.aiming import camera_pose
 from behaviours.context import Context
 from behaviours.settings import SurfaceSettings
 from hw import DepthFrame
-from perception import Camera, world_points
+from perception import disc, seen_through
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -56,6 +56,8 @@ class SurfaceWatch:
         self._centre, self._radius, self._reach_down = centre, radius, reach_down
         self._known_since = context.state.stamp
         self._nothing = Look(Shows.UNSEEN, nan, np.zeros(self._settings.points, dtype=np.bool_))
+        self.height = 0.0
+        """Of the surface over the centre, as it was seen last [m]."""
         self._forget()
 
     def _forget(self) -> None:
@@ -88,6 +90,8 @@ class SurfaceWatch:
         with vision.timed():
             look = look_at(frame, self._centre, self._radius, lowest, settings)
         self._seen_at[look.surface] = frame.stamp
+        if look.shows is Shows.SURFACE:
+            self.height = look.height
         return look
 
     def _can_see(self) -> bool:
@@ -113,8 +117,8 @@ def look_at(
         hand: height in the world from which on what is seen belongs to the hand [m].
         settings: what counts as the surface, and how much of it has to be seen.
     """
-    disc = _disc(centre, radius, settings.points)
-    seen = _seen_through(frame, disc)
+    points = disc(centre, radius, settings.points)
+    seen = seen_through(frame, points)
     height = seen[:, 2] - centre[2]
     over_disc = np.linalg.norm(seen[:, :2] - centre[:2], axis=1) <= radius
     surface = np.abs(height) <= settings.tolerance
@@ -128,31 +132,6 @@ def look_at(
         (Shows.SURFACE, surface, settings.least_seen),
     )
     for shows, rays, share in groups:
-        if rays.sum() > share * len(disc):
+        if rays.sum() > share * len(points):
             return Look(shows, float(np.median(height[rays])), surface)
     return Look(Shows.UNSEEN, nan, surface)
-
-
-def _disc(centre: Array, radius: float, count: int) -> Array:
-    """(count, 3) points spread evenly over a level disc: the spiral of a sunflower."""
-    n = np.arange(count) + 0.5
-    r, turn = radius * np.sqrt(n / count), n * np.pi * (3.0 - np.sqrt(5.0))
-    flat: Array = np.stack([r * np.cos(turn), r * np.sin(turn), np.zeros(count)], axis=1)
-    return flat + centre
-
-
-def _seen_through(frame: DepthFrame, points: Array) -> Array:
-    """(N, 3) what is seen on the rays through (N, 3) points, in the world [m]; else NaN."""
-    seen = np.full(points.shape, np.nan)
-    ahead = np.flatnonzero((points - frame.wTc.translation) @ frame.wTc.rotation[:, 2] > 0.0)
-    camera = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)
-    u, v = np.rint(camera.project(points[ahead])).T
-    rows, columns = frame.depth.shape
-    inside = (u >= 0) & (u < columns) & (v >= 0) & (v < rows)
-    ahead, u, v = ahead[inside], u[inside], v[inside]
-    depth = frame.depth[v.astype(int), u.astype(int)]
-    measured = depth > 0.0  # neither NaN nor black
-    seen[ahead[measured]] = world_points(
-        depth[measured], frame.intrinsics, frame.wTc, u[measured], v[measured]
-    )
-    return seen

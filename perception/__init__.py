@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from perception.candidates import WITHOUT_NETWORK, Candidates, CandidateSource, Proposals
     from perception.colours import COLOURS, ColourName, colour_name
     from perception.cutting import SeamModel, logarithms, piece_of
-    from perception.detector import OCCUPIED_HEIGHT, WALL_MARGIN, GraspDetector
+    from perception.detector import GraspDetector
     from perception.footprint import Footprint
     from perception.frame import Workspace
-    from perception.geometry import Camera, world_points
+    from perception.geometry import disc, seen_through, world_points
     from perception.grasp import Detection, GraspEstimate
     from perception.grasp_feasibility import assess
     from perception.grasp_patches import NUMBERS, GraspPatches, HoldProbability, joined_patches
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from perception.objects import ColourFrame, seen_objects, standing
     from perception.preprocess import METRES_PER_PIXEL, Crop, central_crop, prepare
     from perception.recogniser import Labelled, Recogniser, RecogniserError
+    from perception.region_map import WALL_MARGIN, RegionMap, Segment
     from perception.samples import Labels, Sample, Shard
     from perception.scene_memory import SceneMemory
     from perception.seams import SEAM_MEASURES, measure_seam, seams_across
@@ -50,13 +51,11 @@ __all__ = [
     "INPUT_SIZE",
     "METRES_PER_PIXEL",
     "NUMBERS",
-    "OCCUPIED_HEIGHT",
     "OUTPUT_STRIDE",
     "SEAM_MEASURES",
     "SHAPE_KINDS",
     "WALL_MARGIN",
     "WITHOUT_NETWORK",
-    "Camera",
     "CandidateSource",
     "Candidates",
     "ColourFrame",
@@ -76,12 +75,14 @@ __all__ = [
     "Proposals",
     "Recogniser",
     "RecogniserError",
+    "RegionMap",
     "Sample",
     "SceneMemory",
     "SeamModel",
     "SeenObject",
     "SeenObjects",
     "SeenSurfaces",
+    "Segment",
     "Shard",
     "SurfaceSettings",
     "TrackerSettings",
@@ -93,6 +94,7 @@ __all__ = [
     "camera_above_table",
     "central_crop",
     "colour_name",
+    "disc",
     "hand_sizes",
     "joined_patches",
     "known_kinds",
@@ -102,6 +104,7 @@ __all__ = [
     "prepare",
     "seams_across",
     "seen_objects",
+    "seen_through",
     "standing",
     "surface_cells",
     "with_kinds",

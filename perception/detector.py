@@ -25,6 +25,7 @@ from perception.preprocess import (
     prepare,
     valid_depth,
 )
+from perception.region_map import WALL_MARGIN
 from perception.scene_memory import SceneMemory
 from perception.smoothing import FAR, smoothed
 from perception.surroundings import surroundings
@@ -32,12 +33,11 @@ from robots import GripperDescription
 
 OCCUPIED_HEIGHT = 0.010
 """Surfaces lower than this above the floor do not count as occupied [m]."""
-WALL_MARGIN = 0.008
-"""Smallest distance of a grasp or an object to the sides of the workspace [m]."""
 _MIN_VALID = 0.02  # smallest share of pixels with a depth in a usable frame
 _MAX_CAMERA_AXIS_Z = -0.5  # the optical axis is within 60 degrees of straight down
 _LEVEL_BIN = 0.005  # of the histogram of heights that finds the largest level surface [m]
-_AREA_STEP = 3  # only every third row and column is counted for areas [cells]
+_AREA_STEP = 3  # only every third row and column is counted for areas [px]
+_LITTLE = 1e-4  # what covers less is noise [m^2]
 
 
 class GraspDetector:
@@ -127,13 +127,19 @@ class GraspDetector:
         scene = around.scene
         floor = _level(scene) if workspace is None else workspace.floor
         allowed = _allowed(prepared, frame, workspace, floor)
-        occupied = _occupied_area(scene, workspace, floor)
+        occupied = _occupied_area(frame, workspace, floor)
         covered = (float(crop.u0), float(crop.v0), float(crop.size))
 
         if memory is not None:
             around = replace(around, scene=memory.completed(scene, frame.stamp))
         if not allowed.any():
-            return _no_grasp(frame, "nothing stands out in the workspace", covered, occupied)
+            reason = "nothing stands out in the workspace"
+            if occupied > _LITTLE:
+                area = f"{1e4 * occupied:.0f} cm²"
+                reason = (
+                    f"{area} stand out beside the middle of the image, where none is looked for"
+                )
+            return _no_grasp(frame, reason, covered, occupied)
         proposals = self.proposer.propose(prepared.network_input, allowed)
         is_meant = isinstance(workspace, Things)
         search = GraspSearch(
@@ -250,12 +256,17 @@ def _allowed(prepared: Prepared, frame: Frame, workspace: Workspace | None, floo
     return mask
 
 
-def _occupied_area(scene: HeightMap, workspace: Workspace | None, floor: float) -> float:
-    heights = scene.heights[::_AREA_STEP, ::_AREA_STEP]
-    row, column = np.nonzero(heights >= floor + OCCUPIED_HEIGHT)
-    side = _AREA_STEP * scene.cell
-    if workspace is None:
-        return float(len(row) * side**2)
-    x, y = scene.origin[0] + column * side, scene.origin[1] + row * side
-    points = np.stack([x, y, heights[row, column].astype(float)], axis=1)
-    return float(_well_inside(workspace, points).sum() * side**2)
+def _occupied_area(frame: Frame, workspace: Workspace | None, floor: float) -> float:
+    """Area from above of all in the image that stands out of the floor [m^2]."""
+    depth = np.asarray(frame.depth)[::_AREA_STEP, ::_AREA_STEP]
+    v, u = np.nonzero(valid_depth(depth))
+    z = depth[v, u].astype(float)
+    points = world_points(z, frame.intrinsics, frame.wTc, _AREA_STEP * u, _AREA_STEP * v)
+    high = points[:, 2] >= floor + OCCUPIED_HEIGHT
+    if workspace is not None:
+        high[high] = _well_inside(workspace, points[high])
+    if not high.any():
+        return 0.0
+    side = _AREA_STEP / frame.intrinsics.fx * float(z[high].max())
+    cells = np.unique(np.floor(points[high, :2] / side), axis=0)
+    return float(len(cells) * side**2)

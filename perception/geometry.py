@@ -9,6 +9,7 @@ import numpy as np
 from pinocchio import SE3
 
 from perception.arrays import Array, FloatArray, Image
+from perception.frame import Frame
 from robots import Intrinsics
 
 
@@ -129,3 +130,28 @@ def grasp_pose(x: float, y: float, z: float, direction: float, wTc: SE3) -> SE3:
         [[-y_closing, x_closing, 0.0], [x_closing, y_closing, 0.0], [0.0, 0.0, -1.0]]
     )
     return SE3(rotation, np.array([x, y, z]))
+
+
+def disc(centre: Array, radius: float, count: int) -> Array:
+    """(count, 3) points spread evenly over a level disc, in a spiral (Vogel 1979)."""
+    n = np.arange(count) + 0.5
+    r, turn = radius * np.sqrt(n / count), n * np.pi * (3.0 - np.sqrt(5.0))
+    flat: Array = np.stack([r * np.cos(turn), r * np.sin(turn), np.zeros(count)], axis=1)
+    return flat + centre
+
+
+def seen_through(frame: Frame, points: Array) -> Array:
+    """(N, 3) what is seen on the rays through (N, 3) points, in the world [m]; else NaN."""
+    seen = np.full(points.shape, np.nan)
+    ahead = np.flatnonzero((points - frame.wTc.translation) @ frame.wTc.rotation[:, 2] > 0.0)
+    camera = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)
+    u, v = np.rint(camera.project(points[ahead])).T
+    rows, columns = frame.depth.shape
+    inside = (u >= 0) & (u < columns) & (v >= 0) & (v < rows)
+    ahead, u, v = ahead[inside], u[inside], v[inside]
+    depth = frame.depth[v.astype(int), u.astype(int)]
+    measured = depth > 0.0  # neither NaN nor black
+    seen[ahead[measured]] = world_points(
+        depth[measured], frame.intrinsics, frame.wTc, u[measured], v[measured]
+    )
+    return seen

@@ -19,12 +19,16 @@ from harness import (
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import Region
+from behaviours import Carried, Region
+from behaviours.conditions import AllPlaced
 from behaviours.grasp import Grasp
 from behaviours.gripper import HoldingObject, OpenGripper
 from behaviours.place import Place
 from behaviours.places import Places
+from behaviours.poses import Posture
+from behaviours.recover import Recover
 from behaviours.retreat_check import RetreatCheck
+from hw import TaskTime
 
 FAR = Region(
     name="table",
@@ -41,6 +45,10 @@ def kill_gripper(harness: Harness, says_it_moves: bool = False) -> None:
 
 def place(harness: Harness, on: Region = FAR) -> Place:
     return Place("place", harness.context, on=on, pitch_m=0.13)
+
+
+def ready(harness: Harness) -> Posture:
+    return Posture(name="ready", q=harness.robot.description.arm.ready)
 
 
 @pytest.mark.parametrize("says_it_moves", [False, True])
@@ -186,8 +194,10 @@ def test_what_is_let_go_is_placed_though_a_reflex_ends_the_placing(half_width):
     assert log.placed == 0, "the fingers have not opened yet"
     harness.robot.faults = ()
     harness.run_for(None, 1.0)
-    assert log.placed == 1
     assert log.in_hand is None
+    assert log.placed == 0, "nobody has seen it standing"
+    harness.run(Recover("recover", harness.context, arm=ready(harness)))
+    assert log.placed == 1, "seen while the hand rises"
     assert log.places_used == {"table": {2}}
     assert len(harness.context.set_down.shapes) == 1
 
@@ -268,3 +278,45 @@ def test_open_gripper_says_that_the_fingers_did_not_move():
     leaf = OpenGripper("open_gripper", harness.context)
     assert harness.run(leaf) is Status.FAILURE
     assert leaf.feedback_message == "the fingers did not move"
+
+
+def away(harness: Harness) -> None:
+    """Somebody takes the block."""
+    block = harness.world.find("block")
+    harness.world.put("block", SE3(block.pose.rotation, np.array([-3.0, -3.0, 0.5])))
+
+
+def sticks(harness: Harness) -> None:
+    """The block comes along with the hand."""
+    wTe = harness.context.wTe
+    if "eTo" not in vars(harness):
+        harness.eTo = wTe.actInv(harness.world.find("block").pose)
+    harness.world.find("block").pose = wTe * harness.eTo
+
+
+@pytest.mark.parametrize("happens", [away, sticks])
+@pytest.mark.parametrize("half_height", [0.015, 0.06])
+def test_what_does_not_stand_at_its_place_is_not_placed(happens, half_height):
+    harness = held_block(block(half=(0.02, 0.03, half_height)))
+    leaf = place(harness)
+    harness.run_into(leaf, "rise")
+    while leaf.status is Status.RUNNING:
+        if happens is sticks or harness.world.find("block").pose.translation[0] > 0.0:
+            happens(harness)
+        harness.tick(leaf)
+    assert leaf.status is Status.FAILURE
+    assert leaf.feedback_message.startswith("let go, but ")
+    assert harness.context.log.placed == 0
+
+
+def test_a_task_is_done_only_when_all_that_was_seen_is_placed():
+    log = (harness := over_the_table()).context.log
+    leaf = AllPlaced("all_placed", harness.context, taken_from=FAR)
+    assert harness.run(leaf) is Status.FAILURE  # nobody looked
+    log.note_stock(FAR.name, 2)
+    log.carried.append(Carried(begun=TaskTime(0.0), placed=TaskTime(1.0)))
+    log.note_stock(FAR.name, 0)
+    assert harness.run(leaf) is Status.FAILURE
+    assert leaf.feedback_message == "1 of 2 objects placed that were seen in table"
+    log.carried.append(Carried(begun=TaskTime(1.0), placed=TaskTime(2.0)))
+    assert harness.run(leaf) is Status.SUCCESS

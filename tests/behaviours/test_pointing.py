@@ -12,7 +12,8 @@ from behaviours import Key, Region, ToolPose
 from behaviours.follow import Follow
 from behaviours.look_at import LookAt
 from behaviours.say import Say
-from behaviours.scan_for_objects import ScanForObjects, views
+from behaviours.scan_for_objects import ScanForObjects
+from behaviours.survey import views
 from hw.sim.sim_object import Motion
 
 LARGE = Region(
@@ -78,7 +79,7 @@ def test_a_scan_counts_what_stands_in_a_region_larger_than_a_picture():
     assert harness.run(leaf) is Status.SUCCESS
     assert leaf.feedback_message == "4 objects in table"
     assert count.read() == 4
-    things = sorted(leaf._occupancy.segments(1e-4), key=lambda thing: thing.centre[1])
+    things = sorted(leaf._survey.map.segments(1e-4), key=lambda thing: thing.centre[1])
     np.testing.assert_allclose([thing.centre[:2] for thing in things], spots, atol=0.01)
     assert [thing.area for thing in things] == pytest.approx([24e-4] * 4, rel=0.3)
 

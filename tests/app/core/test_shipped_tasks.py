@@ -89,7 +89,7 @@ def test_an_empty_container_is_a_success(tmp_path):
     code, summary, _ = run(tmp_path / "runs", "pick_place", "--scene", scene)
     assert code == 0
     assert summary["outcome"] == "success"
-    assert "nothing left to grasp" in summary["reason"]
+    assert "0 of 0 objects placed" in summary["reason"]
     assert (summary["placed"], summary["attempts"]) == (0, 0)
 
 

@@ -1,0 +1,148 @@
+"""Let go of what is held at a place, rise, and see that it stands there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours.back_off import BackOff
+from behaviours.leaf import Leaf
+from behaviours.progress import Progress
+from behaviours.standing import StandingWatch, Verdict
+from controller import PoseGoal
+from hw import TaskTime
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Spot:
+    """Where something is let go."""
+
+    name: str
+    """For messages."""
+    centre: npt.NDArray[np.float64]
+    """(3,) on the bare surface, as it was seen, in the world [m]."""
+    radius: float
+    """Of the disc around it that was seen to be free [m]."""
+
+
+class LettingGo:
+    """The fingers open, and the hand rises until it is seen whether the object stands.
+
+    Args:
+        leaf: whose act it is.
+        goal: that the hand has reached and keeps to while the fingers open.
+        spot: where that is.
+        up: how high the hand has to rise [m].
+        backs_off: whether the base backs off afterwards.
+        used: called when the object is let go, whatever becomes of the leaf.
+    """
+
+    def __init__(
+        self,
+        leaf: Leaf,
+        goal: PoseGoal,
+        *,
+        spot: Spot,
+        up: float,
+        backs_off: bool,
+        used: Callable[[], None],
+    ) -> None:
+        self._leaf, self._goal, self._spot, self._used = leaf, goal, spot, used
+        self._up, self._backs_off = up, backs_off
+        context, settings = leaf.context, leaf.settings.place
+        assert context.log.in_hand is not None
+        self._held, self._carried = context.held, context.log.in_hand
+        self._watch: StandingWatch | None = None
+        self._back_off: BackOff | None = None
+        self._looking_since: TaskTime | None = None
+        self._step = self._open
+        high = np.array([0.0, 0.0, up + settings.look_above])
+        self._rising = replace(
+            goal,
+            wTe=SE3(goal.wTe.rotation, goal.wTe.translation + high),
+            speed=settings.rise_speed,
+            hand_may_touch=True,
+        )
+        leaf.open_gripper()
+        context.log.when_let_go(leaf.opens_by(settings.let_go), self._set_down)
+
+    @property
+    def phase(self) -> str:
+        """`release`, then `rise`."""
+        return "release" if self._step == self._open else "rise"
+
+    def tick(self) -> Status:
+        """Go on; SUCCESS when the object was seen standing."""
+        return self._step()
+
+    def _open(self) -> Status:
+        self._leaf.pursue(self._goal)  # the hand keeps to the place, or it would coast on
+        if self._watch is None and (waiting := self._wait_for_fingers("letting go")) is not None:
+            return waiting
+        if self._watch is None:
+            self._set_down()
+        self._progress = Progress(self._leaf.context, straight=True)
+        self._step = self._rise
+        return self._leaf.running("rising")
+
+    def _set_down(self) -> None:
+        context, spot = self._leaf.context, self._spot
+        self._used()
+        context.set_down.add(self._held, context.wTe)
+        self._carried.let_go = context.clock.now()
+        self._watch = StandingWatch(context, self._carried, spot.centre, spot.radius)
+        context.standing = self._watch
+
+    def _rise(self) -> Status:
+        """Up, and further up until it is seen whether something stands, or there is no higher."""
+        leaf = self._leaf
+        risen = float(leaf.context.wTe.translation[2] - self._goal.wTe.translation[2])
+        is_up = risen >= self._up - min(leaf.settings.place.rise_tolerance, self._up / 3.0)
+        report = leaf.pursue(self._rising, "rising")
+        if not (is_up and self._verdict is not Verdict.UNSEEN):
+            if report is None or not (report.arrived or self._progress.is_stuck(report)):
+                return leaf.running(f"rising, {risen:.2f} m up")
+            if not is_up:
+                return leaf.failure(f"rising: stuck {risen:.2f} m up" + self._progress.because)
+        self._step = self._conclude
+        return self._conclude()
+
+    def _conclude(self) -> Status:
+        leaf = self._leaf
+        if (waiting := self._wait_for_fingers("opening")) is not None:
+            return waiting
+        if self._backs_off:
+            self._back_off = self._back_off or BackOff(leaf)
+            if not self._back_off.tick():
+                return leaf.running("backing off")
+        if self._verdict is Verdict.STANDS:
+            return leaf.success(f"it stands at {self._spot.name}")
+        if self._verdict is Verdict.GONE:
+            leaf.context.set_down.grasp(self._spot.centre)
+            return leaf.failure(f"let go, but nothing stands at {self._spot.name}")
+        now = leaf.context.clock.now()
+        self._looking_since = self._looking_since or now
+        if now - self._looking_since <= leaf.settings.view.patience:
+            return leaf.running("looking at what was set down")
+        unseen = f"let go, but it is not seen whether it stands at {self._spot.name}"
+        reason = leaf.context.vision.blindness(leaf.context.state.stamp)
+        return leaf.failure(f"{unseen}: {reason}" if reason else unseen)
+
+    @property
+    def _verdict(self) -> Verdict:
+        return Verdict.UNSEEN if self._watch is None else self._watch.verdict
+
+    def _wait_for_fingers(self, what: str) -> Status | None:
+        """None once they are open."""
+        leaf = self._leaf
+        if leaf.gripper_is_open:
+            return None
+        if (waiting := leaf.fingers(what)) is not None:
+            return waiting
+        width = 1000 * leaf.context.state.gripper_width
+        return leaf.failure(f"not let go: the fingers stopped at {width:.0f} mm")

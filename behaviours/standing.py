@@ -1,0 +1,105 @@
+"""Whether what was let go stands at its place, as the camera sees it while the hand leaves."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from behaviours.log import Carried
+from hw import DepthFrame
+from perception import disc, seen_through
+
+if TYPE_CHECKING:
+    from behaviours.context import Context
+
+Array = npt.NDArray[np.float64]
+
+_POINTS = 300  # of the place that are looked at
+_HIGHER = 0.004  # than the surface is what stands on it [m]
+_LEAST = 0.02  # share of the points that an object covers at least
+_EMPTY = 0.85  # share of the points through which the surface is seen where nothing stands
+_RISEN = 0.025  # hands of two frames this far apart tell what stands from what comes along [m]
+_COMES_ALONG = 0.3  # share of the hand's way by which what stands may seem to rise
+_AGREE = 3  # frames that show nothing, taken from different heights of the hand
+_CLEAR = 0.05  # before the hand has risen so far, it may hide what it has let go [m]
+
+
+class Verdict(Enum):
+    """What was seen of the place since the fingers opened."""
+
+    UNSEEN = "not seen"
+    STANDS = "stands"
+    GONE = "gone"
+
+
+class _Look(NamedTuple):
+    hand: float
+    """Height of the hand over the surface [m]."""
+    height: float
+    """Of what stands out of the surface, the median [m]."""
+
+
+class StandingWatch:
+    """Looks at a place in every new frame until it is seen that something stands there, or nothing.
+
+    What stands keeps its height in the world while the hand rises; what sticks to a finger comes
+    along. What was seen at the place before must have been the bare surface.
+
+    Args:
+        context: of the tree.
+        carried: what was let go; it counts as placed once it is seen to stand.
+        centre: (3,) of the place on the surface as it was seen, in the world [m].
+        radius: of the disc around it that is looked at [m].
+    """
+
+    def __init__(self, context: Context, carried: Carried, centre: Array, radius: float) -> None:
+        self._carried, self._centre, self._radius = carried, centre, radius
+        self._since, self._before = context.state.stamp, context.state.wTb
+        self._released_at = float(context.wTe.translation[2] - centre[2])
+        self._looks: list[_Look] = []
+        self._empty = 0
+        self.verdict = Verdict.UNSEEN
+
+    def look(self, context: Context) -> None:
+        """Take the frame that is new in this tick, if there is one to believe."""
+        state, vision = context.state, context.vision
+        if context.relocalised:  # the place is where it was from the base
+            self._centre = state.wTb.act(self._before.actInv(self._centre))
+            self._since = state.stamp
+        self._before = state.wTb
+        if self.verdict is Verdict.STANDS:
+            return
+        frame = vision.newest(self._since)
+        if frame is None or frame.stamp <= self._since or vision.is_blind(state.stamp):
+            return
+        self._since = frame.stamp
+        with vision.timed():
+            self._take(frame, context)
+        if self.verdict is Verdict.STANDS:
+            self._carried.placed = context.clock.now()
+
+    def _take(self, frame: DepthFrame, context: Context) -> None:
+        eye = context.robot.description.camera.eTc.inverse().translation
+        hand = float(frame.wTc.act(eye)[2]) - self._centre[2]
+        seen = seen_through(frame, disc(self._centre, self._radius, _POINTS))
+        height = seen[:, 2] - self._centre[2]
+        beside = np.linalg.norm(seen[:, :2] - self._centre[:2], axis=1) - self._radius
+        high = height[(height > _HIGHER) & (beside < 0.0)]
+        floor = np.count_nonzero(np.abs(height) <= _HIGHER)
+        if len(high) >= _LEAST * _POINTS:
+            look = _Look(hand, float(np.median(high)))
+            if any(_is_still(look, before) for before in self._looks):
+                self.verdict = Verdict.STANDS
+            self._looks.append(look)
+        elif floor >= _EMPTY * _POINTS and hand - self._released_at > _CLEAR:
+            self._empty += 1
+            if self._empty >= _AGREE:
+                self.verdict = Verdict.GONE
+
+
+def _is_still(now: _Look, before: _Look) -> bool:
+    risen = now.hand - before.hand
+    return risen >= _RISEN and abs(now.height - before.height) < _COMES_ALONG * risen

@@ -1,0 +1,209 @@
+"""Map of a region's floor, put together from depth frames: what was seen of it, what stands on it.
+
+Heights are taken over the plane that the frames themselves show for the floor, so that an error of
+the camera's mount does not count as an object. How low a thing may be and still count follows from
+their noise: `RegionMap.lowest` says it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from pinocchio import SE3
+
+from perception.arrays import Array, Mask
+from perception.frame import Frame
+from perception.geometry import world_points
+from perception.preprocess import valid_depth
+
+WALL_MARGIN = 0.008
+"""Smallest distance of a grasp or an object to the sides of the workspace [m]."""
+_NEAR_FLOOR = 0.015  # the floor is looked for at most so far from where it should be [m]
+_BELOW = 0.03  # noise may put the floor so far below where it is [m]
+_ROUNDS = (True, True, True, False, False, False)  # of fitting the floor: to its lower half?
+_LEAST_CELLS = 50  # that show a floor which can be fitted
+_SIGMAS = 6.0  # what stands out of the floor by so many standard deviations is no noise
+_LOWEST = 0.0025  # what is lower than this in a cell never counts [m] ...
+_LOWEST_WIDE = 0.0015  # ... nor than this in all the cells of a window [m]
+_WINDOW = 5  # side of such a window [cells]
+_OBJECT = 3.0e-4  # what covers less may be a part of another [m^2]
+_BETWEEN = 0.4  # a cell is seen if it lies among cells of which so many are measured
+_STRIP = 0.025  # along the sides, walls hide a strip of this width from one of two imagers [m]
+_STRIP_CELLS = 4  # narrower than so many cells such a strip hides no object
+
+
+class Segment(NamedTuple):
+    """What stands by itself in the region, or a part that was not seen, from above."""
+
+    centre: Array
+    """(3,) on the floor of the region, in the world [m]."""
+    area: float
+    """Seen from above [m^2]."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    occupied: Mask
+    """(X, Y) cells in which something stands."""
+    lowest: float
+    """What is lower than this does not count there [m]."""
+
+
+class RegionMap:
+    """What depth frames have shown of the floor of a region, in square cells seen from above.
+
+    Args:
+        wTr: centre of the upright box of the region, in the world.
+        size: (3,) full edge lengths [m]; along its sides `WALL_MARGIN` is left out.
+        cell: side of a cell [m].
+        stride: only every n-th pixel is used, along rows and columns.
+    """
+
+    def __init__(self, wTr: SE3, size: Array, cell: float = 0.003, stride: int = 2) -> None:
+        self._wTr, self._size = wTr, size
+        self._cell, self._stride = cell, stride
+        self._half = size[:2] / 2.0 - WALL_MARGIN
+        shape = np.maximum(np.ceil(2.0 * self._half / cell).astype(int), 1)
+        self._count = np.zeros(shape)
+        self._sum = np.zeros(shape)
+        self.frames = 0
+        """How many were taken in."""
+
+    def add(self, frame: Frame) -> None:
+        """Take in a frame."""
+        every = self._stride
+        depth = np.asarray(frame.depth)[::every, ::every]
+        v, u = np.nonzero(valid_depth(depth))
+        points = world_points(
+            depth[v, u],
+            frame.intrinsics,
+            frame.wTc,
+            every * u.astype(float),
+            every * v.astype(float),
+        )
+        local = (points - self._wTr.translation) @ self._wTr.rotation
+        height = local[:, 2] + self._size[2] / 2.0
+        inside = (np.abs(local[:, :2]) < self._half).all(axis=1)
+        inside &= (height > -_BELOW) & (height < self._size[2])
+        x, y = ((local[inside, :2] + self._half) / self._cell).astype(int).T
+        shape, cells = self._count.shape, x * self._count.shape[1] + y
+        self._count += np.bincount(cells, minlength=self._count.size).reshape(shape)
+        self._sum += np.bincount(cells, height[inside], self._count.size).reshape(shape)
+        self.frames += 1
+        self.__dict__.pop("_judged", None)
+
+    @property
+    def seen(self) -> float:
+        """Share of the region that was seen, 0 to 1."""
+        return float(self._is_seen.mean())
+
+    @property
+    def _is_seen(self) -> Mask:
+        """(X, Y) cells that were measured, and those between such that lie between pixels."""
+        measured = (self._count > 0).astype(np.float32)
+        seen: Mask = (measured > 0.0) | (cv2.blur(measured, (3, 3)) > _BETWEEN)
+        return seen
+
+    @property
+    def lowest(self) -> float:
+        """What is lower than this over the floor is not told from it [m]; infinite if unseen."""
+        return self._judged.lowest
+
+    def segments(self, smallest: float) -> list[Segment]:
+        """Everything that stands by itself and covers at least an area [m^2]."""
+        return self._pieces(_opened(self._judged.occupied, 2), smallest)
+
+    @property
+    def least_count(self) -> int:
+        """How many objects stand there at least: pieces with hardly a gap between may be one."""
+        joined = cv2.morphologyEx(
+            self._judged.occupied.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
+        )
+        return len(self._pieces(joined > 0, _OBJECT))
+
+    def hidden(self, smallest: float) -> list[Segment]:
+        """The parts that were not seen, and in which something may stand.
+
+        Args:
+            smallest: parts of a smaller area do not count [m^2].
+        """
+        unseen = ~self._is_seen
+        parts = _opened(unseen, 2)
+        strip = round(_STRIP / self._cell)
+        at_side = np.ones_like(unseen)
+        at_side[strip:-strip, strip:-strip] = False
+        parts[at_side & ~_opened(unseen, _STRIP_CELLS)] = False
+        return self._pieces(parts, smallest)
+
+    @cached_property
+    def _judged(self) -> _Judged:
+        """The cells that stand out of the floor by more than its own scatter."""
+        seen = self._count > 0
+        if not seen.any():
+            return _Judged(seen, np.inf)
+        height = self._sum / np.maximum(self._count, 1.0)
+        above, floor = _over_floor(height, seen, self._cell)
+        lowest = max(_LOWEST, _SIGMAS * _scatter(above[floor]))
+        occupied = seen & (above > lowest)
+        low = seen & ~occupied
+        inside = cv2.blur(low.astype(np.float32), (_WINDOW, _WINDOW))
+        mean = cv2.blur(np.where(low, above, 0.0), (_WINDOW, _WINDOW)) / np.maximum(inside, 1e-6)
+        full = low & (inside > 0.5)
+        wide = max(_LOWEST_WIDE, _SIGMAS * _scatter(mean[floor & full]))
+        occupied |= full & (mean > wide)
+        return _Judged(occupied, lowest)
+
+    def _pieces(self, mask: Mask, smallest: float) -> list[Segment]:
+        count, _, stats, centres = cv2.connectedComponentsWithStats(
+            mask.astype(np.uint8), connectivity=4
+        )
+        return [
+            Segment(centre=self._world(centres[i]), area=area)
+            for i in range(1, count)
+            if (area := float(stats[i, cv2.CC_STAT_AREA]) * self._cell**2) >= smallest
+        ]
+
+    def _world(self, centre: Array) -> Array:
+        column, row = centre  # OpenCV's x runs along the second axis
+        x, y = np.array([row, column]) * self._cell + self._cell / 2.0 - self._half
+        return np.asarray(self._wTr.act(np.array([x, y, -self._size[2] / 2.0])))
+
+
+def _opened(mask: Mask, side: int) -> Mask:
+    """Without what no square of so many cells fits into."""
+    square = np.ones((side, side), np.uint8)
+    opened: Mask = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, square) > 0
+    return opened
+
+
+def _over_floor(height: Array, seen: Mask, cell: float) -> tuple[Array, Mask]:
+    """Heights (X, Y) over the plane of the floor [m], and which cells show it.
+
+    A plane is fitted to what is near the height 0, and again to the lower half of that, so that it
+    comes down to the floor though most of that be covered; then to all that is near to the plane.
+    If hardly any cell shows a floor, it is at 0.
+    """
+    x, y = np.meshgrid(*(cell * np.arange(n) for n in height.shape), indexing="ij")
+    terms = np.stack([np.ones_like(x), x, y], axis=-1)
+    near = seen & (np.abs(height) < _NEAR_FLOOR)
+    floor, above = near, height
+    for is_lower_half in _ROUNDS:
+        if floor.sum() < _LEAST_CELLS:
+            return height, near
+        plane, *_ = np.linalg.lstsq(terms[floor], height[floor], rcond=None)
+        above = height - terms @ plane
+        if is_lower_half:
+            floor = floor & (above <= np.median(above[floor]))
+        else:
+            floor = near & (np.abs(above) < max(_LOWEST_WIDE, 3.0 * _scatter(above[floor])))
+    return above, floor
+
+
+def _scatter(above: Array) -> float:
+    """Standard deviation of heights over a plane, from those below it [m]: nothing stands there."""
+    below = above[above <= 0.0]
+    return float(np.sqrt(np.mean(below**2))) if len(below) else 0.0

@@ -1,0 +1,92 @@
+"""What a map of a region knows: what stands there, however low, and what was not seen."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pinocchio import SE3, exp3
+from test_detector import CAMERA, FLOOR, ROBOT, WORKSPACE, box_world, looking_down
+
+from hw import DepthFrame
+from hw.sim import D435Noise, DepthRenderer, SimObject, World
+from perception import RegionMap
+from robots import Box, Geom
+
+SMALLEST = 1e-4
+FRAMES = 3
+
+
+def world(*halves: tuple[float, float, float], gap: float = 0.03) -> World:
+    """Boxes of these half edges side by side in the container of `box_world`."""
+    things, y = [], -0.1
+    for half in halves:
+        pose = SE3(np.eye(3), np.array([3.0, y + half[1], FLOOR + half[2]]))
+        part = Geom(Box(half), SE3.Identity())
+        things.append(SimObject(name=f"box {y}", parts=(part,), mass=0.1, pose=pose))
+        y += 2.0 * half[1] + gap
+    return World(box_world().fixtures, things)
+
+
+def frames(of: World, wTc: SE3, seed: int = 0) -> list[DepthFrame]:
+    depth, rng = DepthRenderer(CAMERA).render(of.shapes(), wTc), np.random.default_rng(seed)
+    noisy = (D435Noise().apply(depth, ROBOT.camera, rng) for _ in range(FRAMES))
+    return [DepthFrame(depth=one, intrinsics=CAMERA, wTc=wTc, stamp=0.0) for one in noisy]
+
+
+def seen_in(shown: list[DepthFrame]) -> RegionMap:
+    seen = RegionMap(WORKSPACE.wTr, WORKSPACE.size)
+    for frame in shown:
+        seen.add(frame)
+    return seen
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_an_empty_floor_is_empty_though_the_camera_is_mounted_a_little_wrong(seed):
+    wTc = looking_down(0.5, yaw=0.4 * seed)
+    error = SE3(exp3(np.radians([0.3, -0.3, 0.3])), np.array([0.002, -0.002, 0.002]))
+    told = [replace(one, wTc=wTc * error) for one in frames(world(), wTc, seed)]
+    seen = seen_in(told)
+    assert seen.segments(SMALLEST) == []
+    assert seen.hidden(SMALLEST) == []
+    assert seen.seen > 0.98
+    assert seen.lowest < 0.006
+
+
+@pytest.mark.parametrize(
+    "half", [(0.03, 0.02, 0.001), (0.06, 0.06, 0.001), (0.07, 0.003, 0.003), (0.05, 0.004, 0.004)]
+)
+def test_what_is_thin_is_seen(half):
+    (thing,) = seen_in(frames(world(half), looking_down(0.49))).segments(SMALLEST)
+    assert thing.area == pytest.approx(4.0 * half[0] * half[1], rel=0.5)
+
+
+def test_a_sheet_over_most_of_the_floor_is_not_taken_for_it():
+    seen = seen_in(frames(world((0.15, 0.13, 0.004)), looking_down(0.49)))
+    assert sum(one.area for one in seen.segments(SMALLEST)) > 0.06
+
+
+def test_a_hole_over_an_object_is_not_seen_and_not_empty():
+    wTc = looking_down(0.49)
+    top = 0.49 - 0.004
+    black = [
+        replace(one, depth=np.where(one.depth < top, np.nan, one.depth).astype(np.float32))
+        for one in frames(world((0.02, 0.03, 0.025)), wTc)
+    ]
+    seen = seen_in(black)
+    assert seen.segments(SMALLEST) == []
+    (part,) = seen.hidden(SMALLEST)
+    assert part.area > 15e-4
+    np.testing.assert_allclose(part.centre[:2], [3.0, -0.07], atol=0.02)
+
+
+def test_what_is_out_of_the_picture_is_not_seen():
+    seen = seen_in(frames(world(), looking_down(0.22)))
+    assert seen.seen < 0.9
+    assert sum(one.area for one in seen.hidden(SMALLEST)) > 0.01
+
+
+def test_at_least_so_many_objects_stand_there():
+    block = (0.02, 0.02, 0.02)
+    assert seen_in(frames(world(block, block, block), looking_down(0.49))).least_count == 3
+    joined = seen_in(frames(world(block, block, block, gap=0.004), looking_down(0.49)))
+    assert joined.least_count == 1
