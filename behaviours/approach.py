@@ -37,6 +37,8 @@ class Approach:
         leaf = self._leaf
         if fault := leaf.fault():
             return leaf.failure(fault)
+        if leaf.context.lost:
+            return leaf.failure(f"{leaf.context.relocalised}: it is not certain where it is")
         report, now = leaf.pursue(self._goal, self._target), leaf.context.clock.now()
         if report is None or not self._set_out:  # then it is about some other goal
             self._set_out = True

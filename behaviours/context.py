@@ -39,6 +39,8 @@ class Context:
     relocalised: str = ""
     """That the localised pose of the base has jumped since the last tick of the tree, in words;
     empty if it has not. What was known in the world before is not where it was."""
+    lost: bool = False
+    """Whether it has jumped by so much that it is not certain where the base is."""
     goal: MotionGoal | None = None
     """Where to go in the coming period; None comes to rest."""
     goal_of: tuple[object, str] | None = None
@@ -100,6 +102,7 @@ class Context:
         """Take a reading; without a new goal the robot will come to rest."""
         self.read(state)
         self.relocalised, self._jump = self._jump, ""
+        self.lost = bool(self.relocalised) and self._relocalisation.was_large
         if self.relocalised:
             self.set_down.forget()
         self.goal, self.goal_of = None, None

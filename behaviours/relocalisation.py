@@ -35,6 +35,8 @@ class Relocalisation:
         self._settings = settings
         self._readings: deque[_Reading] = deque()
         self._twist = np.zeros(3)
+        self.was_large = False
+        """Whether the last jump was more than a localisation corrects: it may as well be wrong."""
 
     def note(self, state: RobotState) -> str:
         """Take a reading.
@@ -62,4 +64,6 @@ class Relocalisation:
         if distance <= self._settings.distance and turn <= self._settings.turn:
             return ""
         self._readings.clear()
+        most = self._settings
+        self.was_large = distance > most.correction or turn > most.correction_turn
         return f"the base was relocalised by {distance:.2f} m and {degrees(turn):.0f}°"

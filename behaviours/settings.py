@@ -59,6 +59,10 @@ class RelocalisationSettings(Checked):
     """... or is turned this much [rad] ..."""
     window: float = 0.25
     """... within this time [s]."""
+    correction: float = 0.1
+    """A localisation corrects itself by at most this much [m] ..."""
+    correction_turn: float = radians(8.0)
+    """... and this much [rad]; after more it is not certain which of both was wrong."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -295,7 +295,7 @@ def sticks(harness: Harness) -> None:
 
 
 @pytest.mark.parametrize("happens", [away, sticks])
-@pytest.mark.parametrize("half_height", [0.015, 0.06])
+@pytest.mark.parametrize("half_height", [0.015, 0.03])
 def test_what_does_not_stand_at_its_place_is_not_placed(happens, half_height):
     harness = held_block(block(half=(0.02, 0.03, half_height)))
     leaf = place(harness)
