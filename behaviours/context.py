@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from pinocchio import SE3
 
+from behaviours.fault_memory import FaultMemory
 from behaviours.held import Held
 from behaviours.key import Key
 from behaviours.log import TaskLog
@@ -65,17 +66,29 @@ class Context:
         self._held = Held(self.log)
         self._relocalisation = Relocalisation(self.settings.relocalisation)
         self._jump = self._relocalisation.note(self.state)
+        self.fault_memory = FaultMemory(self.robot.description, self.settings.recover)
+        """What has stopped the robot so far, and when that may be cleared."""
+        self._joined: dict[str, tuple[tuple[Geom, ...], ...]] = {}
 
     @property
     def surroundings(self) -> Surroundings:
         """What the robot must not hit, as it is known this tick."""
         return Surroundings(
-            fixtures=self.fixtures,
+            fixtures=self._both("fixtures", self.fixtures, self.fault_memory.fixtures),
             moving=tuple(self.obstacles(self.state.stamp)),
-            loose=self.set_down.shapes,
+            loose=self._both("loose", self.set_down.shapes, self.fault_memory.loose),
             seen=None if self.seen is None else self.seen.cloud,
             held=self.held,
         )
+
+    def _both(
+        self, name: str, known: tuple[Geom, ...], hit: tuple[Geom, ...]
+    ) -> tuple[Geom, ...]:
+        """What is known of a kind and what was hit; the same object as long as both are."""
+        joined = self._joined.get(name)
+        if joined is None or joined[0] is not known or joined[1] is not hit:
+            joined = self._joined[name] = known, hit, (known + hit if hit else known)
+        return joined[2]
 
     @property
     def held(self) -> tuple[Geom, ...]:
@@ -92,6 +105,8 @@ class Context:
         self.state = state
         self.log.note_width(state.gripper_width)
         self._jump = self._relocalisation.note(state) or self._jump
+        moving = self.obstacles(state.stamp) if state.faults else ()
+        self.fault_memory.note(state, self.wTe, self.clock.now(), moving)
 
     def begin_tick(self, state: RobotState) -> None:
         """Take a reading; without a new goal the robot will come to rest."""
@@ -99,6 +114,7 @@ class Context:
         self.relocalised, self._jump = self._jump, ""
         if self.relocalised:
             self.set_down.forget()
+            self.fault_memory.relocalise()
         self.goal, self.goal_of = None, None
         self.vision.begin_tick()
         if self.seen is not None:

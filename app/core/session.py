@@ -57,8 +57,8 @@ class Tick:
     """Whether a person keeps the tree from being ticked."""
 
 
-class EmergencyStopError(HardwareError):
-    """A person pressed the button, and nobody can acknowledge it."""
+class NobodyHereError(HardwareError):
+    """Only a person can let the run go on, and nobody is here to do so."""
 
 
 class Session:
@@ -106,6 +106,8 @@ class Session:
         self._period = controller.settings.period
         self._stage = Stage.READ
         self._report: StepReport | None = None
+        self._waits = False
+        """Whether a person is waited for because a fault comes back again and again."""
 
     def run(self) -> Outcome:
         """Tick until the tree ends or something else does, and bring the robot to rest."""
@@ -162,6 +164,7 @@ class Session:
         turn = self._control.take_turn()
         if turn:
             self._clock.release()
+            self._note_resumed()
             context.begin_tick(state)
             self._stage = Stage.TREE
             self._root.tick_once()
@@ -195,18 +198,29 @@ class Session:
         """Pause for what only a person may clear, and wait until a person says so.
 
         Raises:
-            EmergencyStopError: nobody can.
+            NobodyHereError: nobody can.
         """
         faults = [fault for fault in state.faults if not fault.clearable]
         if self._gate.latched:
             pressed = [fault for fault in faults if fault.kind is FaultKind.EMERGENCY_STOP]
             text = pressed[0].text if pressed else "emergency stop"
             if not self._control.attended:
-                raise EmergencyStopError(f"{text}; nobody is here to acknowledge it")
+                raise NobodyHereError(f"{text}; nobody is here to acknowledge it")
             if self._control.emergency_stop(text, pressed=bool(pressed)):
                 self._gate.acknowledge()
         elif faults and self._control.attended:
             self._control.pause(faults[0].text)
+        elif (text := self._context.fault_memory.given_up) and not self._waits:
+            if not self._control.attended:
+                raise NobodyHereError(f"{text}; nobody is here to see to it")
+            self._control.pause(f"{text}; see to it, then resume")
+            self._waits = True
+
+    def _note_resumed(self) -> None:
+        """The tree goes on: a person who was waited for has seen to what kept coming back."""
+        if self._waits:
+            self._context.fault_memory.acknowledge()
+            self._waits = False
 
     def _end_tick(self, state: RobotState, begun: float, *, paused: bool) -> None:
         """Tell what has happened, and wait for the next tick."""

@@ -1,0 +1,253 @@
+"""What has stopped the robot: where, how often, when it is cleared again, and the way from it."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import atan2, cos, hypot, inf, sin
+
+import numpy as np
+from pinocchio import SE3
+
+from behaviours.settings import RecoverSettings
+from controller import Array, Obstacle
+from hw import Fault, FaultKind, RobotState, TaskTime
+from robots import Box, Cylinder, Geom, RobotDescription, half_extents
+
+_STEP = 0.01
+"""Base and hand are noted down every time they have come this far [m]."""
+_STEPS = 60
+"""So many places of theirs are kept."""
+_NEAR_MOVER = 0.2
+"""What moves by itself and is nearer than this to a contact is what was hit [m]."""
+_WHAT = "what was hit"
+"""Name of what stands at a contact."""
+
+
+@dataclass(eq=False)
+class _Place:
+    """Where faults of one kind came; those that are no contacts have no place."""
+
+    kind: FaultKind
+    point: Array | None
+    """(3,) in the world [m]."""
+    last: TaskTime
+    times: int = 0
+    shapes: tuple[Geom, ...] = ()
+    """What stands there, in the world."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WayOut:
+    """How to get away from what was hit."""
+
+    base: Array | None
+    """(2,) unit vector in the base frame; None if the base was not touched."""
+    hand: SE3 | None
+    """Where the hand came from, in the world; None if the arm was not touched."""
+
+
+class FaultMemory:
+    """Notes every fault of a run, whichever leaf clears it, and says when that may be.
+
+    A contact is one of base (bumper) or arm (reflex). Where it was, something stands from then on:
+    for the base and its ways an upright cylinder, for the links of the arm a small box. It is
+    forgotten after a time, when the base is relocalised, and where a person acknowledges.
+
+    Args:
+        robot: its description.
+        settings: times, distances and numbers.
+    """
+
+    def __init__(self, robot: RobotDescription, settings: RecoverSettings) -> None:
+        self._robot = robot
+        self._settings = settings
+        self._places: list[_Place] = []
+        self._present: set[FaultKind] = set()
+        """Of the faults that are there now."""
+        self._since: TaskTime | None = None
+        self._cleared: list[TaskTime] = []
+        self._is_tried = False
+        """Whether the faults that are there now, or were last, have been cleared."""
+        self._bases: deque[SE3] = deque(maxlen=_STEPS)
+        self._hands: deque[SE3] = deque(maxlen=_STEPS)
+        self._way_out: tuple[WayOut, SE3] | None = None
+        self.given_up = ""
+        """What has come back too often, for people; empty as long as a program may clear it."""
+        self.fixtures: tuple[Geom, ...] = ()
+        """What the base has hit, in the world; the same object as long as nothing has changed."""
+        self.loose: tuple[Geom, ...] = ()
+        """The same of the arm."""
+
+    def note(
+        self, state: RobotState, wTe: SE3, now: TaskTime, moving: Sequence[Obstacle] = ()
+    ) -> None:
+        """Take a reading.
+
+        Args:
+            state: the reading.
+            wTe: of the end effector then.
+            now: the task's time.
+            moving: what is known to move by itself.
+        """
+        kept = [one for one in self._places if now.since(one.last) < self._settings.remembered]
+        if len(kept) < len(self._places):
+            self._keep(kept)
+        if not state.faults:
+            self._since = None
+            self._present.clear()
+            _trace(self._bases, state.wTb)
+            _trace(self._hands, wTe)
+            return
+        if state.recovering:
+            self._cleared[-1:] = [now]  # what counts is when that has ended
+            return
+        if is_again := self._is_tried:
+            self._since, self._is_tried = None, False
+            self._present.clear()
+        self._since = self._since or now
+        for fault in state.faults:
+            if fault.clearable and fault.kind not in self._present:
+                self._come(fault, state, wTe, now, moving, is_again=is_again)
+
+    def wait(self, now: TaskTime) -> float:
+        """How long to wait until the faults that are there may be cleared [s]."""
+        pauses, since = self._settings.pauses, self._since or now
+        self._cleared = [one for one in self._cleared if now.since(one) < self._settings.lately]
+        wait = pauses[0] - now.since(since)
+        if self._cleared:
+            pause = pauses[min(len(self._cleared), len(pauses) - 1)]
+            wait = max(wait, pause - now.since(self._cleared[-1]))
+        return max(0.0, wait)
+
+    def clear(self, now: TaskTime) -> None:
+        """The faults that are there are being cleared."""
+        self._cleared.append(now)
+        self._is_tried = True
+
+    def acknowledge(self) -> None:
+        """A person has seen to what came back too often."""
+        self.given_up = ""
+        self._is_tried, self._cleared = True, []
+        self._keep([])
+
+    def relocalise(self) -> None:
+        """Nothing is where it was."""
+        self._keep([one for one in self._places if one.point is None])
+        self._bases.clear()
+        self._hands.clear()
+        self._way_out = None
+
+    def take_way_out(self, wTb: SE3) -> WayOut | None:
+        """The way from the last contact, once; None if the base, now at wTb, has left it."""
+        found, self._way_out = self._way_out, None
+        if found is None:
+            return None
+        way, wTb_then = found
+        gone = np.linalg.norm(wTb.translation - wTb_then.translation)
+        return way if gone < self._settings.same_place else None
+
+    def _come(
+        self,
+        fault: Fault,
+        state: RobotState,
+        wTe: SE3,
+        now: TaskTime,
+        moving: Sequence[Obstacle],
+        *,
+        is_again: bool,
+    ) -> None:
+        """A fault is there that was not there before, or still after it was cleared."""
+        settings, kind = self._settings, fault.kind
+        point, radius, shape = None, inf, None
+        before = WayOut(base=None, hand=None) if self._way_out is None else self._way_out[0]
+        if kind is FaultKind.BUMPER:
+            away = self._away(fault.bearing, state.wTb)
+            side = atan2(-away[1], -away[0]) if fault.bearing is None else fault.bearing
+            cylinder = self._hit_by_base(side, state.wTb)
+            point, radius, shape = cylinder.pose.translation, settings.same_place, cylinder
+            self._way_out = WayOut(base=away, hand=before.hand), state.wTb
+        elif kind is FaultKind.REFLEX:
+            point, radius = wTe.translation, settings.same_place_of_hand
+            shape = Geom(Box((settings.hit_half,) * 3), SE3(np.eye(3), point), _WHAT)
+            back = _back(self._hands, wTe, settings.way_back)
+            hand = wTe if back is None else back
+            self._way_out = WayOut(base=before.base, hand=hand), state.wTb
+        if point is not None and any(_is_near(one.geom, point) for one in moving):
+            shape = None  # who tells of it tells where it is now
+        place = next((one for one in self._places if _is_same(one, kind, point, radius)), None)
+        if place is None:
+            place = _Place(kind, point, now)
+            self._places.append(place)
+        self._present.add(kind)
+        if shape is not None:
+            place.shapes += (shape,)
+        if is_again or point is not None or place.times == 0:
+            place.times, place.last = place.times + 1, now
+        self._keep(self._places)
+        if place.times > settings.most:
+            self.given_up = f"cleared {settings.most} times, and again: {fault.text}"
+
+    def _keep(self, places: list[_Place]) -> None:
+        self._places = places
+        fixtures, loose = (
+            tuple(shape for one in places if one.kind is kind for shape in one.shapes)
+            for kind in (FaultKind.BUMPER, FaultKind.REFLEX)
+        )
+        if len(fixtures) != len(self.fixtures):
+            self.fixtures = fixtures
+        if len(loose) != len(self.loose):
+            self.loose = loose
+
+    def _away(self, bearing: float | None, wTb: SE3) -> Array:
+        """(2,) unit vector in the base frame: from the side that was touched.
+
+        Where that is not told, or the base cannot drive there, back along where it came from.
+        """
+        came = _back(self._bases, wTb, self._settings.way_back)
+        x, y = (-1.0, 0.0)
+        if came is not None:
+            x, y, _ = wTb.actInv(came.translation).tolist()
+        if bearing is not None and (self._is_holonomic or abs(cos(bearing)) > 0.5):
+            x, y = -cos(bearing), -sin(bearing)
+        if not self._is_holonomic:
+            return np.array([1.0 if x > 0.0 else -1.0, 0.0])
+        return np.array([x, y]) / max(hypot(x, y), 1e-9)
+
+    @property
+    def _is_holonomic(self) -> bool:
+        return self._robot.base.axes.shape[1] == 3
+
+    def _hit_by_base(self, side: float, wTb: SE3) -> Geom:
+        """What stands beside the base on a side [rad], in the world."""
+        length, width, height = self._robot.base.size
+        c, s, radius = cos(side), sin(side), self._settings.hit_radius
+        edge = min(half / max(abs(part), 1e-9) for half, part in ((length, c), (width, s))) / 2.0
+        there = np.array([(edge + radius) * c, (edge + radius) * s, height / 2.0])
+        return Geom(Cylinder(radius, height / 2.0), SE3(np.eye(3), wTb.act(there)), _WHAT)
+
+
+def _trace(trail: deque[SE3], here: SE3) -> None:
+    if not trail or np.linalg.norm(here.translation - trail[-1].translation) > _STEP:
+        trail.append(here)
+
+
+def _back(trail: deque[SE3], here: SE3, distance: float) -> SE3 | None:
+    """Where it was last that was this far away [m]; None if that is not known."""
+    far = (p for p in reversed(trail) if np.linalg.norm(p.translation - here.translation) > distance)
+    return next(far, None)
+
+
+def _is_near(moving: Geom, point: Array) -> bool:
+    """Whether what moves by itself, seen from above, reaches as far as a point (3,)."""
+    away = hypot(*(moving.pose.translation - point)[:2].tolist())
+    return away < max(half_extents(moving.shape)[:2]) + _NEAR_MOVER
+
+
+def _is_same(place: _Place, kind: FaultKind, point: Array | None, radius: float) -> bool:
+    if place.kind is not kind:
+        return False
+    if place.point is None or point is None:
+        return place.point is point
+    return bool(np.linalg.norm(place.point - point) < radius)
