@@ -81,9 +81,7 @@ class Context:
             held=self.held,
         )
 
-    def _both(
-        self, name: str, known: tuple[Geom, ...], hit: tuple[Geom, ...]
-    ) -> tuple[Geom, ...]:
+    def _both(self, name: str, known: tuple[Geom, ...], hit: tuple[Geom, ...]) -> tuple[Geom, ...]:
         """What is known of a kind and what was hit; the same object as long as both are."""
         joined = self._joined.get(name)
         if joined is None or joined[0] is not known or joined[1] is not hit:

@@ -235,7 +235,9 @@ def _trace(trail: deque[SE3], here: SE3) -> None:
 
 def _back(trail: deque[SE3], here: SE3, distance: float) -> SE3 | None:
     """Where it was last that was this far away [m]; None if that is not known."""
-    far = (p for p in reversed(trail) if np.linalg.norm(p.translation - here.translation) > distance)
+    far = (
+        p for p in reversed(trail) if np.linalg.norm(p.translation - here.translation) > distance
+    )
     return next(far, None)
 
 

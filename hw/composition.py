@@ -26,7 +26,6 @@ from hw.state import (
 )
 from robots import RobotDescription
 
-
 _BETWEEN_RECOVERIES = 2.0
 """The arm is not recovered again sooner than this, whoever asks [s]."""
 
