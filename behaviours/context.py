@@ -16,7 +16,7 @@ from behaviours.seen import SeenObstacles
 from behaviours.set_down import SetDown
 from behaviours.settings import BehaviourSettings
 from behaviours.vision import Vision
-from controller import MotionGoal, Obstacle, RobotModel, StepReport, Surroundings
+from controller import MotionGoal, Obstacle, PoseGoal, RobotModel, StepReport, Surroundings
 from hw import Robot, RobotState, TaskClock
 from robots import Geom
 
@@ -68,25 +68,25 @@ class Context:
         self._jump = self._relocalisation.note(self.state)
         self.fault_memory = FaultMemory(self.robot.description, self.settings.recover)
         """What has stopped the robot so far, and when that may be cleared."""
-        self._joined: dict[str, tuple[tuple[Geom, ...], ...]] = {}
+        self._joined = self.fixtures, self.fault_memory.hit, self.fixtures
 
     @property
     def surroundings(self) -> Surroundings:
         """What the robot must not hit, as it is known this tick."""
         return Surroundings(
-            fixtures=self._both("fixtures", self.fixtures, self.fault_memory.fixtures),
+            fixtures=self._around(),
             moving=tuple(self.obstacles(self.state.stamp)),
-            loose=self._both("loose", self.set_down.shapes, self.fault_memory.loose),
+            loose=self.set_down.shapes,
             seen=None if self.seen is None else self.seen.cloud,
             held=self.held,
         )
 
-    def _both(self, name: str, known: tuple[Geom, ...], hit: tuple[Geom, ...]) -> tuple[Geom, ...]:
-        """What is known of a kind and what was hit; the same object as long as both are."""
-        joined = self._joined.get(name)
-        if joined is None or joined[0] is not known or joined[1] is not hit:
-            joined = self._joined[name] = known, hit, (known + hit if hit else known)
-        return joined[2]
+    def _around(self) -> tuple[Geom, ...]:
+        """What is known to stand around, and what was hit; the same object as long as both are."""
+        known, hit = self.fixtures, self.fault_memory.hit
+        if self._joined[0] is not known or self._joined[1] is not hit:
+            self._joined = known, hit, (known + hit if hit else known)
+        return self._joined[2]
 
     @property
     def held(self) -> tuple[Geom, ...]:
@@ -104,7 +104,8 @@ class Context:
         self.log.note_width(state.gripper_width)
         self._jump = self._relocalisation.note(state) or self._jump
         moving = self.obstacles(state.stamp) if state.faults else ()
-        self.fault_memory.note(state, self.wTe, self.clock.now(), moving)
+        at_work = isinstance(self.goal, PoseGoal) and self.goal.hand_may_touch
+        self.fault_memory.note(state, self.wTe, self.clock.now(), moving, at_work=at_work)
 
     def begin_tick(self, state: RobotState) -> None:
         """Take a reading; without a new goal the robot will come to rest."""

@@ -52,8 +52,9 @@ class FaultMemory:
     """Notes every fault of a run, whichever leaf clears it, and says when that may be.
 
     A contact is one of base (bumper) or arm (reflex). Where it was, something stands from then on:
-    for the base and its ways an upright cylinder, for the links of the arm a small box. It is
-    forgotten after a time, when the base is relocalised, and where a person acknowledges.
+    an upright cylinder beside the base, a small box at the hand. That is so unless something that
+    is known to move was there, or the hand was at work, among what it may touch. It is forgotten
+    after a time, when the base is relocalised, and where a person acknowledges.
 
     Args:
         robot: its description.
@@ -75,13 +76,17 @@ class FaultMemory:
         self._way_out: tuple[WayOut, SE3] | None = None
         self.given_up = ""
         """What has come back too often, for people; empty as long as a program may clear it."""
-        self.fixtures: tuple[Geom, ...] = ()
-        """What the base has hit, in the world; the same object as long as nothing has changed."""
-        self.loose: tuple[Geom, ...] = ()
-        """The same of the arm."""
+        self.hit: tuple[Geom, ...] = ()
+        """What was hit, in the world; the same object as long as nothing has changed."""
 
     def note(
-        self, state: RobotState, wTe: SE3, now: TaskTime, moving: Sequence[Obstacle] = ()
+        self,
+        state: RobotState,
+        wTe: SE3,
+        now: TaskTime,
+        moving: Sequence[Obstacle] = (),
+        *,
+        at_work: bool = False,
     ) -> None:
         """Take a reading.
 
@@ -90,6 +95,7 @@ class FaultMemory:
             wTe: of the end effector then.
             now: the task's time.
             moving: what is known to move by itself.
+            at_work: whether the hand was to go among what it may touch.
         """
         kept = [one for one in self._places if now.since(one.last) < self._settings.remembered]
         if len(kept) < len(self._places):
@@ -109,7 +115,12 @@ class FaultMemory:
         self._since = self._since or now
         for fault in state.faults:
             if fault.clearable and fault.kind not in self._present:
-                self._come(fault, state, wTe, now, moving, is_again=is_again)
+                where, radius, shape = self._contact(fault, state, wTe)
+                if any(_is_near(one.geom, where) for one in moving):
+                    shape = None  # who tells of it tells where it is now
+                elif at_work and fault.kind is FaultKind.REFLEX:
+                    shape = None
+                self._count(fault, now, where, radius, shape, is_again=is_again)
 
     def wait(self, now: TaskTime) -> float:
         """How long to wait until the faults that are there may be cleared [s]."""
@@ -148,57 +159,56 @@ class FaultMemory:
         gone = np.linalg.norm(wTb.translation - wTb_then.translation)
         return way if gone < self._settings.same_place else None
 
-    def _come(
+    def _contact(
+        self, fault: Fault, state: RobotState, wTe: SE3
+    ) -> tuple[Array | None, float, Geom | None]:
+        """Where a fault has come (3,), how far from there is the same place [m], what stands there.
+
+        A contact has a way out besides.
+        """
+        settings, wTb = self._settings, state.wTb
+        before = WayOut(base=None, hand=None) if self._way_out is None else self._way_out[0]
+        if fault.kind is FaultKind.BUMPER:
+            away = self._away(fault.bearing, wTb)
+            side = atan2(-away[1], -away[0]) if fault.bearing is None else fault.bearing
+            cylinder = self._beside_base(side, wTb)
+            self._way_out = WayOut(base=away, hand=before.hand), wTb
+            return cylinder.pose.translation, settings.same_place, cylinder
+        if fault.kind is FaultKind.REFLEX:
+            back = _back(self._hands, wTe, settings.way_back)
+            self._way_out = WayOut(base=before.base, hand=wTe if back is None else back), wTb
+            here = wTe.translation
+            box = Geom(Box((settings.hit_half,) * 3), SE3(np.eye(3), here), _WHAT)
+            return here, settings.same_place_of_hand, box
+        return None, inf, None
+
+    def _count(
         self,
         fault: Fault,
-        state: RobotState,
-        wTe: SE3,
         now: TaskTime,
-        moving: Sequence[Obstacle],
+        point: Array | None,
+        radius: float,
+        shape: Geom | None,
         *,
         is_again: bool,
     ) -> None:
-        """A fault is there that was not there before, or still after it was cleared."""
-        settings, kind = self._settings, fault.kind
-        point, radius, shape = None, inf, None
-        before = WayOut(base=None, hand=None) if self._way_out is None else self._way_out[0]
-        if kind is FaultKind.BUMPER:
-            away = self._away(fault.bearing, state.wTb)
-            side = atan2(-away[1], -away[0]) if fault.bearing is None else fault.bearing
-            cylinder = self._hit_by_base(side, state.wTb)
-            point, radius, shape = cylinder.pose.translation, settings.same_place, cylinder
-            self._way_out = WayOut(base=away, hand=before.hand), state.wTb
-        elif kind is FaultKind.REFLEX:
-            point, radius = wTe.translation, settings.same_place_of_hand
-            shape = Geom(Box((settings.hit_half,) * 3), SE3(np.eye(3), point), _WHAT)
-            back = _back(self._hands, wTe, settings.way_back)
-            hand = wTe if back is None else back
-            self._way_out = WayOut(base=before.base, hand=hand), state.wTb
-        if point is not None and any(_is_near(one.geom, point) for one in moving):
-            shape = None  # who tells of it tells where it is now
-        place = next((one for one in self._places if _is_same(one, kind, point, radius)), None)
-        if place is None:
-            place = _Place(kind, point, now)
-            self._places.append(place)
-        self._present.add(kind)
+        """Note down a fault that was not there before, or still is after it was cleared."""
+        self._present.add(fault.kind)
+        alike = (one for one in self._places if _is_same(one, fault.kind, point, radius))
+        place = next(alike, None) or _Place(fault.kind, point, now)
         if shape is not None:
             place.shapes += (shape,)
         if is_again or point is not None or place.times == 0:
             place.times, place.last = place.times + 1, now
-        self._keep(self._places)
-        if place.times > settings.most:
-            self.given_up = f"cleared {settings.most} times, and again: {fault.text}"
+        self._keep([*(one for one in self._places if one is not place), place])
+        if place.times > self._settings.most:
+            self.given_up = f"cleared {self._settings.most} times, and again: {fault.text}"
 
     def _keep(self, places: list[_Place]) -> None:
         self._places = places
-        fixtures, loose = (
-            tuple(shape for one in places if one.kind is kind for shape in one.shapes)
-            for kind in (FaultKind.BUMPER, FaultKind.REFLEX)
-        )
-        if len(fixtures) != len(self.fixtures):
-            self.fixtures = fixtures
-        if len(loose) != len(self.loose):
-            self.loose = loose
+        hit = tuple(shape for one in places for shape in one.shapes)
+        if len(hit) != len(self.hit):
+            self.hit = hit
 
     def _away(self, bearing: float | None, wTb: SE3) -> Array:
         """(2,) unit vector in the base frame: from the side that was touched.
@@ -219,7 +229,7 @@ class FaultMemory:
     def _is_holonomic(self) -> bool:
         return self._robot.base.axes.shape[1] == 3
 
-    def _hit_by_base(self, side: float, wTb: SE3) -> Geom:
+    def _beside_base(self, side: float, wTb: SE3) -> Geom:
         """What stands beside the base on a side [rad], in the world."""
         length, width, height = self._robot.base.size
         c, s, radius = cos(side), sin(side), self._settings.hit_radius
@@ -241,8 +251,10 @@ def _back(trail: deque[SE3], here: SE3, distance: float) -> SE3 | None:
     return next(far, None)
 
 
-def _is_near(moving: Geom, point: Array) -> bool:
+def _is_near(moving: Geom, point: Array | None) -> bool:
     """Whether what moves by itself, seen from above, reaches as far as a point (3,)."""
+    if point is None:
+        return False
     away = hypot(*(moving.pose.translation - point)[:2].tolist())
     return away < max(half_extents(moving.shape)[:2]) + _NEAR_MOVER
 
