@@ -29,6 +29,9 @@ from robots import RobotDescription
 _BETWEEN_RECOVERIES = 2.0
 """The arm is not recovered again sooner than this, whoever asks [s]."""
 
+_ROUNDING = 1e-6
+"""Stamps are sums of periods [s]."""
+
 
 class ComposedRobot:
     """A robot made of parts, each read at its own time.
@@ -138,7 +141,7 @@ class ComposedRobot:
             return
         parts: list[Arm | Base | Gripper | DepthCamera] = [self._base, self._gripper, self._camera]
         now = self._clock.now()
-        if now - self._arm_recovered >= _BETWEEN_RECOVERIES:
+        if now - self._arm_recovered >= _BETWEEN_RECOVERIES - _ROUNDING:
             self._arm_recovered = now
             parts.insert(0, self._arm)
         under_way = {name: f for name, f in self._operations.items() if not f.done()}
