@@ -53,8 +53,9 @@ class FaultMemory:
 
     A contact is one of base (bumper) or arm (reflex). Where it was, something stands from then on:
     an upright cylinder beside the base, a small box at the hand. That is so unless something that
-    is known to move was there, or the hand was at work, among what it may touch. It is forgotten
-    after a time, when the base is relocalised, and where a person acknowledges.
+    is known to move was there, or the hand was at work, among what it may touch. It is gone when
+    the base is relocalised; count and all are forgotten after a time, and where a person
+    acknowledges.
 
     Args:
         robot: its description.
@@ -144,11 +145,15 @@ class FaultMemory:
         self._keep([])
 
     def relocalise(self) -> None:
-        """Nothing is where it was."""
-        self._keep([one for one in self._places if one.point is None])
+        """Nothing stands where it was; how often something was hit is not forgotten."""
+        for place in self._places:
+            place.shapes = ()
+        self._keep(self._places)
         self._bases.clear()
         self._hands.clear()
-        self._way_out = None
+        if self._way_out is not None:
+            way, wTb = self._way_out
+            self._way_out = WayOut(base=way.base, hand=None), wTb
 
     def take_way_out(self, wTb: SE3) -> WayOut | None:
         """The way from the last contact, once; None if the base, now at wTb, has left it."""
@@ -202,7 +207,7 @@ class FaultMemory:
             place.times, place.last = place.times + 1, now
         self._keep([*(one for one in self._places if one is not place), place])
         if place.times > self._settings.most:
-            self.given_up = f"cleared {self._settings.most} times, and again: {fault.text}"
+            self.given_up = f"came back {self._settings.most} times: {fault.text}"
 
     def _keep(self, places: list[_Place]) -> None:
         self._places = places

@@ -117,7 +117,7 @@ def test_what_comes_back_is_cleared_three_times_with_growing_pauses_and_then_lef
         recover.stop(Status.INVALID)
     assert np.diff([0.0, *times]) == pytest.approx([0.5, 2.0, 8.0], abs=0.05)
     memory = harness.context.fault_memory
-    assert memory.given_up == "cleared 3 times, and again: the arm hit something"
+    assert memory.given_up == "came back 3 times: the arm hit something"
     memory.acknowledge()
     harness.robot.incurable = False
     assert harness.run(Recover("recover", harness.context)) is Status.SUCCESS

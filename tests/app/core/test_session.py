@@ -199,7 +199,7 @@ def test_what_comes_back_again_and_again_ends_an_unattended_run_at_once():
     outcome = bench.run()
     assert outcome.end is End.HARDWARE
     assert outcome.reason == (
-        "cleared 3 times, and again: the arm hit something; nobody is here to see to it"
+        "came back 3 times: the arm hit something; nobody is here to see to it"
     )
     assert len(bench.cleared) == 3
     assert bench.harness.clock.now() < 11.0
@@ -218,7 +218,7 @@ def test_what_comes_back_again_and_again_pauses_until_a_person_has_seen_to_it():
 
     bench.session._watch = watch
     outcome = bench.run()
-    assert paused == ["cleared 3 times, and again: the arm hit something; see to it, then resume"]
+    assert paused == ["came back 3 times: the arm hit something; see to it, then resume"]
     assert outcome.end is End.SUCCESS
     assert len(bench.cleared) == 4
 
