@@ -232,7 +232,7 @@ class FaultMemory:
 
     @property
     def _is_holonomic(self) -> bool:
-        return self._robot.base.axes.shape[1] == 3
+        return len(self._robot.base.axes[0]) == 3
 
     def _beside_base(self, side: float, wTb: SE3) -> Geom:
         """What stands beside the base on a side [rad], in the world."""
@@ -261,7 +261,7 @@ def _is_near(moving: Geom, point: Array | None) -> bool:
     if point is None:
         return False
     away = hypot(*(moving.pose.translation - point)[:2].tolist())
-    return away < max(half_extents(moving.shape)[:2]) + _NEAR_MOVER
+    return bool(away < max(half_extents(moving.shape)[:2]) + _NEAR_MOVER)
 
 
 def _is_same(place: _Place, kind: FaultKind, point: Array | None, radius: float) -> bool:
