@@ -101,13 +101,10 @@ class Session:
             context.robot.stop, lambda: abandon(self._outcome_of(LoopBlockedError())), patience
         )
         self._watch = watch
-        self._number = 0
-        self._due, self._origin = 0, 0.0
+        self._number, self._due, self._origin = 0, 0, 0.0
         self._period = controller.settings.period
         self._stage = Stage.READ
         self._report: StepReport | None = None
-        self._waits = False
-        """Whether a person is waited for because a fault comes back again and again."""
 
     def run(self) -> Outcome:
         """Tick until the tree ends or something else does, and bring the robot to rest."""
@@ -124,8 +121,7 @@ class Session:
             halted = self._guarded(self._halt_tree)
         self._clock.begin_tick()
         self._measurements.stalls = self._watchdog.stalls
-        ends = (outcome, rest, halted)
-        return next((end for end in ends if end.end is not End.SUCCESS), outcome)
+        return next((e for e in (outcome, rest, halted) if e.end is not End.SUCCESS), outcome)
 
     def _guarded(self, part: Callable[[], Outcome]) -> Outcome:
         """Run a part of the session and put a name to whatever it raises."""
@@ -164,7 +160,6 @@ class Session:
         turn = self._control.take_turn()
         if turn:
             self._clock.release()
-            self._note_resumed()
             context.begin_tick(state)
             self._stage = Stage.TREE
             self._root.tick_once()
@@ -210,17 +205,11 @@ class Session:
                 self._gate.acknowledge()
         elif faults and self._control.attended:
             self._control.pause(faults[0].text)
-        elif (text := self._context.fault_memory.given_up) and not self._waits:
+        elif text := self._context.fault_memory.given_up:
             if not self._control.attended:
                 raise NobodyHereError(f"{text}; nobody is here to see to it")
             self._control.pause(f"{text}; see to it, then resume")
-            self._waits = True
-
-    def _note_resumed(self) -> None:
-        """The tree goes on: a person who was waited for has seen to what kept coming back."""
-        if self._waits:
-            self._context.fault_memory.acknowledge()
-            self._waits = False
+            self._context.fault_memory.acknowledge()  # as nothing goes on before a person resumes
 
     def _end_tick(self, state: RobotState, begun: float, *, paused: bool) -> None:
         """Tell what has happened, and wait for the next tick."""

@@ -180,9 +180,8 @@ class Retry(Branch):
         failed = failed_node(self.children[0])
         self._again.ended(failed)
         if self._failures < self._attempts and not is_out_of_reach(failed):
-            self.feedback_message = (
-                f"attempt {self._failures} of {self._attempts} failed: {message}"
-            )
+            count = f"attempt {self._failures} of {self._attempts}"
+            self.feedback_message = f"{count} failed: {message}"
             return Status.RUNNING
         self.feedback_message = f"gave up after attempt {self._failures}: {message}"
         return status
