@@ -46,6 +46,7 @@ class Approach:
         if report.arrived:
             return leaf.success(f"at {self._target}")
         if report.unreachable:
+            leaf.out_of_reach = True
             return leaf.failure(f"cannot get to {self._target}: {report.unreachable}")
         left = self._left(report)
         if now - self._begun > self._timeout:

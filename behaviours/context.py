@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from pinocchio import SE3
 
+from behaviours.fault_memory import FaultMemory
 from behaviours.held import Held
 from behaviours.key import Key
 from behaviours.log import TaskLog
@@ -16,7 +17,7 @@ from behaviours.set_down import SetDown
 from behaviours.settings import BehaviourSettings
 from behaviours.standing import StandingWatch
 from behaviours.vision import Vision
-from controller import MotionGoal, Obstacle, RobotModel, StepReport, Surroundings
+from controller import MotionGoal, Obstacle, PoseGoal, RobotModel, StepReport, Surroundings
 from hw import Robot, RobotState, TaskClock
 from robots import Geom
 
@@ -70,17 +71,27 @@ class Context:
         self._held = Held(self.log)
         self._relocalisation = Relocalisation(self.settings.relocalisation)
         self._jump = self._relocalisation.note(self.state)
+        self.fault_memory = FaultMemory(self.robot.description, self.settings.recover)
+        """What has stopped the robot so far, and when that may be cleared."""
+        self._joined = self.fixtures, self.fault_memory.hit, self.fixtures
 
     @property
     def surroundings(self) -> Surroundings:
         """What the robot must not hit, as it is known this tick."""
         return Surroundings(
-            fixtures=self.fixtures,
+            fixtures=self._around(),
             moving=tuple(self.obstacles(self.state.stamp)),
             loose=self.set_down.shapes,
             seen=None if self.seen is None else self.seen.cloud,
             held=self.held,
         )
+
+    def _around(self) -> tuple[Geom, ...]:
+        """What is known to stand around, and what was hit; the same object as long as both are."""
+        known, hit = self.fixtures, self.fault_memory.hit
+        if self._joined[0] is not known or self._joined[1] is not hit:
+            self._joined = known, hit, (known + hit if hit else known)
+        return self._joined[2]
 
     @property
     def held(self) -> tuple[Geom, ...]:
@@ -97,6 +108,9 @@ class Context:
         self.state = state
         self.log.note_width(state.gripper_width)
         self._jump = self._relocalisation.note(state) or self._jump
+        moving = self.obstacles(state.stamp) if state.faults else ()
+        at_work = isinstance(self.goal, PoseGoal) and self.goal.hand_may_touch
+        self.fault_memory.note(state, self.wTe, self.clock.now(), moving, at_work=at_work)
 
     def begin_tick(self, state: RobotState) -> None:
         """Take a reading; without a new goal the robot will come to rest."""
@@ -105,6 +119,7 @@ class Context:
         self.lost = bool(self.relocalised) and self._relocalisation.was_large
         if self.relocalised:
             self.set_down.forget()
+            self.fault_memory.relocalise()
         self.goal, self.goal_of = None, None
         self.vision.begin_tick()
         if self.seen is not None:

@@ -50,6 +50,8 @@ class Leaf(py_trees.behaviour.Behaviour):
         super().__init__(name)
         self.context = context
         self.settings = context.settings
+        self.out_of_reach = False
+        """Whether it has failed because nothing can get where it is to go."""
 
     @staticmethod
     def misfit(arguments: Mapping[str, object]) -> str:
@@ -75,6 +77,7 @@ class Leaf(py_trees.behaviour.Behaviour):
             LeafCrashedError: the leaf raised an exception; it says which leaf.
             HardwareError, KeyboardInterrupt: as they are; those are not the leaf's mistakes.
         """
+        self.out_of_reach = False
         try:
             yield from super().tick()
         except (HardwareError, LeafCrashedError):

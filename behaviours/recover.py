@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from math import degrees
 from typing import ClassVar
 
@@ -10,6 +12,7 @@ from py_trees.common import Status
 
 from behaviours.back_off import BackOff
 from behaviours.context import Context
+from behaviours.fault_memory import WayOut
 from behaviours.leaf import Leaf
 from behaviours.poses import Posture
 from behaviours.progress import Progress
@@ -19,11 +22,15 @@ from controller import PostureGoal
 
 
 class Recover(Leaf):
-    """Clear what a program may clear, lift the hand out of harm's way, fold the arm.
+    """Clear what a program may clear, get away from what was hit, fold the arm.
 
-    With nothing to clear and no posture to come back to it succeeds at once. Where furniture is in
-    the arm's way, the base backs off from it. Fails on a fault that a person must clear, on faults
-    that come back more than three times, and when the arm cannot reach the posture.
+    With nothing to clear and no posture to come back to it succeeds at once. A fault is cleared
+    after a pause: 0.5 s for the first one, at least 2 s and then 8 s after the one before. Then a
+    base that was touched drives slowly away from that side, or back along where it came from, and a
+    hand goes back the way that it came and up; what was hit counts as standing there for five
+    minutes. What comes back at the same place after three times waits for a person: the run
+    pauses, or ends where nobody is there. Where furniture is in the arm's way, the base backs off
+    from it. Fails on a fault that a person must clear, and when the arm cannot reach the posture.
 
     Args:
         arm: joint positions to come back to; `ready` is always there. Without it the hand is only
@@ -43,20 +50,20 @@ class Recover(Leaf):
 
     @property
     def phase(self) -> str:
-        """`clear` while there are faults, `rise`, then `fold`; `back off` to make room for that."""
+        """`clear` while there are faults, `back off` and `rise` to make room, then `fold`."""
         if self.context.state.faults or self.context.state.recovering:
             return "clear"
-        if self._behind is not None:
-            return "back off"
-        return "fold" if self._rise is None else "rise"
+        return _PHASES.get(type(self._way), "fold")
 
     def initialise(self) -> None:
         """Start anew, from wherever the hand is now."""
         self.context.vision.reset()
         self._faults = self._backed_off = 0
-        self._behind: BackOff | None = None
-        is_to_fold = self._arm is not None and not self._folded(self._arm)
-        self._rise = Rise(self, self._height) if is_to_fold else None
+        self._is_cleared = False
+        self._way: BackOff | Rise | None = None
+        self._ways: list[Callable[[], BackOff | Rise]] = []
+        if self._arm is not None and not self._folded(self._arm):
+            self._ways.append(partial(Rise, self, self._height))
         self._progress = Progress(self.context)
 
     def update(self) -> Status:
@@ -68,25 +75,42 @@ class Recover(Leaf):
         if context.state.recovering:
             return self.running("recovering")
         if fault_text := self.fault():
-            self._faults += 1
-            self._rise = Rise(self, self._height)
-            most = self.settings.recover.most_faults
-            if self._faults > most:
-                return self.failure(f"cleared {most} times, and again: {fault_text}")
-            context.robot.recover()
-            return self.running(f"clearing: {fault_text}")
-        if self._rise is not None:
-            return self._lift(self._rise)
-        if self._behind is not None:
-            return self._back_off(self._behind)
+            return self._clear(fault_text)
+        way = context.fault_memory.take_way_out(context.state.wTb)
+        if way is not None or self._is_cleared:
+            self._leave(way)
+        if self._way is None and self._ways:
+            self._way = self._ways.pop(0)()
+        if self._way is not None:
+            doing = "rising" if isinstance(self._way, Rise) else "backing off"
+            if self._way.tick():
+                self._way, self._progress = None, Progress(context)
+            return self.running(doing)
         if self._arm is None:
             return self.success(f"cleared {self._faults} faults" if self._faults else "healthy")
         return self._fold(self._arm)
 
-    def _lift(self, rise: Rise) -> Status:
-        if rise.tick():
-            self._rise, self._progress = None, Progress(self.context)
-        return self.running("rising")
+    def _clear(self, fault_text: str) -> Status:
+        """Clear the faults once it is time to."""
+        memory, now = self.context.fault_memory, self.context.clock.now()
+        if memory.given_up:
+            return self.running(f"waiting for a person: {memory.given_up}")
+        if (wait := memory.wait(now)) > 0.0:
+            return self.running(f"clearing in {wait:.1f} s: {fault_text}")
+        self._faults += 1
+        self._is_cleared = True
+        memory.clear(now)
+        self.context.robot.recover()
+        return self.running(f"clearing: {fault_text}")
+
+    def _leave(self, way: WayOut | None) -> None:
+        """Away from what was hit: first what was touched, of both the hand, which may be low."""
+        hand, base = (None, None) if way is None else (way.hand, way.base)
+        self._is_cleared, self._way = False, None
+        self._ways = [partial(Rise, self, self._height, hand)]
+        if base is not None:
+            speed = self.settings.recover.away_speed
+            self._ways.insert(hand is not None, partial(BackOff, self, base, speed))
 
     def _fold(self, arm: Posture) -> Status:
         report = self.pursue(PostureGoal(q=arm.q), "fold")
@@ -101,14 +125,11 @@ class Recover(Leaf):
             if not near or self._backed_off == settings.most_back_offs:
                 return self.failure(f"arm stopped {left:.0f}° before {arm.name}")
             self._backed_off += 1
-            self._behind = BackOff(self)
+            self._ways.append(partial(BackOff, self))
         return self.running(f"folding to {arm.name}, {left:.0f}° to go")
-
-    def _back_off(self, behind: BackOff) -> Status:
-        """Away from what is in the arm's way."""
-        if behind.tick():
-            self._behind, self._progress = None, Progress(self.context)
-        return self.running("backing off")
 
     def _folded(self, arm: Posture) -> bool:
         return bool(np.abs(self.context.state.q - arm.q).max() < self.settings.recover.folded)
+
+
+_PHASES: dict[type, str] = {Rise: "rise", BackOff: "back off"}

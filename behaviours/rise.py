@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from pinocchio import SE3
 
@@ -9,6 +11,9 @@ from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.progress import Progress
 from controller import PoseGoal
+
+_NEAR = 0.01
+"""The hand is back this near to where it came from [m]."""
 
 
 def straight_up(
@@ -39,18 +44,33 @@ class Rise:
     Args:
         leaf: whose way it is.
         height: how far to lift the hand [m].
+        back: where the hand goes first, in the world: out of what it has hit.
     """
 
-    def __init__(self, leaf: Leaf, height: float) -> None:
+    def __init__(self, leaf: Leaf, height: float, back: SE3 | None = None) -> None:
         self._leaf = leaf
-        speed = leaf.settings.retreat.recovery_speed
-        self._goal = straight_up(leaf.context, height, speed)
-        self._progress = Progress(leaf.context, straight=True)
+        self._height = height
+        self._is_back = back is None
+        self._go(leaf.settings.retreat.recovery_speed, back)
 
     def tick(self) -> bool:
         """Go on; whether that is over: the hand is up, or gets no further."""
-        report = self._leaf.pursue(self._goal, "rise")
+        report = self._leaf.pursue(self._goal, "rise" if self._is_back else "back")
         if report is None:
             return False
-        is_up = report.position_error <= self._goal.position_tolerance
-        return is_up or self._progress.is_stuck(report)
+        is_there = report.position_error <= self._goal.position_tolerance
+        if not (is_there or self._progress.is_stuck(report)):
+            return False
+        if not self._is_back:
+            self._is_back = True
+            self._go(self._leaf.settings.retreat.recovery_speed)
+            return False
+        return True
+
+    def _go(self, speed: float, back: SE3 | None = None) -> None:
+        context = self._leaf.context
+        self._goal = straight_up(context, self._height, speed)
+        if back is not None:
+            slow, near = context.settings.recover.away_speed, _NEAR
+            self._goal = replace(self._goal, wTe=back, speed=slow, position_tolerance=near)
+        self._progress = Progress(context, straight=True)

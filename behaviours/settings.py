@@ -189,8 +189,28 @@ class RecoverSettings(Checked):
 
     folded: float = 0.05
     """Nearer than this to the posture there is nothing to rise out of [rad]."""
-    most_faults: int = 3
-    """Faults that come back more often are not cleared again."""
+    pauses: tuple[float, ...] = (0.5, 2.0, 8.0)
+    """The first fault is cleared after so long, the next so long after that at least, and so on
+    [s] ..."""
+    lately: float = 30.0
+    """... as long as they follow each other faster than this [s]."""
+    most: int = 3
+    """What comes back at the same place, after so many recoveries, is left to a person."""
+    same_place: float = 0.3
+    """The base is touched at the same place nearer than this [m] ..."""
+    same_place_of_hand: float = 0.1
+    """... and the arm where the hand is nearer than this to where it was then [m]."""
+    remembered: float = 300.0
+    """What was hit stands there for so long, and is no longer counted after it: it may have been a
+    person or a chair. What stays there belongs on the map [s]."""
+    hit_radius: float = 0.08
+    """Of the upright cylinder that stands for what the base has hit [m]."""
+    hit_half: float = 0.02
+    """Half the edge of the box that stands for what the hand has hit [m]."""
+    away_speed: float = 0.15
+    """Of the base and the hand on their way from what they have hit [m/s]."""
+    way_back: float = 0.05
+    """The hand goes back this far along the way that it came, before it rises [m]."""
     in_the_way: float = 0.05
     """Furniture nearer than this keeps the arm from its posture, or the base from its way [m]."""
     back_off: float = 0.3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -93,6 +94,8 @@ class BaseGoal:
     """... and turned less than this away [rad]."""
     reverse: bool = False
     """Whether a base with a front drives there backwards."""
+    speed: float = inf
+    """Largest speed of the base, if less than its own [m/s]."""
 
 
 MotionGoal: TypeAlias = PoseGoal | PostureGoal | BaseGoal

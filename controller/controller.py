@@ -277,7 +277,7 @@ class HolisticController:
             lead = plain_lead(self.model, self.settings, here, there, goal.reverse)
         else:
             lead = self._guide.lead_base(goal, here, surroundings)
-        base = drive_along(self.model, self.settings, lead)
+        base = drive_along(self.model, self.settings, lead, goal.speed)
         return GoalQP(
             qp_towards(np.concatenate([base, np.zeros(len(state.q))]), bounds),
             error.position,

@@ -55,6 +55,8 @@ def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) 
             _check_tolerance("tolerance", goal.tolerance)
         case BaseGoal():
             poses["goal base pose"] = goal.wTb
+            if not goal.speed > 0.0:
+                raise GoalError(f"the goal speed must be above 0, got {goal.speed}")
             _check_tolerance("position tolerance", goal.position_tolerance)
             _check_tolerance("heading tolerance", goal.heading_tolerance)
     everything: list[float] = []

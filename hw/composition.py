@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import ExitStack
+from math import inf
 from typing import Self
 
 from pinocchio import SE3
@@ -24,6 +25,12 @@ from hw.state import (
     interpolate_base,
 )
 from robots import RobotDescription
+
+_BETWEEN_RECOVERIES = 2.0
+"""The arm is not recovered again sooner than this, whoever asks [s]."""
+
+_ROUNDING = 1e-6
+"""Stamps are sums of periods [s]."""
 
 
 class ComposedRobot:
@@ -63,6 +70,7 @@ class ComposedRobot:
         self._bases = History(interpolate_base)
         self._model = RobotModel(description)
         self._grips, self._recoveries = background(), background()
+        self._clock, self._arm_recovered = clock, -inf
         self._operations: dict[str, Future[None]] = {}
         self._rest_together, self._has_fault = rest_together, False
         self.camera = WristCamera(description, camera, clock, self._wTe_at)
@@ -124,10 +132,21 @@ class ComposedRobot:
         self._operations["grip"] = self._grips.submit(self._gripper.grip, width, force)
 
     def recover(self) -> None:
-        """Start a recovery of all parts, unless one is under way."""
-        if not self._is_under_way("recovery"):
-            under_way = {name: f for name, f in self._operations.items() if not f.done()}
-            self._operations = under_way | {"recovery": self._recoveries.submit(self._recover)}
+        """Start a recovery of all parts, unless one is under way.
+
+        The arm is left out for 2 s after it was recovered: what throws it into its reflex again
+        and again is not to shake it.
+        """
+        if self._is_under_way("recovery"):
+            return
+        parts: list[Arm | Base | Gripper | DepthCamera] = [self._base, self._gripper, self._camera]
+        now = self._clock.now()
+        if now - self._arm_recovered >= _BETWEEN_RECOVERIES - _ROUNDING:
+            self._arm_recovered = now
+            parts.insert(0, self._arm)
+        under_way = {name: f for name, f in self._operations.items() if not f.done()}
+        recovery = self._recoveries.submit(_recover, parts)
+        self._operations = under_way | {"recovery": recovery}
 
     def stop(self) -> None:
         """Stop every part, whatever the others do; raises the last error in the end."""
@@ -150,10 +169,6 @@ class ComposedRobot:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _recover(self) -> None:
-        for part in (self._arm, self._base, self._gripper, self._camera):
-            part.recover()
-
     def _is_under_way(self, operation: str) -> bool:
         future = self._operations.get(operation)
         return future is not None and not future.done()
@@ -173,6 +188,11 @@ class ComposedRobot:
         self._arms.add(self._arm.read())
         self._bases.add(self._base.read())
         return self._model.wTe(self._bases.at(stamp).wTb, self._arms.at(stamp).q)
+
+
+def _recover(parts: Sequence[Arm | Base | Gripper | DepthCamera]) -> None:
+    for part in parts:
+        part.recover()
 
 
 class WristCamera:

@@ -1,7 +1,8 @@
 """Whether the robot does what it is commanded: commanded motion against measured motion.
 
 A frozen reading with fresh stamps, a base that ignores its commands and an arm that moves by itself
-have plausible readings, one by one. Over the last moments they do not fit what was commanded.
+have plausible readings, one by one. Over the last moments they do not fit what was commanded. Nor
+does a base or a joint that is faster than it was told, or goes the other way.
 """
 
 from __future__ import annotations
@@ -28,6 +29,15 @@ _BASE_SURPLUS = 0.3
 """The base does not move farther than this without a command [m] ..."""
 _ARM_SURPLUS = 0.15
 """... nor a joint farther than this [rad], its lag apart."""
+_BASE_FASTER = np.array([0.1, 0.1, 0.2])
+"""The base is not faster than it was told, along x and y and about z, by more than this
+[m/s, rad/s] ..."""
+_ARM_FASTER = 0.3
+"""... nor a joint by more than this [rad/s] ..."""
+_FASTER_FOR = 0.2
+"""... for so long [s]."""
+_DEAD_TIME = 0.1
+"""What was told counts for so long beyond the lag [s]; then it fades at the acceleration limit."""
 _METRES_PER_RADIAN = 0.3
 """What a turn of the base counts [m/rad]."""
 _JUMP = 0.03
@@ -63,10 +73,14 @@ class Following:
         self._arm_surplus = _ARM_SURPLUS + 2.0 * description.arm.lag * limits.qd
         self._fastest = 2.0 * (limits.base_twist[:2].max() + 0.3 * limits.base_twist[2])
         self._moments: deque[_Moment] = deque()
+        self._base = _Speeds(limits.base_acceleration, description.base.lag, _BASE_FASTER)
+        self._arm = _Speeds(limits.qdd, description.arm.lag, np.full(len(limits.qd), _ARM_FASTER))
 
     def forget(self) -> None:
         """Compare from the next reading on: for example after a fault, or a gap in the commands."""
         self._moments.clear()
+        self._base.forget()
+        self._arm.forget()
 
     def mismatch(self, state: RobotState, applied: Command) -> str:
         """What does not fit, for people; empty if all does.
@@ -103,7 +117,29 @@ class Following:
         self._moments.append(newest)
         while self._moments[1].stamp < newest.stamp - _WINDOW:
             self._moments.popleft()
-        return self._base_mismatch(newest) or self._arm_mismatch(newest)
+        return (
+            self._faster(state, applied)
+            or self._base_mismatch(newest)
+            or self._arm_mismatch(newest)
+        )
+
+    def _faster(self, state: RobotState, applied: Command) -> str:
+        """That base or arm is faster than it was told, both numbers and the likely cause."""
+        if (
+            axis := self._base.faster(state.stamp, state.base_twist, applied.base_twist)
+        ) is not None:
+            does, told = float(state.base_twist[axis]), float(applied.base_twist[axis])
+            verb, unit = ("turns", "rad/s") if axis == 2 else ("drives", "m/s")
+            what, own = f"the base {verb}", "its own settings of speed are not those of its file"
+        elif (axis := self._arm.faster(state.stamp, state.qd, applied.qd)) is not None:
+            does, told, unit = float(state.qd[axis]), float(applied.qd[axis]), "rad/s"
+            what, own = f"joint {axis + 1} turns", "its limits are not those of its file"
+        else:
+            return ""
+        cause = f"{own}, or somebody else moves it"
+        if does * told < 0.0:
+            cause = "the direction of this axis is the other way round"
+        return f"{what} at {does:.2f} {unit} and was told {told:.2f} {unit}: {cause}"
 
     def _base_mismatch(self, newest: _Moment) -> str:
         then = self._moments[0]
@@ -146,6 +182,56 @@ class Following:
         last = self._moments[-1]
         self._moments.clear()
         self._moments.append(last._replace(base_measured=measured))
+
+
+class _Speeds:
+    """Which speeds a part may have that follows its commands late.
+
+    Args:
+        acceleration: (n,) limits [per s].
+        lag: of the part [s].
+        margin: (n,) what it may be faster than it was told.
+    """
+
+    def __init__(self, acceleration: Array, lag: float, margin: Array) -> None:
+        self._acceleration, self._margin = acceleration, margin
+        self._lasts = lag + _DEAD_TIME
+        self._told: deque[tuple[float, Array]] = deque()
+        self.forget()
+
+    def forget(self) -> None:
+        """It may have any speed now."""
+        self._told.clear()
+        self._bounds: tuple[Array, Array] | None = None
+        self._since: float | None = None
+
+    def faster(self, stamp: float, measured: Array, told: Array) -> int | None:
+        """The axis that has been faster than told for too long; None if none has.
+
+        Args:
+            stamp: of the reading [s].
+            measured: (n,) velocities in it.
+            told: (n,) velocities that were applied until then.
+        """
+        still = np.zeros(len(told))
+        if self._bounds is None:  # what it does now it may have been told before
+            self._bounds = np.minimum(measured, still), np.maximum(measured, still)
+        before = self._told[-1][0] if self._told else stamp
+        self._told.append((stamp, told))
+        while self._told[0][0] < stamp - self._lasts:
+            self._told.popleft()
+        lately = np.array([one for _, one in self._told])
+        fade, (low, high) = (stamp - before) * self._acceleration, self._bounds
+        low = np.minimum(np.minimum(low + fade, still), lately.min(axis=0))
+        high = np.maximum(np.maximum(high - fade, still), lately.max(axis=0))
+        self._bounds = low, high
+        surplus = np.maximum(low - measured, measured - high) - self._margin
+        axis = int(surplus.argmax())
+        if surplus[axis] <= 0.0:
+            self._since = None
+            return None
+        self._since = stamp if self._since is None else self._since
+        return axis if stamp - self._since >= _FASTER_FOR else None
 
 
 def _moved(

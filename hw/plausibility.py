@@ -16,7 +16,7 @@ _BEYOND_RANGE = 0.5
 _JUMP = 0.05
 """A joint may seem to jump by this, for noise and interpolation [rad]."""
 _OVERSPEED = 2.0
-"""A speed above this many times its limit is not measured but wrong."""
+"""A speed above this many times its limit at full pace is not measured but wrong."""
 _ROTATION_TOLERANCE = 1e-4
 
 
@@ -39,6 +39,8 @@ class Plausibility:
 
     def __init__(self, description: RobotDescription, oldest: float) -> None:
         self._limits = description.limits
+        self._too_fast = _OVERSPEED / description.pace
+        """Times a limit: a robot that is to go slowly, and does not, is believed."""
         self._oldest = oldest
         self._before: RobotState | None = None
 
@@ -61,11 +63,11 @@ class Plausibility:
 
     def _is_within_reason(self, state: RobotState) -> bool:
         limits = self._limits
-        fastest = _OVERSPEED * np.maximum(limits.base_speed(state.base_twist), 0.1)
+        fastest = self._too_fast * np.maximum(limits.base_speed(state.base_twist), 0.1)
         return bool(
             (state.q >= limits.q_min - _BEYOND_RANGE).all()
             and (state.q <= limits.q_max + _BEYOND_RANGE).all()
-            and (np.abs(state.qd) <= _OVERSPEED * limits.qd).all()
+            and (np.abs(state.qd) <= self._too_fast * limits.qd).all()
             and (np.abs(state.base_twist) <= fastest).all()
         )
 

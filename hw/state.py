@@ -41,6 +41,9 @@ class Fault:
     """For people: what happened."""
     clearable: bool
     """Whether a program may clear it with `Robot.recover`."""
+    bearing: float | None = None
+    """Where the base was touched, seen from its centre: 0 ahead, positive to the left [rad]; None
+    where the robot does not tell."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

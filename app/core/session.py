@@ -57,8 +57,8 @@ class Tick:
     """Whether a person keeps the tree from being ticked."""
 
 
-class EmergencyStopError(HardwareError):
-    """A person pressed the button, and nobody can acknowledge it."""
+class NobodyHereError(HardwareError):
+    """Only a person can let the run go on, and nobody is here to do so."""
 
 
 class Session:
@@ -101,8 +101,7 @@ class Session:
             context.robot.stop, lambda: abandon(self._outcome_of(LoopBlockedError())), patience
         )
         self._watch = watch
-        self._number = 0
-        self._due, self._origin = 0, 0.0
+        self._number, self._due, self._origin = 0, 0, 0.0
         self._period = controller.settings.period
         self._stage = Stage.READ
         self._report: StepReport | None = None
@@ -122,8 +121,7 @@ class Session:
             halted = self._guarded(self._halt_tree)
         self._clock.begin_tick()
         self._measurements.stalls = self._watchdog.stalls
-        ends = (outcome, rest, halted)
-        return next((end for end in ends if end.end is not End.SUCCESS), outcome)
+        return next((e for e in (outcome, rest, halted) if e.end is not End.SUCCESS), outcome)
 
     def _guarded(self, part: Callable[[], Outcome]) -> Outcome:
         """Run a part of the session and put a name to whatever it raises."""
@@ -195,18 +193,23 @@ class Session:
         """Pause for what only a person may clear, and wait until a person says so.
 
         Raises:
-            EmergencyStopError: nobody can.
+            NobodyHereError: nobody can.
         """
         faults = [fault for fault in state.faults if not fault.clearable]
         if self._gate.latched:
             pressed = [fault for fault in faults if fault.kind is FaultKind.EMERGENCY_STOP]
             text = pressed[0].text if pressed else "emergency stop"
             if not self._control.attended:
-                raise EmergencyStopError(f"{text}; nobody is here to acknowledge it")
+                raise NobodyHereError(f"{text}; nobody is here to acknowledge it")
             if self._control.emergency_stop(text, pressed=bool(pressed)):
                 self._gate.acknowledge()
         elif faults and self._control.attended:
             self._control.pause(faults[0].text)
+        elif text := self._context.fault_memory.given_up:
+            if not self._control.attended:
+                raise NobodyHereError(f"{text}; nobody is here to see to it")
+            self._control.pause(f"{text}; see to it, then resume")
+            self._context.fault_memory.acknowledge()  # as nothing goes on before a person resumes
 
     def _end_tick(self, state: RobotState, begun: float, *, paused: bool) -> None:
         """Tell what has happened, and wait for the next tick."""

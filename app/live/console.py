@@ -202,7 +202,9 @@ class OperatorConsole:
 
     def _stand_in(self, snapshot: Snapshot, state: ControlState, patience: float) -> None:
         """Acknowledge and resume as a person would, once what paused the run is over."""
-        over = not state.pressed and all(fault.clearable for fault in snapshot.state.faults)
+        over = not state.pressed and all(
+            fault.clearable and fault.text not in state.why for fault in snapshot.state.faults
+        )
         if not (state.paused and over):
             self._over_since = None
         elif self._over_since is None:

@@ -48,6 +48,9 @@ class Effect:
     def end(self) -> None:
         """It was cleared."""
 
+    def recovered(self) -> None:
+        """Somebody has asked the robot to recover."""
+
     def reading(self, state: RobotState) -> RobotState:
         """A reading of the robot, as the fault lets it through."""
         return state

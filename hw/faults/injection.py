@@ -128,6 +128,8 @@ class FaultInjection(RobotWrapper):
     def recover(self) -> None:
         """As the robot does; clears the injected faults that a program may clear, too."""
         super().recover()
+        for effect in self._effects.values():
+            effect.recovered()
         with self._lock:
             self._wanted = {n: e for n, e in self._wanted.items() if not INJECTABLE[n].clearable}
 

@@ -35,6 +35,21 @@ class BaseIgnoresCommands(Effect):
         return replace(command, base_twist=self._twist)
 
 
+class BaseTooFast(Effect):
+    """The base is faster than it is told, as one that takes no notice of a throttle.
+
+    Args:
+        times: as fast as told.
+    """
+
+    def __init__(self, times: float) -> None:
+        self._times = times
+
+    def command(self, command: Command) -> Command:
+        """The command of a faster base; the arm's part of it is as told."""
+        return replace(command, base_twist=self._times * command.base_twist)
+
+
 class SendingFails(Effect):
     """Commanding the robot raises an exception; nothing reaches it.
 

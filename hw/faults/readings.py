@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
-from math import cos, pi, radians, sin
+from math import cos, inf, pi, radians, sin
 
 import numpy as np
 import pinocchio as pin
@@ -30,6 +30,30 @@ class Reported(Effect):
     def reading(self, state: RobotState) -> RobotState:
         """With the fault among its own."""
         return replace(state, faults=(*state.faults, self._fault))
+
+
+class ComesBack(Reported):
+    """The robot reports a fault, and again some time after each of its first recoveries.
+
+    Args:
+        fault: what it reports.
+        after: how long after a recovery [s].
+        times: how often it comes back.
+    """
+
+    def __init__(self, fault: Fault, after: float, times: int) -> None:
+        super().__init__(fault)
+        self._after, self._left = after, times
+        self._quiet_until = -inf
+
+    def recovered(self) -> None:
+        """It is gone for a while; in the end for good."""
+        self._quiet_until = self.site.now + (self._after if self._left > 0 else inf)
+        self._left -= 1
+
+    def reading(self, state: RobotState) -> RobotState:
+        """With the fault among its own, unless it is gone now."""
+        return state if state.stamp < self._quiet_until else super().reading(state)
 
 
 class FrozenState(Effect):

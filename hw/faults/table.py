@@ -11,9 +11,16 @@ from types import MappingProxyType
 from config import UserError, suggest
 from hw.faults.effect import Effect
 from hw.faults.frames import FramesFilled, FramesFrozen, FramesLate, FramesLost, PictureFrozen
-from hw.faults.motion import BaseIgnoresCommands, GripperDead, GripperHalfway, SendingFails
+from hw.faults.motion import (
+    BaseIgnoresCommands,
+    BaseTooFast,
+    GripperDead,
+    GripperHalfway,
+    SendingFails,
+)
 from hw.faults.objects import ObjectMoved, ObjectTaken
 from hw.faults.readings import (
+    ComesBack,
     FrozenStamps,
     FrozenState,
     LateReadings,
@@ -60,11 +67,18 @@ def _gone(part: str) -> Callable[[], Exception]:
     return lambda: HardwareError(f"{part} does not answer, injected")
 
 
+_bumped = Fault(kind=FaultKind.BUMPER, text="bumper of the base again, injected", clearable=True)
+
 _TABLE = (
     _reported(FaultKind.REFLEX, "reflex of the arm", clearable=True),
     _reported(FaultKind.BUMPER, "bumper of the base", clearable=True),
     _reported(FaultKind.EMERGENCY_STOP, "emergency stop"),
     _reported(FaultKind.STALE_POSE, "stale pose of the base"),
+    Injectable(
+        name="bumper again",
+        make=partial(ComesBack, _bumped, 0.3, 3),
+        what="the robot reports: bumper of the base, and again after each of three recoveries",
+    ),
     Injectable(name="gripper dead", make=GripperDead, what="the fingers do not move"),
     Injectable(name="gripper halfway", make=GripperHalfway, what="the fingers stop half way"),
     Injectable(name="frames lost", make=FramesLost, what="no frame arrives"),
@@ -97,6 +111,11 @@ _TABLE = (
     ),
     Injectable(
         name="base ignores commands", make=BaseIgnoresCommands, what="the base rolls to a stop"
+    ),
+    Injectable(
+        name="base too fast",
+        make=partial(BaseTooFast, 3.0),
+        what="the base is three times as fast as told",
     ),
     Injectable(
         name="readings late", make=partial(LateReadings, 0.05), what="readings arrive 50 ms late"

@@ -43,6 +43,10 @@ class Stopper(Protocol):
     def reason(self) -> str | None:
         """The contact that stopped it, for people; None while the part may move."""
 
+    @property
+    def towards(self) -> Array:
+        """(3,) unit vector from the part to what it tripped on, in the world."""
+
     def clear(self) -> None:
         """Let the part move again."""
 

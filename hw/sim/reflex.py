@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from hw.sim.collisions import Contact
+from robots import Array
 
 _YIELDS = 0.002
 """While the robot leaves a contact that was forgiven, it may become this much deeper [m]."""
@@ -30,6 +33,11 @@ class Reflex:
     def reason(self) -> str | None:
         """The contact that it tripped on, for people; None while the part may move."""
         return None if self.tripped_by is None else self.tripped_by.text
+
+    @property
+    def towards(self) -> Array:
+        """(3,) unit vector from the robot to what it tripped on, in the world."""
+        return np.zeros(3) if self.tripped_by is None else self.tripped_by.towards
 
     def feels(self, contacts: Sequence[Contact]) -> bool:
         """Whether any of the contacts is not forgiven."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from functools import partial
+from math import atan2
 
 import numpy as np
 from pinocchio import SE3
@@ -40,11 +41,14 @@ class _SimPart:
         """Stop."""
         self.stop()
 
-    @staticmethod
-    def _faults(kind: FaultKind, stopper: Stopper) -> tuple[Fault, ...]:
-        """That a part was stopped, and on what."""
-        reason = stopper.reason
-        return () if reason is None else (Fault(kind=kind, text=reason, clearable=True),)
+    def _faults(self, kind: FaultKind, stopper: Stopper) -> tuple[Fault, ...]:
+        """That a part was stopped, and on what; of the base, on which side."""
+        if stopper.reason is None:
+            return ()
+        x, y, _ = (self._body.wTb.rotation.T @ stopper.towards).tolist()
+        told = kind is FaultKind.BUMPER and (x, y) != (0.0, 0.0)
+        bearing = round(atan2(y, x), 1) if told else None  # as coarse as the parts of a bumper
+        return (Fault(kind=kind, text=stopper.reason, clearable=True, bearing=bearing),)
 
 
 class SimArm(_SimPart):

@@ -186,6 +186,22 @@ def test_a_recovery_is_not_started_twice():
     assert built.arm.log == ["recover"]
 
 
+def test_the_arm_is_not_recovered_twice_in_two_seconds_whoever_asks():
+    built = Assembly()
+    for part in built.parts:
+        part.gate.set()
+    recovered = []
+    for _ in range(450):
+        built.robot.recover()
+        while built.robot.read().recovering:
+            pass
+        recovered += [built.clock.now()] * (built.arm.log.count("recover") - len(recovered))
+        built.clock.sleep_until(built.clock.now() + 0.01)
+    assert len(recovered) == 3
+    assert np.diff(recovered).min() > 2.0 - 1e-6
+    assert built.base.log.count("recover") > 400
+
+
 def test_a_grip_that_failed_is_a_fault_until_the_next_recovery():
     built = Assembly()
     built.gripper.error = "the fingers are blocked"

@@ -5,7 +5,7 @@ import pytest
 from faulty_robot import DT, Faulty, driving, turning
 from harness import open_floor
 
-from hw import HardwareError
+from hw import FaultKind, Gate, HardwareError, UntrustedRobotError
 
 
 def test_a_frozen_state_stands_still_while_its_stamps_go_on_and_the_robot_too():
@@ -110,6 +110,31 @@ def test_a_base_that_ignores_commands_rolls_out_within_its_limits_and_claims_to_
     limit = run.robot.description.limits.base_acceleration[0]
     assert np.abs(np.diff(speeds)).max() <= limit * DT * 1.01
     assert speeds[-1] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_base_that_is_too_fast_claims_to_obey_and_the_gate_finds_out():
+    run = Faulty(world=open_floor())
+    gate = Gate(run.robot, run.robot.description, DT)
+    run.robot.inject("base too fast")
+
+    def drive() -> None:
+        for k in range(200):
+            gate.send(driving(min(0.1, 0.01 * k)), run.read(DT), run.now)
+
+    with pytest.raises(UntrustedRobotError, match=r"drives at .* m/s and was told 0.10 m/s: its"):
+        drive()
+    assert run.true().wTb.translation[0] < 0.1
+
+
+def test_a_bumper_comes_back_three_times_after_a_recovery():
+    run = Faulty()
+    run.robot.inject("bumper again")
+    for _ in range(4):
+        assert [fault.kind for fault in run.read().faults] == [FaultKind.BUMPER]
+        run.robot.recover()
+        assert not run.read(0.2).faults
+        run.read(0.2)
+    assert not run.read().faults
 
 
 @pytest.mark.parametrize(("name", "width"), [("gripper dead", 0.08), ("gripper halfway", 0.04)])

@@ -179,6 +179,7 @@ def test_the_bumper_stops_the_base_and_lets_it_leave():
     assert sim.drive((0.5, 0.0, 0.0), s=2.0) == [("bumper", "the base hit step")]
     assert sim.x + FRONT == pytest.approx(0.9, abs=5e-3)
     assert sim.touches == ["the base hit step"]
+    assert abs(sim.robot.read().faults[0].bearing) < 0.8
     sim.robot.recover()
     assert sim.drive((-0.3, 0.0, 0.0), s=1.0) == []
     assert sim.x + FRONT < 0.75

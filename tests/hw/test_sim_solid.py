@@ -36,6 +36,14 @@ def test_a_base_that_drives_into_a_table_leg_stands_still_and_says_so():
     assert sim.x == before
 
 
+@pytest.mark.parametrize(("x", "bearing"), [(0.6, 0.0), (-0.6, np.pi)])
+def test_the_bumper_tells_on_which_side_it_was_touched(x, bearing):
+    sim = Solid(box("leg", (x, 0.1, 0.25), (0.025, 0.025, 0.25)))
+    sim.drive((np.sign(x) * 0.2, 0.0, 0.0), s=2.5)
+    [fault] = sim.robot.read().faults
+    assert abs(np.angle(np.exp(1j * (fault.bearing - bearing)))) < 0.1
+
+
 def test_a_base_that_has_hit_something_drives_off_and_cannot_press_on():
     sim = Solid(LEG)
     sim.drive((0.5, 0.0, 0.0), s=1.5)
@@ -91,6 +99,7 @@ def test_a_base_whose_arm_is_at_a_wall_goes_no_further_and_can_drive_back():
     sim.robot.recover()
     assert sim.faults == []
     assert [kind for kind, _ in sim.drive((0.2, 0.0, 0.0), s=0.3)] == ["reflex"]
+    sim.drive(s=2.0)  # sooner the arm is not recovered again
     sim.robot.recover()
     assert sim.drive((-0.5, 0.0, 0.0), s=1.5) == []
 

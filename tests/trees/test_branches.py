@@ -6,10 +6,6 @@ import pytest
 from py_trees.common import Status
 from tree_toys import Run
 
-from behaviours import Carried
-from hw import TaskTime
-from trees.language.branch import failed_node
-
 
 @pytest.fixture
 def run(tmp_path):
@@ -92,62 +88,6 @@ def test_parallel_fails_with_any_child_and_halts_the_others(run):
     assert tree.root.feedback_message == "b: said F"
 
 
-def test_forever_starts_again_after_each_failure_and_ends_with_success(run):
-    tree = run(
-        "forever: {sequence: [{name: a, play: {script: S}}, {name: b, play: {script: FRFS}}]}"
-    )
-    assert tree.ticks(4) == "RRRS"
-    assert tree.begun("a") == 3
-
-
-def test_forever_says_why_it_starts_again(run):
-    tree = run("forever: {name: b, play: {script: FS}}")
-    tree.ticks(1)
-    assert tree.root.feedback_message == "starting again after b: said F"
-
-
-def test_forever_gives_up_when_it_always_fails_alike(run):
-    tree = run("forever: {name: b, delay_s: 3, play: {script: F}}")
-    assert tree.ticks(1600).count("F") == 1
-    assert tree.begun("b") == 5
-    tree = run("forever: {name: b, delay_s: 3, play: {script: F}}")
-    while tree.ticks(1) == "R":
-        pass
-    assert tree.root.feedback_message == "gave up: b: said F, 5 times in a row"
-    assert failed_node(tree.root).feedback_message == "said F, 5 times in a row"
-
-
-def test_forever_goes_on_after_failures_of_different_kinds(run):
-    tree = run("""
-forever:
-  sequence:
-    - {name: a, delay_s: 3, play: {script: FSFSFSFSFSFSFSFS}}
-    - {name: b, play: {script: FFFFFFFS}}
-""")
-    while (status := tree.ticks(1)) == "R":
-        pass
-    assert status == "S"
-    assert tree.begun("a") == 16
-
-
-def test_forever_goes_on_as_long_as_objects_are_placed(run):
-    tree = run("forever: {name: b, delay_s: 3, play: {script: FFFFFFFFS}}")
-    for _ in range(9 * 301):
-        tree.context.log.carried = [Carried(begun=TaskTime(0.0), placed=TaskTime(1.0))] * (
-            tree.begun("b") // 4
-        )
-        if tree.ticks(1) != "R":
-            break
-    assert tree.root.status is Status.SUCCESS
-
-
-def test_forever_may_wait_for_a_condition_and_for_what_fails_at_once(run):
-    tree = run("forever: {name: b, ask: {answers: F}}")
-    assert set(tree.ticks(3000)) == {"R"}
-    tree = run("forever: {name: b, play: {script: " + 300 * "F" + "S}}")
-    assert tree.ticks(301)[-1] == "S"
-
-
 def test_until_works_until_its_question_is_answered_with_success(run):
     tree = run("""
 until:
@@ -172,26 +112,6 @@ until:
 """)
     assert tree.ticks(2) == "RF"
     assert tree.root.feedback_message == "work: said F"
-
-
-def test_retry_makes_one_attempt_a_tick_and_then_gives_up(run):
-    tree = run("{name: grip, retry: 3, play: {script: F}}")
-    assert tree.ticks(3) == "RRF"
-    assert tree.begun("grip") == 3
-    assert tree.root.feedback_message == "gave up after attempt 3: grip: said F"
-
-
-def test_retry_ends_with_the_first_success_and_counts_anew_in_the_next_round(run):
-    tree = run("{name: grip, retry: 2, play: {script: FSFFS}}")
-    assert tree.ticks(5) == "RSRFS"
-
-
-def test_retry_restarts_a_composite_from_its_first_child(run):
-    tree = run(
-        "{retry: 2, sequence: [{name: a, play: {script: S}}, {name: b, play: {script: FS}}]}"
-    )
-    assert tree.ticks(2) == "RS"
-    assert tree.begun("a") == 2
 
 
 def test_a_child_that_comes_back_invalid_has_failed(run):

@@ -31,6 +31,14 @@ OPPOSITE: Mapping[Status, Status] = {
 Now = Callable[[], TaskTime]
 """The time of the task."""
 
+ROUNDING = 1e-9
+"""Stamps are sums of periods: this keeps the number of ticks independent of their rounding [s]."""
+
+_AT_ONCE = 0.5
+"""A node that fails within this time fails at once [s]."""
+_PAUSE, _LONGEST_PAUSE = 0.1, 1.0
+"""Before it starts again [s]."""
+
 Ticking = Generator[Behaviour, None, Status]
 """Yields the nodes that it ticks and returns a status."""
 
@@ -100,6 +108,54 @@ class Branch(Composite):
             if child.status is Status.RUNNING:
                 halt(child)
         self.status = new_status
+
+
+class Again:
+    """When a node that has failed is to start again: at the next tick, unless it fails at once.
+
+    What fails at once has changed nothing, and would fail at every tick. From the second such
+    failure in a row on it starts again after a pause that doubles, from 0.1 s up to 1 s. An answer
+    of a condition is no failure: it may be asked at every tick.
+
+    Args:
+        now: the time [s].
+    """
+
+    def __init__(self, now: Now) -> None:
+        self._now = now
+        self._begun: TaskTime | None = None
+        self._due: TaskTime | None = None
+        self._in_a_row = 0
+
+    def waits(self) -> bool:
+        """Whether it does not start yet; asked at every tick before the node is run."""
+        if self._begun is None:
+            now = self._now()
+            if self._due is not None and self._due - now > ROUNDING:
+                return True
+            self._begun = now
+        return False
+
+    def ended(self, failed: Behaviour | None) -> None:
+        """The node has ended: it has failed because of a node below it, or succeeded (None)."""
+        now, begun = self._now(), self._begun
+        self._begun = None
+        if failed is None or is_answer(failed) or (begun is not None and now - begun > _AT_ONCE):
+            self._in_a_row, self._due = 0, None
+            return
+        self._in_a_row += 1
+        if self._in_a_row > 1:
+            self._due = now + min(_LONGEST_PAUSE, _PAUSE * 2.0 ** (self._in_a_row - 2))
+
+
+def is_answer(node: Behaviour) -> bool:
+    """Whether it is a condition, whose failure is an answer."""
+    return bool(getattr(node, "is_condition", False))
+
+
+def is_out_of_reach(node: Behaviour) -> bool:
+    """Whether a node has failed because its goal cannot be reached: so it will again."""
+    return bool(getattr(node, "out_of_reach", False))
 
 
 def halt(node: Behaviour) -> None:

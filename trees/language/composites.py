@@ -12,13 +12,25 @@ from typing import TYPE_CHECKING
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from trees.language.branch import Branch, Now, Ticking, failed_node, halt, reason
+from trees.language.branch import (
+    Again,
+    Branch,
+    Now,
+    Ticking,
+    failed_node,
+    halt,
+    is_answer,
+    is_out_of_reach,
+    reason,
+)
 
 if TYPE_CHECKING:
     from behaviours import Context
 
 GIVE_UP_AFTER = 5
 """This many failures of the same kind in a row end `forever`."""
+OUT_OF_REACH_AFTER = 2
+"""So many of those of a node that cannot get where it is to go: the second one began anew."""
 FAILURES_APART = 2.0
 """Failures of the same kind that follow each other faster than this count once [s]."""
 
@@ -151,8 +163,10 @@ class Forever(Branch):
     """Starts its child again after every failure; gives up when it always fails alike.
 
     Alike is: the same node failed with the same message, numbers aside, `GIVE_UP_AFTER` times in a
-    row, and no object was placed in between. An answer of a condition is no failure, and failures
-    that follow each other faster than `FAILURES_APART` count once, so that a task may wait.
+    row, twice if it cannot get where it is to go, and no object was placed in between. An answer of
+    a condition is no failure, and failures that follow each other faster than `FAILURES_APART`
+    count once, so that a task may wait. A child that fails at once again and again gets a pause
+    between two starts.
 
     Args:
         name: the node's name in the tree.
@@ -169,6 +183,7 @@ class Forever(Branch):
         super().__init__(name, children)
         self._now = now
         self._placed = placed
+        self._again = Again(now)
 
     @classmethod
     def built(
@@ -187,13 +202,17 @@ class Forever(Branch):
         self._times, self._counted = 0, self._now()
 
     def advance(self) -> Ticking:
-        """One tick of the child; a failure is followed by a new start at the next tick."""
+        """One tick of the child; a failure is followed by a new start."""
+        if self._again.waits():
+            return Status.RUNNING
         status = yield from self.run(self.children[0])
         if status is not Status.FAILURE:
             return status
         failed = failed_node(self.children[0])
-        if self._count(failed) == GIVE_UP_AFTER:
-            times = f"{GIVE_UP_AFTER} times in a row"
+        self._again.ended(failed)
+        most = OUT_OF_REACH_AFTER if is_out_of_reach(failed) else GIVE_UP_AFTER
+        if self._count(failed) >= most:
+            times = f"{most} times in a row"
             self.feedback_message = f"gave up: {self.feedback_message}, {times}"
             failed.feedback_message += f", {times}"  # which is what a summary quotes
             return Status.FAILURE
@@ -202,13 +221,14 @@ class Forever(Branch):
 
     def _count(self, failed: Behaviour) -> int:
         """How often in a row the child has failed for the reason that it has failed now."""
-        if getattr(failed, "is_condition", False):
+        if is_answer(failed):
             return 0
         now, message = self._now(), _NUMBER.sub("#", failed.feedback_message)
         cause = (failed, message, self._placed())
         if cause != self._cause:
             self._cause, self._times = cause, 0
-        if self._times == 0 or now - self._counted >= FAILURES_APART:
+        apart = 0.0 if is_out_of_reach(failed) else FAILURES_APART
+        if self._times == 0 or now - self._counted >= apart:
             self._counted = now
             self._times += 1
         return self._times

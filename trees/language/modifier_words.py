@@ -62,7 +62,7 @@ MODIFIERS: Mapping[str, ModifierWord] = {
     ),
     "retry": ModifierWord(
         node=modifiers.Retry,
-        wrap=lambda node, attempts, now: modifiers.Retry(node, attempts),
+        wrap=lambda node, attempts, now: modifiers.Retry(node, attempts, now),
         type=_COUNT,
         lasts=unchanged,
         succeeds=(Source.SUCCESS,),

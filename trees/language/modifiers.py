@@ -9,11 +9,18 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from hw import TaskTime
-from trees.language.branch import OPPOSITE, Branch, Now, Ticking, reason
+from trees.language.branch import (
+    OPPOSITE,
+    ROUNDING,
+    Again,
+    Branch,
+    Now,
+    Ticking,
+    failed_node,
+    is_out_of_reach,
+    reason,
+)
 from trees.language.composites import ReactiveFallback, ReactiveSequence
-
-_ROUNDING = 1e-9
-"""Stamps are sums of periods: this keeps the number of ticks independent of their rounding [s]."""
 
 
 class Timeout(Branch):
@@ -41,7 +48,7 @@ class Timeout(Branch):
     def advance(self) -> Ticking:
         """Tick the child if there is time left."""
         child = self.children[0]
-        if self._now() - self._start >= self._seconds - _ROUNDING:
+        if self._now() - self._start >= self._seconds - ROUNDING:
             self.feedback_message = f"not done within {self._seconds:g} s ({reason(child)})"
             return Status.FAILURE
         return (yield from self.run(child))
@@ -70,7 +77,7 @@ class Delay(Branch):
     def advance(self) -> Ticking:
         """Tick the child once the time is over."""
         left = self._seconds - (self._now() - self._start)
-        if left > _ROUNDING:
+        if left > ROUNDING:
             self.feedback_message = f"starts in {left:.1f} s"
             return Status.RUNNING
         return (yield from self.run(self.children[0]))
@@ -99,7 +106,7 @@ class Cooldown(Branch):
 
     def advance(self) -> Ticking:
         """Tick the child unless it is too soon."""
-        if self._resting > _ROUNDING:
+        if self._resting > ROUNDING:
             self.feedback_message = f"not again for {self._resting:.1f} s"
             return Status.FAILURE
         status = yield from self.run(self.children[0])
@@ -138,35 +145,43 @@ class Invert(Branch):
 class Retry(Branch):
     """Starts the node again after a failure, up to this number of attempts.
 
-    The next attempt begins at the next tick.
+    The next attempt begins at the next tick; a node that fails at once again and again gets a pause
+    between two attempts. What cannot be reached gets no other attempt.
 
     Args:
         child: the node.
         attempts: how many times at most.
+        now: the time [s].
     """
 
     key = "retry"
 
-    def __init__(self, child: Behaviour, attempts: int) -> None:
+    def __init__(self, child: Behaviour, attempts: int, now: Now) -> None:
         super().__init__(self.key, [child])
         self._attempts = attempts
+        self._again = Again(now)
 
     def restart(self) -> None:
         """Count from nothing."""
         self._failures = 0
 
     def advance(self) -> Ticking:
-        """One tick of the child; a failure is followed by a new attempt at the next tick."""
+        """One tick of the child; a failure is followed by a new attempt."""
+        if self._again.waits():
+            return Status.RUNNING
         status = yield from self.run(self.children[0])
         message = self.feedback_message
+        if status is Status.SUCCESS:
+            self._again.ended(None)
         if status is not Status.FAILURE:
             self.feedback_message = f"attempt {self._failures + 1} of {self._attempts}: {message}"
             return status
         self._failures += 1
-        if self._failures < self._attempts:
-            self.feedback_message = (
-                f"attempt {self._failures} of {self._attempts} failed: {message}"
-            )
+        failed = failed_node(self.children[0])
+        self._again.ended(failed)
+        if self._failures < self._attempts and not is_out_of_reach(failed):
+            count = f"attempt {self._failures} of {self._attempts}"
+            self.feedback_message = f"{count} failed: {message}"
             return Status.RUNNING
         self.feedback_message = f"gave up after attempt {self._failures}: {message}"
         return status

@@ -92,6 +92,7 @@ def _solver_raises(setup: Setup, nodes: list[Behaviour]) -> Callable[[], None]:
 TROUBLES = (
     Trouble(name="reflex"),
     Trouble(name="bumper"),
+    Trouble(name="bumper again", stops=True),
     Trouble(name="emergency stop", lasts=1.0, stops=True, acknowledged=True),
     Trouble(name="stale pose", lasts=1.0, stops=True, acknowledged=True),
     Trouble(name="gripper dead"),
@@ -111,6 +112,7 @@ TROUBLES = (
     Trouble(name="localisation jump"),
     Trouble(name="localisation drift"),
     Trouble(name="base ignores commands", lasts=2.0),
+    Trouble(name="base too fast", lasts=2.0),
     Trouble(name="readings late", lasts=2.0),
     Trouble(name="readings slow", lasts=1.0, paced=True),
     Trouble(name="reading fails", stops=True),

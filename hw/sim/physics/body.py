@@ -148,8 +148,9 @@ class PhysicalBody(SimBody):
         pushed = sum(press.force for press in presses if press.part == BASE)
         self._pushed += _share(_FILTER) * (pushed - self._pushed)
         if self.bumper.feels(self._pushed):
-            on_base = [press for press in presses if press.part == BASE]
-            self.bumper.trip(_text(_hardest(on_base), self.world.held))
+            hardest = _hardest([press for press in presses if press.part == BASE])
+            towards = None if hardest is None else hardest.towards
+            self.bumper.trip(_text(hardest, self.world.held), towards)
         force = self.engine.force_at_tool(self._load)
         if self.reflex.feels(force):
             on_arm = [press for press in presses if press.part != BASE]

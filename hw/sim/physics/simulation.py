@@ -31,6 +31,8 @@ class Press(NamedTuple):
     """What is pressed on, if it can move."""
     force: float
     """[N]."""
+    towards: Array
+    """(3,) unit normal from the robot to the thing, in the world."""
 
 
 class _Identity(NamedTuple):
@@ -124,13 +126,14 @@ class Simulation:
         found = []
         for number in np.flatnonzero(is_ours[pairs].any(axis=1) & (rows >= 0)):
             mine, other = pairs[number].tolist()
+            towards = contacts.frame[number, :3].copy()
             if is_robot[other] or not is_ours[mine]:
-                mine, other = other, mine
+                mine, other, towards = other, mine, -towards
             force = float(self._data.efc_force[rows[number]])
             part, side, _, _ = self._geoms[mine]
             _, _, thing, owner = self._geoms[other]
             if force > 0.0 and (part or not isinstance(owner, SimObject)):
-                found.append(Press(part or HELD, side, thing, owner, force))
+                found.append(Press(part or HELD, side, thing, owner, force, towards))
         return found
 
 

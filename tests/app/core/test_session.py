@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from harness import BUTTON, Harness, looking_down
+from harness import BUTTON, REFLEX, Harness, looking_down
 from pinocchio import SE3
 from py_trees.common import Status
 
@@ -12,10 +12,11 @@ from app.core.measurements import Measurements
 from app.core.outcome import End
 from app.core.session import Session
 from app.live import Control
-from behaviours import Context, Leaf
+from behaviours import Context, Leaf, Recover
 from controller import PoseGoal
 from hw import HardwareError
-from trees.language.composites import Sequence
+from trees.language.composites import Forever, Sequence
+from trees.language.modifiers import Retry
 
 AWAY = looking_down(3.0, 0.5, 0.8)
 
@@ -170,6 +171,56 @@ def test_an_emergency_stop_brakes_whatever_the_tree_says():
     at_100, later = bench.ticks[100].state, bench.ticks[220].state
     assert np.abs(at_100.base_twist).max() > 0.3
     assert np.abs(later.base_twist).max() < 1e-3
+
+
+class TriesForEver(Bench):
+    """A session around a `recover` that a loop starts again and again."""
+
+    def __init__(self, *, attended: bool) -> None:
+        super().__init__(lambda: Status.RUNNING)
+        context, robot = self.harness.context, self.harness.robot
+        robot.faults, robot.incurable = (REFLEX,), True
+        self.control.attended = attended
+        self.cleared = []
+        recover = robot.recover
+        robot.recover = lambda: (self.cleared.append(self.harness.clock.now()), recover())
+        log = context.log
+        loop = Forever(
+            "forever",
+            [Retry(Recover("recover", context), 5, context.clock.now)],
+            context.clock.now,
+            lambda: log.placed,
+        )
+        self.session._root = loop
+
+
+def test_what_comes_back_again_and_again_ends_an_unattended_run_at_once():
+    bench = TriesForEver(attended=False)
+    outcome = bench.run()
+    assert outcome.end is End.HARDWARE
+    assert outcome.reason == (
+        "came back 3 times: the arm hit something; nobody is here to see to it"
+    )
+    assert len(bench.cleared) == 3
+    assert bench.harness.clock.now() < 11.0
+
+
+def test_what_comes_back_again_and_again_pauses_until_a_person_has_seen_to_it():
+    bench = TriesForEver(attended=True)
+    paused = []
+
+    def watch(tick) -> None:
+        if tick.paused and not paused:
+            paused.append(bench.control.state.why)
+            bench.harness.robot.faults = (REFLEX,)
+            bench.harness.robot.incurable = False
+            bench.control.resume()
+
+    bench.session._watch = watch
+    outcome = bench.run()
+    assert paused == ["came back 3 times: the arm hit something; see to it, then resume"]
+    assert outcome.end is End.SUCCESS
+    assert len(bench.cleared) == 4
 
 
 def test_every_reading_is_held_against_the_limits():

@@ -39,7 +39,7 @@ def test_a_run_that_is_stopped_at_a_breakpoint_never_touches_the_node():
 
 def test_a_breakpoint_holds_every_time_the_node_is_entered_or_once():
     def root(context):
-        return Retry(leaf("flaky", 3, Status.FAILURE)(context), 3)
+        return Retry(leaf("flaky", 3, Status.FAILURE)(context), 3, context.clock.now)
 
     for once, times in ((False, 3), (True, 1)):
         run = ControlledRun(root, hooked=["flaky"])
@@ -80,7 +80,7 @@ def test_a_person_may_choose_the_outcome_after_a_node_has_ended():
 def test_hooks_that_do_nothing_change_nothing():
     def root(context):
         inner = Sequence("inner", [leaf("a", 3)(context), leaf("b", 3, Status.FAILURE)(context)])
-        return Retry(inner, 2)
+        return Retry(inner, 2, context.clock.now)
 
     plain, hooked = ControlledRun(root), ControlledRun(root, hooked=["retry", "inner", "a", "b"])
     outcomes = [plain.run(), hooked.run()]

@@ -1,0 +1,65 @@
+"""A base or a joint that is faster than it was told is stopped, and no other."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from gate_stand import DT, FRANKIE, LIMITS, Stand, command, untrusted
+
+from controller import Command
+from robots import at_pace
+
+FASTER = [
+    ((0.05, 0.0, 0.0), (0.53, 0.0, 0.0), "base drives at 0.53 m/s and was told 0.05 m/s: its own"),
+    (
+        (0.0, 0.0, 0.3),
+        (0.0, 0.0, -0.3),
+        "base turns at -0.30 rad/s and was told 0.30 rad/s: the dir",
+    ),
+    ((0.0, 0.0, 0.0), (-0.15, 0.0, 0.0), "base drives at -0.15 m/s and was told 0.00 m/s: its own"),
+]
+
+
+@pytest.mark.parametrize(("told", "does", "says"), FASTER)
+def test_a_base_that_is_faster_than_it_was_told_is_stopped(told, does, says):
+    """As one that takes no notice of a throttle, at a share of its speeds, too."""
+    stand = Stand(at_pace(FRANKIE, 0.3))
+
+    def go(k: int) -> None:
+        fast = min(1.0, k / 20.0)
+        stand.send(command(fast * np.array(told)), base_twist=fast * np.array(does))
+
+    assert says in str(untrusted(go))
+    assert stand.now < 0.8
+
+
+def test_a_joint_that_is_faster_than_it_was_told_is_stopped():
+    stand = Stand()
+    joint = np.eye(7)[2]
+
+    def go(k: int) -> None:
+        told = 0.01 * min(k, 10)
+        stand.send(command(qd=told), qd=told + min(0.4, 0.04 * k) * joint)
+
+    assert "joint 3 turns at 0.50 rad/s and was told 0.10 rad/s: its limits" in str(untrusted(go))
+
+
+def test_a_base_that_follows_late_and_noisily_is_not_faster_than_it_was_told():
+    """A heavy base: dead time 0.1 s, lag 0.15 s, noise; it is told to brake and to turn back."""
+    stand = Stand(replace(FRANKIE, base=replace(FRANKIE.base, lag=0.25)))
+    rng, step = np.random.default_rng(1), LIMITS.base_acceleration * DT
+    told, twist, late = np.zeros(3), np.zeros(3), [np.zeros(3)] * 10
+    for k in range(1500):
+        wish = np.array([0.5, 0.0, 0.9]) * np.sign(np.sin(k / 80.0)) * (k % 700 < 600)
+        wish[0] *= 0.3 if wish[0] < 0.0 else 1.0
+        told = told + np.clip(wish - told, -step, step)
+        late = [*late[1:], stand.gate.applied.base_twist]
+        twist = twist + DT / 0.15 * (late[0] - twist)
+        noise = np.array([0.05, 0.0, 0.1]) * rng.normal(size=3)
+        reading = stand.reading(base_twist=twist + noise)
+        stand.gate.send(Command(base_twist=told, qd=np.zeros(7)), reading, stand.now)
+        vx, vy, w = twist * DT
+        stand.wTb = stand.wTb * pin.exp6(np.array([vx, vy, 0.0, 0.0, 0.0, w]))
+        stand.now += DT
+    assert not any(stand.gate.refusals.values())
