@@ -57,6 +57,8 @@ class WorldOptions:
     """Whether images and operations take their time beside the loop, as on hardware."""
     armed: bool = False
     """Whether a person has said that a real robot may move."""
+    announce: Callable[[str], None] | None = None
+    """Told what moves of a real robot when it is connected; without it nothing does."""
 
 
 def _kinematic() -> Callable[..., Robot]:
@@ -124,7 +126,12 @@ def _real(real: RealRobot, world: str, options: WorldOptions) -> Backend:
     from hw.hardware import open_hardware
 
     robot, clock, truth, note = open_hardware(
-        real, world=world, scene=options.scene, seed=options.seed, armed=options.armed
+        real,
+        world=world,
+        scene=options.scene,
+        seed=options.seed,
+        armed=options.armed,
+        announce=options.announce,
     )
     name = "hardware" if truth is None else "emulated"
     return Backend(robot=robot, clock=clock, truth=truth, world=name, map=real.map, note=note)

@@ -83,6 +83,7 @@ def run_task(
         paced=options.paced,
         beside=options.vision is VisionForm.BESIDE,
         armed=options.armed,
+        announce=_tell,
     )
     loading("the grasp network")
     gripper = load_robot(options.robot).gripper
