@@ -29,7 +29,7 @@ _APART = 2.0
 _MODES = {
     Mode.OTHER: "its joints are locked: unlock them on its Desk page and activate FCI",
     Mode.GUIDING: "it is being guided by hand: let go of the buttons at its wrist",
-    Mode.RECOVERING: "its recovery is under way: it takes 1 to 12 s",
+    Mode.RECOVERING: "its recovery is under way, which takes up to 16 s",
 }
 
 

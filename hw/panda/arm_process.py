@@ -29,7 +29,7 @@ _NAP = 0.004
 """Between two readings while the arm is not in a motion [s]."""
 _CONNECTING, _RECOVERING = 20.0, 60.0
 """How long that may take [s]."""
-_UNDER_WAY = 15.0
+_UNDER_WAY = 18.0
 """A recovery that is under way already may take this long [s]."""
 _NO_FILTER = 1000.0
 """Cutoff frequency at which the library's own filter is off [Hz]."""

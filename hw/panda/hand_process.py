@@ -89,14 +89,14 @@ class HandProcess:
         self._speed = speed
         self._hand = library.Gripper(address)
         self._motion: _Motion | None = None
-        state = self.publish()
+        self._state = state = self.publish()
         self._held = state.width if state.is_grasped else None
         """The width of the last grasp, as long as nothing else was done [m]."""
 
     def publish(self) -> Any:
         """Read the hand and tell; what it says."""
         with self._reading:
-            state = self._hand.read_once()
+            self._state = state = self._hand.read_once()
             HandReading(
                 stamp=stopwatch(),
                 width=state.width,
@@ -153,8 +153,7 @@ class HandProcess:
 
     def home(self) -> str:
         """Find both ends of the fingers' way; why not."""
-        state = self.publish()
-        why = self._move(self._hand.homing, HOMING, inf, state.width)
+        why = self._move(self._hand.homing, HOMING, inf, self._state.width)
         if why or self.publish().max_width >= HOMED:
             return why
         return "homing has found no opening: see what is between the fingers"
@@ -166,7 +165,7 @@ class HandProcess:
         width, not by what the hand says of a grasp. If something is in the way of any other width,
         it is held, too.
         """
-        hand, speed, before = self._hand, self._speed, self.publish()
+        hand, speed, before = self._hand, self._speed, self._state
         if before.max_width < HOMED:
             return NOT_HOMED
         wanted = min(width, before.max_width)

@@ -50,6 +50,10 @@ def _rush(server: PandaServer, faster: str = "0") -> None:
     server.arm.rush = float(faster)
 
 
+def _hold(server: PandaServer) -> None:
+    server.hand.is_grasped = True
+
+
 def _mode(mode: Mode) -> Callable[[PandaServer], None]:
     return lambda server: server.arm.switch(mode)
 
@@ -79,6 +83,7 @@ ACTIONS: dict[str, tuple[Callable[..., None], str]] = {
     "delay": (_line("delayed"), "SHARE [SECONDS]  of the packets arrive late"),
     "block": (_block, "[WIDTH]  something of that width lies between the fingers, or nothing"),
     "blackout": (lambda server: server.hand.black_out(), "the hand loses its power for a moment"),
+    "hold": (_hold, "the hand says that it holds something"),
     "rush": (_rush, "[RAD/S]  the first joint turns so much faster in a motion than it is told"),
     "patience": (_patience, "PACKETS  lost in a row end a motion"),
     "forget": (_forget, "what was seen so far"),

@@ -124,7 +124,7 @@ class EmulatedHand:
             has_failed = bool(self._not_before) or (
                 width > _WIDE and "wide-grasp-fails" in reported
             )
-            self.is_grasped = done and "never-grasped" not in reported
+            self.is_grasped = done and not has_failed and "never-grasped" not in reported
         else:
             done = abs(width - motion.width) <= _TOLERANCE
             has_failed = not done and "move-fails" in reported

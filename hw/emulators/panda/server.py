@@ -81,7 +81,7 @@ class PandaServer:
         self.line = Line()
         if "slow-line" in names:
             self.line.delayed, self.line.delay = 1.0, _SLOW
-        self._comes_in_bursts = "lost-bursts" in names
+        self._reported = names
         self._hand_every = _SELDOM if "slow-hand" in names else _HAND_EVERY
         self.frozen_at = self.frozen_until = 0.0
         """The whole robot stands still until then [s of `stopwatch`]."""
@@ -141,8 +141,10 @@ class PandaServer:
         line_works = now >= self.line.unplugged_until
         if line_works:
             self._serve()
-        command = self._command(line_works)
-        self.arm.tick(command, excused=excused)
+        is_slow = "slow-line" in self._reported
+        is_lost = "lost-bursts" in self._reported and self.arm.number % _BURST_EVERY < _BURST
+        command = self._command(line_works and not is_lost)
+        self.arm.tick(command, excused=excused and not is_slow and not is_lost)
         if self._arm_port.is_listened_to and line_works:
             self._send(self._state())
             self._sent = stopwatch()
@@ -205,8 +207,7 @@ class PandaServer:
         line, number = self.line, self.arm.number
         arrived = []
         for packet in self._arm_port.packets():
-            lost = self._comes_in_bursts and number % _BURST_EVERY < _BURST
-            if lost or not line_works or line.random.random() < line.dropped:
+            if not line_works or line.random.random() < line.dropped:
                 continue
             if line.random.random() < line.delayed:
                 due = number + round(line.delay / PERIOD)

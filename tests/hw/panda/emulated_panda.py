@@ -42,10 +42,10 @@ def free_address() -> str:
 class Emulator:
     """Runs `python -m hw.emulators.panda`, and does things to it."""
 
-    def __init__(self, version: int = 5) -> None:
+    def __init__(self, version: int = 5, reported: str = "") -> None:
         self.address = free_address()
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "hw.emulators.panda", self.address, str(version)],
+            [sys.executable, "-m", "hw.emulators.panda", self.address, str(version), "-", reported],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
