@@ -103,8 +103,6 @@ def run_task(
             options.motion,
             options.planning_time,
         ) as setup:
-            if setup.note:
-                _tell(setup.note)
             nodes = nodes_in_order(build(task, setup.context))
             _check_places(options, task, setup)
             room = page.enter_context(

@@ -100,8 +100,6 @@ class OpenedHardware(NamedTuple):
     clock: WallClock
     truth: Truth | None
     """Of the world of an emulated robot."""
-    note: str
-    """What a person should know before it moves."""
 
 
 def open_hardware(
@@ -121,8 +119,9 @@ def open_hardware(
         scene: what is around it.
         seed: of that.
         armed: whether a person has said that it may move.
-        announce: told before the hand is homed, which is done when the robot is connected and was
-            not done since it was switched on; without it nothing moves then.
+        announce: told how fast it moves, and before the hand is homed: that is done when the robot
+            is connected, if it was not done since the hand was switched on. Without it nothing
+            moves then.
 
     Raises:
         NotArmedError: nobody has.
@@ -158,7 +157,9 @@ def open_hardware(
     truth = emulation.truth if emulation else None
     prepare = partial(_home, hand, announce) if announce else lambda: None
     commanded = CommandedRobot(robot, real, lock, prepare, after)
-    return OpenedHardware(commanded, clock, truth, speed_note(real))
+    if announce and (note := speed_note(real)):
+        announce(note)
+    return OpenedHardware(commanded, clock, truth)
 
 
 def _home(hand: PandaHand, announce: Callable[[str], None]) -> None:

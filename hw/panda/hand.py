@@ -145,7 +145,7 @@ class PandaHand:
 
     def stop(self) -> None:
         """The fingers stop where they are."""
-        if self._gripping:
+        if self._gripping or self._is_homing:
             self._process.say(do="stop")
 
     def close(self) -> None:

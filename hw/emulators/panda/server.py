@@ -75,13 +75,11 @@ class PandaServer:
         version: int = wire.VERSION,
         reported: Iterable[str] = (),
     ) -> None:
-        names = as_reported(reported)
-        self.arm = EmulatedArm(joints, PANDA.limits, names)
-        self.hand = EmulatedHand(fingers, names)
+        self._reported = names = as_reported(reported)
+        self.arm, self.hand = EmulatedArm(joints, PANDA.limits, names), EmulatedHand(fingers, names)
         self.line = Line()
         if "slow-line" in names:
             self.line.delayed, self.line.delay = 1.0, _SLOW
-        self._reported = names
         self._hand_every = _SELDOM if "slow-hand" in names else _HAND_EVERY
         self.frozen_at = self.frozen_until = 0.0
         """The whole robot stands still until then [s of `stopwatch`]."""
@@ -141,10 +139,9 @@ class PandaServer:
         line_works = now >= self.line.unplugged_until
         if line_works:
             self._serve()
-        is_slow = "slow-line" in self._reported
         is_lost = "lost-bursts" in self._reported and self.arm.number % _BURST_EVERY < _BURST
         command = self._command(line_works and not is_lost)
-        self.arm.tick(command, excused=excused and not is_slow and not is_lost)
+        self.arm.tick(command, excused=excused and not is_lost and self.line.delayed < 1.0)
         if self._arm_port.is_listened_to and line_works:
             self._send(self._state())
             self._sent = stopwatch()

@@ -64,13 +64,13 @@ def test_a_run_announces_homing_and_then_does_it(unhomed):
 
 def test_what_the_hand_may_hold_is_not_dropped_by_homing(unhomed):
     path, link = unhomed
-    with open_backend(str(path), "kinematic", WorldOptions(scene="household", seed=0)).robot as robot:
+    options = WorldOptions(scene="household", seed=0)
+    with open_backend(str(path), "kinematic", options).robot as robot:
         (fault,) = robot.read().faults
         assert fault.kind is FaultKind.NOT_READY
     link.do("arm hold")
-    robot = open_backend(
-        str(path), "kinematic", WorldOptions(scene="household", seed=0, announce=print)
-    ).robot
+    options = WorldOptions(scene="household", seed=0, announce=print)
+    robot = open_backend(str(path), "kinematic", options).robot
     with pytest.raises(HardwareError, match="take that out"):
         robot.connect()
     robot.close()
