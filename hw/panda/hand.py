@@ -162,8 +162,7 @@ class PandaHand:
             raise
 
     def _may_hold(self, reading: HandReading) -> bool:
-        """What a hand holds it may forget when it is switched off."""
-        return self._holds or reading.holds
+        return self._holds or reading.may_hold
 
     def _silence(self, reading: HandReading) -> str:
         return self._process.silence(reading.stamp, HOMING if self._is_homing else _SILENT)

@@ -42,7 +42,9 @@ _ANY = 0.1
 """Tolerance of a grasp that allows every width [m]."""
 _SAME = 1e-3
 """What is held has not changed if its width has changed by less [m]."""
-NOT_HOMED = "it was not homed since it was switched on; a recovery homes it: it closes and opens"
+NOT_HOMED = (
+    "it was not homed since it was switched on: `run` or a recovery homes it, it closes and opens"
+)
 _IN_THE_WAY = "the fingers stopped before the width that they were told: something is in their way"
 _STOPPED = "the fingers were stopped on their way"
 _LATE = "the fingers did not end their way in time and were stopped: see what is between them"

@@ -33,6 +33,8 @@ HOMED = 0.05
 """A hand that was not homed since it was switched on tells a smaller opening than this [m]."""
 CLOSED = 2e-3
 """A width below this means: closed, with nothing in between [m]."""
+OPEN = 0.075
+"""A width above this means: open, with nothing in between, unless the hand says so [m]."""
 REACHED = 2e-3
 """Fingers nearer to a width than this are there [m]."""
 
@@ -121,9 +123,9 @@ class HandReading:
         return self.opening >= HOMED
 
     @property
-    def holds(self) -> bool:
-        """Whether the hand says that it holds something, and is not closed."""
-        return self.is_grasped and self.width > CLOSED
+    def may_hold(self) -> bool:
+        """Whether something may be between the fingers: a hand without power forgets a grasp."""
+        return self.width > CLOSED and (self.is_grasped or self.width < OPEN)
 
     def put(self, mailbox: Mailbox) -> None:
         """Tell it."""

@@ -119,27 +119,33 @@ def test_fingers_that_cannot_close_are_a_result_and_open_again():
 
 
 @needs_library
-@pytest.mark.parametrize("loses", ["process", "power"])
-def test_a_hand_that_comes_back_drops_nothing(loses):
-    with emulated("") as emulator, connected(PandaHand(emulator.address, WallClock())) as hand:
-        emulator.do(f"block {BLOCK}")
-        hand.grip(0.0, FORCE)
-        if loses == "power":
-            emulator.do("blackout")
+@pytest.mark.parametrize("is_known", [True, False])
+def test_a_hand_that_comes_back_drops_nothing(is_known):
+    with emulated("") as emulator:
+        with connected(PandaHand(emulator.address, WallClock())) as hand:
+            emulator.do(f"block {BLOCK}")
+            hand.grip(0.0, FORCE)
+            hand._process.process.kill()
             until(lambda: hand.read().faults)
-            (fault,) = hand.read().faults
-            assert not fault.clearable
-            with pytest.raises(HardwareError, match="take that out"):
-                hand.recover()
-        hand._process.process.kill()
-        until(lambda: FaultKind.CONNECTION in {one.kind for one in hand.read().faults})
-        try:
             hand.recover()
-        except HardwareError:
-            assert loses == "power"
+            assert hand.read().faults == ()
+            if is_known:
+                loses_its_power(hand, emulator)
+        if not is_known:  # to a program that has never seen it before
+            with connected(PandaHand(emulator.address, WallClock())) as hand:
+                loses_its_power(hand, emulator)
         told = emulator.tell()
         assert told["width"] == pytest.approx(BLOCK, abs=1e-3)
         assert (told["homings"], told["stops"]) == (0, 0)
+
+
+def loses_its_power(hand, emulator):
+    emulator.do("blackout")
+    until(lambda: hand.read().faults)
+    (fault,) = hand.read().faults
+    assert not fault.clearable
+    with pytest.raises(HardwareError, match="take that out, and home it on its Desk page"):
+        hand.recover()
 
 
 @needs_library
