@@ -27,6 +27,8 @@ Record = TypeVar("Record")
 
 _LOADING = 30.0
 """[s]"""
+_BUSY = "this computer is too busy, its driver gets no time: end what else runs"
+_QUIET = "it says nothing: look at the cable and the power"
 _LIGHT = str(Path(__file__).with_name("light.py"))
 
 
@@ -68,6 +70,7 @@ class DriverProcess:
         self._asked = 0
         self._writing, self._asking, self._hearing = (threading.Lock() for _ in range(3))
         self._last_words = ""
+        self._silent = (0.0, "")
 
     @property
     def process(self) -> subprocess.Popen[bytes] | None:
@@ -153,9 +156,9 @@ class DriverProcess:
             return ended
         if stopwatch() - stamp <= longest:
             return ""
-        if self._is_starved():
-            return "this computer is too busy, its driver gets no time: end what else runs"
-        return "it says nothing: look at the cable and the power"
+        if self._silent[0] != stamp:  # a silence has one reason
+            self._silent = (stamp, _BUSY if self._is_starved() else _QUIET)
+        return self._silent[1]
 
     def end_of_it(self) -> str:
         """Why the process has ended; empty while it runs."""

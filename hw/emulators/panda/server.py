@@ -77,9 +77,7 @@ class PandaServer:
     ) -> None:
         self._reported = names = as_reported(reported)
         self.arm, self.hand = EmulatedArm(joints, PANDA.limits, names), EmulatedHand(fingers, names)
-        self.line = Line()
-        if "slow-line" in names:
-            self.line.delayed, self.line.delay = 1.0, _SLOW
+        self.line = Line(delayed=1.0, delay=_SLOW) if "slow-line" in names else Line()
         self._hand_every = _SELDOM if "slow-hand" in names else _HAND_EVERY
         self.frozen_at = self.frozen_until = 0.0
         """The whole robot stands still until then [s of `stopwatch`]."""
@@ -94,7 +92,7 @@ class PandaServer:
         self._move: Request | None = None
         self._recovery: Request | None = None
         self._grip: Request | None = None
-        self._sent = 0.0
+        self._sent, self._line_took = 0.0, False
         self._motion = (wire.JOINT_VELOCITY, wire.JOINT_IMPEDANCE)
         self._on_the_way: list[tuple[int, int, bytes]] = []
         self._late_states: list[tuple[int, int, bytes]] = []
@@ -141,7 +139,7 @@ class PandaServer:
             self._serve()
         is_lost = "lost-bursts" in self._reported and self.arm.number % _BURST_EVERY < _BURST
         command = self._command(line_works and not is_lost)
-        self.arm.tick(command, excused=excused and not is_lost and self.line.delayed < 1.0)
+        self.arm.tick(command, excused=excused and not self._line_took)
         if self._arm_port.is_listened_to and line_works:
             self._send(self._state())
             self._sent = stopwatch()
@@ -201,12 +199,14 @@ class PandaServer:
 
     def _command(self, line_works: bool) -> MotionCommand | None:
         """The answer to the newest state, if it has arrived; what answers an older one is late."""
-        line, number = self.line, self.arm.number
+        line, number, self._line_took = self.line, self.arm.number, False
         arrived = []
         for packet in self._arm_port.packets():
             if not line_works or line.random.random() < line.dropped:
+                self._line_took = True
                 continue
             if line.random.random() < line.delayed:
+                self._line_took = True
                 due = number + round(line.delay / PERIOD)
                 heapq.heappush(self._on_the_way, (due, len(self._on_the_way), packet))
             else:
