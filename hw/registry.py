@@ -35,8 +35,6 @@ class Backend:
     """What moves the robot; empty where nothing does."""
     map: str | None = None
     """A scene that says what stands around, where the robot's file names one."""
-    note: str = ""
-    """What a person should know before it moves."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +55,9 @@ class WorldOptions:
     """Whether images and operations take their time beside the loop, as on hardware."""
     armed: bool = False
     """Whether a person has said that a real robot may move."""
+    announce: Callable[[str], None] | None = None
+    """Told how fast a real robot moves, and before its hand is homed when it is connected; without
+    it nothing moves then."""
 
 
 def _kinematic() -> Callable[..., Robot]:
@@ -123,11 +124,16 @@ def _real(real: RealRobot, world: str, options: WorldOptions) -> Backend:
     """A real robot, or one that is emulated."""
     from hw.hardware import open_hardware
 
-    robot, clock, truth, note = open_hardware(
-        real, world=world, scene=options.scene, seed=options.seed, armed=options.armed
+    robot, clock, truth = open_hardware(
+        real,
+        world=world,
+        scene=options.scene,
+        seed=options.seed,
+        armed=options.armed,
+        announce=options.announce,
     )
     name = "hardware" if truth is None else "emulated"
-    return Backend(robot=robot, clock=clock, truth=truth, world=name, map=real.map, note=note)
+    return Backend(robot=robot, clock=clock, truth=truth, world=name, map=real.map)
 
 
 def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:

@@ -83,6 +83,7 @@ def run_task(
         paced=options.paced,
         beside=options.vision is VisionForm.BESIDE,
         armed=options.armed,
+        announce=_tell,
     )
     loading("the grasp network")
     gripper = load_robot(options.robot).gripper
@@ -102,8 +103,6 @@ def run_task(
             options.motion,
             options.planning_time,
         ) as setup:
-            if setup.note:
-                _tell(setup.note)
             nodes = nodes_in_order(build(task, setup.context))
             _check_places(options, task, setup)
             room = page.enter_context(

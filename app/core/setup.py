@@ -61,8 +61,6 @@ class Setup:
     context: Context
     problems: list[str]
     """What goes wrong when all is closed."""
-    note: str
-    """What a person should know before the robot moves."""
 
     @property
     def model(self) -> RobotModel:
@@ -190,7 +188,6 @@ def set_up(
                 follows_goals=motion is MotionForm.HOLISTIC,
             ),
             problems=problems,
-            note=backend.note,
         )
 
 

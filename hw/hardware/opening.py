@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from typing import NamedTuple
 
 from config import UserError
@@ -15,6 +16,7 @@ from hw.hardware.arming import check_armed, prove, speed_note, speed_percent
 from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of
 from hw.hardware.emulation import Emulation
 from hw.hardware.lock import RobotLock
+from hw.panda import PandaHand
 from hw.robot import Robot
 from hw.state import RobotState
 from hw.truth import Truth
@@ -36,21 +38,32 @@ class CommandedRobot(RobotWrapper):
         robot: the parts together.
         real: what its file says.
         lock: the right to command it.
+        prepare: done when it is connected.
         after: done when it is closed.
     """
 
     def __init__(
-        self, robot: Robot, real: RealRobot, lock: RobotLock, after: Callable[[], None]
+        self,
+        robot: Robot,
+        real: RealRobot,
+        lock: RobotLock,
+        prepare: Callable[[], None],
+        after: Callable[[], None],
     ) -> None:
         super().__init__(robot)
-        self._real, self._lock, self._after = real, lock, after
+        self._real, self._lock, self._prepare, self._after = real, lock, prepare, after
         self._has_moved = self._is_sound = False
 
     def connect(self) -> None:
-        """Take the right to command it, and connect every part."""
+        """Take the right to command it, connect every part, and home a hand if that is wanted."""
         self._lock.take()
         _hurry(os.SCHED_FIFO)  # this thread, and those of the drivers, which are started now
         super().connect()
+        try:
+            self._prepare()
+        except BaseException:
+            super().close()
+            raise
         _hurry(os.SCHED_FIFO | os.SCHED_RESET_ON_FORK)  # but nothing that comes later
 
     def send(self, command: Command) -> Command:
@@ -87,12 +100,16 @@ class OpenedHardware(NamedTuple):
     clock: WallClock
     truth: Truth | None
     """Of the world of an emulated robot."""
-    note: str
-    """What a person should know before it moves."""
 
 
 def open_hardware(
-    real: RealRobot, *, world: str, scene: str, seed: int, armed: bool
+    real: RealRobot,
+    *,
+    world: str,
+    scene: str,
+    seed: int,
+    armed: bool,
+    announce: Callable[[str], None] | None = None,
 ) -> OpenedHardware:
     """A real robot; the emulators of one that is not there are started where they do not run.
 
@@ -102,6 +119,9 @@ def open_hardware(
         scene: what is around it.
         seed: of that.
         armed: whether a person has said that it may move.
+        announce: told how fast it moves, and before the hand is homed: that is done when the robot
+            is connected, if it was not done since the hand was switched on. Without it nothing
+            moves then.
 
     Raises:
         NotArmedError: nobody has.
@@ -122,20 +142,31 @@ def open_hardware(
         lock.release()
         raise
     clock = WallClock()
+    hand = hand_of(hardware, clock)
     description = at_pace(load_robot(real.path), speed_percent(real) / 100.0)
     robot = ComposedRobot(
         description,
         arm=arm_of(hardware, clock),
         base=base_of(hardware, description.limits, clock),
-        gripper=hand_of(hardware, clock),
+        gripper=hand,
         camera=camera_of(hardware, description.camera, clock),
         clock=clock,
         rest_together=True,
     )
     after = emulation.close if emulation else lambda: None
     truth = emulation.truth if emulation else None
-    commanded = CommandedRobot(robot, real, lock, after)
-    return OpenedHardware(commanded, clock, truth, speed_note(real))
+    prepare = partial(_home, hand, announce) if announce else lambda: None
+    commanded = CommandedRobot(robot, real, lock, prepare, after)
+    if announce and (note := speed_note(real)):
+        announce(note)
+    return OpenedHardware(commanded, clock, truth)
+
+
+def _home(hand: PandaHand, announce: Callable[[str], None]) -> None:
+    """Home a hand that needs it."""
+    if not hand.reading().is_homed:
+        announce("the hand was not homed since it was switched on: now its fingers close and open")
+        hand.home()
 
 
 def _check_world(emulation: Emulation, wanted: tuple[str, str, int]) -> None:

@@ -126,17 +126,25 @@ def write_full_scale(real: RealRobot, path: Path) -> None:
 
 
 def arm(real: RealRobot) -> Iterator[Finding]:
-    """Line, protocol, faults, age of states."""
+    """Protocol, faults, masses, age of states, line."""
     hardware = real.hardware
-    yield _line("arm", hardware.arm.address, _ARM_PORT)
     driver = arm_of(hardware, WallClock())
     with _connected("arm", driver) as error:
         if error is not None:
             yield error
             return
-        yield Finding("arm", Verdict.GOOD, f"interface version {PANDA.interface}, ready to move")
-        yield from (Finding("arm", Verdict.BAD, fault.text) for fault in driver.read().faults)
+        faults = driver.read().faults
+        ready = "" if faults else ", ready to move"
+        yield Finding("arm", Verdict.GOOD, f"interface version {PANDA.interface}{ready}")
+        yield from (Finding("arm", Verdict.BAD, fault.text) for fault in faults)
+        reading = driver.reading()
+        text = (
+            f"Desk says that the hand weighs {reading.hand_mass:.2f} kg and carries "
+            f"{reading.load:.2f} kg: the camera and its mount count, too"
+        )
+        yield Finding("arm", Verdict.OPEN, text)
         yield from _states(driver)
+    yield _line("arm", hardware.arm.address, _ARM_PORT)  # one that connects says little alone
 
 
 def _states(arm: PandaArm) -> Iterator[Finding]:
@@ -155,16 +163,18 @@ def _states(arm: PandaArm) -> Iterator[Finding]:
 
 
 def hand(real: RealRobot) -> Iterator[Finding]:
-    """Line, width, temperature."""
-    yield _line("hand", real.hardware.arm.address, _HAND_PORT)
+    """Width, temperature, whether it was homed, line."""
     fingers = hand_of(real.hardware, WallClock())
     with _connected("hand", fingers) as error:
         if error is not None:
             yield error
             return
+        yield from (Finding("hand", Verdict.BAD, fault.text) for fault in fingers.read().faults)
         reading = fingers.reading()
-        text = f"{1000.0 * reading.width:.0f} mm open, {reading.temperature} degrees C"
-        yield Finding("hand", Verdict.GOOD, text)
+        if reading.is_homed:
+            text = f"{1000.0 * reading.width:.0f} mm open, {reading.temperature} degrees C"
+            yield Finding("hand", Verdict.GOOD, text)
+    yield _line("hand", real.hardware.arm.address, _HAND_PORT)
 
 
 def camera(real: RealRobot) -> Iterator[Finding]:

@@ -41,8 +41,9 @@ UNSETTLED: tuple[tuple[str, str], ...] = (
         "the same, on a run that moves the arm",
     ),
     (
-        "hand: whether a grasp always ends, and how wide it says that it is open",
-        "close it on nothing, on a block of known width, and on something soft",
+        "hand: whether a grasp and a stop always end, and how wide it says that it is open",
+        "close it on nothing, on a block of known width, on something soft; tell it to go to 20 mm "
+        "with 40 mm between its fingers: it is stopped after 1.5 s, and holds that",
     ),
     (
         "camera: when an image was captured (`delay`)",

@@ -10,11 +10,12 @@ import numpy as np
 
 from hw.clock import Clock, stopwatch
 from hw.panda.arm_process import MEMORY
+from hw.panda.explanations import needs_a_person
 from hw.panda.generation import PANDA, missing
 from hw.panda.lead import Lead
 from hw.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
 from hw.processes.mailbox import Mailbox
-from hw.processes.process import DriverProcess
+from hw.processes.process import DriverProcess, NoAnswerError
 from hw.robot import HardwareError
 from hw.state import ArmState, Array, Fault, FaultKind
 
@@ -23,10 +24,12 @@ _SILENT = 0.15
 _ZERO = (0.0,) * 7
 _RECOVERY, _WAY = 20.0, 60.0
 """How long that may take [s]."""
+_APART = 2.0
+"""Between two recoveries [s]."""
 _MODES = {
     Mode.OTHER: "its joints are locked: unlock them on its Desk page and activate FCI",
     Mode.GUIDING: "it is being guided by hand: let go of the buttons at its wrist",
-    Mode.RECOVERING: "it is recovering",
+    Mode.RECOVERING: "its recovery is under way, which takes up to 16 s",
 }
 
 
@@ -68,6 +71,7 @@ class PandaArm:
         self._writing = threading.Lock()
         self._lead = Lead(settings.lead, PANDA.limits.qdd)
         self._given = 0
+        self._is_recovering, self._may_recover_at = False, 0.0
 
     def connect(self) -> None:
         """Start the process, and see that the arm can be commanded.
@@ -101,7 +105,7 @@ class PandaArm:
         now: a recovery gets its chance.
         """
         reading = self.reading()
-        is_silent = bool(self._silence(reading))
+        is_silent = self._is_recovering or bool(self._silence(reading))
         return ArmState(
             stamp=self._clock.now() if is_silent else reading.stamp + self._offset,
             q=np.array(reading.q),
@@ -132,12 +136,17 @@ class PandaArm:
         Raises:
             HardwareError: it did not get there.
         """
-        self._process.ask(_WAY, do="move", q=list(map(float, q)), speed=speed)
+        try:
+            self._process.ask(_WAY, do="move", q=list(map(float, q)), speed=speed)
+        except (NoAnswerError, KeyboardInterrupt):
+            self.stop()
+            raise
 
     def recover(self) -> None:
         """Clear a reflex; connect again if the arm or its driver does not answer.
 
-        A healthy arm, which may be in a motion, is left alone.
+        A healthy arm, which may be in a motion, is left alone. Waits until the last recovery was
+        2 s ago: what comes back at once is not cleared away in a loop.
 
         Raises:
             HardwareError: that cannot be done now.
@@ -147,7 +156,13 @@ class PandaArm:
             self._process.kill()
             self.connect()
         elif self._faults(reading):
-            self._process.ask(_RECOVERY, do="recover")
+            self._clock.sleep_until(self._may_recover_at)
+            self._is_recovering = True
+            try:
+                self._process.ask(_RECOVERY, do="recover")
+            finally:
+                self._is_recovering = False
+                self._may_recover_at = self._clock.now() + _APART
 
     def stop(self) -> None:
         """Come to rest as fast as limits allow, in any state and from any thread."""
@@ -164,13 +179,9 @@ class PandaArm:
             self._commands.put(self._given, stamp, *qd)
 
     def _silence(self, reading: ArmReading) -> str:
-        """Why there is nothing new; empty if there is."""
-        if ended := self._process.end_of_it():
-            return ended
-        age = stopwatch() - reading.stamp
-        if age > _SILENT:
-            return f"it has said nothing for {age:.1f} s: look at the cable and the power"
-        return ""
+        """Why there is nothing new; empty if there is, and while a recovery keeps it silent."""
+        longest = _RECOVERY if self._is_recovering else _SILENT
+        return self._process.silence(reading.stamp, longest)
 
     def _faults(self, reading: ArmReading) -> list[Fault]:
         what = self._process.what
@@ -180,6 +191,8 @@ class PandaArm:
 
         if silence := self._silence(reading):
             return fault(FaultKind.CONNECTION, silence, clearable=True)
+        if self._is_recovering:
+            return fault(FaultKind.NOT_READY, _MODES[Mode.RECOVERING], clearable=True)
         if reading.mode is Mode.USER_STOPPED:
             cause = "its stop button is pressed: release it, then recover"
             return fault(FaultKind.EMERGENCY_STOP, cause, clearable=False)
@@ -187,5 +200,6 @@ class PandaArm:
             recovering = reading.mode is Mode.RECOVERING
             return fault(FaultKind.NOT_READY, _MODES[reading.mode], clearable=recovering)
         if reading.trouble:
-            return fault(FaultKind.REFLEX, reading.trouble, clearable=True)
+            by_hand = reading.mode is Mode.REFLEX and needs_a_person(reading.trouble)
+            return fault(FaultKind.REFLEX, reading.trouble, clearable=not by_hand)
         return []

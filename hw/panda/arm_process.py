@@ -6,17 +6,21 @@ it has been recovered and the commands have been zero.
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import json
 import sys
 import time
+from collections import deque
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from hw.clock import stopwatch
-from hw.panda.explanations import explain
+from hw.panda.explanations import OVERLOADED, explain, explain_connecting
 from hw.panda.generation import PANDA, load_library
 from hw.panda.records import ARM_COMMAND, ARM_READING, Mode
+from hw.panda.speeding import Speeding, SpeedingError
 from hw.panda.streaming import FRESH, Streaming, reading_of
 from hw.processes.child import Parent, Request, claim, hurry, leave, still_alive
 from hw.processes.mailbox import Mailbox, open_memory
@@ -25,9 +29,17 @@ _NAP = 0.004
 """Between two readings while the arm is not in a motion [s]."""
 _CONNECTING, _RECOVERING = 20.0, 60.0
 """How long that may take [s]."""
+_UNDER_WAY = 18.0
+"""A recovery that is under way already may take this long [s]."""
 _NO_FILTER = 1000.0
 """Cutoff frequency at which the library's own filter is off [Hz]."""
 _ZERO = (0.0,) * 7
+_STIFFNESS = [3000.0, 3000.0, 3000.0, 2500.0, 2500.0, 2000.0, 2000.0]
+"""(7,) of the arm's own joint controller, as the vendor's examples have it [Nm/rad]."""
+_STARVED, _SAMPLE = 0.01, 100
+"""A process that waits for a processor longer than this [s] in so many periods is starved."""
+_LOCK_PRESENT = 1
+"""MCL_CURRENT of `mlockall`."""
 MEMORY = 2
 """Mailboxes: commands come in, readings go out."""
 
@@ -50,15 +62,17 @@ class ArmProcess:
         shared = open_memory(memory)
         self._commands = Mailbox(shared, 0, ARM_COMMAND)
         self._readings = Mailbox(shared, 1, ARM_READING)
+        self._contacts = settings["torques"], settings["forces"]
         self._lost = 0
         self._trouble = ""
+        self._speeding = Speeding()
+        self._is_set_up = False
         self._may_move = True
         still_alive(_CONNECTING)
         self._robot = library.Robot(address, library.RealtimeConfig.kIgnore)
-        torques, forces = settings["torques"], settings["forces"]
-        if Mode(int(self._robot.read_once().robot_mode)) in (Mode.IDLE, Mode.REFLEX):
-            self._robot.set_collision_behavior(torques, torques, forces, forces)
-        self._look()
+        if self._look() in (Mode.IDLE, Mode.REFLEX):
+            self._trouble = self._trouble or self._set_up()
+            self._look()
 
     def run(self) -> None:
         """Until there is no parent any more."""
@@ -77,7 +91,12 @@ class ArmProcess:
         state = self._robot.read_once()
         mode = Mode(int(state.robot_mode))
         if mode is Mode.REFLEX and not self._trouble:
-            self._trouble = explain(f"{state.current_errors} motion aborted by reflex")
+            # Once it rests, some arms no longer tell what they have stopped for.
+            now, last = str(state.current_errors), str(state.last_motion_errors)
+            self._trouble = explain(f"{now if '_' in now else last} motion aborted by reflex")
+        elif mode is Mode.USER_STOPPED and not self._trouble:
+            # With the button released it looks idle, and refuses motions until it is recovered.
+            self._trouble = explain("User Stop")
         self._allow(mode)
         self._publish(state, _ZERO)
         return mode
@@ -96,10 +115,12 @@ class ArmProcess:
 
     def _move(self, goal: Sequence[float] | None = None, speed: float = 0.5) -> bool:
         """Be in a motion until it ends; whether the goal is reached, if there is one."""
+        self._speeding, self._ticks = Speeding(), 0
+        self._waits = deque([_waited()], maxlen=2)
         streaming = Streaming(
             PANDA.limits,
             self._commands,
-            self._publish,
+            self._command,
             lambda: self._parent.is_gone,
             self._library.JointVelocities,
             goal,
@@ -112,8 +133,10 @@ class ArmProcess:
                 limit_rate=True,
                 cutoff_frequency=_NO_FILTER,
             )
-        except RuntimeError as error:
-            self._trouble = explain(error)
+        except (RuntimeError, SpeedingError) as error:
+            is_late = "communication_constraints" in str(error)
+            is_starved = is_late and _waited() - self._waits[0] > _STARVED
+            self._trouble = OVERLOADED if is_starved else explain(error)
         self._lost += streaming.lost
         return streaming.arrived
 
@@ -129,24 +152,66 @@ class ArmProcess:
         self._parent.answer(request, error)
 
     def _recover(self, mode: Mode) -> str:
-        """Clear what a program may clear; why not."""
+        """Clear what a program may clear; why not.
+
+        An arm that was stopped by its button looks idle after that, and is to be recovered, too.
+        """
+        until = stopwatch() + _UNDER_WAY
+        while mode is Mode.RECOVERING and stopwatch() < until and self._parent.commands():
+            still_alive()
+            time.sleep(_NAP)
+            mode = self._look()
         if mode is Mode.USER_STOPPED:
-            return explain("User Stop pressed")
+            return explain("User Stop")
         if mode in (Mode.OTHER, Mode.GUIDING):
             return f"the arm is in mode {mode.name.lower()}; look at its Desk page"
-        if mode is Mode.REFLEX:
+        if mode is Mode.REFLEX or self._trouble:
             still_alive(_RECOVERING)
             try:
                 self._robot.automatic_error_recovery()
             except RuntimeError as error:
+                if mode is Mode.REFLEX or "current mode" not in str(error):
+                    return explain(error)  # else there is nothing to clear
+        self._trouble = self._set_up()
+        return self._trouble
+
+    def _set_up(self) -> str:
+        """Tell it the contacts at which it stops and its stiffness; why it does not listen."""
+        if not self._is_set_up:
+            torques, forces = self._contacts
+            try:
+                self._robot.set_collision_behavior(torques, torques, forces, forces)
+                self._robot.set_joint_impedance(_STIFFNESS)
+            except RuntimeError as error:
                 return explain(error)
-        self._trouble = ""
+            self._is_set_up = True
         return ""
+
+    def _command(self, state: Any, commanded: Sequence[float]) -> None:
+        """One period of a motion."""
+        self._speeding.check(stopwatch(), state.dq, commanded)
+        self._ticks += 1
+        if self._ticks % _SAMPLE == 0:
+            self._waits.append(_waited())
+        self._publish(state, commanded)
 
     def _publish(self, state: Any, commanded: Sequence[float]) -> None:
         reading_of(state, commanded=commanded, lost=self._lost, trouble=self._trouble).put(
             self._readings
         )
+
+
+def _waited() -> float:
+    """For how long this thread could go on and waited for a processor, so far [s]."""
+    try:
+        return 1e-9 * int(Path("/proc/thread-self/schedstat").read_text().split()[1])
+    except (OSError, IndexError, ValueError):
+        return 0.0
+
+
+def _stay_in_memory() -> None:
+    """Ask the system to swap nothing of this process out, as far as it lets us."""
+    ctypes.CDLL(None).mlockall(_LOCK_PRESENT)
 
 
 def main() -> None:
@@ -163,7 +228,12 @@ def main() -> None:
         gc.freeze()
         gc.disable()
         hurry()
-        arm = ArmProcess(library, address, settings, memory, parent)
+        try:
+            arm = ArmProcess(library, address, settings, memory, parent)
+        except RuntimeError as error:
+            parent.tell(error=explain_connecting(error))
+            leave(1)
+        _stay_in_memory()
         parent.tell(ready=True)
         arm.run()
     except Exception as error:

@@ -10,6 +10,7 @@ _HINTS = (
         "it refuses the connection: open its Desk page, unlock the joints and activate FCI",
     ),
     ("not found", "there is no such host: look at the address"),
+    ("DNS error", "there is no such host: look at the address"),
     ("Connection timeout", "nothing answers there: look at the address, the cable and the power"),
     ("Connection error", "nothing answers there: look at the address, the cable and the power"),
     ("unreachable", "nothing answers there: look at the address, the cable and the power"),
@@ -20,6 +21,8 @@ _HINTS = (
         "too few commands arrived in time: the computer was too slow or packets were lost; "
         "a real-time kernel, less load and a cable of its own help",
     ),
+    ("Command failed", "the fingers could not do it: see what is between them, or home the hand"),
+    ("Command aborted", "the fingers were stopped on their way"),
     ("joint_reflex", "a joint met resistance: free the arm, then recover"),
     ("cartesian_reflex", "the hand met resistance: free the arm, then recover"),
     ("User Stop", "its stop button was pressed: release it, then recover"),
@@ -28,6 +31,10 @@ _HINTS = (
         "a joint is at its end: move it back by hand in Desk, then recover",
     ),
     ("self_collision", "it was about to hit itself: move it by hand in Desk, then recover"),
+    (
+        "joint_velocity_violation",
+        "a joint was faster than it may be: it was pushed, or the masses in Desk are wrong",
+    ),
     ("power_limit", "it needed too much power: move more slowly, then recover"),
     ("manual error recovery", "a person has to correct its position in Desk"),
     (
@@ -35,9 +42,22 @@ _HINTS = (
         "a command was too fast; that is a mistake of the driver: report it",
     ),
     ("discontinuity", "commands were not smooth enough: packets were lost, or report it"),
-    ("current mode", "it is in a mode in which it takes no commands: look at its Desk page"),
+    (
+        "current mode",
+        "it takes no commands as it is: recover; else press and release its stop button, "
+        "and look at its Desk page",
+    ),
     ("motion aborted by reflex", "it stopped by itself: look what is in its way, then recover"),
 )
+UDP_BLOCKED = (
+    "it takes the connection, and none of its states (UDP) arrive here: a firewall, NAT or a "
+    "second network card of this computer keeps them away"
+)
+OVERLOADED = (
+    "communication_constraints_violation; this computer was too busy to command it in time: "
+    "end what else runs; a real-time kernel helps"
+)
+_BY_HAND = ("joint_position_limits_violation", "self_collision", "manual error recovery")
 _VERSIONS = re.compile(r"version (\d+).*?(?:library|but this).*?version (\d+)", re.S)
 
 
@@ -51,8 +71,18 @@ def explain(error: BaseException | str) -> str:
             + ("it is an FR3, or has newer software" if int(server) > int(ours) else "update it")
         )
     named = re.findall(r'"([a-z_]+)"', text)
-    cause = ", ".join(named) or text.removeprefix("libfranka: ")
+    cause = ", ".join(named) or re.sub("^libfranka[^:]*: ", "", text)
     for mark, hint in _HINTS:
         if mark in text:
             return f"{cause}; {hint}" if named or "refuse" not in hint else hint
     return cause
+
+
+def explain_connecting(error: BaseException) -> str:
+    """The same while connecting: a robot that has just answered over TCP has cable and power."""
+    return UDP_BLOCKED if "UDP receive" in str(error) else explain(error)
+
+
+def needs_a_person(trouble: str) -> bool:
+    """Whether no program can clear what the arm has stopped for."""
+    return any(mark in trouble for mark in _BY_HAND)

@@ -1,7 +1,8 @@
 """The process that holds the connection to the hand.
 
 Reading the hand keeps Python's interpreter lock until the hand answers. So the hand has a process
-of its own beside that of the arm.
+of its own beside that of the arm. Fingers that are in the way of something go on for minutes, and
+the vendor's library waits for them: whoever reads the hand watches them, and stops them in time.
 """
 
 from __future__ import annotations
@@ -10,12 +11,16 @@ import json
 import sys
 import threading
 import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from math import inf
 from typing import Any
 
 from hw.clock import stopwatch
-from hw.panda.explanations import explain
+from hw.panda.explanations import explain, explain_connecting
 from hw.panda.generation import load_library
-from hw.panda.records import HAND_READING, HandReading
+from hw.panda.records import CLOSED, HAND_READING, HOMED, REACHED, HandReading
 from hw.processes.child import Parent, Request, claim, leave, still_alive
 from hw.processes.mailbox import Mailbox, open_memory
 
@@ -23,15 +28,51 @@ _NAP = 0.02
 """Between two readings [s]."""
 _CONNECTING = 20.0
 """[s]"""
-_HOMED = 0.05
-"""A hand that has not been homed tells a smaller opening than this [m]."""
-_CLOSED = 2e-3
-"""A width below this means: until something resists [m]."""
+HOMING = 30.0
+"""What homing may take; 6 to 15 s are usual [s]."""
+_WIDEST = 0.1
+"""No hand opens wider [m]."""
+_MOVING, _GRASPING = 3.0, 9.0
+"""What a move and a grasp may take beside the way that they go [s]."""
+_BLOCKED, _STILL = 1.5, 5e-4
+"""Fingers that rest [m] for so long in the middle of a move have met something [s]."""
+_STOPPING = 2.0
+"""What a stop may take [s]."""
 _ANY = 0.1
 """Tolerance of a grasp that allows every width [m]."""
-_REACHED = 2e-3
-"""[m]"""
+_SAME = 1e-3
+"""What is held has not changed if its width has changed by less [m]."""
+NOT_HOMED = (
+    "it was not homed since it was switched on: `run` or a recovery homes it, it closes and opens"
+)
+_IN_THE_WAY = "the fingers stopped before the width that they were told: something is in their way"
+_STOPPED = "the fingers were stopped on their way"
+_LATE = "the fingers did not end their way in time and were stopped: see what is between them"
+_UNSTOPPABLE = "the fingers go on and do not listen to a stop: see what is between them"
 MEMORY = 1
+
+
+def patience(speed: float) -> float:
+    """What a grip may take at a speed of the fingers [m/s]: a move, a stop and a grasp [s]."""
+    return 2.0 * (_WIDEST / speed + _STOPPING) + _MOVING + _GRASPING
+
+
+@dataclass
+class _Motion:
+    """One motion of the fingers that is under way."""
+
+    limit: float
+    """What it may take [s]."""
+    rest: float
+    """How long the fingers may rest meanwhile [s]."""
+    width: float
+    """Where they were when they last moved [m]."""
+    began: float = field(default_factory=stopwatch)
+    moved: float = field(default_factory=stopwatch)
+    stopped: float = inf
+    """When it was stopped."""
+    why: str = ""
+    """Why it was stopped."""
 
 
 class HandProcess:
@@ -46,28 +87,78 @@ class HandProcess:
 
     def __init__(self, library: Any, address: str, speed: float, memory: int) -> None:
         self._readings = Mailbox(open_memory(memory), 0, HAND_READING)
+        self._reading = threading.Lock()
         self._speed = speed
         self._hand = library.Gripper(address)
-        self._state = self._hand.read_once()
-        if self._state.max_width < _HOMED:
-            still_alive(3.0 * _CONNECTING)
-            self._hand.homing()
-        self.publish()
+        self._motion: _Motion | None = None
+        self._state = state = self.publish()
+        self._held = state.width if state.is_grasped else None
+        """The width of the last grasp, as long as nothing else was done [m]."""
 
-    def publish(self) -> None:
-        """Read the hand and tell."""
-        state = self._state = self._hand.read_once()
-        HandReading(
-            stamp=stopwatch(),
-            width=state.width,
-            opening=state.max_width,
-            is_grasped=state.is_grasped,
-            temperature=state.temperature,
-        ).put(self._readings)
+    def publish(self) -> Any:
+        """Read the hand and tell; what it says."""
+        with self._reading:
+            self._state = state = self._hand.read_once()
+            HandReading(
+                stamp=stopwatch(),
+                width=state.width,
+                opening=state.max_width,
+                is_grasped=state.is_grasped,
+                temperature=state.temperature,
+            ).put(self._readings)
+        return state
 
-    def stop(self) -> None:
-        """Stop the fingers where they are."""
-        self._hand.stop()
+    def watch(self) -> None:
+        """Read the hand; stop the fingers if they are late or rest in the middle of a move.
+
+        Raises:
+            RuntimeError: the hand does not answer, or its fingers cannot be stopped.
+        """
+        motion = self._motion
+        try:
+            width = self.publish().width
+        except RuntimeError:
+            if motion is None or motion.limit != HOMING:  # it may be silent while it is homed
+                raise
+            return
+        if motion is None:
+            return
+        now = stopwatch()
+        if abs(width - motion.width) > _STILL:
+            motion.width, motion.moved = width, now
+        if now - motion.stopped > _STOPPING:
+            raise RuntimeError(_UNSTOPPABLE)
+        if motion.why:
+            return
+        if now - motion.moved > motion.rest:
+            self.stop(_IN_THE_WAY)
+        elif now - motion.began > motion.limit:
+            self.stop(_LATE)
+
+    def stop(self, why: str = _STOPPED) -> None:
+        """Have the fingers stop where they are; returns at once."""
+        if (motion := self._motion) is not None:
+            motion.why, motion.stopped = why, stopwatch()
+        self._held = None
+        threading.Thread(target=self._stop, daemon=True).start()
+
+    def _stop(self) -> None:
+        try:
+            self._hand.stop()
+        except RuntimeError as error:
+            print(explain(error), file=sys.stderr)
+
+    def end(self) -> None:
+        """Leave no fingers behind that move."""
+        if self._motion is not None:
+            self._stop()
+
+    def home(self) -> str:
+        """Find both ends of the fingers' way; why not."""
+        why = self._move(self._hand.homing, HOMING, inf, self._state.width)
+        if why or self.publish().max_width >= HOMED:
+            return why
+        return "homing has found no opening: see what is between the fingers"
 
     def grip(self, width: float, force: float) -> str:
         """Move the fingers; why they did not do it, if so.
@@ -76,21 +167,42 @@ class HandProcess:
         width, not by what the hand says of a grasp. If something is in the way of any other width,
         it is held, too.
         """
-        hand, closing = self._hand, width < self._state.width
-        if closing and width < _CLOSED:
-            hand.grasp(0.0, self._speed, force, _ANY, _ANY)
+        hand, speed, before = self._hand, self._speed, self._state
+        if before.max_width < HOMED:
+            return NOT_HOMED
+        wanted = min(width, before.max_width)
+        closing = wanted < before.width
+        if closing and self._held is not None and abs(before.width - self._held) <= _SAME:
+            return ""  # a second grasp of the same would wait, and fail
+        self._held, why = None, ""
+        way, goal = _WIDEST / speed, 0.0
+        if not closing or wanted >= CLOSED:
+            move = partial(hand.move, wanted, speed)
+            why = self._move(move, way + _MOVING, _BLOCKED, before.width)
+            goal = self.publish().width
+            if abs(goal - wanted) <= REACHED:
+                return ""
+            if not closing or goal < wanted or why == _STOPPED:
+                return why
+        grasp = partial(hand.grasp, goal, speed, force, _ANY, _ANY)
+        why = self._move(grasp, way + _GRASPING, inf, goal or before.width)
+        state = self.publish()
+        if why == _IN_THE_WAY:
+            why = ""  # the width tells
+        if not why or state.is_grasped:
+            self._held = state.width
             return ""
-        wanted = min(width, self._state.max_width)
-        if hand.move(wanted, self._speed):
-            return ""
-        self.publish()
-        reached = self._state.width
-        if closing and reached > wanted:
-            hand.grasp(reached, self._speed, force, _ANY, _ANY)
-            return ""
-        if abs(reached - wanted) <= _REACHED:
-            return ""
-        return f"the fingers stopped at {reached * 1e3:.0f} mm instead of {wanted * 1e3:.0f} mm"
+        return why
+
+    def _move(self, motion: Callable[[], bool], limit: float, rest: float, width: float) -> str:
+        """Be in a motion until it ends or was stopped; why it has not done it."""
+        self._motion = watched = _Motion(limit, rest, width)
+        try:
+            return "" if motion() else watched.why or _IN_THE_WAY
+        except RuntimeError as error:
+            return watched.why or explain(error)
+        finally:
+            self._motion = None
 
 
 def main() -> None:
@@ -102,10 +214,7 @@ def main() -> None:
         if request["do"] != "stop":
             return False
         if hands:
-            try:
-                hands[0].stop()
-            except RuntimeError as error:
-                print(explain(error), file=sys.stderr)
+            hands[0].stop()
         return True
 
     parent = Parent(at_once)
@@ -116,14 +225,19 @@ def main() -> None:
             parent.tell(error=other)
             leave(1)
         still_alive(_CONNECTING)
-        hand = HandProcess(library, address, settings["speed"], memory)
+        try:
+            hand = HandProcess(library, address, settings["speed"], memory)
+        except RuntimeError as error:
+            parent.tell(error=explain_connecting(error))
+            leave(1)
         hands.append(hand)
         parent.tell(ready=True)
         threading.Thread(target=_work, args=(hand, parent), daemon=True).start()
         while parent.commands():
             still_alive()
-            hand.publish()
+            hand.watch()
             time.sleep(_NAP)
+        hand.end()
     except Exception as error:
         parent.tell(error=explain(error))
         leave(1)
@@ -135,6 +249,10 @@ def _work(hand: HandProcess, parent: Parent) -> None:
     while True:
         if request := parent.request(patience=1.0):
             try:
-                parent.answer(request, hand.grip(request["width"], request["force"]))
+                if request["do"] == "home":
+                    why = hand.home()
+                else:
+                    why = hand.grip(request["width"], request["force"])
             except RuntimeError as error:
-                parent.answer(request, explain(error))
+                why = explain(error)
+            parent.answer(request, why)

@@ -123,5 +123,7 @@ def reading_of(state: Any, *, commanded: Sequence[float], lost: int, trouble: st
         commanded=tuple(commanded),
         lost=lost,
         success_rate=state.control_command_success_rate,
+        hand_mass=state.m_ee,
+        load=state.m_load,
         trouble=trouble,
     )

@@ -27,7 +27,13 @@ Record = TypeVar("Record")
 
 _LOADING = 30.0
 """[s]"""
+_BUSY = "this computer is too busy, its driver gets no time: end what else runs"
+_QUIET = "it says nothing: look at the cable and the power"
 _LIGHT = str(Path(__file__).with_name("light.py"))
+
+
+class NoAnswerError(HardwareError):
+    """A process was asked for something and has not answered in time: it may still be at it."""
 
 
 class DriverProcess:
@@ -64,6 +70,7 @@ class DriverProcess:
         self._asked = 0
         self._writing, self._asking, self._hearing = (threading.Lock() for _ in range(3))
         self._last_words = ""
+        self._silent = (0.0, "")
 
     @property
     def process(self) -> subprocess.Popen[bytes] | None:
@@ -102,6 +109,7 @@ class DriverProcess:
 
         Raises:
             HardwareError: it was not done.
+            NoAnswerError: nobody knows whether it was; whoever asked has to stop it.
         """
         with self._asking:
             self._asked += 1
@@ -110,11 +118,13 @@ class DriverProcess:
             while True:
                 message = self._message(until - stopwatch())
                 if message is None:
-                    raise HardwareError(f"the {self.what}: {self.end_of_it() or 'no answer'}")
+                    raise NoAnswerError(f"the {self.what}: {self.end_of_it() or 'no answer'}")
                 if message.get("id") == self._asked:
                     if message["error"]:
                         raise HardwareError(f"the {self.what}: {message['error']}")
                     return
+                if "id" not in message:
+                    self._last_words = message.get("error", "")
 
     def told(self, record: Record | None) -> Record:
         """The newest record of the process.
@@ -134,6 +144,21 @@ class DriverProcess:
         with self._writing, suppress(OSError, ValueError):
             process.stdin.write(json.dumps(request).encode() + b"\n")
             process.stdin.flush()
+
+    def silence(self, stamp: float, longest: float) -> str:
+        """Why there is nothing new, if the newest reading is too old; empty otherwise.
+
+        Args:
+            stamp: of the newest reading [s of `stopwatch`].
+            longest: that may pass without one [s].
+        """
+        if ended := self.end_of_it():
+            return ended
+        if stopwatch() - stamp <= longest:
+            return ""
+        if self._silent[0] != stamp:  # a silence has one reason
+            self._silent = (stamp, _BUSY if self._is_starved() else _QUIET)
+        return self._silent[1]
 
     def end_of_it(self) -> str:
         """Why the process has ended; empty while it runs."""
@@ -173,6 +198,15 @@ class DriverProcess:
                 if stream is not None:
                     with suppress(OSError):
                         stream.close()
+
+    def _is_starved(self) -> bool:
+        """Whether the process could go on, and waits for a processor or was suspended."""
+        process = self._process
+        try:
+            text = Path(f"/proc/{process.pid if process else 0}/stat").read_text()
+        except OSError:
+            return False
+        return text.rpartition(")")[2].split()[0] in "RTt"
 
     def __del__(self) -> None:
         self.kill()

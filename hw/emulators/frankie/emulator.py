@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import threading
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from math import radians
@@ -16,6 +17,7 @@ from config import UserError
 from hw.emulators.frankie.world import EmulatedWorld
 from hw.emulators.omron import OmronEmulator, Options, Teleop
 from hw.emulators.panda import ArmLink
+from hw.emulators.panda import as_reported as check_reported
 from hw.emulators.realsense import Options as CameraOptions
 from hw.emulators.realsense import RealSenseEmulator, Shot
 from robots import FullScaleFile, load_real_robot
@@ -60,6 +62,10 @@ class FrankieEmulator:
         world: what moves it: `kinematic` or `physics`.
         scene: what is around it.
         seed: of objects and camera noise.
+        as_reported: how arm and hand behave, of `hw.emulators.panda.AS_REPORTED`.
+
+    Raises:
+        NotReportedError: nobody has reported that they behave so.
     """
 
     def __init__(
@@ -70,8 +76,10 @@ class FrankieEmulator:
         world: str = "kinematic",
         scene: str = "household",
         seed: int = 0,
+        as_reported: Sequence[str] = (),
     ) -> None:
         link = ArmLink()
+        self._as_reported = ",".join(sorted(check_reported(as_reported)))
         self.robot, self.places = robot, places
         self.world = EmulatedWorld(robot, world, scene, seed, link)
         users = {places.user: (places.password, Options().users["frankie"][1])}
@@ -104,7 +112,9 @@ class FrankieEmulator:
         self._shots = 0
 
     @classmethod
-    def of(cls, robot: str, *, world: str, scene: str, seed: int) -> Self:
+    def of(
+        cls, robot: str, *, world: str, scene: str, seed: int, as_reported: Sequence[str] = ()
+    ) -> Self:
         """The emulator of a robot file.
 
         Raises:
@@ -126,7 +136,9 @@ class FrankieEmulator:
             steering=real.hardware.emulated,
             rate=real.hardware.camera.rate,
         )
-        return cls(places, robot=real.body, world=world, scene=scene, seed=seed)
+        return cls(
+            places, robot=real.body, world=world, scene=scene, seed=seed, as_reported=as_reported
+        )
 
     def __enter__(self) -> Self:
         """Begin.
@@ -135,7 +147,10 @@ class FrankieEmulator:
             UserError: somebody else listens there.
         """
         self._arm = subprocess.Popen(
-            [sys.executable, "-m", "hw.emulators.panda", self._arm_at, "5", str(self._link.memory)],
+            [
+                *(sys.executable, "-m", "hw.emulators.panda", self._arm_at, "5"),
+                *(str(self._link.memory), self._as_reported),
+            ],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

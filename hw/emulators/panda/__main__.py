@@ -1,4 +1,7 @@
-"""`python -m hw.emulators.panda HOST [VERSION [MEMORY]]`: words come in, lines of JSON go out."""
+"""`python -m hw.emulators.panda HOST [VERSION [MEMORY [NAME,...]]]`, names of `AS_REPORTED`.
+
+Words come in, lines of JSON go out. Without a memory, `-`, it moves in free air.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +11,14 @@ from hw.emulators.panda import serve
 from hw.emulators.panda.linked import LinkedBody
 
 if __name__ == "__main__":
-    body = LinkedBody(int(sys.argv[3])) if len(sys.argv) > 3 else None
+    host, version, memory, names = [*sys.argv[1:], *("", "5", "-", "")[len(sys.argv) - 1 :]]
+    body = None if memory == "-" else LinkedBody(int(memory))
     serve(
-        sys.argv[1],
+        host,
         joints=body.joints if body else None,
         fingers=body.fingers if body else None,
-        version=int(sys.argv[2]) if len(sys.argv) > 2 else 5,
+        version=int(version),
+        as_reported=filter(None, names.split(",")),
         lines=sys.stdin,
         say=lambda text: print(text, flush=True),
     )

@@ -17,6 +17,12 @@ _PATIENCE = 500
 """States that a new motion may wait for its first command."""
 _RECOVERY = 100
 """States that a recovery takes."""
+_LONG_RECOVERY, _LATE_REFLEX = 12_000, 1_500
+"""The same, and states until a reflex is told, as reported."""
+_LOW_SPEED = 0.05
+"""At which the arm believes that a joint is too fast, as reported [rad/s]."""
+_BEGINS = {"locked": Mode.OTHER, "guided": Mode.GUIDING, "user-stopped": Mode.USER_STOPPED}
+"""How an arm is found, as reported."""
 _ROUNDING = 1e-6
 """Share by which computed differences may exceed a limit."""
 _ENDS = 1e-3
@@ -50,11 +56,20 @@ class EmulatedArm:
     Args:
         joints: that it moves.
         limits: that it keeps.
+        reported: how it behaves, of `AS_REPORTED`.
     """
 
-    def __init__(self, joints: Joints, limits: JointLimits) -> None:
-        self.joints, self._limits = joints, limits
-        self.mode = Mode.IDLE
+    def __init__(
+        self, joints: Joints, limits: JointLimits, reported: frozenset[str] = frozenset()
+    ) -> None:
+        self.joints, self._limits, self._reported = joints, limits, reported
+        self.mode = next((_BEGINS[one] for one in reported if one in _BEGINS), Mode.IDLE)
+        self.needs_recovery = "needs-recovery" in reported
+        """Whether it refuses everything else, whatever its mode."""
+        self.recoveries = 0
+        """How often it was asked to recover."""
+        self.rush = 0.0
+        """So much faster than told turns the first joint in a motion [rad/s]."""
         self.errors: frozenset[str] = frozenset()
         self.last_errors: frozenset[str] = frozenset()
         self.q_d, self.qd_d, self.qdd_d = joints.q, _Z7, _Z7
@@ -74,6 +89,7 @@ class EmulatedArm:
         self._lost = self._waited = 0
         self._arrived: deque[bool] = deque(maxlen=100)
         self._recovery = 0
+        self._late: tuple[int, str] | None = None
         self._generator = JOINT_VELOCITY
 
     @property
@@ -83,13 +99,15 @@ class EmulatedArm:
 
     def flags(self, errors: Iterable[str]) -> bytes:
         """(41,) flags of the state."""
+        if self.resting and "forgets-errors" in self._reported and errors is self.errors:
+            errors = frozenset()
         return bytes(name in errors for name in ERRORS) if errors else bytes(len(ERRORS))
 
     # what a program asks
 
     def begin_motion(self, generator: int = JOINT_VELOCITY) -> MoveStatus:
         """Begin to follow joint velocities or positions."""
-        if self.mode is not Mode.IDLE:
+        if self.mode is not Mode.IDLE or self.needs_recovery:
             return MoveStatus.NOT_POSSIBLE
         self.mode, self.last_errors, self._generator = Mode.MOVE, frozenset(), generator
         self.q_d, self.qd_d, self.qdd_d = self.joints.q, _Z7, _Z7
@@ -104,20 +122,28 @@ class EmulatedArm:
 
     def recover(self) -> bool:
         """Begin to clear the errors; False if a person must do that, or must do something first."""
+        self.recoveries += 1
         if self.mode not in (Mode.IDLE, Mode.REFLEX) or self.errors & NEEDS_A_PERSON:
             return False
-        self.mode, self._recovery = Mode.RECOVERING, _RECOVERY
+        is_slow = "slow-recovery" in self._reported
+        self.mode, self._recovery = Mode.RECOVERING, _LONG_RECOVERY if is_slow else _RECOVERY
         return True
 
     # what happens to it
 
     def reflex(self, error: str) -> None:
         """Stop because of an error."""
+        if "late-reflex" in self._reported and self.mode is Mode.MOVE:
+            self._late = self._late or (self.number + _LATE_REFLEX, error)
+            if self.number < self._late[0]:
+                return
+        self._late = None
         self.errors = self.last_errors = frozenset({error})
         self._end(MoveStatus.REFLEX_ABORTED, Mode.REFLEX)
 
     def switch(self, mode: Mode) -> None:
         """A person presses the stop, locks the joints, takes the arm by the hand, or lets go."""
+        self.needs_recovery |= mode is Mode.USER_STOPPED and "stop-needs-recovery" in self._reported
         self._end(MoveStatus.EMERGENCY_ABORTED, mode)
         if mode is Mode.IDLE and self.errors:
             self.mode = Mode.REFLEX
@@ -136,24 +162,30 @@ class EmulatedArm:
             excused: whether none could arrive because the emulator itself was late.
         """
         self.number += 1
-        if self.mode is Mode.MOVE:
+        if self._late is not None:
+            self.reflex(self._late[1])
+        if self.mode is Mode.MOVE and self._late is None:
             self._move(command, excused)
-        if self.mode is not Mode.MOVE:
+        if self.mode is not Mode.MOVE or self._late is not None:
             self._brake()
         if self.mode is Mode.RECOVERING:
             self._recovery -= 1
             if self._recovery <= 0:
                 self.mode, self.errors, self.recovered = Mode.IDLE, frozenset(), True
+                self.needs_recovery = False
                 self.joints.release()
         joints, limits = self.joints, self._limits
-        met = joints.follow(self.qd_d)
+        rush = self.rush if self.mode is Mode.MOVE else 0.0
+        met = joints.follow((self.qd_d[0] + rush, *self.qd_d[1:]) if rush else self.qd_d)
         self.still = self.still + 1 if max(map(abs, self.qd_d)) < _ENDS else 0
         self.resting = self.resting + 1 if max(map(abs, joints.qd)) < _RESTS else 0
         if met and self.mode is Mode.IDLE:
             self.reflex(met)
         if self.mode is Mode.MOVE:
             rows = zip(joints.q, limits.q_min, limits.q_max, strict=True)
-            if met:
+            if "velocity-violation" in self._reported and max(map(abs, joints.qd)) > _LOW_SPEED:
+                self.reflex("joint_velocity_violation")
+            elif met:
                 self.reflex(met)
             elif any(not low <= q <= high for q, low, high in rows):
                 self.reflex("joint_position_limits_violation")

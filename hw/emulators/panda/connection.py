@@ -40,6 +40,8 @@ class Connection:
         self._states_to: tuple[str, int] | None = None
         self._buffer = b""
         self._peer = ""
+        self.is_blocked = False
+        """Whether a firewall keeps states away from the client."""
 
     @property
     def has_client(self) -> bool:
@@ -96,7 +98,7 @@ class Connection:
 
     def send_state(self, packet: bytes) -> None:
         """Send a state, if anybody wants it."""
-        if self._states_to is not None:
+        if self._states_to is not None and not self.is_blocked:
             with suppress(OSError):
                 self._udp.sendto(packet, self._states_to)
 

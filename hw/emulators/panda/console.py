@@ -46,6 +46,14 @@ def _block(server: PandaServer, width: str = "") -> None:
     fingers.block = float(width) if width else None
 
 
+def _rush(server: PandaServer, faster: str = "0") -> None:
+    server.arm.rush = float(faster)
+
+
+def _hold(server: PandaServer) -> None:
+    server.hand.is_grasped = True
+
+
 def _mode(mode: Mode) -> Callable[[PandaServer], None]:
     return lambda server: server.arm.switch(mode)
 
@@ -74,6 +82,9 @@ ACTIONS: dict[str, tuple[Callable[..., None], str]] = {
     "drop": (_line("dropped"), "SHARE  of the packets get lost"),
     "delay": (_line("delayed"), "SHARE [SECONDS]  of the packets arrive late"),
     "block": (_block, "[WIDTH]  something of that width lies between the fingers, or nothing"),
+    "blackout": (lambda server: server.hand.black_out(), "the hand loses its power for a moment"),
+    "hold": (_hold, "the hand says that it holds something"),
+    "rush": (_rush, "[RAD/S]  the first joint turns so much faster in a motion than it is told"),
     "patience": (_patience, "PACKETS  lost in a row end a motion"),
     "forget": (_forget, "what was seen so far"),
     "tell": (lambda server: None, "what was seen so far"),
@@ -103,6 +114,11 @@ def act(server: PandaServer, line: str) -> dict[str, Any]:
         "q": arm.joints.q,
         "qd": arm.joints.qd,
         "width": server.hand.fingers.width,
+        "is_grasped": server.hand.is_grasped,
+        "is_homed": server.hand.is_homed,
+        "homings": server.hand.homings,
+        "stops": server.hand.stops,
+        "recoveries": arm.recoveries,
         "missed": server.missed,
         "milliseconds": arm.number,
         **asdict(arm.seen),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hw.emulators.panda.parts import OPENING, PERIOD, Fingers
 from hw.emulators.panda.wire import HandCommand, HandStatus
@@ -13,6 +13,10 @@ _MOVING_FORCE = 20.0
 """Of a motion that is no grasp [N]."""
 _TOLERANCE = 1e-3
 """Distance from its goal at which a move has failed [m]."""
+_LONG_HOMING, _LONG_GRASP = 12_000, 4_000
+"""Milliseconds, as reported."""
+_WIDE = 0.9 * OPENING
+"""[m]"""
 
 
 @dataclass(frozen=True)
@@ -30,13 +34,19 @@ class EmulatedHand:
 
     Args:
         fingers: that it moves.
+        reported: how it behaves, of `AS_REPORTED`.
     """
 
-    def __init__(self, fingers: Fingers) -> None:
-        self.fingers = fingers
+    def __init__(self, fingers: Fingers, reported: frozenset[str] = frozenset()) -> None:
+        self.fingers, self._reported = fingers, reported
+        self.is_homed = not reported & {"unhomed", "slow-homing"}
         self.is_grasped = False
         self.number = 0
+        self.homings = self.stops = 0
+        """How often it was told to."""
         self._motion: _Motion | None = None
+        self._not_before = 0
+        """The number at which the motion ends at the earliest."""
 
     @property
     def moving(self) -> bool:
@@ -51,12 +61,22 @@ class EmulatedHand:
             arguments: of a grasp width, inner, outer [m], speed [m/s], force [N]; of a move width
                 [m] and speed [m/s].
         """
+        self._not_before = 0
         if command is HandCommand.HOMING:
-            motion = _Motion(command, OPENING, _HOMING_SPEED)
+            self.homings += 1
+            motion = _Motion(command, 0.0, _HOMING_SPEED)
+            if "slow-homing" in self._reported:
+                self._not_before = self.number + _LONG_HOMING
+        elif not self.is_homed:
+            return HandStatus.FAIL
         elif command is HandCommand.GRASP:
             width, inner, outer, speed, force = arguments
             if not force > 0.0:
                 return HandStatus.FAIL
+            if self.is_grasped and "second-grasp-false" in self._reported:
+                return HandStatus.UNSUCCESSFUL
+            if self.is_grasped and "second-grasp-fails" in self._reported:
+                self._not_before = self.number + _LONG_GRASP
             motion = _Motion(command, width, speed, inner, outer, force)
         else:
             motion = _Motion(command, *arguments)
@@ -65,10 +85,19 @@ class EmulatedHand:
         self.is_grasped, self._motion = False, motion
         return None
 
-    def stop(self) -> None:
-        """End a motion where the fingers are."""
+    def stop(self) -> bool:
+        """End a motion where the fingers are; whether it listens."""
+        self.stops += 1
+        if self._motion is not None and "stop-unheeded" in self._reported:
+            return False
         self._motion = None
         self.fingers.stop()
+        return True
+
+    def black_out(self) -> None:
+        """It has no power for a moment, and forgets what it has found and what it holds."""
+        self.is_homed = self.is_grasped = False
+        self._motion = None
 
     def tick(self) -> HandStatus | None:
         """One millisecond; how a motion has ended, if it has."""
@@ -80,11 +109,31 @@ class EmulatedHand:
         goal = 0.0 if motion.command is HandCommand.GRASP else motion.width
         if not self.fingers.close_to(goal, motion.speed * PERIOD, motion.force):
             return None
-        self._motion = None
-        width = self.fingers.width
+        if motion.command is HandCommand.HOMING and motion.width == 0.0:
+            self._motion = replace(motion, width=OPENING)
+            return None
+        if self.number < self._not_before:
+            return None
+        return self._end(motion, self.fingers.width)
+
+    def _end(self, motion: _Motion, width: float) -> HandStatus | None:
+        """The fingers rest: how the motion ends; None if it goes on nevertheless."""
+        reported = self._reported
         if motion.command is HandCommand.GRASP:
-            self.is_grasped = motion.width - motion.inner <= width <= motion.width + motion.outer
-            done = self.is_grasped
+            done = motion.width - motion.inner <= width <= motion.width + motion.outer
+            has_failed = bool(self._not_before) or (
+                width > _WIDE and "wide-grasp-fails" in reported
+            )
+            self.is_grasped = done and not has_failed and "never-grasped" not in reported
         else:
             done = abs(width - motion.width) <= _TOLERANCE
+            has_failed = not done and "move-fails" in reported
+            self.is_homed |= motion.command is HandCommand.HOMING
+            if not done and reported & {"move-blocks", "stop-unheeded"}:
+                return None
+        self._motion = None
+        if motion.command is HandCommand.GRASP and not done and "strict-grasp" in reported:
+            self._motion = _Motion(HandCommand.MOVE, OPENING, motion.speed)
+        if has_failed:
+            return HandStatus.FAIL
         return HandStatus.SUCCESS if done else HandStatus.UNSUCCESSFUL

@@ -6,7 +6,7 @@ import heapq
 import random
 import struct
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,13 +19,18 @@ from hw.emulators.panda.arm import EmulatedArm
 from hw.emulators.panda.connection import Connection, Request
 from hw.emulators.panda.hand import EmulatedHand
 from hw.emulators.panda.parts import OPENING, PERIOD, Fingers, Joints
+from hw.emulators.panda.reported import as_reported
 from hw.emulators.panda.wire import Command, HandCommand, HandStatus, MotionCommand, MoveStatus
 from hw.panda import PANDA, Mode
 
 _GENERATORS = (wire.JOINT_POSITION, wire.JOINT_VELOCITY)
 _CONTROLLERS = (wire.JOINT_IMPEDANCE, wire.CARTESIAN_IMPEDANCE)
-_HAND_EVERY = 20
-"""States of the arm for one of the hand."""
+_HAND_EVERY, _SELDOM = 20, 100
+"""States of the arm for one of the hand, and the same as reported."""
+_BURST_EVERY, _BURST = 2000, 30
+"""Milliseconds between the packets that are lost together, and of them, as reported."""
+_SLOW, _OTHER_VERSION = 0.001, 10
+"""What a slow line takes [s], and the version of an FR3, as reported."""
 _TEMPERATURE = 30
 _LEAST = 0.9 * PERIOD
 """A commander that had less time to answer, because this computer was busy, is excused [s]."""
@@ -56,25 +61,38 @@ class PandaServer:
         joints: behind the arm.
         fingers: behind the hand.
         version: of the research interface that it claims to speak.
+        reported: how it behaves, of `AS_REPORTED`.
+
+    Raises:
+        NotReportedError: nobody has reported one of them.
     """
 
     def __init__(
-        self, host: str, joints: Joints, fingers: Fingers, version: int = wire.VERSION
+        self,
+        host: str,
+        joints: Joints,
+        fingers: Fingers,
+        version: int = wire.VERSION,
+        reported: Iterable[str] = (),
     ) -> None:
-        self.arm, self.hand = EmulatedArm(joints, PANDA.limits), EmulatedHand(fingers)
-        self.line = Line()
+        self._reported = names = as_reported(reported)
+        self.arm, self.hand = EmulatedArm(joints, PANDA.limits, names), EmulatedHand(fingers, names)
+        self.line = Line(delayed=1.0, delay=_SLOW) if "slow-line" in names else Line()
+        self._hand_every = _SELDOM if "slow-hand" in names else _HAND_EVERY
         self.frozen_at = self.frozen_until = 0.0
         """The whole robot stands still until then [s of `stopwatch`]."""
         self.missed = 0
         """Milliseconds that this computer was too busy for; they are made up for, and lost packets
         are not counted in them."""
-        self._version = version
+        self._version = _OTHER_VERSION if "wrong-version" in names else version
         self._arm_port = Connection(host, wire.PORT, wire.HEADER)
         self._hand_port = Connection(host, wire.HAND_PORT, wire.HAND_HEADER)
+        for port in (self._arm_port, self._hand_port):
+            port.is_blocked = "udp-blocked" in names
         self._move: Request | None = None
         self._recovery: Request | None = None
         self._grip: Request | None = None
-        self._sent = 0.0
+        self._sent, self._line_took = 0.0, False
         self._motion = (wire.JOINT_VELOCITY, wire.JOINT_IMPEDANCE)
         self._on_the_way: list[tuple[int, int, bytes]] = []
         self._late_states: list[tuple[int, int, bytes]] = []
@@ -119,8 +137,9 @@ class PandaServer:
         line_works = now >= self.line.unplugged_until
         if line_works:
             self._serve()
-        command = self._command(line_works)
-        self.arm.tick(command, excused=excused)
+        is_lost = "lost-bursts" in self._reported and self.arm.number % _BURST_EVERY < _BURST
+        command = self._command(line_works and not is_lost)
+        self.arm.tick(command, excused=excused and not self._line_took)
         if self._arm_port.is_listened_to and line_works:
             self._send(self._state())
             self._sent = stopwatch()
@@ -175,17 +194,19 @@ class PandaServer:
         elif request.command == Command.GET_CARTESIAN_LIMIT:
             port.answer(request, bytes(1 + 24 + 128 + 1))
         else:
-            moves = arm.mode is Mode.MOVE
-            port.answer(request, bytes([wire.NOT_POSSIBLE if moves else wire.SUCCESS]))
+            is_busy = arm.mode is Mode.MOVE or arm.needs_recovery
+            port.answer(request, bytes([wire.NOT_POSSIBLE if is_busy else wire.SUCCESS]))
 
     def _command(self, line_works: bool) -> MotionCommand | None:
         """The answer to the newest state, if it has arrived; what answers an older one is late."""
-        line, number = self.line, self.arm.number
+        line, number, self._line_took = self.line, self.arm.number, False
         arrived = []
         for packet in self._arm_port.packets():
             if not line_works or line.random.random() < line.dropped:
+                self._line_took = True
                 continue
             if line.random.random() < line.delayed:
+                self._line_took = True
                 due = number + round(line.delay / PERIOD)
                 heapq.heappush(self._on_the_way, (due, len(self._on_the_way), packet))
             else:
@@ -242,12 +263,12 @@ class PandaServer:
         if status is not None and self._grip is not None:
             port.answer(self._grip, wire.HAND_STATUS.pack(status))
             self._grip = None
-        if line_works and hand.number % _HAND_EVERY == 0:
+        if line_works and hand.number % self._hand_every == 0:
             port.send_state(
                 wire.HAND_STATE.pack(
-                    hand.number // _HAND_EVERY,
+                    hand.number // self._hand_every,
                     hand.fingers.width,
-                    OPENING,
+                    OPENING if hand.is_homed else 0.0,
                     hand.is_grasped,
                     _TEMPERATURE,
                 )
@@ -262,11 +283,12 @@ class PandaServer:
             if good:
                 port.send_states_to(states_to)
             return
+        if request.command == HandCommand.STOP and not hand.stop():
+            return
         if self._grip is not None:
             port.answer(self._grip, wire.HAND_STATUS.pack(HandStatus.ABORTED))
             self._grip = None
         if request.command == HandCommand.STOP:
-            hand.stop()
             port.answer(request, wire.HAND_STATUS.pack(HandStatus.SUCCESS))
             return
         arguments = np.frombuffer(request.payload, "<f8", size)

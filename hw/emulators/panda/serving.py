@@ -22,6 +22,7 @@ def serve(
     joints: Joints | None = None,
     fingers: Fingers | None = None,
     version: int = VERSION,
+    as_reported: Iterable[str] = (),
     lines: Iterable[str] = (),
     say: Callable[[str], None] = lambda _: None,
 ) -> None:
@@ -34,15 +35,18 @@ def serve(
         joints: behind the arm; None for some in free air.
         fingers: behind the hand; None for some with nothing between them.
         version: of the research interface that it claims to speak.
+        as_reported: how it behaves, of `AS_REPORTED`.
         lines: what is done to it, see `ACTIONS`.
         say: told what has happened, as lines of JSON.
 
     Raises:
         PortTakenError: somebody listens there already.
+        NotReportedError: nobody has reported that it behaves so.
     """
     try:
         body: Joints = LaggedJoints() if joints is None else joints
-        server = PandaServer(host, body, FreeFingers() if fingers is None else fingers, version)
+        hand: Fingers = FreeFingers() if fingers is None else fingers
+        server = PandaServer(host, body, hand, version, as_reported)
     except OSError as error:
         raise PortTakenError(f"no robot can be emulated at {host}: {error.strerror}") from None
     asked: queue.SimpleQueue[str | None] = queue.SimpleQueue()

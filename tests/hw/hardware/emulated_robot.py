@@ -32,10 +32,11 @@ def robot_file(folder: Path, name: str = "robot", **changes: str) -> Path:
 
 
 @contextmanager
-def emulated(path: Path, scene: str = "single", seed: int = 1):
-    """Run the emulators of a file; the link to them."""
+def emulated(path: Path, scene: str = "single", seed: int = 1, *reported: str):
+    """Run the emulators of a file, whose arm and hand behave as reported; the link to them."""
+    words = [str(path), "kinematic", scene, str(seed), *reported]
     process = subprocess.Popen(
-        [sys.executable, "-m", "hw.emulators.frankie", str(path), "kinematic", scene, str(seed)],
+        [sys.executable, "-m", "hw.emulators.frankie", *words],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,

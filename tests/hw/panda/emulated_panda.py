@@ -7,10 +7,12 @@ import os
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from hw.panda import missing
@@ -42,10 +44,10 @@ def free_address() -> str:
 class Emulator:
     """Runs `python -m hw.emulators.panda`, and does things to it."""
 
-    def __init__(self, version: int = 5) -> None:
+    def __init__(self, version: int = 5, reported: str = "") -> None:
         self.address = free_address()
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "hw.emulators.panda", self.address, str(version)],
+            [sys.executable, "-m", "hw.emulators.panda", self.address, str(version), "-", reported],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -95,3 +97,38 @@ def until(done, patience: float = 10.0) -> float:
         assert time.monotonic() < begun + patience, f"not within {patience:g} s"
         time.sleep(0.002)
     return time.monotonic() - begun
+
+
+@contextmanager
+def emulated(reported):
+    emulator = Emulator(reported=reported)
+    try:
+        yield emulator
+    finally:
+        emulator.close()
+
+
+@contextmanager
+def connected(part):
+    part.connect()
+    try:
+        yield part
+    finally:
+        part.close()
+
+
+def drive(arm, seconds, speed=0.3):
+    """Command the last joint to turn; the faults that are told meanwhile, each once."""
+    seen, qd, begun = [], np.zeros(7), time.monotonic()
+    qd[6] = speed
+    while time.monotonic() < begun + seconds:
+        arm.send(qd)
+        seen += [fault for fault in arm.read().faults if fault not in seen]
+        time.sleep(0.01)
+    return seen
+
+
+def moves(arm) -> bool:
+    drive(arm, 0.1, 0.0)
+    drive(arm, 0.8)
+    return bool(arm.read().qd[6] > 0.2)

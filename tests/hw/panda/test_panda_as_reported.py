@@ -1,0 +1,234 @@
+"""The driver of arm and hand against robots that behave as real ones were reported to."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+from emulated_panda import connected, drive, emulated, moves, needs_library, until
+
+from hw import FaultKind, HardwareError, WallClock
+from hw.emulators.frankie import EmulatedPlaces, FrankieEmulator
+from hw.emulators.panda import AS_REPORTED, NotReportedError, serve
+from hw.panda import ArmSettings, PandaArm, PandaHand
+
+BLOCK, OPENING, FORCE = 0.031, 0.08, 20.0
+REFUSED = {
+    "udp-blocked": "firewall",
+    "wrong-version": "it is an FR3",
+    "locked": "unlock",
+    "guided": "by hand",
+    "user-stopped": "release it",
+}
+"""What keeps the arm from being commanded, and is told when it is connected."""
+LOST = {
+    "velocity-violation": "joint_velocity_violation; a joint was faster than it may be",
+    "lost-bursts": "communication_constraints_violation; ",
+    "slow-line": "communication_constraints_violation; ",
+}
+"""What no recovery heals for long."""
+HANDS = [
+    *("unhomed", "slow-homing", "move-blocks", "stop-unheeded", "move-fails"),
+    *("second-grasp-fails", "second-grasp-false", "wide-grasp-fails", "strict-grasp"),
+    *("never-grasped", "slow-hand"),
+]
+ARMS = [
+    *("stop-needs-recovery", "needs-recovery", "slow-recovery", "forgets-errors", "late-reflex"),
+]
+
+
+def width_of(hand) -> float:
+    now = hand._clock.now()
+    until(lambda: hand.read().stamp > now)
+    return hand.read().width
+
+
+def test_every_report_names_its_source_and_is_tried_here():
+    assert {*HANDS, *ARMS, *REFUSED, *LOST} == AS_REPORTED.keys()
+    assert all(re.search(r"[a-z0-9]+ #[0-9]+", one.source) for one in AS_REPORTED.values())
+
+
+def test_what_nobody_has_reported_is_an_error_with_all_names():
+    for begin in (
+        lambda: serve("127.0.0.1", as_reported=["unhomed", "sulks"]),
+        lambda: FrankieEmulator(EmulatedPlaces(), as_reported=["sulks"]),
+    ):
+        with pytest.raises(NotReportedError, match=r"`sulks`; known: .*`slow-homing`"):
+            begin()
+
+
+@needs_library
+@pytest.mark.parametrize("reported", HANDS)
+def test_a_hand_grips_holds_and_opens(reported):
+    with (
+        emulated(reported) as emulator,
+        connected(PandaHand(emulator.address, WallClock())) as hand,
+    ):
+        width = emulator.tell()["width"]
+        if not emulator.tell()["is_homed"]:
+            (fault,) = hand.read().faults
+            assert fault.kind is FaultKind.NOT_READY
+            assert fault.clearable
+            with pytest.raises(HardwareError, match="not homed"):
+                hand.grip(OPENING, FORCE)
+            assert emulator.tell()["width"] == width
+            assert emulator.tell()["homings"] == 0
+            hand.recover()
+            assert emulator.tell()["homings"] == 1
+        assert hand.read().faults == ()
+        hand.grip(OPENING, FORCE)
+        emulator.do(f"block {BLOCK}")
+        for _ in range(2):  # what is held already is held
+            begun = time.monotonic()
+            hand.grip(0.0, FORCE)
+            assert time.monotonic() - begun < 3.0
+            assert width_of(hand) == pytest.approx(BLOCK, abs=1e-3)
+            assert emulator.tell()["stops"] == 0
+        hand.grip(OPENING, FORCE)
+        begun = time.monotonic()
+        if reported == "stop-unheeded":  # nothing helps but to connect again
+            with pytest.raises(HardwareError, match="do not listen to a stop"):
+                hand.grip(0.02, FORCE)
+            hand.recover()
+        else:
+            hand.grip(0.02, FORCE)
+        assert time.monotonic() - begun < 8.0
+        assert width_of(hand) == pytest.approx(BLOCK, abs=1e-3)
+        begun = time.monotonic()
+        hand.grip(OPENING, FORCE)
+        assert time.monotonic() - begun < 3.0
+        assert width_of(hand) == pytest.approx(OPENING, abs=1e-3)
+        assert hand.read().faults == ()
+
+
+@needs_library
+def test_fingers_that_cannot_close_are_a_result_and_open_again():
+    with (
+        emulated("wide-grasp-fails") as emulator,
+        connected(PandaHand(emulator.address, WallClock())) as hand,
+    ):
+        emulator.do("block 0.076")
+        with pytest.raises(HardwareError, match="Command failed!; the fingers could not do it"):
+            hand.grip(0.0, FORCE)
+        hand.recover()
+        hand.grip(OPENING, FORCE)
+
+
+@needs_library
+@pytest.mark.parametrize("is_known", [True, False])
+def test_a_hand_that_comes_back_drops_nothing(is_known):
+    with emulated("") as emulator:
+        with connected(PandaHand(emulator.address, WallClock())) as hand:
+            emulator.do(f"block {BLOCK}")
+            hand.grip(0.0, FORCE)
+            hand._process.process.kill()
+            until(lambda: hand.read().faults)
+            hand.recover()
+            assert hand.read().faults == ()
+            if is_known:
+                loses_its_power(hand, emulator)
+        if not is_known:  # to a program that has never seen it before
+            with connected(PandaHand(emulator.address, WallClock())) as hand:
+                loses_its_power(hand, emulator)
+        told = emulator.tell()
+        assert told["width"] == pytest.approx(BLOCK, abs=1e-3)
+        assert (told["homings"], told["stops"]) == (0, 0)
+
+
+def loses_its_power(hand, emulator):
+    emulator.do("blackout")
+    until(lambda: hand.read().faults)
+    (fault,) = hand.read().faults
+    assert not fault.clearable
+    with pytest.raises(HardwareError, match="take that out, and home it on its Desk page"):
+        hand.recover()
+
+
+@needs_library
+def test_a_hand_that_a_dead_program_leaves_in_a_motion_is_stopped():
+    with emulated("move-blocks") as emulator:
+        emulator.do(f"block {BLOCK}")
+        code = f"""
+import os, threading, time
+from hw import WallClock
+from hw.panda import PandaHand
+hand = PandaHand({emulator.address!r}, WallClock())
+hand.connect()
+threading.Thread(target=hand.grip, args=(0.02, 20.0)).start()
+time.sleep(0.7)
+os._exit(1)
+"""
+        subprocess.run([sys.executable, "-c", code], check=False)
+        emulator.wait(lambda told: told["stops"] == 1)
+
+
+@needs_library
+@pytest.mark.parametrize("reported", ARMS)
+def test_an_arm_moves_again_after_one_recovery(reported):
+    with emulated(reported) as emulator, connected(PandaArm(emulator.address, WallClock())) as arm:
+        if reported == "needs-recovery":
+            (fault,) = arm.read().faults
+            assert "recover" in fault.text
+            assert fault.clearable
+            arm.recover()
+        assert emulator.tell()["commands"] == 0
+        assert moves(arm)
+        before = emulator.tell()["recoveries"]
+        if reported in ("forgets-errors", "late-reflex", "slow-recovery"):
+            emulator.do("reflex joint_reflex")
+            name = "joint_reflex"
+        else:
+            emulator.do("stop")
+            drive(arm, 0.2)
+            emulator.do("release")
+            name = "stop button"
+        emulator.wait(lambda told: told["resting"] > 0.1)
+        until(lambda: drive(arm, 0.1) and all(one.clearable for one in arm.read().faults))
+        assert name in arm.read().faults[0].text
+        recovery = threading.Thread(target=arm.recover)
+        recovery.start()
+        seen = []
+        while recovery.is_alive():
+            seen += [fault for fault in drive(arm, 0.05) if fault not in seen]
+        # what it was, that it is on its way, and nothing that changes from moment to moment
+        assert len(seen) <= 2, seen
+        if reported == "slow-recovery":
+            assert seen[-1].kind is FaultKind.NOT_READY
+            assert "recovery is under way" in seen[-1].text
+        assert arm.read().faults == ()
+        assert moves(arm)
+        assert emulator.tell()["recoveries"] == before + 1
+
+
+@needs_library
+@pytest.mark.slow
+@pytest.mark.parametrize("reported", LOST)
+def test_what_comes_back_is_named_and_not_recovered_in_a_loop(reported):
+    with emulated(reported) as emulator, connected(PandaArm(emulator.address, WallClock())) as arm:
+        emulator.do("patience 20")
+        seen, begun = [], time.monotonic()
+        while time.monotonic() < begun + 5.0:
+            seen += [fault for fault in drive(arm, 0.2) if fault not in seen]
+            arm.recover()
+            drive(arm, 0.1, 0.0)
+        assert any(LOST[reported] in fault.text for fault in seen), seen
+        assert {fault.kind for fault in seen} == {FaultKind.REFLEX}
+        assert len({fault.text for fault in seen}) <= 2, seen
+        assert 2 <= emulator.tell()["recoveries"] <= 1 + (time.monotonic() - begun) / 2.0
+
+
+@needs_library
+@pytest.mark.parametrize("reported", REFUSED)
+def test_why_it_cannot_be_commanded_is_said(reported):
+    with emulated(reported) as emulator:
+        arm = PandaArm(emulator.address, WallClock(), ArmSettings(connecting=4.0))
+        with pytest.raises(HardwareError, match=REFUSED[reported]):
+            arm.connect()
+        if reported == "udp-blocked":
+            with pytest.raises(HardwareError, match=REFUSED[reported]):
+                PandaHand(emulator.address, WallClock()).connect()
+        assert emulator.tell()["commands"] == 0
