@@ -232,7 +232,7 @@ def _run(
             abandon=abandon,
         ).run()
         real_seconds = stopwatch() - begun - measurements.paused_s
-        duration = setup.clock.now().since(began)
+        duration = setup.clock.now().since(snapshots.began or began)
         outputs.end(outcome, setup.clock.session.now())
         warnings = [*observers.failures, *_closed(recorder), *outputs.close()]
         summary = summarise(
@@ -249,6 +249,7 @@ def _run(
             measurements=measurements,
             gate=setup.gate,
             duration=duration,
+            paused=setup.clock.paused_s,
             real_seconds=real_seconds,
             perception_seconds=setup.vision.seconds,
             dropped_snapshots=recorder.dropped,

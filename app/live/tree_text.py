@@ -13,6 +13,7 @@ from py_trees.common import Status
 from rich.text import Text
 
 from app.live.nodes import Look, looks, parents, path_from_root, tip
+from app.task_time import task_time
 
 if TYPE_CHECKING:
     from app.live.nodes import NodeInfo, NodeStatus
@@ -96,7 +97,7 @@ def _figures(about: About, moment: Moment, elapsed: float) -> Text:
         text.append(f" {moment.placed} of {about.objects} placed", style="bold")
         text.append(f"  {_counted(moment.attempts, 'grasp')}  ")
     speed = f", {seen.stamp / elapsed:.1f} times real time" if elapsed > 0.0 else ""
-    text.append(f"{seen.stamp:.1f} s{speed}", style="bright_black")
+    text.append(f"{task_time(seen.time, seen.paused_s)}{speed}", style="bright_black")
     return text
 
 
@@ -169,7 +170,7 @@ class Changes:
 
     def lines(self, moment: Moment) -> Iterator[str]:
         """What is new since the moment before."""
-        at = f"{moment.seen.stamp:8.2f} s  "
+        at = f"{moment.seen.time:8.2f} s  "
         faults = tuple(fault.text for fault in moment.seen.state.faults)
         if faults != self._faults:
             yield f"{at}! {'FAULT: ' + '; '.join(faults) if faults else 'faults cleared'}"
