@@ -29,6 +29,7 @@ from app.live import (
     Moment,
     NoRecorder,
     OperatorConsole,
+    PageServer,
     Recorder,
     RecorderError,
     RunDisplay,
@@ -56,6 +57,7 @@ def run_task(
     instruments: Instruments | None = None,
     loading: Loading | None = None,
     finished: Callable[[Result], str] | None = None,
+    page_server: PageServer | None = None,
 ) -> Result:
     """Run a task.
 
@@ -66,6 +68,7 @@ def run_task(
         loading: is told what is being loaded, and ended when the robot can move.
         finished: is told the result, and explains it for the control page, which then stays until
             Ctrl-C; without it the page ends with the run.
+        page_server: serves the control page, before and after this run too.
 
     Raises:
         UserError: bad input; nothing has moved.
@@ -115,6 +118,7 @@ def run_task(
                     clear=setup.robot.clear,
                     viewer=_web_viewer(viewer),
                     say=_tell,
+                    server=page_server,
                 )
             )
             loading("the recording and the viewer")
@@ -231,6 +235,7 @@ def _run(
             watch=watch,
             abandon=abandon,
         ).run()
+        room.finish()
         real_seconds = stopwatch() - begun - measurements.paused_s
         duration = setup.clock.now().since(snapshots.began or began)
         outputs.end(outcome, setup.clock.session.now())

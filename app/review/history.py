@@ -17,9 +17,7 @@ from app.review.timeline import Timeline
 from app.task_time import in_words
 
 
-def history(
-    log: Log, spans: Timeline, pauses: Sequence[tuple[float, float]] = ()
-) -> Iterator[str]:
+def history(log: Log, spans: Timeline, pauses: Sequence[tuple[float, float]] = ()) -> Iterator[str]:
     """What the leaves did, which were halted, and faults and pauses, with times.
 
     Args:
