@@ -236,6 +236,8 @@ def _run(
             abandon=abandon,
         ).run()
         room.finish()
+        if display is not None:
+            display.finish()
         real_seconds = stopwatch() - begun - measurements.paused_s
         duration = setup.clock.now().since(snapshots.began or began)
         outputs.end(outcome, setup.clock.session.now())

@@ -26,7 +26,7 @@ class Tree {
     const titles = nodes.map((node) => `${KINDS[node.kind] || ""} ${node.title}`.trim());
     const widths = titles.map((title) => LETTER * (title.length + 3) + 24);
     const right = Math.max(...nodes.map((node, i) => INDENT * node.depth + widths[i]));
-    const svg = shape("svg", { width: right + 120, height: ROW * nodes.length + 12 }, place);
+    const svg = shape("svg", { width: right + 150, height: ROW * nodes.length + 12 }, place);
     this.edges = shape("g", {}, svg);
     this.parts = nodes.map((node, index) => {
       const x = 18 + INDENT * node.depth, y = ROW * index + 18;
