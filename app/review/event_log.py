@@ -138,12 +138,14 @@ class Log:
     @cached_property
     def pauses(self) -> Sequence[tuple[float, float]]:
         """When the task's clock stood still, on the session's clock [s]."""
-        found, since = [], None
+        found: list[tuple[float, float]] = []
+        since: float | None = None
         for event in self.events:
             if isinstance(event, PauseEvent) and since is None:
                 since = event.time
             elif isinstance(event, ResumeEvent) and since is not None:
-                found, since = [*found, (since, event.time)], None
+                found.append((since, event.time))
+                since = None
         return found if since is None else [*found, (since, self.events[-1].time)]
 
     @property
