@@ -109,6 +109,7 @@ def run_task(
                 _tell(setup.note)
             nodes = nodes_in_order(build(task, setup.context))
             _check_places(options, task, setup)
+            embedded = viewer.server if viewer.page is not None else None
             room = page.enter_context(
                 OperatorConsole(
                     options.control,
@@ -116,7 +117,7 @@ def run_task(
                     nodes=nodes,
                     inject=setup.robot.inject,
                     clear=setup.robot.clear,
-                    viewer=_web_viewer(viewer),
+                    viewer=WebViewer(data=embedded.url) if embedded else None,
                     say=_tell,
                     server=page_server,
                 )
@@ -161,7 +162,7 @@ def _run(
 ) -> Result:
     """Run what has been put together, and keep all that it leaves."""
     log, tree = setup.context.log, tree_view(nodes)
-    before = supports(setup.truth)
+    before, began = supports(setup.truth), setup.clock.now()
     snapshots = Snapshots(nodes, setup.truth)
     measurements = Measurements(limits=setup.model.limits)
     scene = _scene(options, task)
@@ -191,7 +192,6 @@ def _run(
             server=viewer.server,
         )
     begun, observers, terminal = stopwatch(), Observers(), terminal_settings()
-    began = setup.clock.now()
     with (
         viewer.showing(folder / VIEWER_LOG),
         loading.ended(),
@@ -239,7 +239,6 @@ def _run(
         if display is not None:
             display.finish()
         real_seconds = stopwatch() - begun - measurements.paused_s
-        duration = setup.clock.now().since(snapshots.began or began)
         outputs.end(outcome, setup.clock.session.now())
         warnings = [*observers.failures, *_closed(recorder), *outputs.close()]
         summary = summarise(
@@ -255,7 +254,7 @@ def _run(
             log=log,
             measurements=measurements,
             gate=setup.gate,
-            duration=duration,
+            duration=setup.clock.now().since(snapshots.began or began),
             paused=setup.clock.paused_s,
             real_seconds=real_seconds,
             perception_seconds=setup.vision.seconds,
@@ -288,13 +287,6 @@ def _closed(recorder: AnyRecorder) -> list[str]:
     except RecorderError as error:
         return [str(error)]
     return []
-
-
-def _web_viewer(viewer: Viewer) -> WebViewer | None:
-    """Where the control page finds the viewer in the browser."""
-    if viewer.page is None or viewer.server is None:
-        return None
-    return WebViewer(data=viewer.server.url)
 
 
 def _tell(text: str) -> None:

@@ -10,18 +10,15 @@ from __future__ import annotations
 import json
 import re
 import secrets
-import shutil
 import threading
 from collections.abc import Callable
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler
 from importlib.resources import files
 from pathlib import Path
 from typing import Protocol
 from urllib.parse import parse_qs, unquote, urlsplit
 
-from app.live.web import at_home, read_file, viewer_policy
-from app.live.web.bounded_server import PATIENCE, BoundedServer
+from app.live.web import PATIENCE, BoundedServer, Replies
 from config import UserError
 from hw import stopwatch
 
@@ -197,36 +194,36 @@ class PageServer(BoundedServer):
         self._thread.join()
 
 
-class PageRequest(BaseHTTPRequestHandler):
+class PageRequest(Replies):
     """One request."""
 
     server: PageServer
     timeout = PATIENCE
-
-    @property
-    def _path(self) -> str:
-        """What is asked for, without the query."""
-        return self.path.partition("?")[0].partition("#")[0]
+    policy = _POLICY
 
     def do_GET(self) -> None:
         """The page's files, the viewer's files, and the state."""
-        path, page = self._path, self.server.page
+        path, page = self.asked, self.server.page
         if not self._is_same_origin():
-            self._refuse(HTTPStatus.FORBIDDEN)
+            self.refuse(HTTPStatus.FORBIDDEN)
         elif path in _FILES:
             name, kind = _FILES[path]
-            self._answer((files("app.live.operator") / name).read_bytes(), kind)
+            self.answer((files("app.live.operator") / name).read_bytes(), kind)
         elif path in ("/state", "/tree", "/history"):
             if self._has_token():
-                self._answer(json.dumps(self._told(path)).encode(), "application/json")
+                self._tell(self._told(path))
             else:
-                self._refuse(HTTPStatus.FORBIDDEN)
+                self.refuse(HTTPStatus.FORBIDDEN)
         elif wanted := _VIEWER_FILE.fullmatch(path):
-            self._send_viewer(wanted[1] or "index.html")
-        elif page is not None and path == page.recording_path:
-            self._send_recording(page.recording)
+            hosts = "'self'" if page is None else page.viewer_hosts
+            self.send_viewer(wanted[1] or "index.html", hosts, "; frame-ancestors 'self'")
+        elif page is not None and page.recording and path == page.recording_path:
+            self.send_recording(page.recording)
         else:
-            self._refuse(HTTPStatus.NOT_FOUND)
+            self.refuse(HTTPStatus.NOT_FOUND)
+
+    def _tell(self, what: object) -> None:
+        self.answer(json.dumps(what).encode(), "application/json")
 
     def _told(self, path: str) -> object:
         """What is asked for, for JSON."""
@@ -239,24 +236,21 @@ class PageRequest(BaseHTTPRequestHandler):
 
     def do_POST(self) -> None:
         """The buttons."""
-        path = unquote(self._path)
+        path = unquote(self.asked)
         action = self.server.action(path)
         if not (self._is_same_origin() and self._has_token()):
-            self._refuse(HTTPStatus.FORBIDDEN)
+            self.refuse(HTTPStatus.FORBIDDEN)
         elif action is None:
-            self._refuse(HTTPStatus.NOT_FOUND)
+            self.refuse(HTTPStatus.NOT_FOUND)
         elif path not in _SAFE and self._is_late():
-            self._refuse(HTTPStatus.CONFLICT)
+            self.refuse(HTTPStatus.CONFLICT)
         else:
             try:
                 action()
             except Exception:  # the run reports it; the page goes on
-                self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR)
+                self.refuse(HTTPStatus.INTERNAL_SERVER_ERROR)
                 return
-            self._answer(json.dumps(self.server.state()).encode(), "application/json")
-
-    def log_message(self, format: str, *arguments: object) -> None:
-        """Log nothing: the terminal shows the run."""
+            self._tell(self.server.state())
 
     def _is_same_origin(self) -> bool:
         """Whether the request is addressed to this server and comes from no other page."""
@@ -279,57 +273,3 @@ class PageRequest(BaseHTTPRequestHandler):
         except ValueError:
             return True
         return not self.server.seconds() - seen < _TOO_OLD
-
-    def _send_viewer(self, name: str) -> None:
-        """A file of the viewer, under a policy that keeps it on this machine."""
-        try:
-            found = read_file(name)
-        except Exception:  # the run goes on
-            self._refuse(HTTPStatus.BAD_GATEWAY)
-            return
-        if found is None:
-            self._refuse(HTTPStatus.NOT_FOUND)
-            return
-        content, kind = found
-        hosts = "'self'" if self.server.page is None else self.server.page.viewer_hosts
-        if name == "index.html":
-            content = at_home(content, hosts)
-        self._answer(content, kind, f"{viewer_policy(hosts)}; frame-ancestors 'self'")
-
-    def _send_recording(self, path: Path | None) -> None:
-        """The recording of a run that is over."""
-        try:
-            if path is None:
-                raise FileNotFoundError
-            with path.open("rb") as file:
-                self.send_response(HTTPStatus.OK)
-                self.send_header("Content-Type", "application/octet-stream")
-                self.send_header("Content-Length", str(path.stat().st_size))
-                self.end_headers()
-                shutil.copyfileobj(file, self.wfile)
-        except FileNotFoundError:
-            self._refuse(HTTPStatus.NOT_FOUND)
-
-    def _answer(
-        self,
-        body: bytes,
-        kind: str,
-        policy: str = _POLICY,
-        status: HTTPStatus = HTTPStatus.OK,
-    ) -> None:
-        self.send_response(status)
-        all_headers = {
-            "Content-Type": kind,
-            "Content-Length": str(len(body)),
-            "Content-Security-Policy": policy,
-            "X-Content-Type-Options": "nosniff",
-            "Referrer-Policy": "no-referrer",
-            "Cache-Control": "no-store",
-        }
-        for name, value in all_headers.items():
-            self.send_header(name, value)
-        self.end_headers()
-        self.wfile.write(body)
-
-    def _refuse(self, status: HTTPStatus) -> None:
-        self._answer(status.phrase.encode(), "text/plain", status=status)

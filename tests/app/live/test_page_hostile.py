@@ -260,6 +260,6 @@ def test_a_viewer_whose_files_are_not_to_be_had_is_a_bad_gateway(page, monkeypat
     def no_files(name: str) -> None:
         raise OSError("no space left")
 
-    monkeypatch.setattr("app.live.operator.page_server.read_file", no_files)
+    monkeypatch.setattr("app.live.web.replies.read_file", no_files)
     assert b" 502 " in send(page, request(page, b"GET /viewer/re_viewer.js HTTP/1.1"))[:30]
     assert alive(page)

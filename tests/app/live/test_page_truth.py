@@ -6,13 +6,8 @@ import signal
 import time
 
 import pytest
-from browsers import FOLDER, Run, chromium
-from sample_run import TREE, snapshot
+from browsers import LIVE, Run, chromium, enabled, expect_run, opened_page, sentence
 
-from app.live.operator import Control, ControlPage, Ending, PageServer
-
-STATIC = FOLDER / "app" / "live" / "operator"
-LIVE = {"pause", "step", "next", "stop", "inject", "clear", "fault"}
 MOVING = """
 task: toy
 tree:
@@ -47,36 +42,8 @@ def run(tmp_path_factory):
         yield run
 
 
-def opened(browser, url: str, **size):
-    page = browser.new_page(viewport={"width": 1280, "height": 720, **size})
-    page.set_default_timeout(20_000)
-    page.goto(url)
-    page.wait_for_selector(".node", state="attached")
-    return page
-
-
-def enabled(page) -> set[str]:
-    """The buttons, shown ones only, that can be pressed."""
-    return set(
-        page.eval_on_selector_all(
-            "header button, header select, #chosen button",
-            "all => all.filter(one => !one.disabled && one.offsetParent).map(one => one.id)",
-        )
-    )
-
-
-def sentence(page) -> str:
-    return page.inner_text("#run")
-
-
-def expect_run(page, words: str | re.Pattern[str]) -> None:
-    from playwright.sync_api import expect
-
-    expect(page.locator("#run")).to_have_text(words, timeout=20_000)
-
-
 def test_a_gap_is_told_with_its_age_and_leaves_nothing_behind(browser, run):
-    page = opened(browser, run.url)
+    page = opened_page(browser, run.url)
     expect_run(page, "running")
     assert enabled(page) == LIVE
     assert re.fullmatch(r"\d\.\d s old", page.inner_text("#age"))
@@ -96,7 +63,7 @@ def test_a_gap_is_told_with_its_age_and_leaves_nothing_behind(browser, run):
 def test_two_tabs_agree(browser, run):
     from playwright.sync_api import expect
 
-    one, two = opened(browser, run.url), opened(browser, run.url)
+    one, two = opened_page(browser, run.url), opened_page(browser, run.url)
     for presses, sees in ((one, two), (two, one)):
         presses.click("#pause")
         for page in (presses, sees):
@@ -122,7 +89,7 @@ def test_two_tabs_agree(browser, run):
 def test_the_keyboard_is_enough_and_space_only_ever_pauses(browser, run):
     from playwright.sync_api import expect
 
-    page = opened(browser, run.url)
+    page = opened_page(browser, run.url)
     expect_run(page, "running")
     page.keyboard.press(" ")
     expect_run(page, "paused by a person")
@@ -155,7 +122,7 @@ def test_the_keyboard_is_enough_and_space_only_ever_pauses(browser, run):
 def test_a_forced_outcome_is_a_badge_and_can_be_taken_back(browser, run):
     from playwright.sync_api import expect
 
-    page, other = opened(browser, run.url), opened(browser, run.url)
+    page, other = opened_page(browser, run.url), opened_page(browser, run.url)
     page.locator(".node").filter(has_text="second").click()
     page.click("#force-failure")
     for one in (page, other):
@@ -173,7 +140,7 @@ def test_a_forced_outcome_is_a_badge_and_can_be_taken_back(browser, run):
 
 
 def test_time_is_the_tasks_and_a_pause_stands_beside_it(browser, run):
-    page = opened(browser, run.url)
+    page = opened_page(browser, run.url)
     page.click("#pause")
     expect_run(page, "paused by a person")
     page.wait_for_timeout(1200)
@@ -188,7 +155,7 @@ def test_time_is_the_tasks_and_a_pause_stands_beside_it(browser, run):
 
 
 def test_on_a_phone_stop_is_large_and_in_sight(browser, run):
-    page = opened(browser, run.url, width=390, height=664)
+    page = opened_page(browser, run.url, width=390, height=664)
     box = page.locator("#stop").bounding_box()
     assert box["height"] >= 44
     assert box["y"] >= 0
@@ -199,7 +166,7 @@ def test_on_a_phone_stop_is_large_and_in_sight(browser, run):
 
 
 def test_a_process_that_was_killed_is_a_lost_connection_for_ever(browser, run):
-    page = opened(browser, run.url)
+    page = opened_page(browser, run.url)
     expect_run(page, "running")
     run.process.kill()
     run.process.wait()
@@ -219,7 +186,7 @@ def test_approval_works_after_a_gap_and_stop_at_a_frozen_process_when_it_thaws(t
     from playwright.sync_api import expect
 
     with Run(tmp_path, "--view", "none", "--approve", task=MOVING) as run:
-        page = opened(browser, run.url)
+        page = opened_page(browser, run.url)
         expect(page.locator("#wanted")).to_contain_text("the robot wants to: ahead")
         asked = {"approve", "refuse", "stop", "inject", "clear", "fault"}
         assert enabled(page) == asked
@@ -263,7 +230,7 @@ def test_the_open_page_lives_on_through_saves(tmp_path, browser):
     from playwright.sync_api import expect
 
     with Run(tmp_path, "--view", "none", "--watch", task=TWO) as run:
-        page = opened(browser, run.url)
+        page = opened_page(browser, run.url)
         expect_run(page, "running")
         for name in ("other", "third", "fourth"):
             (tmp_path / "toy.yaml").write_text(TWO.replace("second", name))
@@ -280,74 +247,3 @@ def test_the_open_page_lives_on_through_saves(tmp_path, browser):
         page.wait_for_timeout(1500)
         assert sentence(page) == "the run has ended"
         page.close()
-
-
-class Served:
-    """The page of a run that a test ticks by hand."""
-
-    def __init__(self, server: PageServer) -> None:
-        self.server, self.control = server, Control()
-        self.page = ControlPage(
-            self.control, TREE, inject=print, clear=print, seconds=server.seconds
-        )
-        server.serve(self.page)
-
-
-def test_a_loop_that_stands_still_is_frozen_though_the_page_answers(browser):
-    with PageServer() as server:
-        served = Served(server)
-        page = opened(browser, server.url)
-        expect_run(page, "starting")
-        for tick in range(3):
-            served.page.show(snapshot(tick))
-            page.wait_for_timeout(200)
-        expect_run(page, "running")
-        assert enabled(page) == LIVE
-        page.wait_for_timeout(2300)
-        assert re.fullmatch(
-            r"frozen for [23] s: its control loop stands still, the robot may be moving; "
-            "press the emergency stop",
-            sentence(page),
-        ), sentence(page)
-        assert enabled(page) == {"stop", "pause"}
-        page.click("#stop")
-        page.wait_for_timeout(400)
-        assert served.control.stopped
-        served.page.show(snapshot(3))
-        expect_run(page, "stopping")
-        served.page.finish()
-        page.wait_for_timeout(1500)
-        assert sentence(page) == "the robot is at rest; the run is being written down"
-        served.page.end(Ending(outcome="toy was interrupted", explanation="", recording=None))
-        expect_run(page, "the run has ended")
-        page.close()
-
-
-def test_what_was_asked_for_long_ago_is_refused_unless_it_stops(browser):
-    now = [0.0]
-    with PageServer(seconds=lambda: now[0]) as server:
-        served = Served(server)
-        served.control.pause()
-        served.page.show(snapshot(0))
-        page = opened(browser, server.url)
-        expect_run(page, "paused by a person")
-        page.evaluate("poll = () => {}")
-        page.wait_for_timeout(500)
-        now[0] = 6.0
-        page.evaluate("press('resume')")
-        page.wait_for_timeout(500)
-        assert served.control.state.paused
-        assert page.inner_text("#notice") == "Resume came too late: look, and press it again"
-        page.evaluate("press('stop')")
-        page.wait_for_timeout(500)
-        assert served.control.stopped
-        page.close()
-
-
-def test_buttons_derive_from_one_function_and_from_nothing_else():
-    scripts = {path.name: path.read_text() for path in STATIC.glob("*.js")}
-    for word in (".disabled", ".hidden", 'setAttribute("disabled"', 'setAttribute("hidden"'):
-        uses = [name for name, text in scripts.items() for _ in range(text.count(word))]
-        assert uses in ([], ["page.js"]), word
-    assert "element(" not in scripts["view.js"]
-    assert "document" not in scripts["view.js"]
