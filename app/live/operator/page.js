@@ -20,6 +20,8 @@ function state() {
   };
 }
 
+class Refusal extends Error {}
+
 // One request; what comes of it is noted, also that nothing does.
 async function ask(path, method = "GET") {
   const sent = seconds();
@@ -36,7 +38,7 @@ async function ask(path, method = "GET") {
     answer = error.name === "TimeoutError" ? "none" : "refused";
     throw error;
   }
-  throw new Error(reply.status === 409 ? "came too late" : "was refused");
+  throw new Refusal(reply.status === 409 ? "came too late" : "was refused");
 }
 
 // The newest word of the run; an answer that was overtaken by another is none.
@@ -48,17 +50,18 @@ function hear(told) {
 }
 
 async function press(id) {
-  const { name, path } = BUTTONS[id];
+  const { name, path } = BUTTONS[id], repeated = id === "stop" || id === "pause";
   note = "";
-  if (id === "stop" || (id === "pause" && !(wanted && wanted.id === "stop"))) {
+  if (repeated && !(wanted && wanted.id === "stop")) {
     wanted = { id, name, path: path(), since: seconds() };
   }
   try {
     draw();
     hear(await ask(path(), "POST"));
   } catch (error) {
-    if (answer === "forbidden") wanted = null;
-    if (!wanted) note = `${name} ${answer === "told" || answer === "forbidden" ? error.message : "was not heard"}: look, and press it again`;
+    const refused = error instanceof Refusal;
+    if (refused && repeated) wanted = null;
+    if (refused || !repeated) note = `${name} ${refused ? error.message : "was not heard"}: look, and press it again`;
   }
   draw();
 }
