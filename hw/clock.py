@@ -140,6 +140,16 @@ class TaskClock:
             else self._held_at
         )
 
+    @property
+    def held(self) -> bool:
+        """Whether it stands still."""
+        return self._held_at is not None
+
+    @property
+    def paused_s(self) -> float:
+        """How long it has stood still so far [s]."""
+        return self._session_now() - self.now().seconds
+
     def hold(self) -> None:
         """Stand still from now on."""
         if self._held_at is None:

@@ -42,6 +42,7 @@ ROOMS = (
     "app.choices",
     "app.interrupt",
     "app.terminal",
+    "app.task_time",
     "app.live",
     "app.core",
     "app.review",

@@ -47,10 +47,11 @@ def view(
     """Open the recording of a run in the Rerun viewer."""
     from app.core import RECORDING
     from app.live import open_in_viewer
-    from app.review import find_run
+    from app.review import find_run, recorded_time
 
     path = Path(run)
     recording = path if path.suffix == ".rrd" else find_run(run, runs) / RECORDING
+    at = None if at is None else recorded_time(recording.parent, at)
     raise typer.Exit(
         open_in_viewer(recording, web=web, say=lambda text: typer.echo(text, err=True), at=at)
     )
@@ -82,10 +83,11 @@ def film(
 ) -> None:
     """Make a moving picture of a recorded run; needs a Vulkan driver, but no screen."""
     from app.core import RECORDING
-    from app.review import find_run, make_film
+    from app.review import find_run, make_film, recorded_time
 
     path = Path(run)
     recording = path if path.suffix == ".rrd" else find_run(run, runs) / RECORDING
+    begin, end = (recorded_time(recording.parent, moment) for moment in (begin, end))
     pictures = make_film(recording, out, begin=begin, end=end, speed=speed, width=width)
     size = out.stat().st_size / 1e6
     Terminal().say(f"{out}: {pictures} pictures, {size:.1f} MB")

@@ -9,7 +9,7 @@ import typer
 
 from app.choices import MotionForm, ObstacleSource, Speed, View, VisionForm
 from app.commands.refuse import find_tree, refuse, task_parameters
-from app.commands.run_result import finished, say, show_result
+from app.commands.run_result import finished, say
 from app.terminal import Loading
 
 
@@ -200,9 +200,7 @@ def run(
         )
         try:
             if watch:
-                result = run_on_save(
-                    options, show=lambda result: show_result(result, as_json), say=say
-                )
+                result = run_on_save(options, finished=finished(as_json), say=say)
             else:
                 result = run_task(options, loading=loading, finished=finished(as_json))
         except HardwareError as error:  # while connecting: a run that has begun ends with a summary

@@ -29,6 +29,7 @@ from app.live import (
     Moment,
     NoRecorder,
     OperatorConsole,
+    PageServer,
     Recorder,
     RecorderError,
     RunDisplay,
@@ -56,6 +57,7 @@ def run_task(
     instruments: Instruments | None = None,
     loading: Loading | None = None,
     finished: Callable[[Result], str] | None = None,
+    page_server: PageServer | None = None,
 ) -> Result:
     """Run a task.
 
@@ -66,6 +68,7 @@ def run_task(
         loading: is told what is being loaded, and ended when the robot can move.
         finished: is told the result, and explains it for the control page, which then stays until
             Ctrl-C; without it the page ends with the run.
+        page_server: serves the control page, before and after this run too.
 
     Raises:
         UserError: bad input; nothing has moved.
@@ -105,6 +108,7 @@ def run_task(
         ) as setup:
             nodes = nodes_in_order(build(task, setup.context))
             _check_places(options, task, setup)
+            embedded = viewer.server if viewer.page is not None else None
             room = page.enter_context(
                 OperatorConsole(
                     options.control,
@@ -112,8 +116,9 @@ def run_task(
                     nodes=nodes,
                     inject=setup.robot.inject,
                     clear=setup.robot.clear,
-                    viewer=_web_viewer(viewer),
+                    viewer=WebViewer(data=embedded.url) if embedded else None,
                     say=_tell,
+                    server=page_server,
                 )
             )
             loading("the recording and the viewer")
@@ -156,7 +161,7 @@ def _run(
 ) -> Result:
     """Run what has been put together, and keep all that it leaves."""
     log, tree = setup.context.log, tree_view(nodes)
-    before = supports(setup.truth)
+    before, began = supports(setup.truth), setup.clock.now()
     snapshots = Snapshots(nodes, setup.truth)
     measurements = Measurements(limits=setup.model.limits)
     scene = _scene(options, task)
@@ -186,7 +191,6 @@ def _run(
             server=viewer.server,
         )
     begun, observers, terminal = stopwatch(), Observers(), terminal_settings()
-    began = setup.clock.now()
     with (
         viewer.showing(folder / VIEWER_LOG),
         loading.ended(),
@@ -230,8 +234,10 @@ def _run(
             watch=watch,
             abandon=abandon,
         ).run()
+        room.finish()
+        if display is not None:
+            display.finish()
         real_seconds = stopwatch() - begun - measurements.paused_s
-        duration = setup.clock.now().since(began)
         outputs.end(outcome, setup.clock.session.now())
         warnings = [*observers.failures, *_closed(recorder), *outputs.close()]
         summary = summarise(
@@ -247,7 +253,8 @@ def _run(
             log=log,
             measurements=measurements,
             gate=setup.gate,
-            duration=duration,
+            duration=setup.clock.now().since(snapshots.began or began),
+            paused=setup.clock.paused_s,
             real_seconds=real_seconds,
             perception_seconds=setup.vision.seconds,
             dropped_snapshots=recorder.dropped,
@@ -279,13 +286,6 @@ def _closed(recorder: AnyRecorder) -> list[str]:
     except RecorderError as error:
         return [str(error)]
     return []
-
-
-def _web_viewer(viewer: Viewer) -> WebViewer | None:
-    """Where the control page finds the viewer in the browser."""
-    if viewer.page is None or viewer.server is None:
-        return None
-    return WebViewer(data=viewer.server.url)
 
 
 def _tell(text: str) -> None:

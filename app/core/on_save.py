@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from app.core.launch import run_task
 from app.core.outcome import End
 from app.core.result import Result
 from app.core.run_options import RunOptions
+from app.live import ControlOptions, PageServer
 from hw import WallClock
 from trees.language import TaskFileError, load
 
@@ -50,6 +52,7 @@ def again_on_save(
     *,
     act: Callable[[Saved], bool],
     say: Callable[[str], None],
+    stopped: Callable[[], bool] = lambda: False,
 ) -> None:
     """Do something with a task, and anew each time it is saved, until a person stops it.
 
@@ -61,6 +64,7 @@ def again_on_save(
         places: a file of poses and regions.
         act: called with what notices the next save; returns whether to end.
         say: called with the mistakes of a file, and with what is waited for.
+        stopped: asked between two saves whether to end.
 
     Raises:
         UserError: bad input other than the task.
@@ -81,6 +85,8 @@ def again_on_save(
             next_is = "saved, starts anew" if saved() else "save it to run it again; Ctrl-C ends"
             say(f"{tree}: {next_is}")
             while not saved():
+                if stopped():
+                    return
                 clock.sleep_until(clock.now() + _LOOK_PERIOD)
     except KeyboardInterrupt:  # between two runs; in a run the session takes it
         return
@@ -89,17 +95,17 @@ def again_on_save(
 def run_on_save(
     options: RunOptions,
     *,
-    show: Callable[[Result], None],
+    finished: Callable[[Result], str],
     say: Callable[[str], None],
 ) -> Result | None:
     """Run a task, and run it anew in a fresh scene each time it is saved, until a person stops it.
 
     A save brings a moving robot to rest before the task starts anew. A file with mistakes is
-    complained about; the robot then rests until the next save.
+    complained about; the robot then rests until the next save. The control page stays the same.
 
     Args:
         options: of every run.
-        show: called with what each run leaves.
+        finished: called with what each run leaves; explains it for the control page.
         say: called with the mistakes of a file that cannot run, and with what is waited for.
 
     Returns:
@@ -110,12 +116,24 @@ def run_on_save(
             task; nothing moves.
     """
     results: list[Result] = []
+    with _page_server(options.control) as server:
 
-    def act(saved: Saved) -> bool:
-        result = run_task(options, interrupted=saved)
-        results.append(result)
-        show(result)
-        return result.outcome.end is End.INTERRUPTED and not saved()
+        def stopped() -> bool:
+            return server is not None and server.stopped
 
-    again_on_save(options.tree, options.parameters, options.places, act=act, say=say)
+        def act(saved: Saved) -> bool:
+            result = run_task(options, interrupted=saved, finished=finished, page_server=server)
+            results.append(result)
+            return stopped() or (result.outcome.end is End.INTERRUPTED and not saved())
+
+        again_on_save(
+            options.tree, options.parameters, options.places, act=act, say=say, stopped=stopped
+        )
+        if server is not None:
+            server.farewell()
     return results[-1] if results else None
+
+
+def _page_server(options: ControlOptions) -> AbstractContextManager[PageServer | None]:
+    """Serves the page of every run, if a person wants one."""
+    return PageServer(options.page_port, again=True) if options.page else nullcontext()

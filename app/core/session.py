@@ -54,7 +54,7 @@ class Tick:
     seconds: float
     """Real time from the reading to the command [s]."""
     paused: bool
-    """Whether a person keeps the tree from being ticked."""
+    """Whether the task's clock stands still, because a person keeps the tree from being ticked."""
 
 
 class NobodyHereError(HardwareError):
@@ -227,7 +227,7 @@ class Session:
                     report=self._report,
                     context=self._context,
                     seconds=seconds,
-                    paused=paused,
+                    paused=self._clock.held,
                 )
             )
         measurements.late_ticks += not paused and stopwatch() - begun > self._period

@@ -10,7 +10,7 @@ from py_trees.common import Status
 
 from app.live import NodeStatus, ObjectView, RegionView, SceneView, Snapshot
 from behaviours import BasePose, Region, ToolPose
-from hw import DepthFrame, TrueObject, Truth
+from hw import DepthFrame, TaskTime, TrueObject, Truth
 from robots import Geom
 from trees.language import TreeNode
 
@@ -72,14 +72,20 @@ class Snapshots:
         self._statuses: tuple[NodeStatus, ...] = (never,) * len(nodes)
         self._movable = _movable(truth) if truth else ()
         self._shown: DepthFrame | None = None
+        self.began: TaskTime | None = None
+        """The first tick, from which people are told the time."""
 
     def of(self, tick: Tick) -> Snapshot:
         """What one tick looked like; a frame is in the snapshot of the tick that first used it."""
         context, vision = tick.context, tick.context.vision
+        clock = context.clock
+        self.began = self.began or clock.now()
         is_new = vision.frame is not self._shown
         self._shown = vision.frame
         return Snapshot(
             tick=tick.number,
+            time=clock.now().since(self.began),
+            paused_s=clock.paused_s,
             state=tick.state,
             command=tick.applied,
             report=tick.report,

@@ -16,6 +16,7 @@ from rich.table import Table
 
 from app.core.measurements import Measurements
 from app.core.outcome import End, Outcome
+from app.task_time import task_time
 from behaviours import Carried, TaskLog
 from hw import MAY_TOUCH, Gate, TaskTime, Touch
 
@@ -53,7 +54,9 @@ class Summary:
     attempts: int
     """How often the fingers closed to grasp."""
     duration_s: float
-    """Pauses left out."""
+    """From the first tick, pauses left out."""
+    paused_s: float
+    """How long it was paused in all."""
     grasp_time_mean_s: float | None
     """From the first look to closed fingers, mean over the attempts that succeeded."""
     pick_place_time_mean_s: float | None
@@ -117,7 +120,7 @@ class Summary:
             objects = f"{self.placed} of {self.objects} objects placed, "
         failed_in = f"{self.node}: " if self.node and not self.succeeded else ""
         return (
-            f"{mark} {self.task} {ended} after {self.duration_s:.1f} s: "
+            f"{mark} {self.task} {ended} after {task_time(self.duration_s, self.paused_s)}: "
             f"{objects}{failed_in}{self.reason}"
         )
 
@@ -147,7 +150,8 @@ class Summary:
                 "pick and place": _seconds(self.pick_place_time_mean_s),
             }
         rows |= {
-            "time": f"{self.duration_s:.1f} s, {self.real_time_factor:.2f} times real time",
+            "time": f"{task_time(self.duration_s, self.paused_s)}, "
+            f"{self.real_time_factor:.2f} times real time",
             "limits": f"{self.limit_violations} violations in {self.ticks} ticks; "
             f"at most {self.highest_speed_percent:.0f} % of a speed limit, "
             f"joints at least {self.smallest_joint_margin_deg:.1f}° inside their range",
@@ -188,6 +192,7 @@ def summarise(
     measurements: Measurements,
     gate: Gate,
     duration: float,
+    paused: float,
     real_seconds: float,
     perception_seconds: float,
     dropped_snapshots: int,
@@ -208,7 +213,8 @@ def summarise(
         log: what the behaviours noted.
         measurements: what the session measured.
         gate: what it refused.
-        duration: time on the session's clock [s].
+        duration: time of the task [s].
+        paused: time that it was paused [s].
         real_seconds: time that passed meanwhile [s].
         perception_seconds: how much of it went into looking [s].
         dropped_snapshots: ticks that are not in the recording.
@@ -230,6 +236,7 @@ def summarise(
         claimed=log.placed,
         attempts=log.attempts,
         duration_s=round(duration, 3),
+        paused_s=round(paused, 3),
         grasp_time_mean_s=_mean([one.grasp_time for one in done]),
         pick_place_time_mean_s=_mean(_pick_place_times(log.carried)),
         contacts=contacts.total(),

@@ -23,7 +23,7 @@ from app.live.monitor import (
     open_in_viewer,
 )
 from app.live.nodes import NodeStatus, tip, tree_view
-from app.live.operator import Control, Ending, Hook, WebViewer
+from app.live.operator import Control, Ending, Hook, PageServer, WebViewer
 from app.live.run_display import RunDisplay
 from app.live.snapshot import ObjectView, RegionView, SceneView, Snapshot, key_figures
 from app.live.throttle import Throttle
@@ -45,6 +45,7 @@ __all__ = [
     "NodeStatus",
     "ObjectView",
     "OperatorConsole",
+    "PageServer",
     "Recorder",
     "RecorderError",
     "RegionView",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from py_trees.behaviour import Behaviour
 
@@ -21,6 +21,7 @@ from app.live.operator import (
     Hook,
     HookAction,
     PageError,
+    PageServer,
     Side,
     WebViewer,
     in_terminal,
@@ -76,6 +77,7 @@ class OperatorConsole:
         clear: clears the injected faults.
         viewer: the web viewer to embed in the page, if there is one.
         say: receives messages for the user, a line at a time.
+        server: serves the page, before and after this run too; None makes one for this run.
 
     Raises:
         UnknownNodeError: no node matches a breakpoint.
@@ -94,6 +96,7 @@ class OperatorConsole:
         clear: Callable[[], None],
         viewer: WebViewer | None,
         say: Callable[[str], None],
+        server: PageServer | None = None,
     ) -> None:
         has_person = options.page or options.groot or in_terminal(0)
         self.control = Control(
@@ -105,6 +108,7 @@ class OperatorConsole:
         self._say = say
         self._groot: GrootServer | None = None
         self._page: ControlPage | None = None
+        self._server, self._stays = server, server is None
         self.left = False
         """Whether a person at the terminal has ended the run."""
         self._emergency = ""
@@ -131,18 +135,21 @@ class OperatorConsole:
                     )
                 )
             if options.page:
-                self._page = self._stack.enter_context(
-                    ControlPage(
-                        self.control,
-                        tree,
-                        inject=inject,
-                        clear=clear,
-                        viewer=viewer,
-                        port=options.page_port,
-                        hooks=hooks,
-                        may_force=options.force,
-                    )
+                if self._server is None:
+                    self._server = self._stack.enter_context(PageServer(options.page_port))
+                self._page = ControlPage(
+                    self.control,
+                    tree,
+                    inject=inject,
+                    clear=clear,
+                    address=self._server.address,
+                    viewer=viewer,
+                    hooks=hooks,
+                    may_force=options.force,
                 )
+                self._server.serve(self._page)
+                if self._server.stopped:  # since the run before
+                    self.control.stop()
         except (GrootError, PageError):
             self._stack.close()
             raise
@@ -159,8 +166,8 @@ class OperatorConsole:
         with keys(self.control) as listening:
             if listening:
                 self._say(HELP)
-            if self._page is not None:
-                self._say(f"control at {self._page.url}")
+            if self._server is not None:
+                self._say(f"control at {self._server.url}")
             yield
 
     def show(self, snapshot: Snapshot) -> None:
@@ -176,15 +183,29 @@ class OperatorConsole:
         self.left = True
         self.control.stop()
 
+    def finish(self) -> None:
+        """The loop has ended, and the robot is at rest."""
+        if self._page is not None:
+            self._page.finish()
+
     def stay(self, ending: Ending) -> None:
-        """Keep the page, if there is one, until Ctrl-C, and show on it how the run ended."""
-        if self._page is None or self.left:
+        """Show on the page, if there is one, how the run ended, and keep it until Ctrl-C.
+
+        A page that another run may follow on is not waited for, and one that goes has no time to
+        load the recording.
+        """
+        if self._page is None or self._server is None:
             return
-        self._page.end(ending)
+        stays = self._stays and not self.left
+        self._page.end(ending if stays else replace(ending, recording=None))
+        if self._stays and self.left:
+            self._server.farewell()
+        if not stays:
+            return
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)
         try:
             with until_interrupted():
-                self._say(f"the page stays at {self._page.url}; Ctrl-C ends it")
+                self._say(f"the page stays at {self._server.url}; Ctrl-C ends it")
         finally:
             signal.signal(signal.SIGTERM, before)
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.live import Live
 
-from app.live.tree_text import About, Changes, Moment, picture
+from app.live.tree_text import About, Changes, Moment, frozen, picture
 from app.terminal import Terminal
 from hw import stopwatch
 
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 _PERIOD = 0.2
 """How often something is written [s of real time]."""
+_OLD = 1.0
+"""A tick that is older than this is told as such [s]."""
 _PATIENCE = 1.0
 """Time that a terminal has for the last of it [s]."""
 
@@ -55,6 +57,8 @@ class RunDisplay:
         if self._console.is_terminal:
             self._live = Live(console=self._console, auto_refresh=False, transient=True)
         self._newest: Moment | None = None
+        self._told_at: float | None = None
+        self._frozen = False
         self._changed: deque[Moment] = deque()
         self._paused, self._faults = "", 0
         self._error: Exception | None = None
@@ -86,6 +90,7 @@ class RunDisplay:
         """
         if self._error is not None:
             raise self._error
+        self._told_at = self._seconds()
         if self._live is not None:
             self._newest = moment
             return
@@ -93,6 +98,10 @@ class RunDisplay:
         if changed or moment.paused != self._paused or faults != self._faults:
             self._paused, self._faults = moment.paused, faults
             self._changed.append(moment)
+
+    def finish(self) -> None:
+        """No tick follows, and none is missed."""
+        self._told_at = None
 
     def _run(self) -> None:
         try:
@@ -105,7 +114,13 @@ class RunDisplay:
 
     def write(self) -> None:
         """Write what there is to be shown now."""
+        told_at = self._told_at
+        age = 0.0 if told_at is None else self._seconds() - told_at
         if self._live is None:
+            if (age > _OLD) is not self._frozen:
+                self._frozen = age > _OLD
+                line = frozen(age) if self._frozen else "the loop ticks again"
+                self._console.print(f"! {line}", soft_wrap=True, markup=False, highlight=False)
             while self._changed:
                 for line in self._changes.lines(self._changed.popleft()):
                     self._console.print(line, soft_wrap=True, markup=False, highlight=False)
@@ -115,6 +130,7 @@ class RunDisplay:
                 self._tree,
                 moment,
                 elapsed=self._seconds() - self._began,
+                age=age if age > _OLD else 0.0,
                 width=self._console.width,
                 rows=self._console.height - 2,
             )

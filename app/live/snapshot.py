@@ -34,6 +34,10 @@ class Snapshot:
     """
 
     tick: int
+    time: float
+    """Of the task, from its first tick, pauses left out: what people are told [s]."""
+    paused_s: float = 0.0
+    """How long it was paused so far [s]."""
     state: RobotState
     command: Command
     """As sent."""

@@ -13,6 +13,7 @@ from py_trees.common import Status
 from rich.text import Text
 
 from app.live.nodes import Look, looks, parents, path_from_root, tip
+from app.task_time import in_words, task_time
 
 if TYPE_CHECKING:
     from app.live.nodes import NodeInfo, NodeStatus
@@ -53,7 +54,14 @@ class About:
 
 
 def picture(
-    about: About, tree: Sequence[NodeInfo], moment: Moment, *, elapsed: float, width: int, rows: int
+    about: About,
+    tree: Sequence[NodeInfo],
+    moment: Moment,
+    *,
+    elapsed: float,
+    width: int,
+    rows: int,
+    age: float = 0.0,
 ) -> Text:
     """The whole display: badges, figures, and the tree with the running leaf in bold.
 
@@ -64,8 +72,9 @@ def picture(
         elapsed: real time since the run began [s].
         width: of the terminal [characters].
         rows: that there are for it.
+        age: of the moment, if it is too old [s].
     """
-    lines = [_head(about, moment), _figures(about, moment, elapsed)]
+    lines = [_head(about, moment, age), _figures(about, moment, elapsed)]
     lines += tree_lines(tree, moment.seen.nodes, rows=max(3, rows - len(lines)))
     for line in lines:
         line.no_wrap = True
@@ -73,8 +82,16 @@ def picture(
     return Text("\n").join(lines)
 
 
-def _head(about: About, moment: Moment) -> Text:
+def frozen(age: float) -> str:
+    """What a person is told when no tick has come for so long [s]."""
+    return f"frozen for {in_words(age)}: the control loop stands still, the robot may be moving"
+
+
+def _head(about: About, moment: Moment, age: float) -> Text:
     text = Text()
+    if age:
+        text.append(f" {frozen(age)} ", style="bold white on red")
+        text.append(" ")
     faults = [fault.text for fault in moment.seen.state.faults]
     if faults:
         text.append(f" FAULT: {'; '.join(faults)} ", style="bold white on red")
@@ -96,7 +113,7 @@ def _figures(about: About, moment: Moment, elapsed: float) -> Text:
         text.append(f" {moment.placed} of {about.objects} placed", style="bold")
         text.append(f"  {_counted(moment.attempts, 'grasp')}  ")
     speed = f", {seen.stamp / elapsed:.1f} times real time" if elapsed > 0.0 else ""
-    text.append(f"{seen.stamp:.1f} s{speed}", style="bright_black")
+    text.append(f"{task_time(seen.time, seen.paused_s)}{speed}", style="bright_black")
     return text
 
 
@@ -169,7 +186,7 @@ class Changes:
 
     def lines(self, moment: Moment) -> Iterator[str]:
         """What is new since the moment before."""
-        at = f"{moment.seen.stamp:8.2f} s  "
+        at = f"{moment.seen.time:8.2f} s  "
         faults = tuple(fault.text for fault in moment.seen.state.faults)
         if faults != self._faults:
             yield f"{at}! {'FAULT: ' + '; '.join(faults) if faults else 'faults cleared'}"

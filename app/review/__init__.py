@@ -2,7 +2,7 @@
 
 from app.review.delays import Delay, NoMotionError, delays
 from app.review.demo_page import demo_page
-from app.review.event_log import DamagedRunError, read_log
+from app.review.event_log import DamagedRunError, read_log, recorded_time
 from app.review.explanation import explain
 from app.review.film import make_film
 from app.review.finished import find_run, read_run, run_folders, runs_table
@@ -44,6 +44,7 @@ __all__ = [
     "read_motion",
     "read_run",
     "recorded_depth",
+    "recorded_time",
     "run_folders",
     "runs_table",
     "time_use",

@@ -93,15 +93,13 @@ def attempts_text(found: Sequence[Attempt], most: int = 12) -> list[str]:
     return lines
 
 
-def eaters_text(found: Sequence[Eater], total: float, paused: float) -> list[str]:
+def eaters_text(found: Sequence[Eater], total: float) -> list[str]:
     """What ate the time, a line a leaf."""
-    rows = [(one.name, one.seconds, f"{one.rounds} rounds") for one in found]
-    if paused > 0.0:
-        rows.append(("paused", paused, ""))
-    width = max((len(name) for name, _, _ in rows), default=0)
+    width = max((len(one.name) for one in found), default=0)
     return [
-        f"  {name:{width}}  {seconds:>7.1f} s  {100.0 * seconds / max(total, 1e-9):>3.0f} %  {note}"
-        for name, seconds, note in rows
+        f"  {one.name:{width}}  {one.seconds:>7.1f} s  "
+        f"{100.0 * one.seconds / max(total, 1e-9):>3.0f} %  {one.rounds} rounds"
+        for one in found
     ]
 
 

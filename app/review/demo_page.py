@@ -14,6 +14,7 @@ from app.core import RECORDING
 from app.live import WebFilesError, viewer_page, viewer_web_files
 from app.review.explanation import explain
 from app.review.finished import read_run
+from app.task_time import task_time
 from config import UserError
 
 _POLICY = (
@@ -110,7 +111,8 @@ def _outcome(run: Path) -> str:
     """How the run ended, in one line."""
     summary = read_run(run).summary
     tried = summary.placed or summary.attempts
-    time = "" if summary.duration_s is None else f" after {summary.duration_s:.0f} s"
+    duration, paused = summary.duration_s, summary.paused_s
+    time = "" if duration is None else f" after {task_time(duration, paused)}"
     placed = f", {summary.placed} of {summary.objects} objects placed" if tried else ""
     return f"{summary.outcome}{time}{placed}"
 

@@ -7,7 +7,8 @@ counted. Everything else that no run writes is refused, with its line.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from os.path import isfile
 from pathlib import Path
 from typing import Annotated, Literal
@@ -134,6 +135,49 @@ class Log:
         last = self.events[-1]
         return last if isinstance(last, EndEvent) else None
 
+    @cached_property
+    def pauses(self) -> Sequence[tuple[float, float]]:
+        """When the task's clock stood still, on the session's clock [s]."""
+        found: list[tuple[float, float]] = []
+        since: float | None = None
+        for event in self.events:
+            if isinstance(event, PauseEvent) and since is None:
+                since = event.time
+            elif isinstance(event, ResumeEvent) and since is not None:
+                found.append((since, event.time))
+                since = None
+        return found if since is None else [*found, (since, self.events[-1].time)]
+
+    @property
+    def began(self) -> float:
+        """The first tick, on the session's clock [s]."""
+        return self.events[1].time if len(self.events) > 1 and not self.left_out else 0.0
+
+    @property
+    def paused_s(self) -> float:
+        """How long it was paused in all [s]."""
+        return sum(end - begin for begin, end in self.pauses)
+
+    def task_time(self, time: float) -> float:
+        """What people are told of a time on the session's clock: from the first tick [s]."""
+        paused = sum(min(end, time) - begin for begin, end in self.pauses if begin < time)
+        return max(0.0, time - self.began - paused)
+
+    def session_time(self, time: float) -> float:
+        """On the session's clock, a time that people are told [s]; a pause is where it begins."""
+        time += self.began
+        for begin, end in self.pauses:
+            time += end - begin if begin < time else 0.0
+        return time
+
+    def for_people(self) -> Log:
+        """The same with the times that people are told."""
+        events = [
+            event.model_copy(update={"time": round(self.task_time(event.time), 4)})
+            for event in self.events
+        ]
+        return replace(self, events=events)
+
 
 def read_log(folder: Path) -> Log:
     """The event log of a run.
@@ -163,6 +207,14 @@ def read_log(folder: Path) -> Log:
     for event, checked in zip((e for e in written if e.event in _KINDS), events, strict=True):
         _check_place(event, checked, nodes, is_last=checked is events[-1], path=path)
     return Log(nodes=nodes, events=events, left_out=written[-1].line - len(written))
+
+
+def recorded_time(folder: Path, time: float) -> float:
+    """Where a recording has a time that people are told of a run [s]."""
+    try:
+        return read_log(folder).session_time(time)
+    except DamagedRunError:
+        return time
 
 
 def _checked(event: Event, path: Path) -> LoggedEvent:

@@ -25,6 +25,7 @@ from app.review.event_log import (
 from app.review.finished import UNFINISHED, RunRecord, read_run
 from app.review.history import history
 from app.review.timeline import Timeline, timeline
+from app.task_time import task_time
 
 _MOST_LINES = 40
 """A longer history is shortened in the middle."""
@@ -37,7 +38,8 @@ class Explanation:
     record: RunRecord
     outcome: str
     time: float
-    """Of the end, or of the last event [s]."""
+    """Of the end, or of the last event; as all times here from the first tick, pauses left out [s].
+    """
     node: Node | None
     """The node in which it ended; None if there is none."""
     since: float
@@ -78,7 +80,8 @@ def explain(folder: Path) -> Explanation:
     Raises:
         DamagedRunError: its event log is missing, or no log that a run writes.
     """
-    log = read_log(folder)
+    session = read_log(folder)
+    log = session.for_people()
     end, record, spans = log.end, read_run(folder), timeline(log)
     index = end.node if end else _running_leaf(log)
     outcome = end.outcome if end else UNFINISHED
@@ -89,7 +92,7 @@ def explain(folder: Path) -> Explanation:
     return Explanation(
         record=record,
         outcome=outcome,
-        time=log.events[-1].time,
+        time=log.events[-1].time if record.duration_s is None else record.duration_s,
         node=None if index is None else log.nodes[index],
         since=decisive.time,
         reason=end.reason if end else _last_message(log.events, index),
@@ -101,8 +104,8 @@ def explain(folder: Path) -> Explanation:
         where=None if cause is None or cause.node is None else log.nodes[cause.node],
         attempts=attempts(spans),
         eaters=eaters(spans),
-        paused_s=spans.paused_s,
-        history=list(history(log, spans)),
+        paused_s=session.paused_s,
+        history=list(history(log, spans, session.pauses)),
         damage=list(_damage(log, record)),
     )
 
@@ -170,9 +173,8 @@ def _text(run: Explanation) -> Iterator[str]:
     summary = run.record.summary
     about = {"robot": summary.robot, "scene": summary.scene, "seed": summary.seed}
     known = ", ".join(f"{key} {value}" for key, value in about.items() if value not in (None, ""))
-    yield f"{run.record.task}: {run.outcome} after {run.time:.2f} s" + (
-        f" ({known})" if known else ""
-    )
+    time = task_time(run.time, run.paused_s)
+    yield f"{run.record.task}: {run.outcome} after {time}" + (f" ({known})" if known else "")
     yield ""
     yield from _why(run)
     if run.values and run.outcome != End.SUCCESS.value:
@@ -188,7 +190,7 @@ def _text(run: Explanation) -> Iterator[str]:
     if run.eaters:
         yield ""
         yield "What took the time"
-        yield from eaters_text(run.eaters, run.time, run.paused_s)
+        yield from eaters_text(run.eaters, run.time)
     yield ""
     yield "What happened"
     lines = run.history
@@ -225,7 +227,8 @@ def _why(run: Explanation) -> Iterator[str]:
             yield f"It was {run.reason} at {run.time:.2f} s, during {title}"
         case _ if run.outcome == UNFINISHED:
             yield (
-                "The end was not recorded: the run is still going on, or its process was killed. "
+                "The end was not recorded: the run is still going on, or its process was killed "
+                f"or is frozen; its log is {run.record.silent}. "
                 f"Last event at {run.time:.2f} s, during {title}: {run.reason}"
             )
         case _:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from os.path import getmtime, isdir, isfile, lexists
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,6 +14,7 @@ from rich.table import Table
 
 from app.core import EVENTS, RECORDING, SUMMARY
 from app.review.event_log import first_problem
+from app.task_time import in_words, task_time
 from config import UserError
 
 RUNS = Path("runs")
@@ -46,6 +48,7 @@ class RecordedSummary(BaseModel):
     seed: int | None = None
     node: str = ""
     duration_s: Annotated[float, Field(ge=0.0, le=1e9)] | None = None
+    paused_s: Annotated[float, Field(ge=0.0, le=1e9)] = 0.0
     placed: _Count | None = None
     objects: _Count | None = None
     attempts: _Count | None = None
@@ -76,6 +79,20 @@ class RunRecord:
         """One of the values of `End`, or `UNFINISHED`, or `DAMAGED`."""
         return self.summary.outcome
 
+    @property
+    def duration_s(self) -> float | None:
+        """Of the task, from its first tick, pauses left out [s]; None if it is not known."""
+        return self.summary.duration_s
+
+    @property
+    def silent(self) -> str:
+        """How long its log has been as it is; one that goes on writes a line a second."""
+        try:
+            seconds = datetime.now(UTC).timestamp() - getmtime(self.folder / EVENTS)
+        except OSError:
+            return "without events"
+        return f"silent for {in_words(max(0.0, seconds))}"
+
     def row(self) -> dict[str, Any]:
         """Its entry in the list of runs."""
         s = self.summary
@@ -86,6 +103,7 @@ class RunRecord:
             "outcome": self.outcome,
             "node": s.node,
             "duration_s": s.duration_s,
+            "paused_s": s.paused_s,
             "placed": s.placed,
             "objects": s.objects,
             "damage": self.damage,
@@ -154,17 +172,18 @@ def runs_table(records: list[RunRecord]) -> Table:
     table.add_column("began")
     table.add_column("task")
     table.add_column("outcome")
-    for column in ("duration [s]", "placed"):
+    for column in ("time", "placed"):
         table.add_column(column, justify="right")
     table.add_column("failed in")
-    for row in (record.row() for record in records):
-        duration = row["duration_s"]
+    for record in records:
+        row, duration = record.row(), record.duration_s
         known = row["placed"] is not None
+        time = "-" if duration is None else task_time(duration, row["paused_s"])
         table.add_row(
             row["began"],
             row["task"],
             row["outcome"],
-            f"{duration:.1f}" if duration is not None else "-",
+            record.silent if record.outcome == UNFINISHED else time,
             f"{row['placed']} of {row['objects']}" if known else "-",
             row["node"],
         )

@@ -14,10 +14,18 @@ from app.review.event_log import (
     ResumeEvent,
 )
 from app.review.timeline import Timeline
+from app.task_time import in_words
 
 
-def history(log: Log, spans: Timeline) -> Iterator[str]:
-    """What the leaves did, which were halted, and faults and pauses, with times."""
+def history(log: Log, spans: Timeline, pauses: Sequence[tuple[float, float]] = ()) -> Iterator[str]:
+    """What the leaves did, which were halted, and faults and pauses, with times.
+
+    Args:
+        log: with the times that people are told.
+        spans: the same as spans.
+        pauses: when each began and ended [s].
+    """
+    lengths = iter([end - begin for begin, end in pauses])
     inner = {node.path.rpartition("/")[0] for node in log.nodes}
     running: dict[int, str] = {}
     last = [max((index, *spans.below(index))) for index in range(len(log.nodes))]
@@ -39,7 +47,7 @@ def history(log: Log, spans: Timeline) -> Iterator[str]:
             case PauseEvent():
                 yield f"{at}‖ paused {event.why}"
             case ResumeEvent():
-                yield f"{at}▶ resumed"
+                yield f"{at}▶ went on after a pause of {in_words(next(lengths, 0.0))}"
 
 
 def _order(event: LoggedEvent, last: Sequence[int]) -> tuple[float, int, int]:

@@ -17,6 +17,7 @@ from app.review.event_log import Log, read_log
 from app.review.explanation import Explanation, explain, said
 from app.review.recorded_images import NoDepthError, depth_pictures
 from app.review.timeline import Timeline, timeline
+from app.task_time import task_time
 from app.terminal import visible
 from config import UserError
 
@@ -60,15 +61,15 @@ def write_report(folder: Path, out: Path) -> None:
         ReportError: the file cannot be written.
     """
     run, log = explain(folder), read_log(folder)
-    text = "\n".join(_page(run, log, timeline(log), folder))
+    text = "\n".join(_page(run, log, folder))
     try:
         out.write_text(text + "\n", encoding="utf-8")
     except OSError as error:
         raise ReportError(f"{out}: cannot be written ({error.strerror})") from error
 
 
-def _page(run: Explanation, log: Log, spans: Timeline, folder: Path) -> Iterator[str]:
-    title = _safe(f"{run.record.task}: {run.outcome} after {run.time:.1f} s")
+def _page(run: Explanation, log: Log, folder: Path) -> Iterator[str]:
+    title = _safe(f"{run.record.task}: {run.outcome} after {task_time(run.time, run.paused_s)}")
     yield "<!doctype html>"
     yield f'<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
     yield f"<style>{_STYLE}</style></head><body>"
@@ -76,7 +77,7 @@ def _page(run: Explanation, log: Log, spans: Timeline, folder: Path) -> Iterator
     good = run.outcome == "success"
     lead = said(run) or str(run).split("\n\n")[1]
     yield f'<p class="cause{" good" if good else ""}">{_safe(lead)}</p>'
-    yield from _pictures(run, folder)
+    yield from _pictures(run, log, folder)
     if run.attempts:
         yield "<h2>Attempts</h2>"
         rows = [
@@ -89,13 +90,13 @@ def _page(run: Explanation, log: Log, spans: Timeline, folder: Path) -> Iterator
         eaten = [(one.name, f"{one.seconds:.1f} s", str(one.rounds)) for one in run.eaters]
         yield from _table(("", "in all", "rounds"), eaten)
     yield "<h2>The tree at the end</h2>"
-    yield from _tree(run, log, spans)
+    yield from _tree(run, log, timeline(log))
     yield "<h2>In full</h2>"
     yield f"<pre>{_safe(str(run))}</pre>"
     yield "</body></html>"
 
 
-def _pictures(run: Explanation, folder: Path) -> Iterator[str]:
+def _pictures(run: Explanation, log: Log, folder: Path) -> Iterator[str]:
     """What the camera saw when something failed, and at the end; the way of the base from above."""
     failed = [one.cause.time for one in run.attempts if one.cause is not None]
     causes = [run.cause.time] if run.cause is not None else []
@@ -104,17 +105,18 @@ def _pictures(run: Explanation, folder: Path) -> Iterator[str]:
     if len(times) > _MOST_PICTURES:
         times = [*times[: _MOST_PICTURES // 2], *times[-(_MOST_PICTURES // 2) :]]
     try:
-        shown = depth_pictures(folder / RECORDING, [max(0.0, t - _BEFORE) for t in times])
+        before = [log.session_time(max(0.0, time - _BEFORE)) for time in times]
+        shown = depth_pictures(folder / RECORDING, before)
     except NoDepthError:
         shown = []
-    plan = _plan(folder, wrong)
+    plan = _plan(folder, [log.session_time(time) for time in wrong])
     if not (shown or plan):
         return
     yield "<h2>What it saw, and where it went</h2>"
     yield '<div class="strip">'
     for time, png in shown:
         image = f"data:image/png;base64,{b64encode(png).decode('ascii')}"
-        caption = f"depth at {time:.1f} s"
+        caption = f"depth at {log.task_time(time):.1f} s"
         yield f'<figure><img alt="{caption}" src="{image}">'
         yield f"<figcaption>{caption}</figcaption></figure>"
     yield from plan

@@ -32,6 +32,7 @@ class CarriedObject(BaseModel):
     model_config = ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
 
     begun: _Seconds
+    """As all times here, since the session began, pauses left out."""
     attempts: int
     grasp_time: _Seconds
     placed: _Seconds | None
@@ -100,7 +101,7 @@ class TimeUse:
     @property
     def typical(self) -> Cycle:
         """The cycle of median length."""
-        ordered = sorted(self.cycles, key=lambda cycle: cycle.end - cycle.begin)
+        ordered = sorted(self.cycles, key=lambda cycle: cycle.rest.seconds)
         return ordered[(len(ordered) - 1) // 2]
 
     def by_kind(self) -> list[NodeTime]:
@@ -118,14 +119,20 @@ class TimeUse:
 
 
 def time_use(folder: Path) -> TimeUse:
-    """Where the time of a finished run went.
+    """Where the time of a finished run went, pauses left out.
 
     Raises:
         DamagedRunError: its log or its motion cannot be read.
     """
     log, motion = read_log(folder), read_motion(folder)
+    for begin, end in log.pauses:
+        motion.steps[motion.between(begin, end)] = 0.0
     found = stretches(log)
-    placed = [one.placed for one in carried_objects(folder) if one.placed is not None]
+    placed = [
+        log.session_time(one.placed - log.began)
+        for one in carried_objects(folder)
+        if one.placed is not None
+    ]
     spans = list(zip([float(motion.times[0]), *placed], placed, strict=False))
     if not spans:
         spans = [(float(motion.times[0]), float(motion.times[-1]))]
@@ -213,9 +220,9 @@ def node_time(name: str, some: Sequence[Stretch], motion: RunMotion) -> NodeTime
 
 def _text(use: TimeUse) -> Iterator[str]:
     cycle = use.typical
-    length = cycle.end - cycle.begin
+    length = cycle.rest.seconds
     if cycle.number:
-        mean = np.mean([one.end - one.begin for one in use.cycles])
+        mean = np.mean([one.rest.seconds for one in use.cycles])
         of = f"Object {cycle.number} of {len(use.cycles)}, the one of median time"
         yield f"{of}: {length:.2f} s from the release before to its own; mean {mean:.2f} s"
     else:

@@ -12,8 +12,6 @@ from app.review.event_log import (
     Node,
     NodeEvent,
     NowEvent,
-    PauseEvent,
-    ResumeEvent,
 )
 
 
@@ -60,7 +58,6 @@ class Timeline:
     rounds: Mapping[int, Sequence[Span]]
     """Of every node, in order of time."""
     faults: Sequence[FaultSpan]
-    paused_s: float
     end: float
     """Of the last event [s]."""
 
@@ -107,7 +104,6 @@ def timeline(log: Log) -> Timeline:
     rounds: dict[int, list[Span]] = defaultdict(list)
     faults: list[FaultSpan] = []
     fault: tuple[float, str] | None = None
-    paused_at, paused = None, 0.0
     for event in log.events:
         match event:
             case NodeEvent(status="RUNNING"):
@@ -133,10 +129,6 @@ def timeline(log: Log) -> Timeline:
                 if fault is not None:
                     faults.append(FaultSpan(begin=fault[0], end=event.time, text=fault[1]))
                 fault = (event.time, "; ".join(event.faults)) if event.faults else None
-            case PauseEvent():
-                paused_at = event.time
-            case ResumeEvent() if paused_at is not None:
-                paused, paused_at = paused + event.time - paused_at, None
     if fault is not None:
         faults.append(FaultSpan(begin=fault[0], end=float("inf"), text=fault[1]))
     for node, (begin, message) in open_spans.items():
@@ -148,7 +140,6 @@ def timeline(log: Log) -> Timeline:
         parents=_parents(log.nodes),
         rounds=dict(rounds),
         faults=faults,
-        paused_s=paused + (end - paused_at if paused_at is not None else 0.0),
         end=end,
     )
 

@@ -42,7 +42,8 @@ class ClientHooks:
         self, hooks: Sequence[Hook], control: Control, *, may_replace: bool = False
     ) -> None:
         self._hooks = dict(enumerate(hooks, start=1))
-        self._own = {uid: dict(hook.actions) for uid, hook in self._hooks.items()}
+        self._before: dict[tuple[int, Side], HookAction | None] = {}
+        """What was there before an action of the client's."""
         self._control = control
         self._may_replace = may_replace
         self._requests: dict[tuple[int, Side], _HookRequest] = {}
@@ -98,6 +99,7 @@ class ClientHooks:
         request = self._requests.get((uid, side))
         if request is not None and request.once and request.mode == _REPLACE:
             del self._requests[uid, side]
+            self._before.pop((uid, side), None)
 
     def set_silent(self, silent: bool) -> None:
         """Whether the client is silent: its hooks are disabled, and a paused run stays paused."""
@@ -141,16 +143,26 @@ class ClientHooks:
         return position
 
     def _apply(self, uid: int) -> None:
-        """Set a hook's actions: its own, overridden by the client's."""
-        actions = dict(self._own[uid])
-        for side in Side:
-            request = self._requests.get((uid, side))
-            if request is None or not request.enabled or self._silent:
-                continue
-            outcome = _OUTCOMES.get(request.desired_status) if request.mode == _REPLACE else None
-            if outcome is not None or request.mode == _BREAKPOINT:
-                actions[side] = HookAction(replace_with=outcome, once=request.once)
-        self._hooks[uid].actions = actions
+        """Set a hook's actions to the client's, and back to what they were where it has none."""
+        actions = self._hooks[uid].actions
+        for key in ((uid, side) for side in Side):
+            if (wanted := self._wanted(key)) is not None:
+                self._before.setdefault(key, actions.get(key[1]))
+                actions[key[1]] = wanted
+            elif key in self._before:
+                actions.pop(key[1], None)
+                if (before := self._before.pop(key)) is not None:
+                    actions[key[1]] = before
+
+    def _wanted(self, key: tuple[int, Side]) -> HookAction | None:
+        """The action that the client wants, if it wants one and is there."""
+        request = self._requests.get(key)
+        if request is None or not request.enabled or self._silent:
+            return None
+        outcome = _OUTCOMES.get(request.desired_status) if request.mode == _REPLACE else None
+        if outcome is None and request.mode != _BREAKPOINT:
+            return None
+        return HookAction(replace_with=outcome, once=request.once)
 
     def _resume_all(self) -> None:
         for uid in self._hooks:

@@ -34,6 +34,8 @@ USUAL_PORT = 1667
 
 _HEARTBEAT = 5.0
 """The hooks of a client that is silent for this long are disabled [s of real time]."""
+_OLD = 1.0
+"""Values that are older than this are told as such [s]."""
 _POLL_MS = 20
 _MOST_TRANSITIONS = 1000
 _MOST_BYTES = 1_000_000
@@ -89,6 +91,7 @@ class GrootServer:
         self._codes = [0] * len(tree)
         self._values: Mapping[str, object] = {}
         self._stamp = 0.0
+        self._shown_at: float | None = None
         self._recording_since: float | None = None
         self._transitions: deque[Transition] = deque(maxlen=_MOST_TRANSITIONS)
         self._notices: queue.SimpleQueue[tuple[int, Side]] = queue.SimpleQueue()
@@ -133,6 +136,7 @@ class GrootServer:
         """
         with self._lock:
             self._stamp, self._values = snapshot.stamp, values
+            self._shown_at = self._seconds()
             for index, node in enumerate(snapshot.nodes):
                 before, now = self._codes[index], code(node.status, self._codes[index])
                 if now == before:
@@ -198,11 +202,16 @@ class GrootServer:
 
     def _blackboard(self, names: bytes) -> Reply:
         with self._lock:
-            boards = {self._task: dict(self._values)}
+            boards = {self._task: {**self._values, **self._frozen()}}
         if wanted := names.decode():  # without a name, every board
             boards = {name: boards[name] for name in wanted.split(";") if name in boards}
         packed: bytes = self._pack(boards, default=str)
         return packed
+
+    def _frozen(self) -> Mapping[str, float]:
+        """How old these values are, where that is too old; the protocol has no other place."""
+        age = 0.0 if self._shown_at is None else self._seconds() - self._shown_at
+        return {"frozen for [s]": round(age, 1)} if age > _OLD else {}
 
     def _record(self, command: bytes) -> Reply:
         with self._lock:

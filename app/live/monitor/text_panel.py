@@ -65,7 +65,7 @@ class TextPanel:
                 indexes=timelines([snapshot for snapshot, _, _ in events]),
                 columns=rr.TextLog.columns(
                     level=[level for _, level, _ in events],
-                    text=[f"{snapshot.stamp:7.2f} s  {text}" for snapshot, _, text in events],
+                    text=[f"{snapshot.time:7.2f} s  {text}" for snapshot, _, text in events],
                 ),
             )
 

@@ -15,7 +15,7 @@ from app.live.operator.hooks import (
 )
 from app.live.operator.keyboard import HELP, in_terminal, keys
 from app.live.operator.page import ControlPage, Ending, WebViewer
-from app.live.operator.page_server import PageError
+from app.live.operator.page_server import PageError, PageServer
 
 __all__ = [
     "ACKNOWLEDGED",
@@ -27,6 +27,7 @@ __all__ = [
     "Hook",
     "HookAction",
     "PageError",
+    "PageServer",
     "Side",
     "UnknownNodeError",
     "WebViewer",

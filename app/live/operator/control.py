@@ -87,14 +87,6 @@ class Control:
         with self._changed:
             self._resume()
 
-    def toggle(self) -> None:
-        """Pause, or resume if paused."""
-        with self._changed:
-            if self._paused:
-                self._resume()
-            else:
-                self.pause()
-
     def step(self) -> None:
         """Tick the tree once, then pause; steps requested in quick succession add up."""
         with self._changed:

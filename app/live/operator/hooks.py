@@ -78,8 +78,17 @@ class Hook(Branch):
         """Whether the run is paused here."""
         return self._waiting is not None and self.status is Status.RUNNING
 
-    def force(self, outcome: Status) -> None:
-        """End the node with an outcome: now if it runs, else as soon as it is entered."""
+    @property
+    def chosen(self) -> Status | None:
+        """The outcome that the node will have whatever it does, if somebody has chosen one."""
+        replaced = (action.replace_with for action in self.actions.copy().values())
+        return self._forced or next(filter(None, replaced), None)
+
+    def force(self, outcome: Status | None) -> None:
+        """End the node with an outcome: now if it runs, else as soon as it is entered.
+
+        None takes back what has not happened yet.
+        """
         self._forced = outcome
 
     def restart(self) -> None:

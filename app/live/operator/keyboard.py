@@ -1,4 +1,4 @@
-"""Control by keys: space pauses and resumes, s steps, n runs on, q stops, a acknowledges.
+"""Control by keys: space pauses, r resumes, s steps, n runs on, q stops, a acknowledges.
 
 Only where standard input is a terminal and this process is in its foreground. The terminal's
 settings are restored, whatever ends the run.
@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 from app.live.operator.control import Control
 
 HELP = (
-    "space: pause/resume   s: step   n: run to the next status change   q: stop   "
+    "space: pause   r: resume   s: step   n: run to the next status change   q: stop   "
     "a: acknowledge an emergency stop"
 )
 
@@ -42,7 +42,8 @@ def keys(control: Control, file: int = 0) -> Iterator[bool]:
         yield False
         return
     actions: dict[bytes, Callable[[], None]] = {
-        b" ": control.toggle,
+        b" ": control.pause,
+        b"r": control.resume,
         b"s": control.step,
         b"n": control.run_to_next_change,
         b"q": control.stop,

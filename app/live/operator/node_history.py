@@ -34,12 +34,12 @@ class NodeHistory:
             return
         for index, (was, now) in enumerate(zip(self._statuses, snapshot.nodes, strict=True)):
             if now.status is not was:
-                self._changes[index].append((snapshot.stamp, now.status, now.message))
+                self._changes[index].append((snapshot.time, now.status, now.message))
         self._statuses = statuses
 
     def of(self, node: int) -> list[dict[str, object]]:
         """The changes of one node, for JSON, oldest first."""
         return [
-            {"time": stamp, "status": status.value.lower(), "message": message}
-            for stamp, status, message in self._changes[node].copy()
+            {"time": time, "status": status.value.lower(), "message": message}
+            for time, status, message in self._changes[node].copy()
         ]

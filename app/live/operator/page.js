@@ -1,55 +1,102 @@
-// Polls the state of the run five times a second, draws it, and sends what buttons and keys ask for.
+// Asks for the state of the run five times a second, draws what `view` makes of it, and sends what
+// buttons and keys ask for.
 "use strict";
 
+const PERIOD = 200, TIMEOUT = 4000;  // [ms]
 const token = location.hash.slice(1);
 const element = (id) => document.getElementById(id);
-let tree = null, chosen = null, last = null;
+const seconds = () => performance.now() / 1000;
 
-async function ask(path, method = "GET") {
-  const reply = await fetch(path, { method, headers: { "X-Token": token } });
-  if (reply.status === 403) throw new Error("this page has no valid token: open the address that the run printed");
-  if (!reply.ok) throw new Error(`unknown request ${path}`);
-  return reply.json();
+let run = null, answer = "none", heard = seconds(), took = 0;
+let wanted = null;  // Stop or Pause, sent again until the state confirms it
+let note = "", chosen = null, tree = null, nodes = [], drawn = null;
+
+function state() {
+  return {
+    run, answer, note, chosen,
+    silent: seconds() - heard,
+    patience: OLD + Math.min(took, 3),
+    wanted: wanted && { id: wanted.id, name: wanted.name, seconds: seconds() - wanted.since },
+  };
 }
 
-const send = (path) => ask(path, "POST").then(show).catch(failed);
+class Refusal extends Error {}
 
-function visible(id, is) { element(id).hidden = !is; }
-function text(id, value) { if (element(id).textContent !== value) element(id).textContent = value; }
-
-// Whether a motion waits for a person: then only the button approves it, and no key by mistake.
-function asks(state) { return state.approve !== "" && state.paused && state.over === null && !state.stopped; }
-
-function show(state) {
-  last = state;
-  const over = state.over !== null, ended = over || state.stopped;
-  const run = over ? "over" : state.stopped ? "over" : state.paused ? "paused" : "running";
-  element("run").className = run;
-  text("run", over ? "over" : state.stopped ? "stopping" : run === "paused" ? `paused ${state.why}` : run);
-  element("ticks").value = state.ticks;
-  text("node", state.node ? `${state.time.toFixed(2)} s  ${state.node}: ${state.message}` : "");
-  const latched = state.emergency !== "";
-  const approve = asks(state);
-  element("pause").disabled = state.paused || ended;
-  element("resume").disabled = !state.paused || ended || latched || approve;
-  for (const id of ["step", "next"]) element(id).disabled = ended || latched || approve;
-  for (const id of ["stop", "inject", "clear", "fault"]) element(id).disabled = ended;
-  const faults = state.faults || [];
-  visible("faults", faults.length > 0 && !over);
-  text("faults", faults.join("; "));
-  visible("acknowledge", latched && !ended);
-  element("acknowledge").disabled = state.pressed;
-  for (const id of ["wanted", "approve", "refuse"]) visible(id, approve);
-  text("wanted", `the robot wants to: ${state.approve}`);
-  element("banner").className = faults.length && !over ? "fault" : approve ? "asks" : "";
-  if (!element("fault").length) {
-    for (const name of state.injectable) element("fault").add(new Option(name));
+// One request; what comes of it is noted, also that nothing does.
+async function ask(path, method = "GET") {
+  const sent = seconds();
+  let reply;
+  try {
+    const headers = { "X-Token": token, ...(run ? { "X-Seen": run.told_at } : {}) };
+    reply = await fetch(path, { method, headers, signal: AbortSignal.timeout(TIMEOUT) });
+    const body = reply.ok ? await reply.json() : null;
+    answer = reply.status === 403 ? "forbidden" : "told";
+    heard = seconds();
+    took = heard - sent;
+    if (body !== null) return body;
+  } catch (error) {
+    answer = error.name === "TimeoutError" ? "none" : "refused";
+    throw error;
   }
-  embed(over ? state.over.viewer : state.viewer);
-  visible("over", over);
-  if (over) { text("outcome", state.over.outcome); text("explanation", state.over.explanation); }
-  if (tree) tree.show(state, chosen);
-  showChosen(state, ended);
+  throw new Refusal(reply.status === 409 ? "came too late" : "was refused");
+}
+
+// The newest word of the run; an answer that was overtaken by another is none.
+function hear(told) {
+  if (run && told.run === run.run && told.told_at < run.told_at) return;
+  run = told;
+  const done = run.stopped || (run.phase === "over" && !run.again);
+  if (wanted && (done || (wanted.id === "pause" && (run.paused || run.phase === "over")))) wanted = null;
+}
+
+async function press(id) {
+  const { name, path } = BUTTONS[id], repeated = id === "stop" || id === "pause";
+  note = "";
+  if (repeated && !(wanted && wanted.id === "stop")) {
+    wanted = { id, name, path: path(), since: seconds() };
+  }
+  try {
+    draw();
+    hear(await ask(path(), "POST"));
+  } catch (error) {
+    const refused = error instanceof Refusal;
+    if (refused && repeated) wanted = null;
+    if (refused || !repeated) note = `${name} ${refused ? error.message : "was not heard"}: look, and press it again`;
+  }
+  draw();
+}
+
+const BUTTONS = {
+  pause: { name: "Pause", path: () => "/pause" },
+  resume: { name: "Resume", path: () => "/resume" },
+  step: { name: "Step", path: () => "/step" },
+  next: { name: "Next change", path: () => "/next" },
+  stop: { name: "Stop", path: () => "/stop" },
+  inject: { name: "Inject", path: () => `/fault/${encodeURIComponent(element("fault").value)}` },
+  clear: { name: "Clear faults", path: () => "/clear" },
+  acknowledge: { name: "Acknowledge", path: () => "/acknowledge" },
+  approve: { name: "Approve", path: () => `/approve/${run.waiting}` },
+  refuse: { name: "Refuse", path: () => `/refuse/${run.waiting}` },
+  break: { name: "Pause before it", path: () => `/break/${chosen}` },
+  unbreak: { name: "Remove breakpoint", path: () => `/unbreak/${chosen}` },
+  "force-success": { name: "Force success", path: () => `/force/${chosen}/success` },
+  "force-failure": { name: "Force failure", path: () => `/force/${chosen}/failure` },
+  "force-nothing": { name: "Take back", path: () => `/force/${chosen}/nothing` },
+};
+
+function draw() {
+  drawn = view(state());
+  for (const [id, is] of Object.entries(drawn.enabled)) element(id).disabled = !is;
+  for (const [id, is] of Object.entries(drawn.shown)) element(id).hidden = !is;
+  for (const [id, text] of Object.entries(drawn.texts)) {
+    if (element(id).textContent !== text) element(id).textContent = text;
+  }
+  for (const [id, look] of Object.entries(drawn.looks)) element(id).className = look;
+  if (run && run.injectable && !element("fault").length) {
+    for (const name of run.injectable) element("fault").add(new Option(name));
+  }
+  embed(drawn.viewer);
+  if (tree && run && run.run === planted) tree.show(run, chosen);
 }
 
 function embed(source) {
@@ -61,16 +108,11 @@ function embed(source) {
   element("viewer").replaceChildren(made);
 }
 
-function showChosen(state, ended) {
-  visible("chosen", chosen !== null);
-  visible("hint", chosen === null);
-  if (chosen === null) return;
-  text("break", state.breaks.includes(chosen) ? "Remove breakpoint" : "Pause before it");
-  element("break").disabled = ended || !state.can_break;
-  for (const id of ["force-success", "force-failure"]) {
-    visible(id, state.can_force);
-    element(id).disabled = ended;
-  }
+function choose(index) {
+  chosen = index;
+  element("chosen-name").textContent = nodes[index].title;
+  showHistory().catch(() => {});
+  draw();
 }
 
 async function showHistory() {
@@ -85,53 +127,44 @@ async function showHistory() {
   element("history").replaceChildren(...lines);
 }
 
-function choose(index) {
-  chosen = index;
-  text("chosen-name", nodes[index].title);
-  if (last) show(last);
-  showHistory().catch(failed);
+let planted = 0;  // which run the tree is of
+async function plant() {
+  const told = await ask("/tree");
+  nodes = told.nodes;
+  planted = told.run;
+  chosen = null;
+  element("tree").replaceChildren();
+  tree = nodes.length ? new Tree(element("tree"), nodes, choose) : null;
 }
 
-function failed(error) {
-  const isGone = error instanceof TypeError;
-  element("run").className = "over";
-  text("run", isGone ? "the run has ended" : error.message);
-  if (isGone) for (const button of document.querySelectorAll("button")) button.disabled = true;
-}
-
-for (const button of document.querySelectorAll("[data-action]")) {
-  button.addEventListener("click", () => { button.blur(); send(`/${button.dataset.action}`); });
-}
-for (const id of ["inject", "break", "force-success", "force-failure"]) {
-  element(id).addEventListener("click", () => element(id).blur());  // so that Space does not press it again
-}
-element("inject").addEventListener("click", () => send(`/fault/${encodeURIComponent(element("fault").value)}`));
-element("break").addEventListener("click", () => send(`/break/${chosen}`));
-for (const outcome of ["success", "failure"]) {
-  element(`force-${outcome}`).addEventListener("click", () => send(`/force/${chosen}/${outcome}`));
-}
-
-const KEYS = { s: "/step", n: "/next" };
-document.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || event.target instanceof HTMLSelectElement) return;
-  const path = event.key === " " ? (last && last.paused ? "/resume" : "/pause") : KEYS[event.key];
-  if (!path || event.repeat || !last || last.over || asks(last)) return;
-  event.preventDefault();
-  send(path);
-});
-
-let nodes = [];
 async function poll() {
   try {
-    if (!tree) {
-      nodes = await ask("/tree");
-      tree = new Tree(element("tree"), nodes, choose);
-    }
-    show(await ask("/state"));
+    const told = wanted ? await ask(wanted.path, "POST") : await ask("/state");
+    if (told.run !== planted) await plant();
+    if (told.run === planted) hear(told);
     await showHistory();
-  } catch (error) {
-    failed(error);
+  } catch {
+    // `ask` has noted it
   }
-  setTimeout(poll, 200);
+  setTimeout(poll, PERIOD);
 }
+
+for (const id of Object.keys(BUTTONS)) {
+  element(id).addEventListener("click", (event) => {
+    if (event.detail) element(id).blur();  // so that no key presses it again that was meant for the page
+    press(id);
+  });
+}
+
+// A control that has the focus keeps its keys. Space only ever pauses.
+const KEYS = { " ": "pause", s: "step", n: "next" };
+document.addEventListener("keydown", (event) => {
+  const id = KEYS[event.key];
+  if (!id || event.ctrlKey || event.metaKey || event.altKey || document.activeElement !== document.body) return;
+  event.preventDefault();
+  if (drawn.enabled[id] && !event.repeat) press(id);
+});
+
+draw();
+setInterval(draw, PERIOD);
 poll();

@@ -1,13 +1,12 @@
 """A page in the browser that shows the tree of a run, and pauses, steps and stops it.
 
-It draws the tree itself, so it is up to date however far the 3-D viewer beside it lags. It is
-served on the loopback address only. When the run is over the page stays, until its process ends.
+It draws the tree itself, so it is up to date however far the 3-D viewer beside it lags. What is
+told of the run says how old it is: what is old is no state of the robot.
 """
 
 from __future__ import annotations
 
 import secrets
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -21,9 +20,9 @@ from app.live.nodes import looks, tip
 from app.live.operator.control import Control
 from app.live.operator.hooks import Hook, HookAction, Side
 from app.live.operator.node_history import NodeHistory
-from app.live.operator.page_server import HOST, listen
 from app.live.web import viewer_address
-from hw import INJECTABLE
+from app.task_time import task_time
+from hw import INJECTABLE, stopwatch
 
 if TYPE_CHECKING:
     from app.live.nodes import NodeInfo
@@ -31,9 +30,7 @@ if TYPE_CHECKING:
 
 _OFFERED = tuple(name for name, fault in INJECTABLE.items() if not fault.of_world)
 """The faults that every robot can be given."""
-_SHUTDOWN_POLL = 0.1
-"""How often the server checks whether it is to end [s]."""
-_FORCED = {"success": Status.SUCCESS, "failure": Status.FAILURE}
+_FORCED = {"success": Status.SUCCESS, "failure": Status.FAILURE, "nothing": None}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,20 +62,18 @@ class Ending:
 
 
 class ControlPage:
-    """Serves the page on threads of its own, from construction to the end of the `with` statement.
+    """One run as the page shows it, and what the buttons do to it; a `PageServer` serves it.
 
     Args:
         control: what the buttons control.
         tree: the nodes of the tree, in preorder.
         inject: injects a fault, by its name in `INJECTABLE`.
         clear: clears the injected faults.
+        address: under which it is served, without a path.
         viewer: embedded in the page, if there is one.
-        port: to listen on; None takes the usual one, or any free one if that is taken.
         hooks: of the nodes, in the same order; without them there are no breakpoints.
         may_force: whether people may answer for a node.
-
-    Raises:
-        PageError: the port is not available.
+        seconds: real time from an arbitrary start [s].
     """
 
     def __init__(
@@ -88,34 +83,44 @@ class ControlPage:
         *,
         inject: Callable[[str], None],
         clear: Callable[[], None],
+        address: str = "",
         viewer: WebViewer | None = None,
-        port: int | None = None,
         hooks: Sequence[Hook] = (),
         may_force: bool = False,
+        seconds: Callable[[], float] = stopwatch,
     ) -> None:
         self.viewer = viewer
-        self.token = secrets.token_urlsafe(16)
         self.recording: Path | None = None
         self.recording_path = f"/{secrets.token_urlsafe(16)}.rrd"
         self._control = control
         self._tree = tuple(tree)
+        self._address = address
         self._hooks = tuple(hooks)
         self._may_force = may_force and bool(hooks)
         self._history = NodeHistory(len(tree))
+        self._seconds = seconds
         self._snapshot: Snapshot | None = None
+        self._shown_at = seconds()
+        self._finished = False
         self._ending: Ending | None = None
         self._actions: Mapping[str, Callable[[], None]] = {
             "/pause": control.pause,
             "/resume": control.resume,
             "/step": control.step,
             "/next": control.run_to_next_change,
-            "/stop": control.stop,
             "/acknowledge": control.acknowledge,
-            "/approve": control.resume,
-            "/refuse": self._refuse,
             "/clear": clear,
             **{f"/fault/{name}": partial(inject, name) for name in _OFFERED},
-            **{f"/break/{i}": partial(self._toggle, hook) for i, hook in enumerate(self._hooks)},
+            **{
+                f"/{word}/{i}": partial(act, hook)
+                for i, hook in enumerate(self._hooks)
+                for word, act in (
+                    ("break", self._break),
+                    ("unbreak", self._unbreak),
+                    ("approve", self._approve),
+                    ("refuse", self._refuse),
+                )
+            },
         }
         if self._may_force:
             self._actions |= {
@@ -123,26 +128,6 @@ class ControlPage:
                 for i, hook in enumerate(self._hooks)
                 for name, status in _FORCED.items()
             }
-        self._server = listen(self, port)
-        self._thread = threading.Thread(
-            target=self._server.serve_forever, args=(_SHUTDOWN_POLL,), name="page", daemon=True
-        )
-        self._thread.start()
-
-    @property
-    def port(self) -> int:
-        """The port that it listens on."""
-        return int(self._server.server_port)
-
-    @property
-    def url(self) -> str:
-        """The page with its token, in the part of the address that browsers do not send."""
-        return f"http://{HOST}:{self.port}/#{self.token}"
-
-    @property
-    def hosts(self) -> tuple[str, ...]:
-        """Host names under which a browser may address this server."""
-        return (f"{HOST}:{self.port}", f"localhost:{self.port}")
 
     @property
     def viewer_hosts(self) -> str:
@@ -151,13 +136,21 @@ class ControlPage:
 
     def show(self, snapshot: Snapshot) -> None:
         """Set the tick that the page shows."""
-        self._snapshot = snapshot
+        self._snapshot, self._shown_at = snapshot, self._seconds()
         self._history.note(snapshot)
+
+    def finish(self) -> None:
+        """Show that no tick follows: the robot is at rest, and what the run left is written."""
+        self._finished = True
 
     def end(self, ending: Ending) -> None:
         """Show that the run is over, and how it ended; no button works any more."""
         self.recording = ending.recording
         self._ending = ending
+
+    def stop(self) -> None:
+        """End the run."""
+        self._control.stop()
 
     def action(self, path: str) -> Callable[[], None] | None:
         """What a POST to a path does; None if nothing does."""
@@ -174,11 +167,13 @@ class ControlPage:
         return self._history.of(node) if 0 <= node < len(self._tree) else []
 
     def state(self) -> dict[str, object]:
-        """What the page shows, for JSON."""
+        """What the page shows, for JSON; `age` is that of the tick [s]."""
         state, snapshot, ending = self._control.state, self._snapshot, self._ending
         waiting = next((i for i, hook in enumerate(self._hooks) if hook.waiting), None)
         to_approve = waiting is not None and self._hooks[waiting].asks
         shown: dict[str, object] = {
+            "phase": self._phase,
+            "age": self._seconds() - self._shown_at,
             "paused": state.paused,
             "why": state.why,
             "stopped": state.stopped,
@@ -190,12 +185,17 @@ class ControlPage:
             "can_break": bool(self._hooks),
             "can_force": self._may_force,
             "breaks": [i for i, hook in enumerate(self._hooks) if self._breaks(hook)],
+            "forced": {
+                i: outcome.value.lower()
+                for i, hook in enumerate(self._hooks)
+                if (outcome := hook.chosen) is not None
+            },
             "waiting": waiting,
             "approve": self._tree[waiting].title if waiting is not None and to_approve else "",
             "over": None,
         }
         if ending is not None:
-            source = f"http://{HOST}:{self.port}{self.recording_path}"
+            source = f"{self._address}{self.recording_path}"
             shown["over"] = {
                 "outcome": ending.outcome,
                 "explanation": ending.explanation,
@@ -204,7 +204,7 @@ class ControlPage:
         if snapshot is not None:
             index = tip(snapshot.nodes)
             shown |= {
-                "time": snapshot.stamp,
+                "time": task_time(snapshot.time, snapshot.paused_s),
                 "tip": index,
                 "node": self._tree[index].name,
                 "status": snapshot.nodes[index].status.value.lower(),
@@ -214,28 +214,33 @@ class ControlPage:
             }
         return shown
 
+    @property
+    def _phase(self) -> str:
+        if self._ending is not None:
+            return "over"
+        if self._finished:
+            return "finished"
+        return "starting" if self._snapshot is None else "running"
+
     def _breaks(self, hook: Hook) -> bool:
         action = hook.actions.get(Side.BEFORE)
         return action is not None and action.replace_with is None
 
-    def _toggle(self, hook: Hook) -> None:
-        """Set or remove a breakpoint before a node."""
+    def _break(self, hook: Hook) -> None:
+        """Set a breakpoint before a node."""
+        hook.actions[Side.BEFORE] = HookAction()
+
+    def _unbreak(self, hook: Hook) -> None:
         if self._breaks(hook):
             hook.actions.pop(Side.BEFORE, None)
-        else:
-            hook.actions[Side.BEFORE] = HookAction()
 
-    def _refuse(self) -> None:
+    def _approve(self, hook: Hook) -> None:
+        """Let the node begin that waits for approval; no other one that does so by now."""
+        if hook.waiting and hook.asks:
+            self._control.resume()
+
+    def _refuse(self, hook: Hook) -> None:
         """Let the node fail that waits for approval."""
-        for hook in self._hooks:
-            if hook.waiting and hook.asks:
-                hook.answer = Status.FAILURE
-                self._control.resume()
-
-    def __enter__(self) -> ControlPage:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._server.shutdown()
-        self._server.server_close()
-        self._thread.join()
+        if hook.waiting and hook.asks:
+            hook.answer = Status.FAILURE
+            self._control.resume()

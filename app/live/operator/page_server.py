@@ -10,20 +10,17 @@ from __future__ import annotations
 import json
 import re
 import secrets
-import shutil
-from collections.abc import Mapping
+import threading
+from collections.abc import Callable
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler
 from importlib.resources import files
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import Protocol
 from urllib.parse import parse_qs, unquote, urlsplit
 
-from app.live.web import at_home, read_file, viewer_policy
-from app.live.web.bounded_server import PATIENCE, BoundedServer
+from app.live.web import PATIENCE, BoundedServer, Replies
 from config import UserError
-
-if TYPE_CHECKING:
-    from app.live.operator.page import ControlPage
+from hw import stopwatch
 
 HOST = "127.0.0.1"
 USUAL_PORT = 9097
@@ -31,6 +28,7 @@ USUAL_PORT = 9097
 _FILES = {
     "/": ("page.html", "text/html; charset=utf-8"),
     "/page.js": ("page.js", "text/javascript; charset=utf-8"),
+    "/view.js": ("view.js", "text/javascript; charset=utf-8"),
     "/tree.js": ("tree.js", "text/javascript; charset=utf-8"),
     "/page.css": ("page.css", "text/css; charset=utf-8"),
 }
@@ -39,162 +37,239 @@ _POLICY = (
     "frame-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 )
 _VIEWER_FILE = re.compile(r"/viewer/([\w.-]*)")
+_SAFE = ("/stop", "/pause")
+"""What is done however long ago a person asked for it."""
+_TOO_OLD = 5.0
+"""What was asked for at the sight of a state that is older is refused [s]."""
+_SHUTDOWN_POLL = 0.1
+"""How often the server checks whether it is to end [s]."""
+_LISTENING, _FAREWELL = 2.0, 1.0
+"""A browser that has asked so recently has so long to hear how the run ended [s]."""
 
 
 class PageError(UserError):
     """The page cannot be served as requested."""
 
 
+class Page(Protocol):
+    """What is served of one run."""
+
+    recording: Path | None
+    recording_path: str
+
+    @property
+    def viewer_hosts(self) -> str:
+        """To whom the embedded viewer may connect."""
+
+    def action(self, path: str) -> Callable[[], None] | None:
+        """What a POST to a path does; None if nothing does."""
+
+    def tree(self) -> list[dict[str, object]]:
+        """The nodes, for JSON."""
+
+    def history(self, node: int) -> list[dict[str, object]]:
+        """What a node has done, for JSON; empty for a number that none has."""
+
+    def state(self) -> dict[str, object]:
+        """What the page shows, for JSON."""
+
+    def stop(self) -> None:
+        """End the run."""
+
+
 class PageServer(BoundedServer):
-    """Serves one page."""
+    """Serves the newest run, on threads of its own, until the end of the `with` statement.
 
-    page: ControlPage
+    Port and token stay the same from run to run, and with them the page that a person has open.
+
+    Args:
+        port: to listen on; None takes the usual one, or any free one if that is taken.
+        again: whether another run may follow, as with `--watch`.
+        seconds: real time from an arbitrary start [s].
+
+    Raises:
+        PageError: the port is not available.
+    """
+
+    def __init__(
+        self,
+        port: int | None = None,
+        *,
+        again: bool = False,
+        seconds: Callable[[], float] = stopwatch,
+    ) -> None:
+        self.token = secrets.token_urlsafe(16)
+        self.again = again
+        self.stopped = False
+        """Whether a person has asked to stop, this run or the next one."""
+        self.page: Page | None = None
+        self.seconds = seconds
+        self._run, self._asked = 0, -_LISTENING
+        self._bind(port)
+        self._thread = threading.Thread(
+            target=self.serve_forever, args=(_SHUTDOWN_POLL,), name="page", daemon=True
+        )
+        self._thread.start()
+
+    def _bind(self, port: int | None) -> None:
+        for candidate in (USUAL_PORT, 0) if port is None else (port,):
+            try:
+                super().__init__((HOST, candidate), PageRequest)
+                return
+            except OSError as error:
+                if port is None and candidate:
+                    continue
+                raise PageError(
+                    f"--control-port {candidate} on {HOST}: {error.strerror}; "
+                    "choose another port, or omit the option"
+                ) from error
+
+    @property
+    def port(self) -> int:
+        """The port that it listens on."""
+        return int(self.server_port)
+
+    @property
+    def address(self) -> str:
+        """Of the page, without the token."""
+        return f"http://{HOST}:{self.port}"
+
+    @property
+    def url(self) -> str:
+        """The page with its token, in the part of the address that browsers do not send."""
+        return f"{self.address}/#{self.token}"
+
+    @property
+    def hosts(self) -> tuple[str, ...]:
+        """Host names under which a browser may address this server."""
+        return (f"{HOST}:{self.port}", f"localhost:{self.port}")
+
+    def serve(self, page: Page) -> None:
+        """Serve another run from now on."""
+        self.page, self._run = page, self._run + 1
+
+    def stop(self) -> None:
+        """End the run; between two runs, the next one."""
+        self.stopped = True
+        if self.page is not None:
+            self.page.stop()
+
+    def action(self, path: str) -> Callable[[], None] | None:
+        """What a POST to a path does; None if nothing does."""
+        if path == "/stop":
+            return self.stop
+        return None if self.page is None else self.page.action(path)
+
+    def state(self) -> dict[str, object]:
+        """What the page shows, for JSON: of the run, and when it was told [s]."""
+        told = {"phase": "starting", "stopped": False} if self.page is None else self.page.state()
+        self._asked = self.seconds()
+        return told | {
+            "run": self._run,
+            "told_at": self._asked,
+            "again": self.again,
+            "stopped": told["stopped"] or self.stopped,
+        }
+
+    def tree(self) -> dict[str, object]:
+        """The nodes of the run, for JSON."""
+        return {"run": self._run, "nodes": [] if self.page is None else self.page.tree()}
+
+    def history(self, node: int) -> list[dict[str, object]]:
+        """What a node has done, for JSON; empty for a number that none has."""
+        return [] if self.page is None else self.page.history(node)
+
+    def farewell(self) -> None:
+        """Let the browsers that look at the page hear how the last run ended."""
+        self.again = False
+        if self.seconds() - self._asked < _LISTENING:
+            threading.Event().wait(_FAREWELL)
+
+    def __enter__(self) -> PageServer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.shutdown()
+        self.server_close()
+        self._thread.join()
 
 
-class PageRequest(BaseHTTPRequestHandler):
+class PageRequest(Replies):
     """One request."""
 
     server: PageServer
     timeout = PATIENCE
-
-    @property
-    def _path(self) -> str:
-        """What is asked for, without the query."""
-        return self.path.partition("?")[0].partition("#")[0]
+    policy = _POLICY
 
     def do_GET(self) -> None:
         """The page's files, the viewer's files, and the state."""
-        path = self._path
+        path, page = self.asked, self.server.page
         if not self._is_same_origin():
-            self._refuse(HTTPStatus.FORBIDDEN)
+            self.refuse(HTTPStatus.FORBIDDEN)
         elif path in _FILES:
             name, kind = _FILES[path]
-            self._answer((files("app.live.operator") / name).read_bytes(), kind)
+            self.answer((files("app.live.operator") / name).read_bytes(), kind)
         elif path in ("/state", "/tree", "/history"):
             if self._has_token():
-                self._answer(json.dumps(self._told(path)).encode(), "application/json")
+                self._tell(self._told(path))
             else:
-                self._refuse(HTTPStatus.FORBIDDEN)
+                self.refuse(HTTPStatus.FORBIDDEN)
         elif wanted := _VIEWER_FILE.fullmatch(path):
-            self._send_viewer(wanted[1] or "index.html")
-        elif path == self.server.page.recording_path:
-            self._send_recording()
+            hosts = "'self'" if page is None else page.viewer_hosts
+            self.send_viewer(wanted[1] or "index.html", hosts, "; frame-ancestors 'self'")
+        elif page is not None and page.recording and path == page.recording_path:
+            self.send_recording(page.recording)
         else:
-            self._refuse(HTTPStatus.NOT_FOUND)
+            self.refuse(HTTPStatus.NOT_FOUND)
+
+    def _tell(self, what: object) -> None:
+        self.answer(json.dumps(what).encode(), "application/json")
 
     def _told(self, path: str) -> object:
         """What is asked for, for JSON."""
-        page = self.server.page
         if path == "/state":
-            return page.state()
+            return self.server.state()
         if path == "/tree":
-            return page.tree()
+            return self.server.tree()
         (node,) = parse_qs(urlsplit(self.path).query).get("node", ["0"])[:1]
-        return page.history(int(node) if node.isdecimal() else -1)
+        return self.server.history(int(node) if node.isdecimal() else -1)
 
     def do_POST(self) -> None:
         """The buttons."""
-        action = self.server.page.action(unquote(self._path))
+        path = unquote(self.asked)
+        action = self.server.action(path)
         if not (self._is_same_origin() and self._has_token()):
-            self._refuse(HTTPStatus.FORBIDDEN)
+            self.refuse(HTTPStatus.FORBIDDEN)
         elif action is None:
-            self._refuse(HTTPStatus.NOT_FOUND)
+            self.refuse(HTTPStatus.NOT_FOUND)
+        elif path not in _SAFE and self._is_late():
+            self.refuse(HTTPStatus.CONFLICT)
         else:
             try:
                 action()
             except Exception:  # the run reports it; the page goes on
-                self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR)
+                self.refuse(HTTPStatus.INTERNAL_SERVER_ERROR)
                 return
-            self._answer(json.dumps(self.server.page.state()).encode(), "application/json")
-
-    def log_message(self, format: str, *arguments: object) -> None:
-        """Log nothing: the terminal shows the run."""
+            self._tell(self.server.state())
 
     def _is_same_origin(self) -> bool:
         """Whether the request is addressed to this server and comes from no other page."""
-        hosts, origin = self.server.page.hosts, self.headers.get("Origin")
+        hosts, origin = self.server.hosts, self.headers.get("Origin")
         return self.headers.get("Host") in hosts and (
             origin is None or origin in [f"http://{host}" for host in hosts]
         )
 
     def _has_token(self) -> bool:
         shown = self.headers.get("X-Token", "")
-        return secrets.compare_digest(shown.encode(), self.server.page.token.encode())
+        has = secrets.compare_digest(shown.encode(), self.server.token.encode())
+        if has:
+            self.server.keep(self.connection)
+        return has
 
-    def _send_viewer(self, name: str) -> None:
-        """A file of the viewer, under a policy that keeps it on this machine."""
+    def _is_late(self) -> bool:
+        """Whether what the person saw was told long ago, as before the process was frozen."""
         try:
-            found = read_file(name)
-        except Exception:  # the run goes on
-            self._refuse(HTTPStatus.BAD_GATEWAY)
-            return
-        if found is None:
-            self._refuse(HTTPStatus.NOT_FOUND)
-            return
-        content, kind = found
-        hosts = self.server.page.viewer_hosts
-        if name == "index.html":
-            content = at_home(content, hosts)
-        self._answer(content, kind, f"{viewer_policy(hosts)}; frame-ancestors 'self'")
-
-    def _send_recording(self) -> None:
-        """The recording of a run that is over."""
-        path = self.server.page.recording
-        try:
-            if path is None:
-                raise FileNotFoundError
-            with path.open("rb") as file:
-                self.send_response(HTTPStatus.OK)
-                self.send_header("Content-Type", "application/octet-stream")
-                self.send_header("Content-Length", str(path.stat().st_size))
-                self.end_headers()
-                shutil.copyfileobj(file, self.wfile)
-        except FileNotFoundError:
-            self._refuse(HTTPStatus.NOT_FOUND)
-
-    def _answer(
-        self,
-        body: bytes,
-        kind: str,
-        policy: str = _POLICY,
-        headers: Mapping[str, str] | None = None,
-        status: HTTPStatus = HTTPStatus.OK,
-    ) -> None:
-        self.send_response(status)
-        all_headers = {
-            "Content-Type": kind,
-            "Content-Length": str(len(body)),
-            "Content-Security-Policy": policy,
-            "X-Content-Type-Options": "nosniff",
-            "Referrer-Policy": "no-referrer",
-            "Cache-Control": "no-store",
-            **(headers or {}),
-        }
-        for name, value in all_headers.items():
-            self.send_header(name, value)
-        self.end_headers()
-        self.wfile.write(body)
-
-    def _refuse(self, status: HTTPStatus) -> None:
-        self._answer(status.phrase.encode(), "text/plain", status=status)
-
-
-def listen(page: ControlPage, port: int | None) -> PageServer:
-    """A server of the page; without a port on the usual one, or any if that is taken.
-
-    Raises:
-        PageError: the port is not available.
-    """
-    for candidate in (USUAL_PORT, 0) if port is None else (port,):
-        try:
-            server = PageServer((HOST, candidate), PageRequest)
-        except OSError as error:
-            if port is None and candidate:
-                continue
-            raise PageError(
-                f"--control-port {candidate} on {HOST}: {error.strerror}; "
-                "choose another port, or omit the option"
-            ) from error
-        server.page = page
-        return server
-    raise AssertionError("a system without a free port")
+            seen = float(self.headers.get("X-Seen", "inf"))
+        except ValueError:
+            return True
+        return not self.server.seconds() - seen < _TOO_OLD

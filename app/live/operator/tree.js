@@ -26,7 +26,7 @@ class Tree {
     const titles = nodes.map((node) => `${KINDS[node.kind] || ""} ${node.title}`.trim());
     const widths = titles.map((title) => LETTER * (title.length + 3) + 24);
     const right = Math.max(...nodes.map((node, i) => INDENT * node.depth + widths[i]));
-    const svg = shape("svg", { width: right + 40, height: ROW * nodes.length + 12 }, place);
+    const svg = shape("svg", { width: right + 150, height: ROW * nodes.length + 12 }, place);
     this.edges = shape("g", {}, svg);
     this.parts = nodes.map((node, index) => {
       const x = 18 + INDENT * node.depth, y = ROW * index + 18;
@@ -35,20 +35,25 @@ class Tree {
       shape("rect", { x, y: y - HEIGHT / 2, width: widths[index], height: HEIGHT, rx: HEIGHT / 2 }, group);
       const mark = shape("text", { x: x + 12, y: y + 4 }, group);
       shape("text", { x: x + 30, y: y + 4 }, group).textContent = titles[index];
-      group.addEventListener("click", () => choose(index));
-      group.addEventListener("keydown", (event) => { if (event.key === "Enter") choose(index); });
+      const badge = shape("text", { x: x + widths[index] + 6, y: y + 4, class: "badge" }, group);
+      group.addEventListener("click", () => { group.blur(); choose(index); });
+      group.addEventListener("keydown", (event) => {
+        if (event.key !== "Enter" && event.key !== " ") return;
+        event.preventDefault();
+        choose(index);
+      });
       let edge = null;
       if (parents[index] !== null) {
         const px = 18 + INDENT * nodes[parents[index]].depth + 11, py = ROW * parents[index] + 18 + HEIGHT / 2;
         edge = shape("path", { d: `M${px} ${py}V${y}H${x}`, class: "edge idle" }, this.edges);
       }
-      return { group, mark, edge };
+      return { group, mark, badge, edge };
     });
   }
 
   show(state, chosen) {
     const looks = state.looks || this.parts.map(() => "idle");
-    this.parts.forEach(({ group, mark, edge }, index) => {
+    this.parts.forEach(({ group, mark, badge, edge }, index) => {
       const look = looks[index];
       const classes = ["node", look.replace(" ", "-")];
       if (index === state.tip && look === "running") classes.push("tip");
@@ -58,6 +63,8 @@ class Tree {
       const all = classes.join(" ");
       if (group.getAttribute("class") !== all) group.setAttribute("class", all);
       if (mark.textContent !== MARKS[look]) mark.textContent = MARKS[look];
+      const forced = state.forced[index] ? `forced: ${state.forced[index]}` : "";
+      if (badge.textContent !== forced) badge.textContent = forced;
       const line = `edge ${look.replace(" ", "-")}`;
       if (edge && edge.getAttribute("class") !== line) edge.setAttribute("class", line);
     });

@@ -4,12 +4,12 @@ The viewer's own program would serve them too, but resolves the name of a teleme
 third of a core busy, and lets the page in the browser ask for fonts and releases elsewhere.
 """
 
+from app.live.web.bounded_server import PATIENCE, BoundedServer
 from app.live.web.file_server import FileServer
+from app.live.web.replies import Replies
 from app.live.web.viewer_files import (
     FILES,
     WebFilesError,
-    at_home,
-    read_file,
     viewer_address,
     viewer_environment,
     viewer_page,
@@ -20,10 +20,11 @@ from app.live.web.viewer_files import (
 
 __all__ = [
     "FILES",
+    "PATIENCE",
+    "BoundedServer",
     "FileServer",
+    "Replies",
     "WebFilesError",
-    "at_home",
-    "read_file",
     "viewer_address",
     "viewer_environment",
     "viewer_page",

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
 import threading
-from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler
 from pathlib import Path
 
 from app.live.web.bounded_server import BoundedServer
-from app.live.web.viewer_files import at_home, read_file, viewer_policy
+from app.live.web.replies import Replies
 
 RECORDING = "recording.rrd"
 """Under this name the recording is served."""
@@ -59,49 +56,15 @@ class _Server(BoundedServer):
     hosts: str
 
 
-class _Request(BaseHTTPRequestHandler):
+class _Request(Replies):
     """One request."""
 
     server: _Server
 
     def do_GET(self) -> None:
         """A file of the viewer, or the recording."""
-        name = self.path.partition("?")[0].partition("#")[0].removeprefix("/") or "index.html"
+        name = self.asked.removeprefix("/") or "index.html"
         if name == RECORDING and self.server.recording is not None:
-            self._send_recording(self.server.recording)
-            return
-        try:
-            found = read_file(name)
-        except Exception:  # whatever it is, the run goes on
-            found = None
-        if found is None:
-            self._head(HTTPStatus.NOT_FOUND, "text/plain", 0)
-            return
-        content, kind = found
-        if name == "index.html":
-            content = at_home(content, self.server.hosts)
-        self._head(HTTPStatus.OK, kind, len(content))
-        self.wfile.write(content)
-
-    def log_message(self, format: str, *arguments: object) -> None:
-        """Log nothing: the terminal shows the run."""
-
-    def _send_recording(self, path: Path) -> None:
-        try:
-            with path.open("rb") as file:
-                self._head(HTTPStatus.OK, "application/octet-stream", path.stat().st_size)
-                shutil.copyfileobj(file, self.wfile)
-        except OSError:  # the file is gone, or the browser is
-            self.close_connection = True
-
-    def _head(self, status: HTTPStatus, kind: str, length: int) -> None:
-        self.send_response(status)
-        for name, value in {
-            "Content-Type": kind,
-            "Content-Length": str(length),
-            "Content-Security-Policy": viewer_policy(self.server.hosts),
-            "X-Content-Type-Options": "nosniff",
-            "Referrer-Policy": "no-referrer",
-        }.items():
-            self.send_header(name, value)
-        self.end_headers()
+            self.send_recording(self.server.recording)
+        else:
+            self.send_viewer(name, self.server.hosts)

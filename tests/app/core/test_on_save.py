@@ -55,10 +55,11 @@ class Author:
         self.said: list[str] = []
         self.results: list[Result] = []
 
-    def show(self, result: Result) -> None:
+    def show(self, result: Result) -> str:
         self.results.append(result)
         if len(self.results) == 2:
             self.part.write_text(PART.replace("0.05", "0.06"))  # a file that the task includes
+        return ""
 
     def say(self, text: str) -> None:
         self.said.append(text)
@@ -93,7 +94,7 @@ def test_saves_restart_the_task_and_a_broken_one_is_waited_out(tmp_path, monkeyp
     author.task.write_text(DRIVE)
     author.part.write_text(PART)
     options = RunOptions(tree=author.task, scene="single", record=author.runs)
-    last = run_on_save(options, show=author.show, say=author.say)
+    last = run_on_save(options, finished=author.show, say=author.say)
 
     drive, pause, again = author.results
     assert drive.outcome.end is End.INTERRUPTED

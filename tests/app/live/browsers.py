@@ -18,6 +18,9 @@ WAITING = (
     "    - wait: {duration_s: 1000}\n    - name: the end\n      wait: {duration_s: 1}\n"
 )
 
+LIVE = {"pause", "step", "next", "stop", "inject", "clear", "fault"}
+"""What can be pressed on the page of a run that goes on."""
+
 
 @contextmanager
 def chromium(proxy: str = "") -> Iterator:
@@ -72,3 +75,34 @@ class Run:
     def __exit__(self, *_: object) -> None:
         if self.process.poll() is None:
             self.end()
+
+
+def opened_page(browser, url: str, **size):
+    """The control page, once it shows the tree."""
+    page = browser.new_page(viewport={"width": 1280, "height": 720, **size})
+    page.set_default_timeout(20_000)
+    page.goto(url)
+    page.wait_for_selector(".node", state="attached")
+    return page
+
+
+def enabled(page) -> set[str]:
+    """The buttons, shown ones only, that can be pressed."""
+    return set(
+        page.eval_on_selector_all(
+            "header button, header select, #chosen button",
+            "all => all.filter(one => !one.disabled && one.offsetParent).map(one => one.id)",
+        )
+    )
+
+
+def sentence(page) -> str:
+    """What the page says of the run."""
+    return page.inner_text("#run")
+
+
+def expect_run(page, words: str | re.Pattern[str]) -> None:
+    """Wait until the page says these words of the run."""
+    from playwright.sync_api import expect
+
+    expect(page.locator("#run")).to_have_text(words, timeout=20_000)

@@ -159,6 +159,7 @@ def snapshot(tick: int, lens: Intrinsics = LENS) -> Snapshot:
     message = f"{(300 - tick) / 100:.2f} m to go ⏱"
     return Snapshot(
         tick=tick,
+        time=stamp,
         state=RobotState(
             stamp=stamp,
             wTb=wTb,

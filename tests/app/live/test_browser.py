@@ -72,7 +72,7 @@ def test_breakpoint_keys_forced_outcome_and_the_end_are_had_by_a_click(tmp_path,
         header = page.locator("header").bounding_box()
         node(page, "second").click()
         page.click("#break")
-        expect(page.locator("#break")).to_have_text("Remove breakpoint")
+        expect(page.locator("#unbreak")).to_have_text("Remove breakpoint")
         node(page, "first").click()
         page.click("#force-success")
         expect(page.locator("#run")).to_have_text("paused before second")
@@ -81,7 +81,7 @@ def test_breakpoint_keys_forced_outcome_and_the_end_are_had_by_a_click(tmp_path,
         paused_at = settled(page)
         page.keyboard.press("s")
         assert settled(page) == paused_at + 1
-        page.keyboard.press(" ")
+        page.click("#resume")
         expect(page.locator("#run")).to_have_text("running")
         wait_until_ticks(page, paused_at + 20)
         page.keyboard.press(" ")

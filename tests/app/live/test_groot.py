@@ -186,6 +186,21 @@ def test_a_silent_client_leaves_no_breakpoints_but_the_robot_stays_paused(served
     assert served.tick(9) is Status.RUNNING  # back again, and so are its breakpoints
 
 
+def test_what_a_person_sets_on_the_page_stays_when_groot_falls_silent(served):
+    set_on_page = served.hooks[8].actions
+    set_on_page[Side.BEFORE] = HookAction()
+    served.now += 6.0
+    wait_for(lambda: served.server._client_hooks._silent)
+    assert served.hooks[8].actions == {Side.BEFORE: HookAction()}
+
+
+def test_values_that_are_old_say_so(served, client):
+    served.server.show(snapshot(0), {"goal distance [m]": 0.25})
+    served.now += 2.0
+    board = msgpack.unpackb(client.ask(b"B", b"demo")[1])["demo"]
+    assert board == {"goal distance [m]": 0.25, "frozen for [s]": 2.0}
+
+
 def test_breakpoints_of_the_command_line_outlive_the_client():
     control = Control()
     hooks = [Hook(Nothing(node.name, []), lambda *_: None) for node in TREE]

@@ -36,7 +36,11 @@ def test_keys_pause_step_go_on_and_stop_and_the_terminal_is_given_back(monkeypat
         os.write(person, b"s")
         wait_for(control.take_turn)
         assert not control.take_turn()
-        os.write(person, b" ")
+        os.write(person, b" ")  # never resumes
+        os.write(person, b"s")
+        wait_for(control.take_turn)
+        assert control.state.paused
+        os.write(person, b"r")
         wait_for(lambda: not control.state.paused)
         os.write(person, b"q")
         wait_for(lambda: control.stopped)

@@ -3,6 +3,8 @@
 import http.client
 import http.server
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import py_trees
@@ -14,15 +16,15 @@ from app.live.nodes import NodeInfo
 from app.live.operator import Control
 from app.live.operator.hooks import insert_hooks
 from app.live.operator.page import ControlPage, Ending, WebViewer
-from app.live.operator.page_server import PageError
+from app.live.operator.page_server import PageError, PageServer
 from hw import INJECTABLE
 
 
 class Client:
     """Talks to one page as a browser would, with headers that a test may spoil."""
 
-    def __init__(self, page: ControlPage) -> None:
-        self.port, self.token = page.port, page.token
+    def __init__(self, server: PageServer) -> None:
+        self.port, self.token = server.port, server.token
 
     def ask(
         self, method: str, path: str, **headers: str
@@ -50,12 +52,28 @@ def faults():
     return []
 
 
+@contextmanager
+def served(control: Control, tree=TREE, **others) -> Iterator[tuple[Client, PageServer]]:
+    with PageServer(_free_port()) as server:
+        others = {"inject": print, "clear": print, "address": server.address} | others
+        server.serve(ControlPage(control, tree, **others))
+        yield Client(server), server
+
+
 @pytest.fixture
-def page(control, faults):
-    with ControlPage(
-        control, TREE, inject=faults.append, clear=faults.clear, port=_free_port()
-    ) as page:
-        yield page
+def server(control, faults):
+    with served(control, inject=faults.append, clear=faults.clear) as (_, server):
+        yield server
+
+
+@pytest.fixture
+def page(server):
+    return server.page
+
+
+@pytest.fixture
+def client(server):
+    return Client(server)
 
 
 def _free_port() -> int:
@@ -63,8 +81,7 @@ def _free_port() -> int:
         return probe.server_port
 
 
-def test_buttons_do_what_they_say(page, control):
-    client = Client(page)
+def test_buttons_do_what_they_say(client, control):
     assert client.state()["paused"] is False
     for path, paused in (("/pause", True), ("/resume", False), ("/step", True), ("/next", False)):
         status, body, _ = client.ask("POST", path)
@@ -74,18 +91,17 @@ def test_buttons_do_what_they_say(page, control):
     assert control.stopped
 
 
-def test_the_state_tells_what_the_tree_does(page, control):
+def test_the_state_tells_what_the_tree_does(page, client, control):
     control.take_turn()
     page.show(snapshot(100))
-    state = Client(page).state()
+    state = client.state()
     assert state["ticks"] == 1
-    assert state["time"] == 2.0
+    assert state["time"] == "2.0 s"
     assert state["node"] == "navigate to above_container"
     assert state["message"].startswith("2.00 m to go")
 
 
-def test_faults_are_injected_and_cleared(page, faults):
-    client = Client(page)
+def test_faults_are_injected_and_cleared(client, faults):
     offered = client.state()["injectable"]
     for name in offered:
         assert client.ask("POST", f"/fault/{name.replace(' ', '%20')}")[0] == 200
@@ -108,45 +124,40 @@ def test_faults_are_injected_and_cleared(page, faults):
 )
 @pytest.mark.parametrize(("method", "path"), [("POST", "/pause"), ("GET", "/state")])
 def test_whoever_has_no_token_or_comes_from_elsewhere_is_refused(
-    page, control, headers, method, path
+    server, control, headers, method, path
 ):
-    spoilt = {name: value.format(port=page.port) for name, value in headers.items()}
-    status, body, _ = Client(page).ask(method, path, **spoilt)
+    spoilt = {name: value.format(port=server.port) for name, value in headers.items()}
+    status, body, _ = Client(server).ask(method, path, **spoilt)
     assert status == 403
     assert "ticks" not in body
     assert not control.state.paused
 
 
-def test_its_own_origin_is_welcome_under_both_names(page):
-    for host in page.hosts:
-        status, _, _ = Client(page).ask("POST", "/pause", Host=host, Origin=f"http://{host}")
+def test_its_own_origin_is_welcome_under_both_names(server, client):
+    for host in server.hosts:
+        status, _, _ = client.ask("POST", "/pause", Host=host, Origin=f"http://{host}")
         assert status == 200
 
 
-def test_an_unknown_action_and_an_unknown_file_are_not_found(page):
-    client = Client(page)
+def test_an_unknown_action_and_an_unknown_file_are_not_found(client):
     for method, path in (("POST", "/fault/flood"), ("GET", "/page.py"), ("GET", "/viewer/x.js")):
         assert client.ask(method, path)[0] == 404
 
 
-def test_every_answer_forbids_the_browser_to_go_anywhere_else(page):
-    client = Client(page)
-    for path in ("/", "/page.js", "/page.css", "/state", "/nothing"):
+def test_every_answer_forbids_the_browser_to_go_anywhere_else(client):
+    for path in ("/", "/page.js", "/view.js", "/page.css", "/state", "/nothing"):
         _, _, headers = client.ask("GET", path)
         policy = headers["Content-Security-Policy"]
         assert policy.startswith("default-src 'none'")
         assert "connect-src 'self';" in policy
         assert "frame-ancestors 'none'" in policy
         assert headers["X-Content-Type-Options"] == "nosniff"
-    assert page.token not in client.ask("GET", "/")[1]
+    assert client.token not in client.ask("GET", "/")[1]
 
 
 def test_the_viewer_is_served_at_home_dark_and_may_only_talk_to_its_data(control):
     viewer = WebViewer(data="rerun+http://127.0.0.1:9876/proxy")
-    with ControlPage(
-        control, TREE, inject=print, clear=print, viewer=viewer, port=_free_port()
-    ) as page:
-        client = Client(page)
+    with served(control, viewer=viewer) as (client, _):
         path = client.state()["viewer"]
         source = "rerun%2Bhttp%3A%2F%2F127.0.0.1%3A9876%2Fproxy"
         assert path == f"/viewer/?url={source}&theme=dark&hide_welcome_screen=1"
@@ -183,25 +194,18 @@ def waiting(control):
 
 @pytest.fixture
 def hooked(control, waiting):
-    with ControlPage(
-        *(control, waiting.tree),
-        inject=print,
-        clear=print,
-        hooks=waiting.hooks,
-        may_force=True,
-        port=_free_port(),
-    ) as page:
-        yield Client(page), page
+    with served(control, waiting.tree, hooks=waiting.hooks, may_force=True) as (client, _):
+        yield client
 
 
-def test_a_breakpoint_is_set_by_a_click_and_removed_by_another(hooked, waiting, control):
-    client, _ = hooked
+def test_a_breakpoint_is_set_and_removed(hooked, waiting, control):
+    client = hooked
     client.ask("POST", "/break/1")
     assert client.state()["breaks"] == [1]
     waiting.root.tick_once()
     assert control.state.paused
     assert client.state()["waiting"] == 1
-    client.ask("POST", "/break/1")
+    client.ask("POST", "/unbreak/1")
     client.ask("POST", "/resume")
     waiting.root.tick_once()
     state = client.state()
@@ -209,7 +213,7 @@ def test_a_breakpoint_is_set_by_a_click_and_removed_by_another(hooked, waiting, 
 
 
 def test_an_outcome_is_forced_on_what_runs_and_on_what_comes(hooked, waiting):
-    client, _ = hooked
+    client = hooked
     waiting.root.tick_once()
     client.ask("POST", "/force/2/failure")
     client.ask("POST", "/force/1/success")
@@ -219,51 +223,48 @@ def test_an_outcome_is_forced_on_what_runs_and_on_what_comes(hooked, waiting):
     assert waiting.root.status is Status.FAILURE
 
 
-def test_outcomes_are_forced_only_where_that_was_asked_for(page, control, waiting):
-    assert Client(page).ask("POST", "/force/1/success")[0] == 404
-    with ControlPage(
-        control, waiting.tree, inject=print, clear=print, hooks=waiting.hooks, port=_free_port()
-    ) as plain:
-        client = Client(plain)
+def test_outcomes_are_forced_only_where_that_was_asked_for(client, control, waiting):
+    assert client.ask("POST", "/force/1/success")[0] == 404
+    with served(control, waiting.tree, hooks=waiting.hooks) as (client, _):
         assert client.state()["can_force"] is False
         assert client.ask("POST", "/force/1/success")[0] == 404
 
 
 def test_a_motion_waits_until_a_person_approves_and_fails_if_refused(hooked, waiting, control):
-    client, _ = hooked
+    client = hooked
     waiting.hooks[1].asks = True
     waiting.root.tick_once()
     assert waiting.leaves[0].status is Status.INVALID, "it has not begun"
     assert client.state()["approve"] == "first"
-    client.ask("POST", "/approve")
+    client.ask("POST", "/approve/1")
     waiting.root.tick_once()
     assert waiting.leaves[0].status is Status.RUNNING
     waiting.root.stop(Status.INVALID)
     waiting.root.tick_once()
-    client.ask("POST", "/refuse")
+    client.ask("POST", "/refuse/1")
     assert not control.state.paused
     waiting.root.tick_once()
     assert waiting.leaves[0].status is Status.FAILURE
 
 
-def test_the_history_of_a_node_is_told(page):
+def test_the_history_of_a_node_is_told(page, client):
     for tick in (0, 30, 180):
         page.show(snapshot(tick))
-    client = Client(page)
     status, body, _ = client.ask("GET", "/history?node=4")
     assert status == 200
     assert [(one["time"], one["status"]) for one in json.loads(body)] == [(0.6, "failure")]
     assert json.loads(client.ask("GET", "/history?node=99")[1]) == []
-    titles = [node["title"] for node in json.loads(client.ask("GET", "/tree")[1])]
+    titles = [node["title"] for node in json.loads(client.ask("GET", "/tree")[1])["nodes"]]
     assert titles == [node.title for node in TREE]
     looks = client.state()["looks"]
     assert (looks[1], looks[4], looks[8]) == ("running", "not yet", "success")
 
 
-def test_a_run_that_is_over_stays_with_outcome_explanation_and_recording(page, control, tmp_path):
+def test_a_run_that_is_over_stays_with_outcome_explanation_and_recording(
+    page, client, control, tmp_path
+):
     recording = tmp_path / "recording.rrd"
     recording.write_bytes(b"RRF2 and more")
-    client = Client(page)
     page.end(Ending(outcome="toy failed", explanation="because", recording=recording))
     over = client.state()["over"]
     assert (over["outcome"], over["explanation"]) == ("toy failed", "because")
@@ -275,10 +276,11 @@ def test_a_run_that_is_over_stays_with_outcome_explanation_and_recording(page, c
     assert client.ask("GET", page.recording_path)[0] == 404
 
 
-def test_it_listens_on_loopback_alone_and_says_when_a_port_is_taken(page, control):
+def test_it_listens_on_loopback_alone_and_says_when_a_port_is_taken(server):
     rows = [row.split() for row in Path("/proc/net/tcp").read_text().splitlines()[1:]]
-    listening = [row[1] for row in rows if row[3] == "0A" and row[1].endswith(f":{page.port:04X}")]
-    assert listening == [f"0100007F:{page.port:04X}"]
-    assert f":{page.port:04X} 0" not in Path("/proc/net/tcp6").read_text()
-    with pytest.raises(PageError, match=f"--control-port {page.port}.*in use"):
-        ControlPage(control, TREE, inject=print, clear=print, port=page.port)
+    port = f":{server.port:04X}"
+    listening = [row[1] for row in rows if row[3] == "0A" and row[1].endswith(port)]
+    assert listening == [f"0100007F{port}"]
+    assert f"{port} 0" not in Path("/proc/net/tcp6").read_text()
+    with pytest.raises(PageError, match=f"--control-port {server.port}.*in use"):
+        PageServer(server.port)

@@ -119,6 +119,37 @@ def test_markup_in_a_message_is_only_text(terminal: bool) -> None:
     assert "[red]a b[/nope]" in text
 
 
+def test_a_loop_that_stands_still_is_told_and_a_run_that_has_ended_is_none() -> None:
+    text = picture(ABOUT, samples.TREE, moment(60), elapsed=9.0, width=120, rows=30, age=2.0)
+    assert text.plain.startswith(" frozen for 2 s: the control loop stands still")
+    out, now = io.StringIO(), [0.0]
+    console = Console(file=out, force_terminal=False, width=100)
+    display = RunDisplay(ABOUT, samples.TREE, console=console, seconds=lambda: now[0])
+
+    def written(seconds: float) -> str:
+        now[0] += seconds
+        out.seek(0)
+        out.truncate()
+        display.write()
+        return out.getvalue()
+
+    display.update(moment(60), changed=True)
+    assert "frozen" not in written(0.5)
+    assert "frozen for 2 s: the control loop stands still" in written(1.5)
+    display.update(moment(61), changed=False)
+    assert "frozen" not in written(0.5)
+    display.finish()
+    assert "frozen" not in written(10.0)
+
+
+def test_the_time_is_the_tasks_and_a_pause_stands_beside_it() -> None:
+    one = moment(60, paused="by a person")
+    one = one._replace(seen=replace(one.seen, time=57.3, paused_s=297.6))
+    text = picture(ABOUT, samples.TREE, one, elapsed=2.0, width=120, rows=30).plain
+    assert "57.3 s, paused 4 min 57 s" in text
+    assert shown([one], terminal=False).startswith("   57.30 s  ‖ PAUSED by a person")
+
+
 def test_the_loop_is_told_when_the_terminal_is_gone() -> None:
     class Gone(io.StringIO):
         def write(self, text: str) -> int:

@@ -1,0 +1,99 @@
+// What the page says and which buttons work: one pure function of one state, and nothing else.
+"use strict";
+
+const OLD = 1.0;  // a tick that is older than this is told as such [s]
+
+// Whole seconds, as a person counts them.
+const whole = (seconds) => `${Math.floor(seconds)} s`;
+
+/* What the page knows:
+     run       the run's own words, as last heard; null before that
+     answer    of the last request: "told", "none" yet, "refused" (no connection), "forbidden"
+     silent    for how long nothing was heard [s]
+     patience  how long an answer may take on this line [s]
+     wanted    what was pressed and is not confirmed: { id, name, seconds }, or null
+     note      what became of the button that was pressed last, or ""
+     chosen    number of the node that is looked at, or null
+*/
+function view(state) {
+  const run = { phase: "unknown", breaks: [], forced: {}, faults: [], ...state.run };
+  const over = run.phase === "over", ended = over && !run.again;
+  const silent = !ended && state.silent > state.patience;
+  const age = state.silent + (run.age || 0);
+  const stuck = run.phase === "running" && age > Math.max(OLD, state.patience);
+  const live = run.phase === "running" && !silent && !stuck && state.answer !== "forbidden";
+  const open = live && !run.stopped;
+  const latched = Boolean(run.emergency), faults = run.faults;
+  const asks = Boolean(run.approve) && run.paused && !run.stopped && run.phase === "running";
+  const forced = state.chosen === null ? undefined : run.forced[state.chosen];
+  const broken = run.breaks.includes(state.chosen);
+
+  function sentence() {
+    if (ended) return ["over", "the run has ended"];
+    if (state.answer === "forbidden") {
+      return ["lost", "no valid token, Stop does not work here: open the address that the run printed"];
+    }
+    if (silent && state.answer === "refused") {
+      return ["lost", `connection lost ${whole(state.silent)} ago, the robot may be moving; press the emergency stop`];
+    }
+    if (silent || stuck) {
+      const what = silent ? "no answer" : "its control loop stands still";
+      return ["lost", `frozen for ${whole(age)}: ${what}, the robot may be moving; press the emergency stop`];
+    }
+    if (!state.run) return ["over", "connecting"];
+    if (over) return ["over", "the run has ended; the next begins when the task is saved"];
+    if (run.phase === "finished") return ["over", "the robot is at rest; the run is being written down"];
+    if (run.stopped) return ["over", "stopping"];
+    if (run.phase === "starting") return ["over", "starting"];
+    return run.paused ? ["paused", `paused ${run.why}`] : ["running", "running"];
+  }
+
+  function notice() {
+    if (state.wanted && state.wanted.seconds > 0.3) return `${state.wanted.name} sent, not confirmed yet (${whole(state.wanted.seconds)})`;
+    return state.note;
+  }
+
+  const [look, said] = sentence();
+  const enabled = {
+    stop: !ended,
+    pause: !over && run.phase !== "finished" && !(live && (run.paused || run.stopped)),
+    resume: open && Boolean(run.paused) && !latched && !asks,
+    step: open && !latched && !asks,
+    next: open && !latched && !asks,
+    fault: open, inject: open, clear: open,
+    acknowledge: open && !run.pressed,
+    approve: open && asks, refuse: open && asks,
+    break: open && Boolean(run.can_break), unbreak: open && Boolean(run.can_break),
+    "force-success": open, "force-failure": open, "force-nothing": open,
+  };
+  const shown = {
+    acknowledge: latched && run.phase === "running",
+    approve: asks, refuse: asks, wanted: asks,
+    faults: faults.length > 0 && !over,
+    over: over, hint: state.chosen === null, chosen: state.chosen !== null,
+    break: !broken, unbreak: broken,
+    "force-success": Boolean(run.can_force), "force-failure": Boolean(run.can_force),
+    forced: forced !== undefined, "force-nothing": forced !== undefined && Boolean(run.can_force),
+    notice: notice() !== "",
+  };
+  const texts = {
+    run: said,
+    notice: notice(),
+    age: state.run && !over ? `${age.toFixed(1)} s old` : "",
+    time: run.time || "",
+    ticks: state.run ? String(run.ticks || 0) : "–",
+    node: run.node ? `${run.node}: ${run.message}` : "",
+    faults: faults.join("; "),
+    wanted: `the robot wants to: ${run.approve}`,
+    forced: `It will end with ${forced}, whatever it does.`,
+    outcome: run.over ? run.over.outcome : "",
+    explanation: run.over ? run.over.explanation : "",
+  };
+  const looks = {
+    run: look,
+    banner: faults.length && !over ? "fault" : asks ? "asks" : "",
+    line: live || over ? "" : "old",
+    tree: live || over ? "" : "old",
+  };
+  return { enabled, shown, texts, looks, viewer: run.over ? run.over.viewer : run.viewer };
+}

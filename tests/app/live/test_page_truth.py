@@ -1,0 +1,249 @@
+"""What the control page says in a real browser when its data stop coming, or its run does."""
+
+import os
+import re
+import signal
+import time
+
+import pytest
+from browsers import LIVE, Run, chromium, enabled, expect_run, opened_page, sentence
+
+MOVING = """
+task: toy
+tree:
+  sequence:
+    - name: ahead
+      drive: {forward_m: 0.2}
+    - name: back
+      drive: {forward_m: -0.2}
+"""
+TWO = """
+task: toy
+tree:
+  sequence:
+    - name: first
+      wait: {duration_s: 1000}
+    - name: second
+      wait: {duration_s: 1000}
+"""
+LOST = r"connection lost {} s ago, the robot may be moving; press the emergency stop"
+FROZEN = r"frozen for {} s: no answer, the robot may be moving; press the emergency stop"
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    with Run(tmp_path_factory.mktemp("run"), "--view", "none", "--force-outcomes", task=TWO) as run:
+        yield run
+
+
+def test_a_gap_is_told_with_its_age_and_leaves_nothing_behind(browser, run):
+    page = opened_page(browser, run.url)
+    expect_run(page, "running")
+    assert enabled(page) == LIVE
+    assert re.fullmatch(r"\d\.\d s old", page.inner_text("#age"))
+    for seconds in (1.5, 10.0):
+        page.context.set_offline(True)
+        page.wait_for_timeout(1000 * seconds)
+        expect_run(page, re.compile(LOST.format(r"\d+")))
+        told = re.fullmatch(LOST.format(r"(\d+)"), sentence(page))
+        assert abs(int(told[1]) - seconds) <= 2.0  # the machine may be busy
+        assert enabled(page) == {"stop", "pause"}
+        page.context.set_offline(False)
+        expect_run(page, "running")
+        assert enabled(page) == LIVE
+    page.close()
+
+
+def test_two_tabs_agree(browser, run):
+    from playwright.sync_api import expect
+
+    one, two = opened_page(browser, run.url), opened_page(browser, run.url)
+    for presses, sees in ((one, two), (two, one)):
+        presses.click("#pause")
+        for page in (presses, sees):
+            expect_run(page, "paused by a person")
+            assert enabled(page) == LIVE - {"pause"} | {"resume"}
+        sees.click("#resume")
+        for page in (presses, sees):
+            expect_run(page, "running")
+            assert enabled(page) == LIVE
+    for page in (one, two):
+        page.locator(".node").filter(has_text="second").click()
+    one.evaluate("press('break')")
+    two.evaluate("press('break')")  # both at once mean the same
+    for page in (one, two):
+        expect(page.locator("#unbreak")).to_be_visible()
+        assert "stops" in page.locator(".node").filter(has_text="second").get_attribute("class")
+    two.click("#unbreak")
+    expect(one.locator("#break")).to_be_visible()
+    one.close()
+    two.close()
+
+
+def test_the_keyboard_is_enough_and_space_only_ever_pauses(browser, run):
+    from playwright.sync_api import expect
+
+    page = opened_page(browser, run.url)
+    expect_run(page, "running")
+    page.keyboard.press(" ")
+    expect_run(page, "paused by a person")
+    ticks = page.inner_text("#ticks")
+    for _ in range(3):
+        page.keyboard.press(" ")
+        page.wait_for_timeout(400)
+        assert sentence(page) == "paused by a person"
+    assert page.inner_text("#ticks") == ticks
+    page.focus("#step")
+    page.keyboard.press(" ")  # the button's own
+    expect(page.locator("#ticks")).to_have_text(str(int(ticks) + 1))
+    assert sentence(page) == "paused by a person"
+    page.keyboard.press("Shift+Tab")
+    assert page.evaluate("document.activeElement.id") == "resume"
+    page.keyboard.press("Enter")
+    expect_run(page, "running")
+    page.focus("#fault")
+    page.keyboard.press(" ")
+    page.keyboard.press("Escape")
+    page.wait_for_timeout(400)
+    assert sentence(page) == "running"
+    page.focus("[data-node='2']")
+    page.keyboard.press(" ")
+    expect(page.locator("#chosen-name")).to_have_text(re.compile("second"))
+    assert sentence(page) == "running"
+    page.close()
+
+
+def test_a_forced_outcome_is_a_badge_and_can_be_taken_back(browser, run):
+    from playwright.sync_api import expect
+
+    page, other = opened_page(browser, run.url), opened_page(browser, run.url)
+    page.locator(".node").filter(has_text="second").click()
+    page.click("#force-failure")
+    for one in (page, other):
+        badge = one.locator(".node").filter(has_text="second").locator(".badge")
+        expect(badge).to_have_text("forced: failure")
+    expect(page.locator("#forced")).to_contain_text("failure")
+    page.click("#force-nothing")
+    expect(badge).to_have_text("")
+    expect(page.locator("#forced")).to_be_hidden()
+    page.locator(".node").filter(has_text="first").click()
+    page.click("#force-success")
+    expect(page.locator(".tip")).to_contain_text("second")  # not failed: it was taken back
+    page.close()
+    other.close()
+
+
+def test_time_is_the_tasks_and_a_pause_stands_beside_it(browser, run):
+    page = opened_page(browser, run.url)
+    page.click("#pause")
+    expect_run(page, "paused by a person")
+    page.wait_for_timeout(1200)
+    first = page.inner_text("#time")
+    assert re.fullmatch(r"\d+\.\d s, paused \d+ s", first)
+    page.wait_for_timeout(1200)
+    assert page.inner_text("#time").split(",")[0] == first.split(",")[0]
+    assert page.inner_text("#time") != first
+    page.click("#resume")
+    expect_run(page, "running")
+    page.close()
+
+
+def test_on_a_phone_stop_is_large_and_in_sight(browser, run):
+    page = opened_page(browser, run.url, width=390, height=664)
+    box = page.locator("#stop").bounding_box()
+    assert box["height"] >= 44
+    assert box["y"] >= 0
+    assert box["y"] + box["height"] <= 664
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert page.get_attribute("meta[name=viewport]", "content").startswith("width=device-width")
+    page.close()
+
+
+def test_a_process_that_was_killed_is_a_lost_connection_for_ever(browser, run):
+    page = opened_page(browser, run.url)
+    expect_run(page, "running")
+    run.process.kill()
+    run.process.wait()
+    expect_run(page, re.compile(LOST.format(r"[1-9]\d*")))
+    assert enabled(page) == {"stop", "pause"}
+    page.click("#stop")
+    page.wait_for_timeout(2300)
+    assert re.fullmatch(r"Stop sent, not confirmed yet \([1-5] s\)", page.inner_text("#notice")), (
+        page.inner_text("#notice")
+    )
+    assert re.fullmatch(LOST.format(r"\d+"), sentence(page))
+    assert "stop" in enabled(page)
+    page.close()
+
+
+def test_approval_works_after_a_gap_and_stop_at_a_frozen_process_when_it_thaws(tmp_path, browser):
+    from playwright.sync_api import expect
+
+    with Run(tmp_path, "--view", "none", "--approve", task=MOVING) as run:
+        page = opened_page(browser, run.url)
+        expect(page.locator("#wanted")).to_contain_text("the robot wants to: ahead")
+        asked = {"approve", "refuse", "stop", "inject", "clear", "fault"}
+        assert enabled(page) == asked
+        page.context.set_offline(True)
+        page.wait_for_timeout(1500)
+        expect_run(page, re.compile(LOST.format("[1-4]")))
+        assert enabled(page) == {"stop", "pause"}
+        page.context.set_offline(False)
+        expect_run(page, "paused ahead waits for approval")
+        assert enabled(page) == asked
+        page.click("#approve")
+        expect(page.locator("#wanted")).to_contain_text("the robot wants to: back")
+
+        begun = time.monotonic()
+        os.kill(run.process.pid, signal.SIGSTOP)
+        try:
+            page.wait_for_timeout(1800)
+            expect_run(page, re.compile(FROZEN.format("[1-4]")))
+            assert enabled(page) == {"stop", "pause"}
+            page.click("#stop")
+            page.wait_for_timeout(2300)
+            assert re.fullmatch(
+                r"Stop sent, not confirmed yet \([1-5] s\)", page.inner_text("#notice")
+            )
+            page.wait_for_timeout(max(0.0, 6000 - 1000 * (time.monotonic() - begun)))
+            expect_run(page, re.compile(FROZEN.format("[5-8]")))
+        finally:
+            os.kill(run.process.pid, signal.SIGCONT)
+        expect(page.locator("#outcome")).to_contain_text("toy was interrupted", timeout=30_000)
+        expect_run(page, "the run has ended")
+        assert enabled(page) == set()
+        expect(page.locator("#notice")).to_be_hidden()
+        run.process.kill()
+        run.process.wait()
+        page.wait_for_timeout(1500)
+        assert sentence(page) == "the run has ended"  # it has said so itself
+        page.close()
+
+
+def test_the_open_page_lives_on_through_saves(tmp_path, browser):
+    from playwright.sync_api import expect
+
+    with Run(tmp_path, "--view", "none", "--watch", task=TWO) as run:
+        page = opened_page(browser, run.url)
+        expect_run(page, "running")
+        for name in ("other", "third", "fourth"):
+            (tmp_path / "toy.yaml").write_text(TWO.replace("second", name))
+            expect(page.locator("#tree")).to_contain_text(name, timeout=30_000)
+            expect_run(page, "running")
+            assert enabled(page) == LIVE
+        (tmp_path / "toy.yaml").write_text("task: toy\ntree:\n  wait: {duration_s: 0.1}\n")
+        expect(page.locator("#tree")).not_to_contain_text("fourth", timeout=30_000)
+        expect_run(page, "the run has ended; the next begins when the task is saved")
+        assert enabled(page) == {"stop"}
+        page.click("#stop")
+        expect_run(page, "the run has ended")
+        assert run.process.wait(20.0) == 0
+        page.wait_for_timeout(1500)
+        assert sentence(page) == "the run has ended"
+        page.close()
