@@ -23,8 +23,8 @@ _SOONER = 0.1
 """No image comes sooner than the quickest so far by more than this [s]."""
 _USUAL = 20e-3
 """A clock that went back is right again when images take as long as usual, within this [s]."""
-_SETTLED = 30
-"""Images after which it is known how long they take."""
+_A_FEW, _SETTLED = 5, 30
+"""Images after which it is known roughly, and well, how long they take."""
 _REMEMBERED = 300
 """Images over which the shortest way is sought: clocks drift."""
 _TAKEN_OVER = 3.0
@@ -42,6 +42,8 @@ class CameraClock:
         self._delay = delay
         self._ways: deque[float] = deque(maxlen=_REMEMBERED)
         """From the stamp to the arrival, of images whose stamps were believed [s]."""
+        self._least = 0.0
+        """What the quickest of them took, as far as a clock has told [s]."""
         self._told = self._believed = -inf
         self._is_back = False
 
@@ -59,8 +61,10 @@ class CameraClock:
         is_settled = len(self._ways) >= _SETTLED
         if not self._is_believed(way, calendar is not None):
             is_set = arrived - self._believed > _TAKEN_OVER and abs(way) > _AT_ONCE
-            if is_settled and not is_set:
+            is_known = is_settled or (self._is_back and len(self._ways) >= _A_FEW)
+            if is_known and not is_set:
                 return self._captured(arrived, median(self._ways), calendar)
+            self._least = min(self._ways) if is_settled and self._knows_age() else self._least
             self._ways.clear()
             self._is_back = False
         self._believed = arrived
@@ -83,5 +87,6 @@ class CameraClock:
         return -_AT_ONCE <= min(self._ways) <= _OLDEST
 
     def _captured(self, arrived: float, way: float, calendar: float | None) -> float:
-        nothing = 0.0 if calendar is not None and self._knows_age() else min(self._ways)
-        return arrived - max(way - nothing, 0.0) - self._delay
+        is_age = calendar is not None and self._knows_age()
+        age = way if is_age else way - min(self._ways) + self._least
+        return arrived - max(age, 0.0) - self._delay
