@@ -49,6 +49,7 @@ class RecordedSummary(BaseModel):
     placed: _Count | None = None
     objects: _Count | None = None
     attempts: _Count | None = None
+    claimed: _Count | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +61,11 @@ class RunRecord:
     """Nothing but an outcome if the run left none, or a damaged one."""
     damage: str
     """What is wrong with the summary, in one line; empty if it is missing or good."""
+
+    @property
+    def name(self) -> str:
+        """What other commands find it by, see `find_run`."""
+        return self.folder.name if self.folder.parent == RUNS else str(self.folder)
 
     @property
     def began(self) -> str:
@@ -80,7 +86,7 @@ class RunRecord:
         """Its entry in the list of runs."""
         s = self.summary
         return {
-            "run": self.folder.name,
+            "run": self.name,
             "began": self.began,
             "task": self.task,
             "outcome": self.outcome,
@@ -149,24 +155,21 @@ def read_run(folder: Path) -> RunRecord:
 
 
 def runs_table(records: list[RunRecord]) -> Table:
-    """A table with one row per run."""
+    """A table with one row per run; objects are told of those that have handled some."""
     table = Table(box=None, pad_edge=False)
-    table.add_column("began")
-    table.add_column("task")
-    table.add_column("outcome")
+    for column in ("run", "outcome"):
+        table.add_column(column)
     for column in ("duration [s]", "placed"):
         table.add_column(column, justify="right")
     table.add_column("failed in")
-    for row in (record.row() for record in records):
-        duration = row["duration_s"]
-        known = row["placed"] is not None
+    for record in records:
+        s = record.summary
         table.add_row(
-            row["began"],
-            row["task"],
-            row["outcome"],
-            f"{duration:.1f}" if duration is not None else "-",
-            f"{row['placed']} of {row['objects']}" if known else "-",
-            row["node"],
+            record.name,
+            s.outcome,
+            f"{s.duration_s:.1f}" if s.duration_s is not None else "-",
+            f"{s.placed or 0} of {s.objects}" if s.placed or s.claimed or s.attempts else "-",
+            s.node,
         )
     return table
 
