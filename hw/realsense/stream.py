@@ -15,6 +15,9 @@ from hw.realsense.wire import GoneError
 _SHARE = 0.8
 """Of the silence after which a camera is lost: then the reason is sought, to be there in time."""
 
+_FIRST = 2.0
+"""What a camera that was just opened may take to its first image [s]."""
+
 
 class LostError(RuntimeError):
     """The camera delivers no images; the text says why and what to do.
@@ -67,7 +70,7 @@ class Stream:
         self._pipeline, self._software = pipeline, software
         self._device = profile.get_device()
         self._profile = profile
-        self._patience = _SHARE * settings.silence
+        self._patience = _FIRST
 
     @property
     def identity(self) -> Identity:
@@ -115,6 +118,7 @@ class Stream:
                 raise self._loss(error) from error
             depth = frames.get_depth_frame()
             if depth and depth.get_timestamp() != before:
+                self._patience = _SHARE * self._settings.silence
                 return frames
         raise HangsError("it is plugged in and sends the same image again and again")
 

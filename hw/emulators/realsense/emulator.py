@@ -27,7 +27,7 @@ _NAP = 0.005
 """Longest pause between two looks at what is to be sent [s]."""
 _RESETTING = 0.3
 """A camera that is reset is away for so long [s]."""
-_BEGINS = 2
+_BEGINS = 3
 """What a camera does after a while it does after this [s]."""
 _ON_ITS_WAY = 0.035
 """An image takes so long where stamps may be those of its arrival [s]."""
