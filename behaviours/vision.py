@@ -151,6 +151,7 @@ class Vision(ABC):
     def relocalise(self, now: float) -> None:
         """Follow no grasp that a frame from before session time `now` shows."""
         self._known_since = now
+        self._judge.relocalise()
         self.reset()
 
     def _take(self) -> DepthFrame | None:

@@ -85,6 +85,11 @@ class FrameJudge:
             return "the picture has not changed while the hand moved: the camera hangs"
         return "the picture does not change, not even its noise: the camera hangs" * self._is_noisy
 
+    def relocalise(self) -> None:
+        """The camera has not moved, but its poses have."""
+        if not self._is_noisy:
+            self._picture = None
+
 
 def _mistake_in_shape(shape: tuple[int, ...], wanted: tuple[int, int]) -> str:
     if shape == wanted:

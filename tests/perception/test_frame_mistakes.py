@@ -106,6 +106,14 @@ def test_from_rest_two_equal_pictures_are_a_fault_only_of_a_camera_with_noise() 
     assert "not even its noise" in judge.mistake(frame(noisy.copy(), stamp=8 / 30))
 
 
+def test_a_base_that_is_relocalised_is_no_hand_that_moves() -> None:
+    judge = FrameJudge()
+    assert judge.mistake(frame(GOOD)) == ""
+    judge.relocalise()
+    assert judge.mistake(frame(GOOD.copy(), moved(0.2), 0.1)) == ""
+    assert "hangs" in judge.mistake(frame(GOOD.copy(), moved(0.3), 0.2))
+
+
 def test_an_empty_table_without_noise_looks_alike_from_everywhere() -> None:
     judge = FrameJudge()
     for k in range(5):
