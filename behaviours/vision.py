@@ -15,10 +15,20 @@ from math import inf
 from typing import NamedTuple
 
 from hw import Camera, DepthFrame, one_thread, stopwatch
-from perception import Detection, GraspDetector, GraspEstimate, GraspTracker, SceneMemory, Workspace
+from perception import (
+    Detection,
+    FrameJudge,
+    GraspDetector,
+    GraspEstimate,
+    GraspTracker,
+    SceneMemory,
+    Workspace,
+)
 
 OLDEST_FRAME = 0.15
 """A frame older than this says nothing about where a grasp is now [s]."""
+_AHEAD = 0.25
+"""Frames may be newer than the reading of the robot that they are compared with [s]."""
 _LOST_FRAME = 1.0
 """Frames that are older than this do not come late: they do not come [s]."""
 
@@ -27,7 +37,7 @@ class Vision(ABC):
     """Newest frame, detection and tracked grasp of one robot.
 
     All leaves of a tick see the same frame, whichever asks first. A frame is new when it is another
-    object than the one before.
+    object than the one before. One that cannot be what it claims to be counts as none.
 
     Args:
         camera: of the robot.
@@ -37,6 +47,8 @@ class Vision(ABC):
     def __init__(self, camera: Camera, detector: GraspDetector) -> None:
         self._camera = camera
         self._detector = detector
+        self._judge, self._mistake = FrameJudge(), ""
+        self._delivered: DepthFrame | None = None
         self._newest: DepthFrame | None = None
         self._is_new = False
         self.tracker = GraspTracker()
@@ -114,10 +126,12 @@ class Vision(ABC):
 
     def blindness(self, now: float) -> str:
         """Why no frame can be believed at session time `now`, in words; empty if one can."""
-        if self._newest is None or now - self._newest.stamp > _LOST_FRAME:
-            return "no camera frame"
-        late = now - self._newest.stamp
-        return f"frames come {late:.2f} s late" if late > OLDEST_FRAME else ""
+        late = inf if self._newest is None else now - self._newest.stamp
+        if -_AHEAD <= late <= OLDEST_FRAME:
+            return ""
+        if self._mistake or late < 0.0:
+            return self._mistake or "frames are stamped ahead of the clock"
+        return f"frames come {late:.2f} s late" if late <= _LOST_FRAME else "no camera frame"
 
     def is_blind(self, now: float) -> bool:
         """Whether there is no frame, or only one too old to be believed at session time `now`."""
@@ -137,15 +151,19 @@ class Vision(ABC):
     def relocalise(self, now: float) -> None:
         """Follow no grasp that a frame from before session time `now` shows."""
         self._known_since = now
+        self._judge.relocalise()
         self.reset()
 
     def _take(self) -> DepthFrame | None:
-        """The camera's newest frame if it is new in this tick."""
+        """The camera's newest frame if it is new in this tick and can be believed."""
         if not self._is_new:
             with self.timed():
                 frame = self._camera.latest(inf)
-            self._is_new = frame is not self._newest
-            self._newest = frame
+                if frame is not self._delivered:
+                    self._delivered = frame
+                    self._mistake = "" if frame is None else self._judge.mistake(frame)
+                    self._is_new = not self._mistake
+                    self._newest = frame if self._is_new else self._newest
         return self._newest if self._is_new else None
 
 

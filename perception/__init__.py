@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from perception.detector import GraspDetector
     from perception.footprint import Footprint
     from perception.frame import Workspace
+    from perception.frame_mistakes import FrameJudge, mistake_in
     from perception.geometry import disc, seen_through, world_points
     from perception.grasp import Detection, GraspEstimate
     from perception.grasp_feasibility import assess
@@ -63,6 +64,7 @@ __all__ = [
     "Crop",
     "Detection",
     "Footprint",
+    "FrameJudge",
     "GraspDetector",
     "GraspEstimate",
     "GraspPatches",
@@ -100,6 +102,7 @@ __all__ = [
     "known_kinds",
     "logarithms",
     "measure_seam",
+    "mistake_in",
     "piece_of",
     "prepare",
     "seams_across",

@@ -12,6 +12,7 @@ from pinocchio import SE3
 from perception.arrays import Array, Image, Mask
 from perception.candidates import WITHOUT_NETWORK, CandidateSource, SpreadPoints
 from perception.frame import Frame, Things, Workspace
+from perception.frame_mistakes import mistake_in
 from perception.geometry import world_points
 from perception.grasp import Detection
 from perception.grasp_patches import HoldProbability
@@ -179,13 +180,11 @@ class GraspDetector:
 
 def _unusable(frame: Frame) -> str:
     """Why a frame is unusable; empty if it is usable."""
+    if mistake := mistake_in(frame):
+        return mistake
     depth = np.asarray(frame.depth)
-    if depth.ndim != 2 or min(depth.shape, default=0) < 16:
-        return f"the depth image has shape {depth.shape}, not (H, W) of 16 pixels or more"
-    if not np.issubdtype(depth.dtype, np.number):
-        return f"the depth image holds {depth.dtype}, not metres"
-    if not np.isfinite(frame.wTc.homogeneous).all():
-        return "the camera's pose is not finite"
+    if min(depth.shape) < 16:
+        return f"the depth image has {depth.shape} pixels: too few to grasp by"
     if frame.wTc.rotation[2, 2] > _MAX_CAMERA_AXIS_Z:
         return "the camera does not look down"
     valid = valid_depth(depth)

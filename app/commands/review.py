@@ -14,6 +14,8 @@ from app.terminal import Terminal
 Run = Annotated[
     str, typer.Argument(help="Folder of a run, a file in it, its name in --runs, or `last`.")
 ]
+_WIDE = 1000
+"""A name that is broken into two lines finds nothing [characters]."""
 Runs = Annotated[Path, typer.Option("--runs", help="Where the runs are.")]
 
 
@@ -22,7 +24,7 @@ def runs(
     where: Runs = Path("runs"),
     as_json: Annotated[bool, typer.Option("--json", help="Print them as JSON.")] = False,
 ) -> None:
-    """List the recorded runs: start, task and outcome."""
+    """List the recorded runs, by the names that the other commands take."""
     from app.review import read_run, run_folders, runs_table
 
     folder = runs or where
@@ -30,7 +32,7 @@ def runs(
     if as_json:
         print(json.dumps([record.row() for record in records], indent=2))
     elif records:
-        Terminal().print(runs_table(records))
+        Terminal(width=_WIDE).print(runs_table(records))
         for record in records:
             if record.damage:
                 Terminal(stderr=True).say(f"{record.folder}: {record.damage}")
@@ -118,7 +120,10 @@ def explain(
 
 
 def replay(run: Run = "last", runs: Runs = Path("runs")) -> None:
-    """Run what was recorded through tree and controller again, and compare the commands."""
+    """Run what was recorded through tree and controller again, and compare the commands.
+
+    Of a task that looks at images, only after `run --replayable`, which keeps them.
+    """
     from app.core import replay_run
     from app.review import find_run
 

@@ -52,6 +52,7 @@ class RecordedSummary(BaseModel):
     placed: _Count | None = None
     objects: _Count | None = None
     attempts: _Count | None = None
+    claimed: _Count | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,6 +64,11 @@ class RunRecord:
     """Nothing but an outcome if the run left none, or a damaged one."""
     damage: str
     """What is wrong with the summary, in one line; empty if it is missing or good."""
+
+    @property
+    def name(self) -> str:
+        """What other commands find it by, see `find_run`."""
+        return self.folder.name if self.folder.parent == RUNS else str(self.folder)
 
     @property
     def began(self) -> str:
@@ -97,7 +103,7 @@ class RunRecord:
         """Its entry in the list of runs."""
         s = self.summary
         return {
-            "run": self.folder.name,
+            "run": self.name,
             "began": self.began,
             "task": self.task,
             "outcome": self.outcome,
@@ -167,25 +173,22 @@ def read_run(folder: Path) -> RunRecord:
 
 
 def runs_table(records: list[RunRecord]) -> Table:
-    """A table with one row per run."""
+    """A table with one row per run; objects are told of those that have handled some."""
     table = Table(box=None, pad_edge=False)
-    table.add_column("began")
-    table.add_column("task")
-    table.add_column("outcome")
+    for column in ("run", "outcome"):
+        table.add_column(column)
     for column in ("time", "placed"):
         table.add_column(column, justify="right")
     table.add_column("failed in")
     for record in records:
-        row, duration = record.row(), record.duration_s
-        known = row["placed"] is not None
-        time = "-" if duration is None else task_time(duration, row["paused_s"])
+        s, duration = record.summary, record.duration_s
+        time = "-" if duration is None else task_time(duration, s.paused_s)
         table.add_row(
-            row["began"],
-            row["task"],
-            row["outcome"],
-            record.silent if record.outcome == UNFINISHED else time,
-            f"{row['placed']} of {row['objects']}" if known else "-",
-            row["node"],
+            record.name,
+            s.outcome,
+            record.silent if s.outcome == UNFINISHED else time,
+            f"{s.placed or 0} of {s.objects}" if s.placed or s.claimed or s.attempts else "-",
+            s.node,
         )
     return table
 

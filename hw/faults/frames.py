@@ -93,6 +93,22 @@ class PictureFrozen(_Repainted):
         return self._first_paint
 
 
+class FramesInMillimetres(_Repainted):
+    """Depth has another unit than it should have."""
+
+    def repaint(self, depth: DepthArray) -> DepthArray:
+        """The picture, a thousand times as far."""
+        return depth * np.float32(1000.0)
+
+
+class FramesTransposed(_Repainted):
+    """Rows and columns are exchanged, and the intrinsics stay."""
+
+    def repaint(self, depth: DepthArray) -> DepthArray:
+        """The picture as (W, H)."""
+        return np.ascontiguousarray(depth.T)
+
+
 class FramesFilled(_Repainted):
     """Pixels have one value, all of them or a random share.
 

@@ -10,7 +10,15 @@ from types import MappingProxyType
 
 from config import UserError, suggest
 from hw.faults.effect import Effect
-from hw.faults.frames import FramesFilled, FramesFrozen, FramesLate, FramesLost, PictureFrozen
+from hw.faults.frames import (
+    FramesFilled,
+    FramesFrozen,
+    FramesInMillimetres,
+    FramesLate,
+    FramesLost,
+    FramesTransposed,
+    PictureFrozen,
+)
 from hw.faults.motion import (
     BaseIgnoresCommands,
     BaseTooFast,
@@ -95,6 +103,14 @@ _TABLE = (
         name="frames sparse",
         make=partial(FramesFilled, nan, 0.5),
         what="every second depth, at random, is NaN",
+    ),
+    Injectable(
+        name="frames in millimetres",
+        make=FramesInMillimetres,
+        what="depth is in millimetres, and said to be in metres",
+    ),
+    Injectable(
+        name="frames transposed", make=FramesTransposed, what="rows and columns are exchanged"
     ),
     Injectable(name="state frozen", make=FrozenState, what="one reading, again, with fresh stamps"),
     Injectable(name="stamps frozen", make=FrozenStamps, what="the stamps of readings stand still"),

@@ -37,8 +37,7 @@ def computer() -> Iterator[Finding]:
     hint = "" if allowed else ": `@realtime - rtprio 99` in /etc/security/limits.conf"
     text = f"real-time priority is {'granted' if allowed else 'refused'}{hint}"
     yield Finding("computer", Verdict.GOOD if allowed else Verdict.BAD, text)
-    preempt = Path("/sys/kernel/realtime")
-    is_realtime = preempt.is_file() and preempt.read_text().strip() == "1"
+    is_realtime = is_realtime_kernel()
     name = "a real-time kernel" if is_realtime else "no real-time kernel (PREEMPT_RT)"
     yield Finding("computer", Verdict.GOOD if is_realtime else Verdict.OPEN, name)
     governors = {
@@ -53,6 +52,12 @@ def computer() -> Iterator[Finding]:
     late = _lateness()
     text = f"a loop of 1 ms is late by {late[0]:.2f} ms in the middle, {late[1]:.1f} ms at worst"
     yield Finding("computer", Verdict.GOOD if late[1] < _LATE else Verdict.BAD, text)
+
+
+def is_realtime_kernel(flag: Path = Path("/sys/kernel/realtime")) -> bool:
+    """Whether the kernel is PREEMPT_RT: patched ones have a flag, mainline ones say so."""
+    is_patched = flag.is_file() and flag.read_text().strip() == "1"
+    return is_patched or "PREEMPT_RT" in os.uname().version.replace(" ", "_")
 
 
 def _may_hurry() -> bool:

@@ -191,11 +191,22 @@ def camera(real: RealRobot) -> Iterator[Finding]:
         status, images = report.status, report.images - before.images
         lost = report.lost - before.lost
         usb = f", USB {status.usb}" if status.usb else ""
-        yield Finding("camera", Verdict.GOOD, f"{status.name} {status.serial}{usb}")
+        firmware = f", firmware {status.firmware}" if status.firmware else ""
+        yield Finding("camera", Verdict.GOOD, f"{status.name} {status.serial}{firmware}{usb}")
+        if status.usb and not status.usb.startswith("3"):
+            text = "it is connected by USB 2: use a cable and a port of USB 3"
+            yield Finding("camera", Verdict.BAD, text)
+        if _version(status.firmware) < _version(status.recommended):
+            text = f"the library is made for firmware {status.recommended} or newer: rs-fw-update"
+            yield Finding("camera", Verdict.OPEN, text)
         rate = images / (_LOOKS * _PERIOD)
         text = f"{rate:.0f} images/s, {lost} lost, {1000.0 * report.age:.0f} ms old on arrival"
         good = rate > 0.8 * real.hardware.camera.rate and 1000.0 * report.age < _OLD_IMAGE
         yield Finding("camera", Verdict.GOOD if good else Verdict.BAD, text)
+
+
+def _version(text: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in text.split(".") if part.isdigit())
 
 
 # the lines

@@ -6,13 +6,11 @@ ends when its parent is gone or suspended.
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import queue
 import signal
 import sys
-import tempfile
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -20,6 +18,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from hw.clock import stopwatch
+from hw.processes.claims import Claim, holder_of
 
 _LOOK = 0.1
 """How often to look whether the parent is suspended [s]."""
@@ -107,17 +106,13 @@ def claim(what: str, address: str) -> str:
     Returns:
         Who does; empty if nobody.
     """
-    name = "".join(letter if letter.isalnum() else "-" for letter in f"{what}-{address}")
-    path = Path(tempfile.gettempdir()) / f"frankie-task-{name}.lock"
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        holder = os.read(descriptor, 20).decode(errors="replace").strip()
-        return f"another program on this computer commands it already (process {holder or '?'})"
-    os.ftruncate(descriptor, 0)
-    os.write(descriptor, str(os.getppid()).encode())
-    return ""
+    machine = f"{what} {address}"
+    right = Claim(machine, lambda: str(os.getppid()))
+    if right.take() is not None:
+        return ""
+    holder = holder_of(machine)
+    pid = (holder.says or holder.pid) if holder is not None else "that ends now"
+    return f"another program on this computer commands it already (process {pid})"
 
 
 def still_alive(patience: float = _HUNG) -> None:

@@ -10,10 +10,11 @@ from hw.realsense.camera import CameraReport, GreyImage, RealSenseCamera
 from hw.realsense.library import missing
 from hw.realsense.records import Status
 from hw.realsense.settings import RealSenseSettings
-from hw.realsense.wire import HEAD, Introduction
+from hw.realsense.wire import HEAD, RESET, Introduction
 
 __all__ = [
     "HEAD",
+    "RESET",
     "CameraReport",
     "GreyImage",
     "Introduction",

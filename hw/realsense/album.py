@@ -15,6 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 _NEWEST = struct.Struct("<Q")
+"""Number of the newest image. `struct` clears before it writes, so where another process may look
+at any moment it is stored at once."""
 _PAGE = struct.Struct("<QQdd")
 """Number of the image here, frames that the camera has numbered, stamp and arrival [s]."""
 _PAGES = 3
@@ -56,6 +58,7 @@ class Album:
     def __init__(self, memory: mmap, offset: int, width: int, height: int) -> None:
         self._memory, self._offset = memory, offset
         self._shape = (height, width)
+        self._newest = np.frombuffer(memory, np.uint64, 1, offset)
         self._count = 0
 
     @staticmethod
@@ -75,7 +78,7 @@ class Album:
         if infrared is not None:
             self._grey(pixels)[...] = infrared
         _PAGE.pack_into(self._memory, at, self._count, frames, stamp, arrived)
-        _NEWEST.pack_into(self._memory, self._offset, self._count)
+        self._newest[0] = self._count
 
     def arrival(self) -> float | None:
         """When the newest image arrived, of `stopwatch` [s]; None before the first."""
@@ -90,7 +93,7 @@ class Album:
 
     def newest_number(self) -> int:
         """Of the newest image; 0 before the first."""
-        return int(_NEWEST.unpack_from(self._memory, self._offset)[0])
+        return int(self._newest[0])
 
     def get(self, *, infrared: bool) -> Picture | None:
         """A copy of the newest image; None before the first.

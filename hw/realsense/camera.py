@@ -5,8 +5,6 @@ from __future__ import annotations
 import threading
 from dataclasses import asdict, dataclass
 
-import numpy as np
-
 from hw.clock import Clock, stopwatch
 from hw.frame import DepthImage
 from hw.processes.mailbox import PAGE, Mailbox
@@ -166,13 +164,11 @@ class RealSenseCamera:
         if ended := self._process.end_of_it():
             return ended
         arrived = self._album.arrival()
-        silent = np.inf if arrived is None else stopwatch() - arrived
-        if silent <= self._settings.silence:
+        if arrived is not None and stopwatch() - arrived <= self._settings.silence:
             return ""
         status = Status.get(self._status)
         cause = "" if status is None else status.trouble
-        since = "yet" if arrived is None else f"for {silent:.1f} s"
-        return cause or f"it has sent no image {since}: look at its cable"
+        return cause or "it sends no images any more: look at its cable"
 
     def _picture(self) -> Picture | None:
         return self._album.get(infrared=self._settings.infrared)

@@ -11,6 +11,7 @@ import json
 import sys
 import time
 from dataclasses import asdict
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from hw.realsense.images import Filters, Rectifier, Wanted, metres
 from hw.realsense.records import STATUS, Status
 from hw.realsense.settings import RealSenseSettings
 from hw.realsense.stamps import CameraClock
-from hw.realsense.stream import EndedError, Stream, open_stream
+from hw.realsense.stream import EndedError, HangsError, Stream, open_stream
 
 _STARTING = 30.0
 """What the library may take to start or stop a camera [s]."""
@@ -31,6 +32,13 @@ _HUNG = 5.0
 """A camera from which nothing comes, not even that nothing comes, hangs [s]."""
 _AGAIN = 0.2
 """Between two attempts to open a camera that is lost [s]."""
+_AFTER_HANGING = (0.1, 0.5, 1.0, 2.0)
+"""Before a camera that hung once, twice, ... is opened again; from the second time on it is reset
+before. After all of them a person is asked [s]."""
+_AT_FIRST = 2
+"""A camera that never sent anything may hang so often."""
+_RESETTING = 6.0
+"""A camera that is reset is back within this [s]."""
 
 
 class CameraProcess:
@@ -59,6 +67,9 @@ class CameraProcess:
         self._album = Album(shared, PAGE, wanted.width, wanted.height)
         self._has_begun = False
         self._frames = 0
+        self._hung, self._reset = 0, -inf
+        self._told = -inf
+        """Stamp of the last image, as the camera gave it [ms]."""
 
     def run(self) -> None:
         """Until nobody wants images any more.
@@ -73,10 +84,45 @@ class CameraProcess:
                 with open_stream(self._library, self._settings) as stream:
                     self._deliver(stream)
             except RuntimeError as error:
-                if not self._has_begun:
+                hangs = isinstance(error, HangsError)
+                is_resetting = stopwatch() - self._reset < _RESETTING
+                is_helped = self._hung <= _AT_FIRST if hangs else is_resetting
+                if not self._has_begun and not is_helped:
                     raise
-                self._tell(Status(trouble=str(error)))
-                time.sleep(_AGAIN)
+                trouble = str(error)
+                if is_resetting and not hangs:
+                    trouble = f"it was reset and is not back yet ({trouble})"
+                if self._has_begun:
+                    self._tell(Status(trouble=trouble))
+                pauses = _AFTER_HANGING[: self._hung] if hangs else (_AGAIN,)
+                self._wait(pauses[-1])
+
+    def _wait(self, pause: float) -> None:
+        until = stopwatch() + pause
+        while stopwatch() < until and self._parent.commands():
+            time.sleep(0.05)
+
+    def _next(self, stream: Stream) -> Any:
+        """The next set of frames of a camera; one that hangs is helped, and then a person asked.
+
+        Raises:
+            LostError: none comes; the text says what is done about it, or what is to be done.
+            EndedError: the recording is over.
+        """
+        try:
+            frames = stream.next(self._told)
+        except HangsError as error:
+            self._hung += 1
+            if self._hung == 1:
+                raise HangsError(f"{error}: it is opened again") from error
+            if self._hung > (len(_AFTER_HANGING) if self._has_begun else _AT_FIRST):
+                text = f"{error}, and a reset does not help: unplug it and plug it in again"
+                raise HangsError(text) from error
+            stream.reset()  # before the pipeline is stopped, which may never return
+            self._reset = stopwatch()
+            raise HangsError(f"{error}: it is reset") from error
+        self._hung = 0
+        return frames
 
     def _deliver(self, stream: Stream) -> None:
         rs, settings, wanted = self._library, self._settings, self._wanted
@@ -88,13 +134,14 @@ class CameraProcess:
         )
         first = None
         while self._parent.commands():
-            frames = stream.next()
+            frames = self._next(stream)
             arrived, calendar = stopwatch(), epoch()
             still_alive(_HUNG)
             depth = frames.get_depth_frame()
             grey = frames.get_infrared_frame(1) if settings.infrared else None
-            if not depth or (settings.infrared and not grey):
+            if settings.infrared and not grey:
                 continue  # a set that lacks one
+            self._told = depth.get_timestamp()
             number = depth.get_frame_number()
             if first is None:
                 first = number - self._frames - 1
@@ -103,7 +150,7 @@ class CameraProcess:
                 depth.get_frame_timestamp_domain() != rs.timestamp_domain.hardware_clock
             )
             stamp = clock.stamp(
-                depth.get_timestamp() / 1e3 - _exposed_before(rs, depth),
+                self._told / 1e3 - _exposed_before(rs, depth),
                 arrived,
                 calendar if has_calendar else None,
             )

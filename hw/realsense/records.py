@@ -21,6 +21,8 @@ class Status:
     name: str = ""
     serial: str = ""
     firmware: str = ""
+    recommended: str = ""
+    """Firmware that the vendor's library is made for; empty if it does not tell."""
     usb: str = ""
     intrinsics: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     """fx, fy, cx, cy of the camera itself [px]."""

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from hw.realsense.wire import HEAD, GoneError, Introduction, hear_introduction, receive
+from hw.realsense.wire import HEAD, RESET, GoneError, Introduction, hear_introduction, receive
 
 _PATIENCE = 3.0
 """For the connection and the first line [s]."""
@@ -52,6 +52,11 @@ class SoftwareCamera:
         """Begin to feed."""
         threading.Thread(target=self._feed, name="software camera", daemon=True).start()
 
+    def reset(self) -> None:
+        """Have the emulated camera start anew."""
+        with suppress(OSError):
+            self._socket.sendall(RESET)
+
     def close(self) -> None:
         """Let go of the emulated camera."""
         with suppress(OSError):
@@ -63,6 +68,12 @@ class SoftwareCamera:
         self.device = rs.software_device()
         self.device.register_info(rs.camera_info.name, told.name)
         self.device.register_info(rs.camera_info.serial_number, told.serial)
+        for info, text in (
+            (rs.camera_info.firmware_version, told.firmware),
+            (rs.camera_info.recommended_firmware_version, told.recommended),
+        ):
+            if text:
+                self.device.register_info(info, text)
         self._sensor = self.device.add_sensor("Stereo Module")
         self._depth = self._sensor.add_video_stream(
             self._stream(told, rs.stream.depth, 0, rs.format.z16, 2)

@@ -7,6 +7,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
+from hw.clock import stopwatch
 from hw.realsense.settings import RealSenseSettings
 from hw.realsense.software import SoftwareCamera
 from hw.realsense.wire import GoneError
@@ -14,12 +15,19 @@ from hw.realsense.wire import GoneError
 _SHARE = 0.8
 """Of the silence after which a camera is lost: then the reason is sought, to be there in time."""
 
+_FIRST = 2.0
+"""What a camera that was just opened may take to its first image [s]."""
+
 
 class LostError(RuntimeError):
     """The camera delivers no images; the text says why and what to do.
 
     A kind of what the library raises itself, whenever a camera goes.
     """
+
+
+class HangsError(LostError):
+    """The camera is there and sends nothing."""
 
 
 class EndedError(Exception):
@@ -33,6 +41,8 @@ class Identity:
     name: str
     serial: str
     firmware: str
+    recommended: str
+    """Firmware that the library is made for; empty if it does not tell."""
     usb: str
     """The version of its connection; empty without a cable."""
 
@@ -60,7 +70,7 @@ class Stream:
         self._pipeline, self._software = pipeline, software
         self._device = profile.get_device()
         self._profile = profile
-        self._patience = _SHARE * settings.silence
+        self._patience = _FIRST
 
     @property
     def identity(self) -> Identity:
@@ -75,6 +85,7 @@ class Stream:
             name=told(info.name),
             serial=told(info.serial_number),
             firmware=told(info.firmware_version),
+            recommended=told(info.recommended_firmware_version),
             usb=told(info.usb_type_descriptor),
         )
 
@@ -87,19 +98,37 @@ class Stream:
         """Those of the vendor, for one of its streams."""
         return self._profile.get_stream(kind).as_video_stream_profile().get_intrinsics()
 
-    def next(self) -> Any:
-        """The next set of frames.
+    def next(self, before: float) -> Any:
+        """The next set of frames; the library is known to give one and the same again and again.
+
+        Args:
+            before: stamp of the depth frame that came last [ms].
 
         Raises:
-            LostError: none comes within the patience of the settings.
+            LostError: no other one comes within the patience of the settings.
             EndedError: the recording is over.
         """
-        try:
-            return self._pipeline.wait_for_frames(round(1000.0 * self._patience))
-        except RuntimeError as error:
-            if self._has_ended():
-                raise EndedError from error
-            raise LostError(self._why(error)) from error
+        until = stopwatch() + self._patience
+        while stopwatch() < until:
+            try:
+                frames = self._pipeline.wait_for_frames(round(1000.0 * self._patience))
+            except RuntimeError as error:
+                if self._has_ended():
+                    raise EndedError from error
+                raise self._loss(error) from error
+            depth = frames.get_depth_frame()
+            if depth and depth.get_timestamp() != before:
+                self._patience = _SHARE * self._settings.silence
+                return frames
+        raise HangsError("it is plugged in and sends the same image again and again")
+
+    def reset(self) -> None:
+        """Have the camera start anew, as if it had been unplugged and plugged in again."""
+        if self._software is not None:
+            self._software.reset()
+        elif not self._settings.file:
+            with suppress(RuntimeError):
+                self._device.hardware_reset()
 
     def _has_ended(self) -> bool:
         if not self._settings.file:
@@ -107,15 +136,17 @@ class Stream:
         status = self._device.as_playback().current_status()
         return bool(status == self._library.playback_status.stopped)
 
-    def _why(self, error: RuntimeError) -> str:
-        if self._software is not None:
-            return self._software.lost or "it is plugged in and sends no images"
+    def _loss(self, error: RuntimeError) -> LostError:
+        """Why no frames come."""
+        if self._software is not None and self._software.lost:
+            return LostError(self._software.lost)
         if self._settings.file:
-            return f"its recording cannot be read on: {error}"
-        serial = self.identity.serial
-        if serial not in _serials(self._library):
-            return "it is not there any more: plug it in, and look at cable and power of the port"
-        return f"it is plugged in and sends no images ({error}): unplug it and plug it in again"
+            return LostError(f"its recording cannot be read on: {error}")
+        if self._software is None and self.identity.serial not in _serials(self._library):
+            return LostError(
+                "it is not there any more: plug it in, and look at cable and power of the port"
+            )
+        return HangsError("it is plugged in and sends no images")
 
 
 @contextmanager

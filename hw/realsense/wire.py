@@ -1,7 +1,8 @@
 """The bytes between an emulated camera and the driver: ours, where a real camera has its cable.
 
 The camera begins with one line of JSON that says what it is. Then come images: a head, depth of 16
-bits a pixel, and where it has it the infrared image of 8 bits a pixel.
+bits a pixel, and where it has it the infrared image of 8 bits a pixel. The driver sends nothing but
+a byte that resets the camera.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import asdict, dataclass
 
 HEAD = struct.Struct("<QdII")
 """Number of the image, calendar time of its capture [s], bytes of depth, of infrared."""
+RESET = b"R"
 _LONGEST = 4096
 """A longer first line is none of ours [bytes]."""
 
@@ -40,6 +42,9 @@ class Introduction:
     """Between its imagers; the vendor's filters work on disparities [m]."""
     infrared: bool
     """Whether there are infrared images, too."""
+    firmware: str = ""
+    recommended: str = ""
+    """Firmware that the vendor's library is made for."""
 
     def line(self) -> bytes:
         """As it is sent."""

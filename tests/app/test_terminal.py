@@ -1,6 +1,9 @@
 """Text from files and robots on the screen: it is shown, and does nothing to the terminal."""
 
 import io
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 from rich.live import Live
@@ -11,6 +14,7 @@ from typer.testing import CliRunner
 from app.commands import app
 from app.terminal import Terminal, visible
 
+ROOT = Path(__file__).parents[2]
 HOSTILE = {
     "clear the screen": "\x1b[2J",
     "set the title": "\x1b]0;owned\x07",
@@ -100,3 +104,27 @@ def _table(text: str) -> Table:
     table.add_column(text)
     table.add_row(text)
     return table
+
+
+FIRST_WRITE = """
+import os, sys
+class First:
+    encoding, errors = "utf-8", "strict"
+    def write(self, text):
+        os.write(1, text.encode())
+        os._exit(int("app.core" in sys.modules))
+    def flush(self): ...
+    def isatty(self): return False
+    def fileno(self): return 2
+sys.stderr, sys.argv = First(), ["frankie-task", "run", "pick_one"]
+from app.commands import main
+main()
+"""
+
+
+def test_a_run_into_a_pipe_says_something_before_it_loads_what_takes_seconds():
+    ran = subprocess.run(
+        [sys.executable, "-c", FIRST_WRITE], cwd=ROOT, capture_output=True, text=True, timeout=300
+    )
+    assert ran.stdout == "pick_one on frankie: loading\n"
+    assert ran.returncode == 0

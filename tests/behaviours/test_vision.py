@@ -2,6 +2,7 @@
 
 import threading
 from concurrent.futures import Future
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -178,6 +179,48 @@ def test_a_camera_that_stopped_is_noticed(beside):
     now = harness.clock.now()
     assert not vision.is_blind(now)
     assert vision.is_blind(now + 0.2)
+
+
+@pytest.mark.parametrize("where", [VisionInStep, VisionBeside])
+def test_a_frame_that_is_not_what_it_claims_to_be_counts_as_none_for_whoever_looks(where):
+    camera = Given()
+    vision = where(camera, detector())
+    camera.look(0.0, above=0.5)
+    vision.begin_tick()
+    good = vision.new_frame()
+    for k, wrong in enumerate([camera.frame.depth.T, (1e3 * camera.frame.depth).astype(np.uint16)]):
+        camera.frame = replace(camera.frame, depth=wrong, stamp=0.1 * (k + 1))
+        vision.begin_tick()
+        assert vision.new_frame() is None
+        assert vision.newest(-1.0) is good
+        assert vision.frame is good
+        vision.detect(ON_TABLE)
+        assert not vision.is_blind(0.1)  # one image in between is no reason to stop
+    assert "millimetres" in vision.blindness(0.2)
+    camera.look(0.3, above=0.5)
+    vision.begin_tick()
+    assert vision.new_frame() is camera.frame
+    assert vision.blindness(0.3) == ""
+    assert "ahead of the clock" in vision.blindness(-1.0)
+    vision.close()
+
+
+def test_a_frozen_picture_with_fresh_stamps_blinds_once_the_hand_has_moved():
+    camera = Given()
+    vision = VisionInStep(camera, detector())
+    for k in range(10):
+        camera.look(0.033 * k, above=0.5)  # at rest, without noise: all alike
+        vision.begin_tick()
+        assert vision.new_frame() is camera.frame
+    frozen = camera.frame.depth
+    for k in range(10, 20):
+        camera.look(0.033 * k, above=0.5, aside=0.02 * (k - 9))
+        camera.frame = replace(camera.frame, depth=frozen.copy())
+        vision.begin_tick()
+        assert vision.new_frame() is None
+    assert vision.blindness(camera.frame.stamp) == (
+        "the picture has not changed while the hand moved: the camera hangs"
+    )
 
 
 def test_a_grasp_succeeds_with_vision_beside_the_loop():

@@ -10,6 +10,7 @@ from harness import TABLE_TOP, Harness, block, looking_down
 
 from hw import INJECTABLE, FaultInjection, InjectionError
 from hw.faults import Effect
+from perception import FrameJudge
 
 
 def frames(run: Faulty, count: int) -> list:
@@ -46,6 +47,26 @@ def test_frames_that_are_lost_frozen_black_empty_or_sparse():
     assert np.isnan(seen["frames sparse"][0].depth).mean() > 0.45
     assert np.isfinite(seen["frames sparse"][0].depth).mean() > 0.3
     assert seen["frames sparse"][0].depth.dtype == np.float32
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("frames in millimetres", "millimetres given as metres"),
+        ("frames transposed", "transposed"),
+        ("picture frozen", "not even its noise: the camera hangs"),
+    ],
+)
+def test_frames_that_are_not_what_they_claim_to_be_are_not_believed(name, why):
+    run, judge = Faulty(), FrameJudge()
+    assert [judge.mistake(frame) for frame in frames(run, 3)] == [""] * 3
+    run.robot.inject(name)
+    run.read()
+    mistakes = [judge.mistake(frame) for frame in frames(run, 4)]
+    assert all(why in mistake for mistake in mistakes[1:])  # a frozen picture is good at first
+    run.robot.clear()
+    run.read()
+    assert judge.mistake(frames(run, 1)[0]) == ""
 
 
 def test_a_changed_frame_stays_one_object_until_there_is_a_new_one():

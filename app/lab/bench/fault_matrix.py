@@ -106,6 +106,8 @@ TROUBLES = (
     Trouble(name="frames black", lasts=3.0),
     Trouble(name="frames empty", lasts=3.0),
     Trouble(name="frames sparse", lasts=3.0),
+    Trouble(name="frames in millimetres", lasts=3.0),
+    Trouble(name="frames transposed", lasts=3.0),
     Trouble(name="state frozen", lasts=1.0, stops=True),
     Trouble(name="stamps frozen", lasts=1.0, stops=True),
     Trouble(name="state nan", lasts=0.2),

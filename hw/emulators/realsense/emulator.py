@@ -2,24 +2,41 @@
 
 from __future__ import annotations
 
+import select
 import socket
 import threading
 from collections import deque
+from collections.abc import Sequence
 from contextlib import suppress
-from typing import Self
+from typing import Self, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from hw.clock import epoch, stopwatch
 from hw.emulators.errors import listen
 from hw.emulators.realsense.options import Options, with_fault
+from hw.emulators.realsense.reported import AS_REPORTED
 from hw.emulators.realsense.sources import Shot, Source
-from hw.realsense import HEAD, Introduction
+from hw.emulators.reported import chosen
+from hw.realsense import HEAD, RESET, Introduction
 
 _PATIENCE = 0.5
 """For a driver that does not take an image [s]."""
 _NAP = 0.005
 """Longest pause between two looks at what is to be sent [s]."""
+_RESETTING = 0.3
+"""A camera that is reset is away for so long [s]."""
+_BEGINS = 3
+"""What a camera does after a while it does after this [s]."""
+_ON_ITS_WAY = 0.035
+"""An image takes so long where stamps may be those of its arrival [s]."""
+_FIFTY_YEARS = 50 * 365.25 * 86400.0
+"""[s]"""
+
+Pixels: TypeAlias = npt.NDArray[np.uint16]
+Message: TypeAlias = tuple[int, float, Pixels]
+"""Number of an image, calendar time of its capture [s], depth."""
 
 
 class RealSenseEmulator:
@@ -32,25 +49,38 @@ class RealSenseEmulator:
         source: of its images.
         options: how it is set up; may be changed while it runs.
         faults: names of `FAULTS` that it begins with.
+        as_reported: names of `AS_REPORTED`: ways of real cameras.
 
     Raises:
-        NoFaultError: nothing is called so.
+        UserError: nothing is called so.
     """
 
     def __init__(
-        self, source: Source, options: Options | None = None, faults: tuple[str, ...] = ()
+        self,
+        source: Source,
+        options: Options | None = None,
+        faults: tuple[str, ...] = (),
+        as_reported: Sequence[str] = (),
     ) -> None:
-        self.options = options or Options()
+        self.options = options = options or Options()
         for fault in faults:
-            with_fault(self.options, fault)
+            with_fault(options, fault)
+        options.as_reported = ways = chosen(as_reported, AS_REPORTED, "camera")
+        options.rate = min(options.rate, 15) if "usb2" in ways else options.rate
+        options.firmware = "05.08.15.00" if "old-firmware" in ways else options.firmware
+        options.delay += _ON_ITS_WAY if "metadata-lost" in ways else 0.0
+        self._hangs, self._away_until = False, 0.0
+        self._last: Message | None = None
+        self._first = 0
+        """Number of the first image that somebody wanted."""
         self._source = source
         self._rng = np.random.default_rng(self.options.seed)
         self._clients: list[socket.socket] = []
         self._lock = threading.Lock()
         self._over = threading.Event()
         self._threads: list[threading.Thread] = []
-        self.taken = 0
-        """Images that it has taken."""
+        self.taken = self.resets = 0
+        """Images that it has taken, and how often it was reset."""
 
     def __enter__(self) -> Self:
         """Listen.
@@ -88,11 +118,18 @@ class RealSenseEmulator:
 
     def plug_in(self) -> None:
         """Put it back."""
-        self.options.unplugged = False
+        self.options.unplugged = self._hangs = False
 
     def freeze(self, frozen: bool = True) -> None:
         """Have it send nothing, or go on."""
         self.options.frozen = frozen
+
+    def reset(self) -> None:
+        """Start anew, as the vendor's library may ask for."""
+        self._hangs &= "hangs-until-reset" not in self.options.as_reported
+        self.resets += 1
+        self._away_until = stopwatch() + _RESETTING
+        self._hang_up()
 
     def _hang_up(self) -> None:
         with self._lock:
@@ -115,13 +152,15 @@ class RealSenseEmulator:
             depth_units=options.depth_units,
             baseline=options.baseline,
             infrared=options.infrared,
+            firmware=options.firmware,
+            recommended=Options.firmware,
         )
         while not self._over.is_set():
             try:
                 client, _ = self._listener.accept()
             except OSError:
                 return
-            if options.unplugged:
+            if options.unplugged or stopwatch() < self._away_until:
                 client.close()
                 continue
             client.settimeout(_PATIENCE)
@@ -135,6 +174,8 @@ class RealSenseEmulator:
         outbox: deque[tuple[float, bytes]] = deque()
         while not self._over.is_set():
             now = stopwatch()
+            if self._is_asked_to_reset():
+                self.reset()
             while outbox and outbox[0][0] <= now:
                 self._send(outbox.popleft()[1])
             if now >= due:
@@ -153,11 +194,50 @@ class RealSenseEmulator:
         if lost < options.drop or options.frozen:
             return
         steps = np.nan_to_num(shot.depth / np.float32(options.depth_units), nan=0.0)
-        depth = np.rint(np.clip(steps, 0.0, 65535.0)).astype("<u2").tobytes()
-        grey = b"" if shot.infrared is None or not options.infrared else shot.infrared.tobytes()
+        depth = np.rint(np.clip(steps, 0.0, 65535.0)).astype("<u2")
         captured = epoch() - (stopwatch() - shot.stamp)
-        message = HEAD.pack(self.taken, captured, len(depth), len(grey)) + grey + depth
+        number, captured, depth = self._as_reported(self.taken, captured, depth)
+        if self._hangs:
+            return
+        grey = b"" if shot.infrared is None or not options.infrared else shot.infrared.tobytes()
+        message = HEAD.pack(number, captured, depth.nbytes, len(grey)) + grey + depth.tobytes()
         outbox.append((shot.stamp + options.delay + options.jitter * late, message))
+
+    def _as_reported(self, number: int, captured: float, depth: Pixels) -> Message:
+        """An image in the ways of real cameras."""
+        ways, last = self.options.as_reported, self._last or (number, captured, depth)
+        if not self._first and self._clients:
+            self._first = number
+        seconds = (number - self._first) / self.options.rate
+        later, spell = seconds > _BEGINS, seconds % 3.0 > 2.0
+        self._hangs |= (
+            bool(ways & {"hangs-until-reset", "hangs-until-replugged"}) and seconds == _BEGINS
+        )
+        if ("freezes" in ways and spell) or ("repeats-images" in ways and number % 3 == 0):
+            return last
+        if "stamps-back" in ways and spell:
+            captured -= 0.3
+        if "stamps-future" in ways and spell:
+            captured += 0.2
+        if "stamps-far" in ways and later:
+            captured += _FIFTY_YEARS
+        if "metadata-lost" in ways and later:
+            captured += _ON_ITS_WAY
+        if "picture-frozen" in ways and spell:
+            depth = last[2]
+        if "zero-depth" in ways and spell:
+            depth = np.where(self._rng.random(depth.shape) < 1e-3, depth, depth.dtype.type(0))
+        if "incomplete" in ways and number % 5 == 0:
+            depth = depth.copy()
+            depth[len(depth) // 2 :] = 0
+        self._last = number, captured, depth
+        return self._last
+
+    def _is_asked_to_reset(self) -> bool:
+        with self._lock, suppress(OSError):
+            asking, _, _ = select.select(self._clients, (), (), 0.0)
+            return any([client.recv(1) == RESET for client in asking])
+        return False
 
     def _send(self, message: bytes) -> None:
         with self._lock:

@@ -45,6 +45,9 @@ class Options:
     """Whether no images come, over a connection that stands."""
     unplugged: bool = False
     """Whether there is no connection, nor a new one."""
+    firmware: str = "05.16.00.01"
+    as_reported: frozenset[str] = frozenset()
+    """Names of `AS_REPORTED`."""
 
 
 FAULTS: Mapping[str, str] = MappingProxyType(

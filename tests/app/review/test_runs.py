@@ -42,13 +42,34 @@ def test_the_list_tells_task_outcome_and_node_oldest_first(runs):
     code, out, _ = call("runs", runs)
     assert code == 0
     rows = out.splitlines()[1:]
-    assert [row.split()[1:3] for row in rows] == [
-        ["good", "success"],
-        ["bad", "failure"],
-        ["killed", "unfinished"],
-    ]
+    assert [row.split()[1] for row in rows] == ["success", "failure", "unfinished"]
     assert "empty hand" in rows[1]
-    assert "0 of 1" in rows[1]
+    assert " of " not in out, "tasks that handle nothing have placed nothing of nothing"
+
+
+@pytest.mark.parametrize("here", [True, False])
+@pytest.mark.parametrize("form", ["table", "json"])
+def test_other_commands_take_the_names_that_the_list_prints(runs, monkeypatch, here, form):
+    if here:
+        monkeypatch.chdir(runs.parent)
+    where = () if here else (runs,)
+    if form == "json":
+        names = [row["run"] for row in json.loads(call("runs", *where, "--json")[1])]
+    else:
+        names = [row.split()[0] for row in call("runs", *where)[1].splitlines()[1:]]
+    assert [find_run(name).name for name in names] == [path.name for path in run_folders(runs)]
+    assert "good" in names[0]
+
+
+def test_objects_are_told_of_a_run_that_has_handled_some(tmp_path):
+    for name, told in (("pick", {"attempts": 2}), ("look", {"attempts": 0})):
+        folder = tmp_path / f"2999-01-01-000000-{name}"
+        folder.mkdir()
+        summary = {"outcome": "success", "placed": 0, "objects": 10, "claimed": 0, **told}
+        (folder / "summary.json").write_text(json.dumps(summary))
+    look, pick = sorted(call("runs", tmp_path)[1].splitlines()[1:])
+    assert "0 of 10" in pick
+    assert "of 10" not in look
 
 
 def test_the_list_for_programs(runs):

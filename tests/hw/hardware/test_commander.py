@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
+import signal
 import subprocess
 import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +20,7 @@ from hw import WorldOptions, open_backend
 from hw.hardware import CommandedError, NotArmedError, RobotLock, commander_of
 from hw.hardware.arming import is_proven, prove, speed_note, speed_percent
 from hw.hardware.opening import CommandedRobot
+from hw.processes.child import claim
 from hw.state import Fault, FaultKind
 from robots import RealRobot, at_pace, load_real_robot, load_robot
 from robots.load import SHIPPED
@@ -29,6 +33,25 @@ lock = RobotLock(load_real_robot(sys.argv[1]).hardware).take()
 print("taken", flush=True)
 sys.stdin.readline()
 """
+
+
+@contextmanager
+def holding(real: RealRobot) -> Iterator[subprocess.Popen[str]]:
+    """Another program that commands the robot, until it is killed."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(real.path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "taken\n"
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
 
 
 @pytest.fixture
@@ -101,23 +124,12 @@ def test_a_slow_robot_keeps_its_brakes() -> None:
 
 
 def test_a_second_commander_is_told_who_the_first_is(real: RealRobot) -> None:
-    process = subprocess.Popen(
-        [sys.executable, "-c", HOLD, str(real.path)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-        cwd=ROOT,
-    )
-    assert process.stdin is not None
-    assert process.stdout is not None
-    assert process.stdout.readline() == "taken\n"
-    with pytest.raises(CommandedError, match=f"process {process.pid} of .*end that one first"):
-        RobotLock(real.hardware).take()
-    who = commander_of(real.hardware)
-    assert who is not None
-    assert who.pid == process.pid
-    process.kill()
-    process.wait()
+    with holding(real) as process:
+        with pytest.raises(CommandedError, match=f"process {process.pid} of .*end that one first"):
+            RobotLock(real.hardware).take()
+        who = commander_of(real.hardware)
+        assert who is not None
+        assert who.pid == process.pid
     assert commander_of(real.hardware) is None, "the lock of a dead process holds nobody up"
     RobotLock(real.hardware).take().release()
 
@@ -134,12 +146,56 @@ def test_a_commander_that_commands_nothing_is_told_to_be_silent(real: RealRobot)
     lock.release()
 
 
-def test_a_damaged_lock_file_is_no_reason_to_crash(real: RealRobot) -> None:
-    lock = RobotLock(real.hardware).take()
-    lock._path.write_text(json.dumps({"pid": "x"}))
-    with pytest.raises(CommandedError, match="another program"):
-        RobotLock(real.hardware).take()
-    lock.release()
+def test_a_commander_that_is_suspended_is_told_by_its_process(real: RealRobot) -> None:
+    with holding(real) as process:
+        process.send_signal(signal.SIGSTOP)
+        os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WNOWAIT)
+        with pytest.raises(CommandedError, match=f"process {process.pid}, which does not answer"):
+            RobotLock(real.hardware).take()
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can become somebody else")
+@pytest.mark.parametrize("umask", [0o022, 0o077])
+def test_another_user_is_kept_out_and_let_in_without_a_file_left(real, umask, tmp_path) -> None:
+    """As on the computer of a laboratory: one account after the other, and both at once."""
+
+    def as_nobody() -> str:
+        read, write = os.pipe()
+        child = os.fork()
+        if child == 0:
+            os.setgid(65534)
+            os.setuid(65534)
+            try:
+                RobotLock(real.hardware).take()
+                told = claim("arm", "127.9.9.7") or "taken"
+            except BaseException as error:
+                told = f"{type(error).__name__}: {error}"
+            os.write(write, told.encode())
+            os._exit(0)
+        os.waitpid(child, 0)
+        os.close(write)
+        with os.fdopen(read) as answer:
+            return answer.read()
+
+    before, old = set(os.listdir(tempfile.gettempdir())), os.umask(umask)
+    try:
+        assert claim("arm", f"127.9.9.{umask}") == ""
+        with holding(real) as process:
+            assert as_nobody().startswith(
+                f"CommandedError: the robot is commanded by process {process.pid} of "
+            )
+        assert as_nobody() == "taken"
+        RobotLock(real.hardware).take().release()
+    finally:
+        os.umask(old)
+    left = set(os.listdir(tempfile.gettempdir())) - before
+    assert not [name for name in left if "frankie-task" in name]
+
+
+def test_a_driver_that_another_program_has_is_told_whose_it_is() -> None:
+    assert claim("arm", "127.9.9.6") == ""
+    assert claim("hand", "127.9.9.6") == ""
+    assert f"(process {os.getppid()})" in claim("arm", "127.9.9.6")
 
 
 class Toy:

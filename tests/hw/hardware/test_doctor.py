@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from typer.testing import CliRunner
 from app.commands import app
 from hw import WorldOptions, open_backend
 from hw.hardware import UNSETTLED, Verdict, examine
+from hw.hardware.computer import is_realtime_kernel
 from robots import load_real_robot
 from robots.load import SHIPPED
 
@@ -107,6 +109,26 @@ def test_the_computer_alone_can_be_looked_at():
     result = CliRunner().invoke(app, ["doctor"])
     assert "real-time priority" in result.stdout
     assert "commander" not in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("flag", "version", "is_realtime"),
+    [
+        ("1\n", "#1 SMP PREEMPT RT Debian 4.19.0-rt", True),
+        ("", "#1 SMP PREEMPT_RT Debian 6.12.6-1 (2024-12-21)", True),
+        ("", "#1 SMP PREEMPT_DYNAMIC Debian 6.12.6-1 (2024-12-21)", False),
+        ("0\n", "#1 SMP", False),
+    ],
+)
+def test_a_real_time_kernel_is_told_by_its_flag_or_its_version(
+    tmp_path, monkeypatch, flag, version, is_realtime
+):
+    path = tmp_path / "realtime"
+    if flag:
+        path.write_text(flag)
+    told = SimpleNamespace(version=version)
+    monkeypatch.setattr("hw.hardware.computer.os.uname", lambda: told)
+    assert is_realtime_kernel(path) is is_realtime
 
 
 def test_a_described_robot_has_nothing_to_look_at():

@@ -50,11 +50,13 @@ def plugged_in(
     source: Any = None,
     options: Options | None = None,
     faults: tuple[str, ...] = (),
+    as_reported: tuple[str, ...] = (),
     **settings: Any,
 ) -> Iterator[tuple[RealSenseEmulator, RealSenseCamera, WallClock]]:
     """A connected camera."""
     clock = WallClock()
-    with RealSenseEmulator(source or still(picture()), options, faults) as emulator:
+    source = source or still(picture())
+    with RealSenseEmulator(source, options, faults, as_reported) as emulator:
         told = RealSenseSettings(emulator=emulator.address, **settings)
         camera = RealSenseCamera(D435, clock, told)
         camera.connect()

@@ -49,6 +49,55 @@ def test_a_recording_that_begins_again_is_tied_anew():
     assert clock.stamp(0.0, 102.0, None) == pytest.approx(102.0)
 
 
+JUMPS = {
+    "0.5 s back for a second (librealsense #11320)": lambda k: -0.5 if 150 <= k < 180 else 0.0,
+    "0.1 s back for a second (#7922)": lambda k: -0.1 if 150 <= k < 180 else 0.0,
+    "3 s back for a second": lambda k: -3.0 if 150 <= k < 180 else 0.0,
+    "back again and again": lambda k: -0.2 if k > 90 and k % 30 < 10 else 0.0,
+    "0.2 s into the future for a second (#13122)": lambda k: 0.2 if 150 <= k < 180 else 0.0,
+    "stamped on arrival from then on, without metadata (#4505)": None,
+}
+
+
+@pytest.mark.parametrize("name", JUMPS)
+@pytest.mark.parametrize("jitter", [0.0, 0.01])
+def test_a_stamp_that_jumps_is_not_believed(name, jitter):
+    rng, clock, stamps, captured = np.random.default_rng(0), CameraClock(), [], []
+    for k in range(400):
+        captured.append(100.0 + k * PERIOD)
+        arrived = captured[-1] + 0.03 + rng.uniform(0.0, jitter)
+        jump = JUMPS[name]
+        on_arrival = arrived if k >= 150 else captured[-1]
+        told = 1.7e9 + (captured[-1] + jump(k) if jump else on_arrival)
+        stamps.append(clock.stamp(told, arrived, calendar=1.7e9 + arrived))
+    assert np.abs(np.subtract(stamps, captured)).max() < 0.005 + jitter
+    assert (np.diff(stamps) > 0.0).all()
+
+
+@pytest.mark.parametrize("late", [0.1, 0.5])
+def test_an_image_that_comes_late_keeps_its_stamp(late):
+    """As on a computer that had other work: its stamp goes on, and its arrival does not."""
+    clock = CameraClock()
+    for k in range(100):
+        captured = 100.0 + k * PERIOD
+        arrived = captured + 0.035 + (late if 60 <= k < 65 else 0.0)
+        stamp = clock.stamp(1.7e9 + captured, arrived, calendar=1.7e9 + arrived)
+        assert stamp == pytest.approx(captured, abs=1e-6)
+
+
+@pytest.mark.parametrize("step", [-0.3, 10.0])
+def test_a_clock_that_was_set_for_good_is_taken_over_after_three_seconds(step):
+    clock, captured = CameraClock(), 0.0
+    for k in range(300):
+        captured = 100.0 + k * PERIOD
+        told = 1.7e9 + captured + (step if k >= 100 else 0.0)
+        stamp = clock.stamp(told, captured + 0.035, calendar=1.7e9 + captured + 0.035)
+        taken_over = k >= 99 + 3.0 / PERIOD
+        assert stamp == pytest.approx(captured, abs=1e-6) or taken_over
+    told = captured + step if step < 0.0 else captured  # what tells no age takes as long as before
+    assert stamp == pytest.approx(told, abs=1e-6)
+
+
 def album(size: int = 2000) -> Album:
     return Album(mmap.mmap(-1, Album.size(size, 10)), 0, size, 10)
 
@@ -65,6 +114,24 @@ def test_an_album_gives_the_newest_image():
         assert told == (k, k, 0.5 * k, k)
         assert (picture.depth == k).all()
         assert (picture.infrared == k).all()
+
+
+def test_an_image_that_was_there_stays_there_while_the_next_is_written():
+    """Else the driver says in between that no image has come yet, and the robot stops."""
+    shared = album()
+    shared.put(1, 1.0, 1.0, np.zeros((10, 2000), np.float32), None)
+    end = time.monotonic() + 1.0
+    writer = os.fork()
+    if writer == 0:
+        depth = np.zeros((10, 2000), np.float32)
+        while time.monotonic() < end:
+            shared.put(2, 2.0, 2.0, depth, None)
+        os._exit(0)
+    numbers = []
+    while time.monotonic() < end:
+        numbers += [shared.newest_number() for _ in range(100)]
+    os.waitpid(writer, 0)
+    assert min(numbers) > 0
 
 
 def test_a_reader_never_sees_two_images_mixed():

@@ -1,0 +1,109 @@
+"""The driver on cameras that behave as people report them to behave."""
+
+from __future__ import annotations
+
+import re
+import time
+
+import numpy as np
+import pytest
+from emulated_camera import D435, needs_library, plugged_in, until
+from pinocchio import SE3
+
+from hw import DepthFrame, HardwareError
+from hw.clock import stopwatch
+from hw.emulators.realsense import AS_REPORTED, RealSenseEmulator, Shot, still
+from hw.emulators.reported import NotReportedError
+from perception import FrameJudge
+
+pytestmark = needs_library
+DOWN = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 2.0]))
+
+FAULTS = {
+    "hangs-until-reset": "sends no images: it is reset",
+    "hangs-until-replugged": "a reset does not help: unplug it and plug it in again",
+    "freezes": "sends the same image again and again",
+}
+"""What a person is told meanwhile."""
+REFUSED = {"usb2": "it has no depth of 640 x 480 at 30 Hz here: is it connected by USB 2?"}
+
+
+class Noisy:
+    """A source whose images say which they are, with the noise of a camera."""
+
+    def __init__(self) -> None:
+        self.stamps: list[float] = []
+        self._noise = np.random.default_rng(0).normal(0.0, 2e-3, (8, 480, 640)).astype(np.float32)
+
+    def __call__(self) -> Shot:
+        stamp = stopwatch()
+        self.stamps.append(stamp)
+        depth = 0.5 + self._noise[len(self.stamps) % 8]
+        depth[0] = 0.5 + len(self.stamps) / 1000.0
+        return Shot(depth=depth, stamp=stamp)
+
+    def number(self, depth: np.ndarray) -> int:
+        """Which image that is, from 0."""
+        return round((float(depth[0, 0]) - 0.5) * 1000.0) - 1
+
+
+@pytest.mark.parametrize("way", sorted(AS_REPORTED.keys() - REFUSED.keys()))
+def test_what_is_believed_is_true_and_what_is_wrong_is_said(way):
+    """Every image is stamped with its capture, or not believed; the camera is well in the end."""
+    source, judge, said = Noisy(), FrameJudge(), set()
+    judge.mistake(_frame(source().depth, 0.0))  # there is noise
+    judge.mistake(_frame(source().depth, 0.0))
+    with plugged_in(source, as_reported=(way,)) as (emulator, camera, clock):
+        offset, last, believed = clock.now() - stopwatch(), None, []
+        end = time.monotonic() + 5.0
+        while time.monotonic() < end or (camera.faults() and time.monotonic() < end + 25.0):
+            said |= {fault.text for fault in camera.faults()}
+            if (image := camera.latest()) is not last:
+                last = image
+                if not judge.mistake(_frame(image.depth, image.stamp)) and image.depth[0, 0] > 0.0:
+                    believed.append(image)
+            if any("unplug it" in fault.text for fault in camera.faults()):
+                emulator.unplug()
+                until(lambda: any("was unplugged" in fault.text for fault in camera.faults()))
+                emulator.plug_in()
+                until(lambda: camera.faults() == ())
+            time.sleep(0.002)
+        assert camera.faults() == ()
+        assert emulator.resets > 0 or not way.startswith("hangs")
+    assert len(believed) > 40
+    taken = [source.stamps[source.number(image.depth)] + offset for image in believed]
+    errors = np.abs(np.subtract([image.stamp for image in believed], taken))
+    # On a busy computer images come late, and of some nothing but the arrival is known.
+    assert np.median(errors) < (0.04 if way == "metadata-lost" else 0.02)
+    assert np.quantile(errors, 0.9) < 0.08
+    stamps = [image.stamp for image in believed]
+    assert stamps == sorted(set(stamps))
+    if way in FAULTS:
+        assert any(FAULTS[way] in text for text in said), said
+    else:
+        assert not said
+
+
+def _frame(depth: np.ndarray, stamp: float) -> DepthFrame:
+    return DepthFrame(depth=depth, intrinsics=D435.intrinsics, wTc=DOWN, stamp=stamp)
+
+
+@pytest.mark.parametrize("way", REFUSED)
+def test_a_camera_that_cannot_do_it_is_refused(way):
+    with (
+        pytest.raises(HardwareError, match=re.escape(REFUSED[way])),
+        plugged_in(Noisy(), as_reported=(way,)),
+    ):
+        pass
+
+
+def test_its_firmware_is_told():
+    with plugged_in(Noisy(), as_reported=("old-firmware",)) as (_, camera, _):
+        status = camera.report().status
+        assert status.firmware < status.recommended
+
+
+def test_every_way_has_a_source_and_another_one_is_refused():
+    assert all(way.what and way.source for way in AS_REPORTED.values())
+    with pytest.raises(NotReportedError, match="did you mean `stamps-back`"):
+        RealSenseEmulator(still(np.ones((480, 640), np.float32)), as_reported=("stamps-bakc",))

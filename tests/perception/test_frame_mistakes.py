@@ -1,0 +1,128 @@
+"""Images are believed only as what they are; the reason names the mistake."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from pinocchio import SE3
+
+from hw import DepthFrame
+from hw.sim import D435Noise, DepthRenderer
+from perception import FrameJudge, GraspDetector, mistake_in
+from robots import Box, Geom, Plane, load_robot
+
+FRANKIE = load_robot("frankie").camera
+CAMERA = FRANKIE.intrinsics
+TABLE = 0.7
+DOWN = np.diag([1.0, -1.0, -1.0])
+OVER_IT = SE3(DOWN, np.array([0.02, 0.01, TABLE + 0.45]))
+PLANE = Geom(Plane(), SE3(np.eye(3), np.array([0.0, 0.0, TABLE])))
+BOX = Geom(Box((0.02, 0.04, 0.025)), SE3(np.eye(3), np.array([0.0, 0.0, TABLE + 0.025])))
+RENDER = DepthRenderer(CAMERA)
+GOOD = RENDER.render([PLANE, BOX], OVER_IT)
+
+
+def frame(depth: np.ndarray, wTc: SE3 = OVER_IT, stamp: float = 0.0) -> DepthFrame:
+    return DepthFrame(depth=depth, intrinsics=CAMERA, wTc=wTc, stamp=stamp)
+
+
+WRONG = {
+    "millimetres as metres": (GOOD * 1000, "millimetres given as metres"),
+    "whole millimetres": ((GOOD * 1000).astype(np.uint16), "holds uint16, .* in millimetres"),
+    "a thousandth": (GOOD / 1000, "metres divided by 1000"),
+    "ten times": (GOOD * 10, "below the floor: a wrong scale"),
+    "inverted": (1 / GOOD, "below the floor"),
+    "half the size": (cv2.resize(GOOD, (320, 240)), "scaled or cut without them"),
+    "transposed": (GOOD.T.copy(), "transposed"),
+    "one channel": (GOOD[..., None], "take its only channel"),
+    "three channels": (np.repeat(GOOD[..., None], 3, 2), "in colour"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wrong_image_is_not_believed_and_the_mistake_is_named(name: str) -> None:
+    depth, mistake = WRONG[name]
+    found = GraspDetector(network="none", gripper=load_robot("frankie").gripper).detect(
+        frame(depth)
+    )
+    assert found.grasps == ()
+    assert re.search(mistake, found.reason)
+    assert "\n" not in found.reason
+
+
+@pytest.mark.parametrize("wrong", [{"wTc": SE3(DOWN, np.full(3, np.nan))}, {"stamp": np.nan}])
+def test_a_pose_or_stamp_that_is_not_finite_is_not_believed(wrong: dict) -> None:
+    assert "not finite" in mistake_in(replace(frame(GOOD), **wrong))
+
+
+def test_what_a_camera_really_delivers_is_believed() -> None:
+    rng = np.random.default_rng(0)
+    noisy = D435Noise().apply(GOOD, FRANKIE, rng)
+    holes = [np.where(rng.random(GOOD.shape) < 0.3, bad, GOOD) for bad in (0, np.nan, np.inf, 65.5)]
+    nothing = np.full_like(GOOD, np.nan)
+    for depth in (noisy, *holes, nothing, GOOD.astype(float)):
+        assert mistake_in(frame(depth)) == ""
+    level = SE3(np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]], dtype=float), np.array([0, 0, 1.0]))
+    assert mistake_in(frame(RENDER.render([PLANE, BOX], level), level)) == ""
+
+
+def moved(x: float) -> SE3:
+    return SE3(DOWN, OVER_IT.translation + np.array([x, 0.0, 0.0]))
+
+
+@pytest.mark.parametrize("noise", [True, False])
+@pytest.mark.parametrize("turns", [True, False])
+def test_a_picture_that_does_not_change_while_the_hand_moves_is_a_fault(noise, turns) -> None:
+    rng, judge = np.random.default_rng(0), FrameJudge()
+
+    def picture(wTc: SE3) -> np.ndarray:
+        depth = RENDER.render([PLANE, BOX], wTc)
+        return D435Noise().apply(depth, FRANKIE, rng) if noise else depth
+
+    frozen = picture(moved(0.0))
+    assert judge.mistake(frame(picture(moved(-0.1)), moved(-0.1), 0.1)) == ""
+    assert judge.mistake(frame(frozen, moved(0.0), 0.2)) == ""
+    turn = SE3(cv2.Rodrigues(np.array([0.0, 0.02, 0.0]))[0], np.zeros(3))
+    turned = OVER_IT * turn
+    for k in range(3):  # also when the hand rests again: it has not looked since
+        where = turned if turns else moved(0.01)
+        mistake = judge.mistake(frame(frozen.copy(), where, 0.3 + k / 30))
+        assert mistake == "the picture has not changed while the hand moved: the camera hangs"
+    assert judge.mistake(frame(picture(where), where, 0.5)) == ""
+
+
+def test_from_rest_two_equal_pictures_are_a_fault_only_of_a_camera_with_noise() -> None:
+    judge = FrameJudge()
+    for k in range(5):
+        assert judge.mistake(frame(GOOD.copy(), stamp=k / 30)) == ""
+    rng = np.random.default_rng(0)
+    for k in range(5, 8):
+        noisy = D435Noise().apply(GOOD, FRANKIE, rng)
+        assert judge.mistake(frame(noisy, stamp=k / 30)) == ""
+    assert "not even its noise" in judge.mistake(frame(noisy.copy(), stamp=8 / 30))
+
+
+def test_a_base_that_is_relocalised_is_no_hand_that_moves() -> None:
+    judge = FrameJudge()
+    assert judge.mistake(frame(GOOD)) == ""
+    judge.relocalise()
+    assert judge.mistake(frame(GOOD.copy(), moved(0.2), 0.1)) == ""
+    assert "hangs" in judge.mistake(frame(GOOD.copy(), moved(0.3), 0.2))
+
+
+def test_an_empty_table_without_noise_looks_alike_from_everywhere() -> None:
+    judge = FrameJudge()
+    for k in range(5):
+        depth = RENDER.render([PLANE], moved(0.1 * k))
+        assert judge.mistake(frame(depth, moved(0.1 * k), k / 30)) == ""
+
+
+def test_a_frame_that_is_older_than_the_one_before_is_not_believed() -> None:
+    judge = FrameJudge()
+    assert judge.mistake(frame(GOOD, stamp=1.0)) == ""
+    assert "clock jumps" in judge.mistake(frame(GOOD + 0.01, stamp=0.9))
+    assert judge.mistake(frame(GOOD, stamp=0.93)) == ""
