@@ -13,7 +13,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from hw.clock import stopwatch
-from hw.omron.arcl_text import ArclState, Lines, Reader
+from hw.omron.arcl_text import ArclState, Lines, Reader, setting_of, tells_setting
+from hw.omron.config import Values
 from hw.omron.settings import ArclSettings
 from hw.robot import HardwareError
 
@@ -116,6 +117,20 @@ class Arcl:
         lines = self.ask("enableMotors", _tells_of_motors, patience)
         if not any(_is(line, "motors enabled") for line in lines):
             raise HardwareError("the motors stay off: emergency stop pressed; release it first")
+
+    def section(self, name: str, patience: float = 3.0) -> Values:
+        """The values of a section of the configuration, by their names [M].
+
+        Raises:
+            HardwareError: it does not answer, or does not tell its configuration (`ArclConfig`).
+        """
+        command, ends = f"getConfigSectionValues {name}", ("commanderror", "unknown command")
+        end = "endofgetconfigsectionvalues"
+        lines = self.ask(command, lambda line: _is(line, end, *ends), patience)
+        refused = [line for line in lines if _is(line, *ends)]
+        if refused:
+            raise HardwareError(f"{self._where}: `{command}`: {refused[0]}; see ArclConfig")
+        return dict(map(setting_of, filter(tells_setting, lines)))
 
     def goals(self, patience: float = 3.0) -> list[str]:
         """The names of the goals on the robot's map [M].

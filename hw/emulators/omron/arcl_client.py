@@ -10,7 +10,7 @@ from math import radians
 from hw.emulators.omron.client import GoneError
 from hw.emulators.omron.controller import Controller, Goal
 from hw.emulators.omron.options import Options
-from hw.emulators.omron.requests import believe, reported_pose, signed_degrees
+from hw.emulators.omron.requests import believe, reported_pose, settings, signed_degrees
 
 NUMBER = re.compile(r"-?[0-9]{1,9}(\.[0-9]{1,9})?")
 GOALS = {"table": (1.0, 0.0, 0.0), "bin": (0.0, 1.0, 90.0)}
@@ -112,6 +112,8 @@ class ArclClient:
                 for fault in self.faults:
                     yield f'FaultList: Fault_Driving {fault} "short" "long" true false false'
                 yield "End of FaultList"
+            case "getconfigsectionvalues":
+                yield from self._section(rest)
             case "":
                 return
             case _:
@@ -131,6 +133,16 @@ class ArclClient:
             return
         if not self._controller.go_to(goal):
             yield "Error: Failed going to goal"
+
+    def _section(self, name: str) -> Iterator[str]:
+        if name != "Teleop settings":  # in the right case of letters
+            yield "CommandError: getConfigSectionValues"
+            yield "CommandErrorDescription: No section of that name"
+            return
+        for key, kind, value in settings(self._options.teleop):
+            if kind != b".":
+                yield f"GetConfigSectionValue: {key} {value:g}"
+        yield "EndOfGetConfigSectionValues"
 
     def _motors(self) -> str:
         controller = self._controller
