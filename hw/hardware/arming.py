@@ -11,11 +11,14 @@ import hashlib
 import os
 from contextlib import suppress
 from dataclasses import fields
+from math import degrees
 from pathlib import Path
 
 import numpy as np
 
 from config import UserError
+from hw.hardware.drivers import site_of
+from hw.omron import Velocity
 from robots import RealRobot, load_robot
 
 FIRST_START = 10.0
@@ -52,13 +55,30 @@ def speed_note(real: RealRobot) -> str:
     asked, percent = real.hardware.speed_percent, speed_percent(real)
     if real.hardware.emulated is not None:
         return ""
+    slow = slowness(real)
+    return "; ".join(filter(None, (_pace(real.path.name, asked, percent), slow)))
+
+
+def slowness(real: RealRobot) -> str:
+    """What becomes of commands inside the dead zones of the base; empty where there are none."""
+    site = site_of(real.hardware.base.scale)
+    least = site.least(Velocity(1.0, 1.0))
+    if site.throttle or not any(least):
+        return ""
+    return (
+        f"slower than {least.v:.2f} m/s or {degrees(least.w):.1f} deg/s its base goes in pulses "
+        "of these"
+    )
+
+
+def _pace(name: str, asked: float, percent: float) -> str:
     if percent < asked:
         return (
-            f"{real.path.name} moves for the first time as it is now: at {percent:g} % of its "
+            f"{name} moves for the first time as it is now: at {percent:g} % of its "
             f"speeds; after a run without a fault at the {asked:g} % that it asks for"
         )
     more = "; `speed_percent` in the file says more" if asked <= FIRST_START else ""
-    return f"{real.path.name} moves at {percent:g} % of its speeds{more}"
+    return f"{name} moves at {percent:g} % of its speeds{more}"
 
 
 def is_proven(real: RealRobot) -> bool:

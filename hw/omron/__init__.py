@@ -14,10 +14,11 @@ from hw.omron.base import OmronBase
 from hw.omron.config import TIMEOUT, Values
 from hw.omron.handshake import PROTOCOLS, Catalogue
 from hw.omron.settings import ArclSettings, OmronSettings
-from hw.omron.site import Ratios, Site, Velocity
+from hw.omron.site import Site, Velocity
 
 __all__ = [
     "PROTOCOLS",
+    "TIMEOUT",
     "Arcl",
     "ArclSettings",
     "ArclState",
@@ -26,4 +27,6 @@ __all__ = [
     "OmronBase",
     "OmronSettings",
     "Site",
+    "Values",
+    "Velocity",
 ]

@@ -114,9 +114,16 @@ class Arcl:
         Raises:
             HardwareError: they stay off, for example because the emergency stop is pressed.
         """
-        lines = self.ask("enableMotors", _tells_of_motors, patience)
-        if not any(_is(line, "motors enabled") for line in lines):
+        try:
+            lines = self.ask("enableMotors", _tells_of_motors, patience)
+        except HardwareError:
+            if self.state.lost:
+                raise
+            lines = []
+        if any(_is(line, "estop pressed") for line in lines):
             raise HardwareError("the motors stay off: emergency stop pressed; release it first")
+        if not lines:
+            raise HardwareError("the motors stay off: push the motor button of the base")
 
     def section(self, name: str, patience: float = 3.0) -> Values:
         """The values of a section of the configuration, by their names [M].
@@ -190,7 +197,7 @@ class Arcl:
                 raise HardwareError(
                     "it refuses the password; see ARCL server setup in MobilePlanner"
                     if said
-                    else "it closed the connection"
+                    else "it closed the connection; close other programs that use ARCL"
                 )
             complete = lines.feed(data)
             if not said and any(map(_asks_for_password, (*complete, lines.rest))):
@@ -252,7 +259,7 @@ def _is(line: str, *beginnings: str) -> bool:
 
 
 def _tells_of_motors(line: str) -> bool:
-    return _is(line, "motors enabled", "estop")
+    return _is(line, "motors enabled", "estop pressed")
 
 
 def _asks_for_password(line: str) -> bool:

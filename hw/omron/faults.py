@@ -14,9 +14,9 @@ from hw.omron.telemetry import Docking, Localisation, Telemetry
 from hw.state import Fault, FaultKind
 
 _STANDS, _OWED = 0.6, Velocity(0.04, 0.06)
-"""A base that stands for this long [s], and was to go so far meanwhile [m, rad], does not follow."""
+"""A base that stands so long [s], and was to go so far meanwhile [m, rad], does not follow."""
 _SURPLUS, _SHARE = Velocity(0.04, 0.1), 0.1
-"""A base that is faster than it was told by more than this [m/s, rad/s] and this share of it ..."""
+"""A base that is faster than told by more than this [m/s, rad/s] and this share of it ..."""
 _TOO_FAST = 0.2
 """... for this long is stopped [s]."""
 _SLOWS = Velocity(0.3, 0.8)
@@ -173,8 +173,8 @@ def telemetry_faults(
     if telemetry.locked or telemetry.docking in (Docking.DOCKING, Docking.UNDOCKING):
         yield Fault(
             kind=FaultKind.NOT_READY,
-            text=f"the base is in mode {telemetry.mode!r} and does not let go of it; wait, or end it "
-            "in MobilePlanner",
+            text=f"the base is in mode {telemetry.mode!r} and does not let go of it; wait, or end "
+            "it in MobilePlanner",
             clearable=True,
         )
 

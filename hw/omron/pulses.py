@@ -14,6 +14,7 @@ from hw.omron.site import REST, Site, Velocity
 _PULSE = 0.2
 """Two cycles of a base that takes a velocity every 0.1 s [s]."""
 
+
 class Pulses:
     """Turns velocities into such as the base does not lose.
 

@@ -25,8 +25,8 @@ class Velocity(NamedTuple):
 REST = Velocity(0.0, 0.0)
 _BEYOND = 1.05
 """Ratios leave a dead zone by this factor."""
-_MOST_BEYOND = 3.0
-"""And by no more than this times as much, where two axes share a throttle."""
+_MOST_BEYOND = 3.0, 10.0
+"""Where two axes share a throttle, translation and rotation by no more than this times as much."""
 
 
 class Ratios(NamedTuple):
@@ -79,7 +79,8 @@ class Site:
         throttle = 100.0
         if self.throttle and self._loses(translation, rotation):
             larger = self._larger(translation, rotation)
-            translation, rotation, throttle = larger * translation, larger * rotation, 100.0 / larger
+            translation, rotation = larger * translation, larger * rotation
+            throttle /= larger
         if abs(translation) <= self.dead_translation:  # full scale of turning is that at rest
             rotation *= self._full_turn(wanted.v, measured) / self.turn
         return Ratios(_percent(translation), _percent(rotation), throttle)
@@ -117,11 +118,15 @@ class Site:
         return self.turn + (at_full - self.turn) * share
 
     def _larger(self, translation: float, rotation: float) -> float:
-        """The factor that brings ratios out of the dead zones, 1 at least; with the throttle
-        ignored the base would go at most `_MOST_BEYOND` times its slowest velocities."""
+        """The factor that brings ratios out of the dead zones, 1 at least.
+
+        With the throttle ignored the base goes at most `_MOST_BEYOND` times its slowest velocities.
+        """
         zones = ((translation, self.dead_translation), (rotation, self.dead_rotation))
-        needed = [_BEYOND * dead / abs(ratio) for ratio, dead in zones if ratio]
-        return max(1.0, min(max(needed), _MOST_BEYOND * min(needed)))
+        needed = [_BEYOND * dead / abs(ratio) if ratio else inf for ratio, dead in zones]
+        wanted = max(one for one in needed if one < inf)
+        most = min(times * one for times, one in zip(_MOST_BEYOND, needed, strict=True))
+        return max(1.0, min(wanted, most))
 
     def _loses(self, translation: float, rotation: float) -> bool:
         """Whether something that is wanted is inside its dead zone."""

@@ -38,11 +38,20 @@ class ArclClient:
     ) -> None:
         self.socket = connection
         self._controller, self._options, self._now = controller, options, now
-        self._waiting = b""
+        self._waiting, self._since = b"", now()
         self.is_welcome = False
         self.faults: list[str] = []
         """Names that `faultsGet` lists."""
         self._write("Enter password:\r\n")
+
+    def last(self, now: float) -> None:
+        """Close the connection when it has lasted for its time.
+
+        Raises:
+            GoneError: it has.
+        """
+        if now - self._since > self._options.arcl_lasts:
+            raise GoneError
 
     def hear(self) -> None:
         """Read and answer.
@@ -86,8 +95,9 @@ class ArclClient:
             case "querymotors":
                 yield self._motors()
             case "enablemotors":
-                on = controller.enable_motors()
-                yield "Motors enabled" if on else "Estop pressed, cannot enable motors"
+                on, pressed = controller.enable_motors(), controller.pressed
+                refused = "Estop pressed, cannot enable motors" if pressed else "Motors disabled"
+                yield "Motors enabled" if on else refused
             case "status" | "onelinestatus":
                 yield from self._status() if command == "status" else (" ".join(self._status()),)
             case "stop":
