@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from math import atan2, cos, degrees, sin, tau
+from math import atan2, degrees
 from struct import pack
 
 import numpy as np
@@ -22,7 +22,7 @@ from hw.omron.handshake import Catalogue
 from hw.omron.link import Link
 from hw.omron.settings import OmronSettings
 from hw.omron.site import REST, Site, Velocity, is_finite
-from hw.omron.telemetry import Pose
+from hw.omron.telemetry import carried_on
 from hw.robot import HardwareError
 from hw.state import Array, BaseState
 
@@ -120,7 +120,7 @@ class OmronBase:
         told = REST if link.lost else velocity
         return BaseState(
             stamp=self._clock.now(),
-            wTb=_carried_on(pose, velocity, age),
+            wTb=carried_on(pose, velocity, age),
             twist=np.array([told.v, 0.0, told.w]),
             battery=battery,
             faults=faults,
@@ -296,13 +296,3 @@ class OmronBase:
                 return False
             pause.wait(_LOOK)
         return True
-
-
-def _carried_on(pose: Pose, velocity: Velocity, seconds: float) -> SE3:
-    """Where a base is so long after a pose, at a constant velocity."""
-    turn = velocity.w * seconds
-    heading = pose.theta + turn / 2.0
-    way = velocity.v * seconds * float(np.sinc(turn / tau))
-    translation = np.array([pose.x + way * cos(heading), pose.y + way * sin(heading), 0.0])
-    c, s = cos(pose.theta + turn), sin(pose.theta + turn)
-    return SE3(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), translation)
