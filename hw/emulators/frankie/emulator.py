@@ -91,6 +91,7 @@ class FrankieEmulator:
             sorted(ways & table.keys()) for table in _TABLES.values()
         )
         link = ArmLink()
+        camera_ways: dict[str, Any] = {"as_reported": of_camera} if of_camera else {}
         self.robot, self.places = robot, places
         self.world = EmulatedWorld(robot, world, scene, seed, link)
         users = {places.user: (places.password, Options().users["frankie"][1])}
@@ -116,7 +117,7 @@ class FrankieEmulator:
                 baseline=camera.baseline,
                 seed=seed,
             ),
-            **({"as_reported": of_camera} if of_camera else {}),
+            **camera_ways,
         )
         self._arm_at, self._link = places.arm, link
         self._arm: subprocess.Popen[str] | None = None
