@@ -11,7 +11,7 @@ import hashlib
 import os
 from contextlib import suppress
 from dataclasses import fields
-from math import degrees
+from math import ceil, degrees
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +27,10 @@ FIRST_START = 10.0
 
 class NotArmedError(UserError):
     """Nobody has said that the robot may move."""
+
+
+class TooSlowError(UserError):
+    """The base cannot go so slowly."""
 
 
 def check_armed(real: RealRobot, armed: bool) -> None:
@@ -47,7 +51,40 @@ def speed_percent(real: RealRobot) -> float:
     asked = real.hardware.speed_percent
     if real.hardware.emulated is not None or is_proven(real):
         return asked
-    return min(asked, FIRST_START)
+    return min(asked, max(FIRST_START, least_percent(real)))
+
+
+def least_percent(real: RealRobot) -> float:
+    """Of the speeds of the description: below this its base would go faster than they are [%]."""
+    site, limits = site_of(real.hardware.base.scale), load_robot(real.path).limits
+    if site.throttle:
+        return 0.0
+    forwards, backwards = (site.least(Velocity(way, 1.0)) for way in (1.0, -1.0))
+    speed, _, turn = limits.base_twist
+    shares = (forwards.v / speed, backwards.v / limits.base_reverse, forwards.w / turn)
+    return float(ceil(100.0 * max(shares) - 1e-6))
+
+
+def check_speed(real: RealRobot) -> None:
+    """See that the base can go as slowly as it is to go.
+
+    Raises:
+        TooSlowError: it cannot; nothing has moved.
+    """
+    if problem := too_slow(real):
+        raise TooSlowError(problem)
+
+
+def too_slow(real: RealRobot) -> str:
+    """Why the base cannot go as slowly as it is to go; empty if it can."""
+    percent, least = speed_percent(real), least_percent(real)
+    if percent >= least:
+        return ""
+    return (
+        f"{real.path.name}: at {percent:g} % of its speeds its base would stand still, for its "
+        f"dead zones: the least `speed_percent` is {least:g}; or set them to 0, in MobilePlanner "
+        "and in the file, or prove its throttle with `frankie-task doctor --first-metre`"
+    )
 
 
 def speed_note(real: RealRobot) -> str:
@@ -65,10 +102,9 @@ def slowness(real: RealRobot) -> str:
     least = site.least(Velocity(1.0, 1.0))
     if site.throttle or not any(least):
         return ""
-    return (
-        f"slower than {least.v:.2f} m/s or {degrees(least.w):.1f} deg/s its base goes in pulses "
-        "of these"
-    )
+    speeds = (f"{least.v:.2f} m/s", f"{degrees(least.w):.1f} deg/s")
+    ends = " or ".join(text for text, one in zip(speeds, least, strict=True) if one)
+    return f"slower than {ends} its base goes in pulses"
 
 
 def _pace(name: str, asked: float, percent: float) -> str:

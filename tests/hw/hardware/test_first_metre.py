@@ -11,9 +11,12 @@ from app.commands import app
 from hw.emulators.omron import OmronEmulator, Options
 from hw.emulators.omron.controller import Teleop
 from hw.hardware import NotArmedError, Verdict, first_metre, parts
-from hw.hardware.arming import speed_note
+from hw.hardware.arming import speed_note, speed_percent
 from robots import RealRobot, load_real_robot
 from robots.load import SHIPPED
+
+DELIVERED = {"dead_translation: 0 ": "dead_translation: 10 "}
+"""Dead zones as a base is delivered."""
 
 
 def file_of(emulator: OmronEmulator, folder: Path, **changes: str) -> Path:
@@ -63,7 +66,8 @@ def drive(real: RealRobot, confirm=lambda _: True) -> dict[str, tuple[Verdict, s
 def test_a_first_metre_tells_whether_the_throttle_is_heeded(tmp_path, ways, verdict, words):
     questions: list[str] = []
     with emulator_of(*ways) as emulator:
-        found = drive(robot_of(emulator, tmp_path), lambda text: not questions.append(text))
+        real = robot_of(emulator, tmp_path, **DELIVERED)
+        found = drive(real, lambda text: not questions.append(text))
         assert 0.3 < gone(emulator) < 1.0
         assert peak(emulator) < 0.14
     assert found["speed"][0] is Verdict.GOOD
@@ -126,17 +130,31 @@ def test_where_nobody_tells_the_timeout_that_is_open(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("changes", "pulses"),
+    ("changes", "pulses", "percent"),
     [
-        ({}, True),
-        ({"dead_rotation: 5 ": "throttle: true\n      dead_rotation: 5 "}, False),
-        (
-            {"dead_translation: 10": "dead_translation: 0", "dead_rotation: 5": "dead_rotation: 0"},
-            False,
-        ),
+        (DELIVERED, "slower than 0.11 m/s or 2.6 deg/s its base goes in pulses", 21.0),
+        ({}, "slower than 2.6 deg/s its base goes in pulses", 10.0),
+        ({"dead_rotation: 5 ": "dead_rotation: 0 "}, "", 10.0),
+        (DELIVERED | {"dead_rotation: 5 ": "throttle: true\n      dead_rotation: 5 "}, "", 10.0),
     ],
 )
-def test_a_start_says_from_which_speed_on_the_base_goes_in_pulses(tmp_path, changes, pulses):
+def test_a_start_says_from_which_speed_on_the_base_goes_in_pulses(
+    tmp_path, changes, pulses, percent
+):
     with emulator_of() as emulator:
-        note = speed_note(robot_of(emulator, tmp_path, **changes))
-    assert ("slower than 0.11 m/s or 2.6 deg/s its base goes in pulses" in note) is pulses
+        real = robot_of(emulator, tmp_path, **changes)
+    note = speed_note(real)
+    assert pulses in note
+    assert bool(pulses) is ("pulses" in note)
+    assert speed_percent(real) == percent
+
+
+def test_a_speed_at_which_the_base_cannot_go_is_refused_before_anything_starts(tmp_path):
+    path = tmp_path / "slow.yaml"
+    text = (SHIPPED / "emulated.yaml").read_text()
+    path.write_text(text.replace("speed_percent: 100", "speed_percent: 10"))
+    result = CliRunner().invoke(app, ["run", "pick_one", "--robot", str(path), "--view", "none"])
+    assert result.exit_code == 2
+    assert len(result.stderr.splitlines()) == 1
+    assert "at 10 % of its speeds its base would stand still" in result.stderr
+    assert "the least `speed_percent` is 18" in result.stderr
