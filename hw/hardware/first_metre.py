@@ -29,6 +29,8 @@ _MOST = 0.3
 """No step is faster [m/s]."""
 _SECONDS, _SETTLED, _PERIOD = 3.0, 1.0, 0.02
 """Of a step, until it counts, and between two commands [s]."""
+_SPAN = 10
+"""A speed is told from poses so many commands apart; the one in the middle counts."""
 _REST, _STANDS = 4.0, 0.005
 """Longest time to come to rest [s], and a speed that is rest [m/s]."""
 _FITS = 0.1
@@ -39,7 +41,7 @@ class Step(NamedTuple):
     """What a base did when it was told to drive."""
 
     speed: float
-    """Along its heading, by its poses [m/s]; NaN where it had a fault before it could be told."""
+    """Along its heading, by its poses [m/s]."""
     faults: tuple[str, ...]
 
 
@@ -146,9 +148,10 @@ def _drive(base: OmronBase, told: float) -> Step:
     finally:
         base.stop()
     _come_to_rest(base)
-    settled = [place for place in places if place[0] > _SETTLED] or places[-10:]
-    (first, here), (last, there) = settled[0], settled[-1]
-    return Step((there - here) / (last - first) if last > first else float("nan"), faults)
+    settled = [place for place in places if place[0] > _SETTLED] or places[-_SPAN:]
+    pairs = list(zip(settled, settled[_SPAN:], strict=False)) or [(settled[0], settled[-1])]
+    speeds = [(there - here) / (end - begin or _PERIOD) for (begin, here), (end, there) in pairs]
+    return Step(float(np.median(speeds)), faults)
 
 
 def _come_to_rest(base: OmronBase) -> None:

@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 from app.commands import app
 from hw import HardwareError, WallClock
+from hw.emulators.frankie import FrankieEmulator
 from hw.omron import ArclSettings, OmronBase, OmronSettings
 
 
@@ -61,3 +62,10 @@ def test_ways_of_real_ones_are_listed_with_their_sources_and_unknown_ones_refuse
         assert result.exit_code == 2
         assert len(result.stderr.splitlines()) == 1
         assert "has no way called `trottle`" in result.stderr
+
+
+def test_a_whole_robot_takes_the_ways_of_its_parts():
+    emulator = FrankieEmulator.of(
+        "emulated", world="kinematic", scene="single", seed=0, as_reported=["throttle-ignored"]
+    )
+    assert not emulator.base.controller.heeds_throttle
