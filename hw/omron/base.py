@@ -188,15 +188,14 @@ class OmronBase:
         """Connect again, switch the motors on, take the base back from whoever had it.
 
         Where there is nothing to do it returns at once. Recoveries that follow each other begin
-        after pauses that grow.
+        after pauses that grow, unless all is well by then.
 
         Raises:
             HardwareError: that does not help; the text says what does.
         """
         link = self._connected
-        if self._is_sound(link):
+        if self._is_sound(link) or self._wait(lambda: self._is_sound(link), self._pause()):
             return
-        self._pause()
         if self._arcl is not None and self._arcl.state.lost:
             self._arcl.connect(self._settings.connect_patience)
         if link.lost or not self._wait(lambda: not self._is_stale(link), _RECOVERY):
@@ -265,16 +264,22 @@ class OmronBase:
             raise
         self._link.start()
 
-    def _pause(self) -> None:
-        """Wait the longer, the more recoveries came before."""
+    def _pause(self) -> float:
+        """Before a recovery: the longer, the more came before [s]."""
         is_new = stopwatch() - self._recovered_at > _FORGOTTEN
         self._recoveries = 0 if is_new else min(self._recoveries + 1, len(_PAUSES) - 1)
-        is_over = self._closing.wait(_PAUSES[self._recoveries])
-        self._recovered_at = stopwatch()
-        if is_over:
-            raise HardwareError("closed")
+        pause = _PAUSES[self._recoveries]
+        self._recovered_at = stopwatch() + pause
+        return pause
 
     def _is_sound(self, link: Link) -> bool:
+        """Whether there is nothing to recover from.
+
+        Raises:
+            HardwareError: the base was closed meanwhile.
+        """
+        if self._closing.is_set():
+            raise HardwareError(f"Omron base at {self._settings.host}: closed")
         with link.lock:
             return not link.lost and not link.faults(stopwatch())
 
