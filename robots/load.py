@@ -106,12 +106,14 @@ def load_real_robot(robot: str | Path) -> RealRobot | None:
 
 
 def _path(robot: str | Path) -> Path:
-    shipped = SHIPPED / f"{robot}.yaml"
-    path = shipped if isfile(shipped) else Path(robot)
-    if not isfile(path):
-        hint = suggest(str(robot), robot_names())
-        raise ConfigError(f"no robot is called `{robot}`; {hint} (or give a robot file)")
-    return path.resolve()
+    """Of a shipped robot, by its name or as `robots/NAME.yaml` from anywhere; or of a file."""
+    path = Path(robot)
+    shipped = SHIPPED / path.name if path.parent == Path(SHIPPED.name) else path
+    for place in (SHIPPED / f"{robot}.yaml", path, shipped):
+        if isfile(place):
+            return place.resolve()
+    hint = suggest(path.stem, (one.stem for one in SHIPPED.glob("*.yaml")))
+    raise ConfigError(f"no robot is called `{robot}`; {hint} (or give a robot file)")
 
 
 def _is_real(path: Path) -> bool:

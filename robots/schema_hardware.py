@@ -46,7 +46,8 @@ class FullScaleFile(StrictModel):
     """[%]."""
     dead_rotation: NotNegative = 5.0
     """[%]."""
-    throttle: bool = True
+    throttle: bool = False
+    """Whether the base heeds the throttle: `frankie-task doctor --first-metre` tells."""
 
 
 def _scale(value: FullScaleFile | str, info: ValidationInfo) -> FullScaleFile:

@@ -1,9 +1,13 @@
-"""`frankie-task doctor`: what is installed, reachable and calibrated; nothing moves."""
+"""`frankie-task doctor`: what is installed, reachable and calibrated.
+
+Nothing moves, but for a first metre of the base that a person asks for and confirms.
+"""
 
 from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +17,7 @@ from app.commands.refuse import refuse
 from app.terminal import Terminal
 
 if TYPE_CHECKING:
+    from hw.hardware import Finding
     from robots import RealRobot
 
 
@@ -25,28 +30,44 @@ def doctor(
         typer.Option(help="Write the full-scale values that the base tells, for `full_scale`."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="A JSON object a line.")] = False,
+    first_metre: Annotated[
+        bool,
+        typer.Option(
+            "--first-metre",
+            help="Then drive the base a metre, slowly, each step confirmed by you: told against "
+            "measured speed, and whether `throttle` may be on. With --arm-the-robot only.",
+        ),
+    ] = False,
+    arm_the_robot: Annotated[
+        bool, typer.Option("--arm-the-robot", help="The base may move (--first-metre).")
+    ] = False,
 ) -> None:
-    """Look at computer, drivers and robot; nothing moves. Ends with 3 if something is bad."""
+    """Look at computer, drivers and robot. Ends with 3 if something is bad.
+
+    Nothing moves without --first-metre.
+    """
     from app.core import End
-    from hw.hardware import UNSETTLED, Verdict, emulating, examine
+    from hw.hardware import UNSETTLED, check_armed, emulating, examine
     from robots import load_real_robot
 
-    console, bad = Terminal(stderr=as_json), 0
+    console = Terminal(stderr=as_json)
     real = None if robot is None else load_real_robot(robot)
     if robot is not None and real is None:
         console.say(f"{robot}: it is described only, there is no `hardware` to look at")
-    if write_site is not None and real is None:
-        refuse("--write-site: is for a robot; add --robot FILE")
+    if real is None and (write_site is not None or first_metre):
+        refuse(f"{'--first-metre' if first_metre else '--write-site'}: add --robot FILE")
+    if first_metre and real is not None:
+        check_armed(real, arm_the_robot)
+        if real.hardware.emulated is None and not sys.stdin.isatty():
+            refuse("--first-metre: a person confirms each step at a terminal, and this is none")
     with emulating(real):
-        for one in examine(real):
-            bad += one.verdict is Verdict.BAD
-            if as_json:
-                told = {"about": one.about, "verdict": one.verdict.value, "text": one.text}
-                sys.stdout.write(json.dumps(told) + "\n")
-            else:
-                console.say(f"{one.verdict.value:5} {one.about}: {one.text}")
+        bad = _tell(examine(real), console, as_json=as_json)
+        throttle = real is not None and real.hardware.base.scale.throttle
+        if first_metre and real is not None:
+            heeded, wrong = _drive(real, console, as_json=as_json)
+            throttle, bad = heeded, bad + wrong
         if write_site is not None and real is not None:
-            bad += not _write(real, write_site, console)
+            bad += not _write(real, write_site, console, throttle=throttle)
     if real is not None and real.hardware.emulated is None:
         console.say("what only the robot can settle:")
         for what, how in UNSETTLED:
@@ -55,13 +76,53 @@ def doctor(
         raise typer.Exit(End.HARDWARE.exit_code)
 
 
-def _write(real: RealRobot, path: Path, console: Terminal) -> bool:
+def _tell(findings: Iterable[Finding], console: Terminal, *, as_json: bool) -> int:
+    """Tell what is found, as it is found; how much of it is bad."""
+    from hw.hardware import Verdict
+
+    bad = 0
+    for one in findings:
+        bad += one.verdict is Verdict.BAD
+        if as_json:
+            told = {"about": one.about, "verdict": one.verdict.value, "text": one.text}
+            sys.stdout.write(json.dumps(told) + "\n")
+        else:
+            console.say(f"{one.verdict.value:5} {one.about}: {one.text}")
+    return bad
+
+
+def _drive(real: RealRobot, console: Terminal, *, as_json: bool) -> tuple[bool, int]:
+    """The first metre: whether the base heeds the throttle, and how much is bad."""
+    from hw import HardwareError
+    from hw.hardware import Verdict, first_metre
+
+    found: list[Finding] = []
+    try:
+        for one in first_metre(real, armed=True, confirm=_confirm):
+            found.append(one)
+            _tell([one], console, as_json=as_json)
+    except HardwareError as error:
+        console.say(f"--first-metre: {error}")
+        return False, 1
+    verdicts = {one.about: one.verdict for one in found}
+    heeded = verdicts.get("throttle") is Verdict.GOOD
+    if "throttle" in verdicts:
+        value = str(heeded).lower()
+        console.say(f"write `throttle: {value}` below `hardware.base.full_scale` of {real.path}")
+    return heeded, sum(one.verdict is Verdict.BAD for one in found)
+
+
+def _confirm(question: str) -> bool:
+    return typer.confirm(question, default=False, err=True)
+
+
+def _write(real: RealRobot, path: Path, console: Terminal, *, throttle: bool) -> bool:
     """Write what the base tells of itself; whether that went well."""
     from hw import HardwareError
     from hw.hardware import write_full_scale
 
     try:
-        write_full_scale(real, path)
+        write_full_scale(real, path, throttle=throttle)
     except (HardwareError, OSError) as error:
         console.say(f"--write-site: {error}")
         return False

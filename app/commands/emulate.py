@@ -5,7 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import Annotated
+from importlib import import_module
+from typing import Annotated, Any, TypeAlias
 
 import typer
 
@@ -13,6 +14,14 @@ from app.interrupt import until_interrupted
 from app.terminal import Terminal
 
 app = typer.Typer(no_args_is_help=True, help="Servers that speak the protocols of real machines.")
+
+AsReported: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--as-reported",
+        help="Ways of real ones, NAME,NAME; `list` names all, what they do, and who reported it.",
+    ),
+]
 
 
 @app.command()
@@ -30,12 +39,13 @@ def omron(
     fault: Annotated[
         list[str] | None, typer.Option(help="What is wrong with it; `list` names all.")
     ] = None,
+    as_reported: AsReported = None,
     seed: Annotated[int, typer.Option(help="Of the numbers of its requests.")] = 0,
 ) -> None:
     """An Omron LD-60 on an empty floor: ArNetworking and ARCL, until Ctrl-C."""
     from hw.emulators.omron import EVERYTHING, FAULTS, OmronEmulator, Options, Teleop
 
-    console = Terminal()
+    console, ways = Terminal(), _ways("omron", as_reported)
     faults = tuple(fault or ())
     if "list" in faults:
         _list(console, FAULTS)
@@ -50,7 +60,7 @@ def omron(
         teleop=Teleop(timeout=timeout),
         seed=seed,
     )
-    with OmronEmulator(options, faults=faults) as emulator, until_interrupted():
+    with OmronEmulator(options, faults=faults, **ways) as emulator, until_interrupted():
         console.say(f"ArNetworking at {host}:{emulator.port}, user {user}")
         if arcl_password:
             console.say(f"ARCL at {host}:{emulator.arcl_port}")
@@ -60,6 +70,7 @@ def omron(
 def panda(
     host: Annotated[str, typer.Option(help="The address to listen on.")] = "127.0.0.1",
     version: Annotated[int, typer.Option(help="Of the research interface.", min=1)] = 5,
+    as_reported: AsReported = None,
 ) -> None:
     """A Franka Panda with its hand, until Ctrl-C or the end of the input.
 
@@ -68,10 +79,10 @@ def panda(
     """
     from hw.emulators.panda import ACTIONS, serve
 
-    console = Terminal()
+    console, ways = Terminal(), _ways("panda", as_reported)
     _list(console, {name: what for name, (_, what) in ACTIONS.items()})
     with suppress(KeyboardInterrupt):
-        serve(host, version=version, lines=sys.stdin, say=console.say)
+        serve(host, version=version, lines=sys.stdin, say=console.say, **ways)
 
 
 @app.command()
@@ -84,6 +95,7 @@ def frankie(
     ] = "kinematic",
     scene: Annotated[str, typer.Option(help="A shipped scene or a scene file.")] = "household",
     seed: Annotated[int, typer.Option(help="Of objects and camera noise.", min=0)] = 0,
+    as_reported: AsReported = None,
 ) -> None:
     """A whole Frankie in one simulated world, until Ctrl-C or the end of the input.
 
@@ -92,9 +104,9 @@ def frankie(
     """
     from hw.emulators.frankie import WORDS, FrankieEmulator, serve
 
-    console = Terminal()
+    console, ways = Terminal(), _ways("frankie", as_reported)
     _list(console, {name: what for name, (_, what) in WORDS.items()})
-    emulator = FrankieEmulator.of(robot, world=world, scene=scene, seed=seed)
+    emulator = FrankieEmulator.of(robot, world=world, scene=scene, seed=seed, **ways)
     with suppress(KeyboardInterrupt):
         serve(emulator, lines=sys.stdin, say=console.say)
 
@@ -108,6 +120,7 @@ def realsense(
     fault: Annotated[
         list[str] | None, typer.Option(help="What is wrong with it; `list` names all.")
     ] = None,
+    as_reported: AsReported = None,
 ) -> None:
     """A RealSense D435 on a robot that stands in a scene, until Ctrl-C.
 
@@ -115,14 +128,25 @@ def realsense(
     """
     from hw.emulators.realsense import FAULTS, Options, RealSenseEmulator, of_scene
 
-    console = Terminal()
+    console, ways = Terminal(), _ways("realsense", as_reported)
     faults = tuple(fault or ())
     if "list" in faults:
         _list(console, FAULTS)
         return
-    options = Options(host=host, port=port, seed=seed)
-    with RealSenseEmulator(of_scene(scene, seed), options, faults) as emulator, until_interrupted():
+    options, source = Options(host=host, port=port, seed=seed), of_scene(scene, seed)
+    with RealSenseEmulator(source, options, faults, **ways) as emulator, until_interrupted():
         console.say(f"RealSense at {emulator.address}, scene {scene}")
+
+
+def _ways(part: str, names: list[str] | None) -> dict[str, Any]:
+    """The argument of an emulator that says how it behaves; `list` tells all ways, and ends."""
+    if not names:
+        return {}
+    table = getattr(import_module(f"hw.emulators.{part}"), "AS_REPORTED", {})
+    if "list" in names:
+        _list(Terminal(), {name: f"{one.what} [{one.source}]" for name, one in table.items()})
+        raise typer.Exit
+    return {"as_reported": [name for text in names for name in text.split(",") if name]}
 
 
 def _list(console: Terminal, meanings: Mapping[str, str]) -> None:

@@ -2,7 +2,8 @@
 
 `drivers` makes the parts, `lock` lets one program command it, `arming` says who may move it and how
 fast, `emulation` starts the emulators of a robot that is not there, `opening` puts all together.
-`doctor` looks at `computer`, file and `parts` without moving anything; `unsettled` is what is left.
+`doctor` looks at `computer`, file, `parts` and `teleop` without moving anything; `first_metre` is a
+person's first drive; `unsettled` is what is left.
 """
 
 from hw.hardware.arming import NotArmedError, check_armed
@@ -10,9 +11,10 @@ from hw.hardware.doctor import examine
 from hw.hardware.drivers import arm_of, base_of, camera_of
 from hw.hardware.emulation import emulating
 from hw.hardware.findings import Finding, Verdict
+from hw.hardware.first_metre import first_metre
 from hw.hardware.lock import CommandedError, RobotLock, commander_of
 from hw.hardware.opening import open_hardware
-from hw.hardware.parts import write_full_scale
+from hw.hardware.teleop import write_full_scale
 from hw.hardware.unsettled import UNSETTLED
 
 __all__ = [
@@ -29,6 +31,7 @@ __all__ = [
     "commander_of",
     "emulating",
     "examine",
+    "first_metre",
     "open_hardware",
     "write_full_scale",
 ]

@@ -11,11 +11,14 @@ import hashlib
 import os
 from contextlib import suppress
 from dataclasses import fields
+from math import ceil, degrees
 from pathlib import Path
 
 import numpy as np
 
 from config import UserError
+from hw.hardware.drivers import site_of
+from hw.omron import Velocity
 from robots import RealRobot, load_robot
 
 FIRST_START = 10.0
@@ -24,6 +27,10 @@ FIRST_START = 10.0
 
 class NotArmedError(UserError):
     """Nobody has said that the robot may move."""
+
+
+class TooSlowError(UserError):
+    """The base cannot go so slowly."""
 
 
 def check_armed(real: RealRobot, armed: bool) -> None:
@@ -44,7 +51,40 @@ def speed_percent(real: RealRobot) -> float:
     asked = real.hardware.speed_percent
     if real.hardware.emulated is not None or is_proven(real):
         return asked
-    return min(asked, FIRST_START)
+    return min(asked, max(FIRST_START, least_percent(real)))
+
+
+def least_percent(real: RealRobot) -> float:
+    """Of the speeds of the description: below this its base would go faster than they are [%]."""
+    site, limits = site_of(real.hardware.base.scale), load_robot(real.path).limits
+    if site.throttle:
+        return 0.0
+    forwards, backwards = (site.least(Velocity(way, 1.0)) for way in (1.0, -1.0))
+    speed, _, turn = limits.base_twist
+    shares = (forwards.v / speed, backwards.v / limits.base_reverse, forwards.w / turn)
+    return float(ceil(100.0 * max(shares) - 1e-6))
+
+
+def check_speed(real: RealRobot) -> None:
+    """See that the base can go as slowly as it is to go.
+
+    Raises:
+        TooSlowError: it cannot; nothing has moved.
+    """
+    if problem := too_slow(real):
+        raise TooSlowError(problem)
+
+
+def too_slow(real: RealRobot) -> str:
+    """Why the base cannot go as slowly as it is to go; empty if it can."""
+    percent, least = speed_percent(real), least_percent(real)
+    if percent >= least:
+        return ""
+    return (
+        f"{real.path.name}: at {percent:g} % of its speeds its base would stand still, for its "
+        f"dead zones: the least `speed_percent` is {least:g}; or set them to 0, in MobilePlanner "
+        "and in the file, or prove its throttle with `frankie-task doctor --first-metre`"
+    )
 
 
 def speed_note(real: RealRobot) -> str:
@@ -52,13 +92,29 @@ def speed_note(real: RealRobot) -> str:
     asked, percent = real.hardware.speed_percent, speed_percent(real)
     if real.hardware.emulated is not None:
         return ""
+    slow = slowness(real)
+    return "; ".join(filter(None, (_pace(real.path.name, asked, percent), slow)))
+
+
+def slowness(real: RealRobot) -> str:
+    """What becomes of commands inside the dead zones of the base; empty where there are none."""
+    site = site_of(real.hardware.base.scale)
+    least = site.least(Velocity(1.0, 1.0))
+    if site.throttle or not any(least):
+        return ""
+    speeds = (f"{least.v:.2f} m/s", f"{degrees(least.w):.1f} deg/s")
+    ends = " or ".join(text for text, one in zip(speeds, least, strict=True) if one)
+    return f"slower than {ends} its base goes in pulses"
+
+
+def _pace(name: str, asked: float, percent: float) -> str:
     if percent < asked:
         return (
-            f"{real.path.name} moves for the first time as it is now: at {percent:g} % of its "
+            f"{name} moves for the first time as it is now: at {percent:g} % of its "
             f"speeds; after a run without a fault at the {asked:g} % that it asks for"
         )
     more = "; `speed_percent` in the file says more" if asked <= FIRST_START else ""
-    return f"{real.path.name} moves at {percent:g} % of its speeds{more}"
+    return f"{name} moves at {percent:g} % of its speeds{more}"
 
 
 def is_proven(real: RealRobot) -> bool:

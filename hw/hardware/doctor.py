@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from math import degrees
 
 from hw.hardware import parts
-from hw.hardware.arming import is_proven, speed_note, speed_percent
+from hw.hardware.arming import is_proven, slowness, speed_note, speed_percent, too_slow
 from hw.hardware.computer import computer, installed
 from hw.hardware.findings import Finding, Verdict
 from hw.hardware.lock import CommandedError, RobotLock
@@ -65,3 +65,9 @@ def _file(real: RealRobot) -> Iterator[Finding]:
     fits = forward <= full.forward + 1e-9 and share * limits.base_reverse <= full.reverse + 1e-9
     hint = "" if fits else "; the base cannot: full_scale is less"
     yield Finding("speed", Verdict.GOOD if fits else Verdict.BAD, text + hint)
+    if problem := too_slow(real):
+        yield Finding("speed", Verdict.BAD, problem)
+    elif slow := slowness(real):
+        is_emulated = real.hardware.emulated is not None
+        hint = "; dead zones of 0, or `frankie-task doctor --first-metre`, make it go evenly"
+        yield Finding("speed", Verdict.GOOD if is_emulated else Verdict.OPEN, slow + hint)

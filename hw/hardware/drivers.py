@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import radians
 
 from hw.clock import Clock
@@ -11,9 +12,20 @@ from hw.realsense import RealSenseCamera, RealSenseSettings
 from robots import CameraDescription, FullScaleFile, HardwareFile, Limits
 
 
-def base_of(hardware: HardwareFile, limits: Limits, clock: Clock) -> OmronBase:
-    """The driver of the base, not yet connected."""
+def base_of(
+    hardware: HardwareFile, limits: Limits, clock: Clock, *, throttle: bool | None = None
+) -> OmronBase:
+    """The driver of the base, not yet connected.
+
+    Args:
+        hardware: as the robot file says.
+        limits: of the robot.
+        clock: session time.
+        throttle: whether to use the throttle, to find out whether it is heeded; None: as the file
+            says.
+    """
     file = hardware.base
+    site = site_of(file.scale)
     arcl = None
     if file.arcl is not None:
         arcl = ArclSettings(password=file.arcl.password, port=file.arcl.port)
@@ -23,7 +35,7 @@ def base_of(hardware: HardwareFile, limits: Limits, clock: Clock) -> OmronBase:
         user=file.user,
         password=file.password,
         arcl=arcl,
-        site=_site(file.scale),
+        site=site if throttle is None else replace(site, throttle=throttle),
         acceleration=float(limits.base_acceleration[0]),
         turn_acceleration=float(limits.base_acceleration[2]),
         pose_delay=file.pose_delay,
@@ -76,7 +88,9 @@ def camera_of(
     return RealSenseCamera(description, clock, settings)
 
 
-def _site(file: FullScaleFile) -> Site:
+def site_of(file: FullScaleFile) -> Site:
+    """What `full_scale` of a robot file says of the base."""
+
     def turn(degrees: float | None) -> float | None:
         return None if degrees is None else radians(degrees)
 

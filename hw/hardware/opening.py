@@ -12,7 +12,7 @@ from config import UserError
 from controller import Command
 from hw.clock import WallClock
 from hw.composition import ComposedRobot
-from hw.hardware.arming import check_armed, prove, speed_note, speed_percent
+from hw.hardware.arming import check_armed, check_speed, prove, speed_note, speed_percent
 from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of
 from hw.hardware.emulation import Emulation
 from hw.hardware.lock import RobotLock
@@ -125,11 +125,13 @@ def open_hardware(
 
     Raises:
         NotArmedError: nobody has.
+        TooSlowError: the base cannot go as slowly as it is to go.
         CommandedError: another program commands it.
         OtherWorldError: emulators run with another world.
         HardwareError: the emulators do not begin.
     """
     check_armed(real, armed)
+    check_speed(real)
     hardware, lock = real.hardware, RobotLock(real.hardware).take()
     emulation: Emulation | None = None
     try:

@@ -7,8 +7,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import pairwise
-from math import degrees
-from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -16,6 +14,7 @@ import numpy as np
 from hw.clock import WallClock, stopwatch
 from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of
 from hw.hardware.findings import Finding, Verdict
+from hw.hardware.teleop import teleop
 from hw.omron import OmronBase
 from hw.panda import PANDA, PandaArm, PandaHand
 from hw.realsense import RealSenseCamera
@@ -27,8 +26,6 @@ _LOOKS, _PERIOD = 200, 0.01
 _ARM_PORT, _HAND_PORT = 1337, 1338
 _TRIES, _PAUSE = 5, 0.05
 """Connections that are made to measure a line, and the time between them [s]."""
-_SAME = 1e-3
-"""Values that differ by less than this share of them are the same."""
 _OLD_POSE, _OLD_STATE, _OLD_IMAGE = 150.0, 50.0, 100.0
 """Older than this, what a part tells comes too late [ms]."""
 
@@ -55,7 +52,7 @@ def base(real: RealRobot) -> Iterator[Finding]:
             low = Verdict.GOOD if battery > 0.2 else Verdict.BAD
             yield Finding("base", low, f"battery {100.0 * battery:.0f} %")
         yield from _poses(drive)
-        yield from _settings(drive, real)
+        yield from teleop(drive, real)
 
 
 def _poses(base: OmronBase) -> Iterator[Finding]:
@@ -65,64 +62,6 @@ def _poses(base: OmronBase) -> Iterator[Finding]:
         time.sleep(_PERIOD)
     text = f"poses are {np.median(ages):.0f} ms old in the middle, {max(ages):.0f} ms at worst"
     yield Finding("base", Verdict.GOOD if max(ages) < _OLD_POSE else Verdict.BAD, text)
-
-
-def _settings(base: OmronBase, real: RealRobot) -> Iterator[Finding]:
-    """The full-scale values that the base keeps, against those of the file."""
-    try:
-        told = full_scale_of(base)
-    except HardwareError as error:
-        text = f"its full-scale values cannot be read ({error}): compare `full_scale` by hand"
-        yield Finding("base", Verdict.OPEN, text)
-        return
-    says = dict(real.hardware.base.scale)
-    for way in ("forward", "reverse"):
-        says[f"turn_at_{way}_deg"] = says[f"turn_at_{way}_deg"] or says["turn_deg"]
-    wrong = {
-        name: value for name, value in told.items() if abs(says[name] - value) > _SAME * abs(value)
-    }
-    if not wrong:
-        yield Finding("base", Verdict.GOOD, "full_scale of the file is what the base tells")
-        return
-    lines = ", ".join(f"{name}: {value:.4g}" for name, value in wrong.items())
-    yield Finding("base", Verdict.BAD, f"the base tells otherwise; write below full_scale: {lines}")
-
-
-def full_scale_of(base: OmronBase) -> dict[str, float]:
-    """What a connected base says of itself, by the keys of `full_scale` in a robot file.
-
-    Raises:
-        HardwareError: it does not tell.
-    """
-    site = base.read_site()
-    forward, reverse = site.turn_at_forward, site.turn_at_reverse
-    return {
-        "forward": site.forward,
-        "reverse": site.reverse,
-        "turn_deg": degrees(site.turn),
-        "turn_at_forward_deg": degrees(site.turn if forward is None else forward),
-        "turn_at_reverse_deg": degrees(site.turn if reverse is None else reverse),
-        "dead_translation": site.dead_translation,
-        "dead_rotation": site.dead_rotation,
-    }
-
-
-def write_full_scale(real: RealRobot, path: Path) -> None:
-    """Read the full-scale values of a base, and write them for `full_scale: FILE`.
-
-    Raises:
-        HardwareError: the base cannot be reached, or does not tell.
-        OSError: the file cannot be written.
-    """
-    base = base_of(real.hardware, load_robot(real.path).limits, WallClock())
-    base.connect()
-    try:
-        told = full_scale_of(base)
-    finally:
-        base.close()
-    lines = [f"# As the base at {real.hardware.base.address} tells; m/s, deg/s and %."]
-    lines += [f"{name}: {round(value, 4)}" for name, value in told.items()]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def arm(real: RealRobot) -> Iterator[Finding]:

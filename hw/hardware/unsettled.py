@@ -4,12 +4,9 @@ from __future__ import annotations
 
 UNSETTLED: tuple[tuple[str, str], ...] = (
     (
-        "base: whether a command moves it as fast as it says",
-        "run at 10 % along a tape measure for 10 s; a wrong speed is a wrong `full_scale`",
-    ),
-    (
-        "base: whether slow motion gets out of the dead zones",
-        "0.05 m/s for 10 s: it creeps evenly, or set `throttle: false` and the dead zones to 0",
+        "base: whether a command moves it as fast as it says, and whether it heeds the throttle",
+        "`frankie-task doctor --first-metre --arm-the-robot`, along a tape measure; without the "
+        "throttle slow motion comes in pulses, or set the dead zones to 0",
     ),
     (
         "base: how old a pose is on arrival",

@@ -11,12 +11,14 @@ docs/hardware.md says what of all this was verified, and what is inferred.
 from hw.omron.arcl import Arcl
 from hw.omron.arcl_text import ArclState, Motors
 from hw.omron.base import OmronBase
+from hw.omron.config import TIMEOUT, Values
 from hw.omron.handshake import PROTOCOLS, Catalogue
 from hw.omron.settings import ArclSettings, OmronSettings
-from hw.omron.site import Site
+from hw.omron.site import Site, Velocity
 
 __all__ = [
     "PROTOCOLS",
+    "TIMEOUT",
     "Arcl",
     "ArclSettings",
     "ArclState",
@@ -25,4 +27,6 @@ __all__ = [
     "OmronBase",
     "OmronSettings",
     "Site",
+    "Values",
+    "Velocity",
 ]

@@ -13,7 +13,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from hw.clock import stopwatch
-from hw.omron.arcl_text import ArclState, Lines, Reader
+from hw.omron.arcl_text import ArclState, Lines, Reader, setting_of, tells_setting
+from hw.omron.config import Values
 from hw.omron.settings import ArclSettings
 from hw.robot import HardwareError
 
@@ -113,9 +114,30 @@ class Arcl:
         Raises:
             HardwareError: they stay off, for example because the emergency stop is pressed.
         """
-        lines = self.ask("enableMotors", _tells_of_motors, patience)
-        if not any(_is(line, "motors enabled") for line in lines):
+        try:
+            lines = self.ask("enableMotors", _tells_of_motors, patience)
+        except HardwareError:
+            if self.state.lost:
+                raise
+            lines = []
+        if any(_is(line, "estop pressed") for line in lines):
             raise HardwareError("the motors stay off: emergency stop pressed; release it first")
+        if not lines:
+            raise HardwareError("the motors stay off: push the motor button of the base")
+
+    def section(self, name: str, patience: float = 3.0) -> Values:
+        """The values of a section of the configuration, by their names [M].
+
+        Raises:
+            HardwareError: it does not answer, or does not tell its configuration (`ArclConfig`).
+        """
+        command, ends = f"getConfigSectionValues {name}", ("commanderror", "unknown command")
+        end = "endofgetconfigsectionvalues"
+        lines = self.ask(command, lambda line: _is(line, end, *ends), patience)
+        refused = [line for line in lines if _is(line, *ends)]
+        if refused:
+            raise HardwareError(f"{self._where}: `{command}`: {refused[0]}; see ArclConfig")
+        return dict(map(setting_of, filter(tells_setting, lines)))
 
     def goals(self, patience: float = 3.0) -> list[str]:
         """The names of the goals on the robot's map [M].
@@ -175,7 +197,7 @@ class Arcl:
                 raise HardwareError(
                     "it refuses the password; see ARCL server setup in MobilePlanner"
                     if said
-                    else "it closed the connection"
+                    else "it closed the connection; close other programs that use ARCL"
                 )
             complete = lines.feed(data)
             if not said and any(map(_asks_for_password, (*complete, lines.rest))):
@@ -237,7 +259,7 @@ def _is(line: str, *beginnings: str) -> bool:
 
 
 def _tells_of_motors(line: str) -> bool:
-    return _is(line, "motors enabled", "estop")
+    return _is(line, "motors enabled", "estop pressed")
 
 
 def _asks_for_password(line: str) -> bool:

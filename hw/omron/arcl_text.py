@@ -79,3 +79,16 @@ class Reader:
                 for motors in Motors:
                     if low.startswith(motors.value):
                         self.state = replace(self.state, motors=motors)
+
+
+def tells_setting(line: str) -> bool:
+    """Whether a line tells one value of the configuration [M]."""
+    return line.lower().startswith("getconfigsectionvalue:")
+
+
+def setting_of(line: str) -> tuple[str, float | str]:
+    """Name and value of a setting; a number where it is one."""
+    name, _, value = line.partition(":")[2].strip().partition(" ")
+    with suppress(ValueError):
+        return name, float(value)
+    return name, value.strip()

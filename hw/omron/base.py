@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from math import atan2, cos, degrees, sin, tau
+from math import atan2, degrees
 from struct import pack
 
 import numpy as np
@@ -14,7 +14,7 @@ from hw.clock import Clock, stopwatch
 from hw.omron.arcl import Arcl
 from hw.omron.arcl_text import Motors
 from hw.omron.commander import is_at_rest
-from hw.omron.config import SECTIONS, TELEOP, site_of
+from hw.omron.config import SECTIONS, TELEOP, Values, site_of
 from hw.omron.connection import open_connection, said_of
 from hw.omron.faults import connection_lost
 from hw.omron.first_readings import first_readings
@@ -22,7 +22,7 @@ from hw.omron.handshake import Catalogue
 from hw.omron.link import Link
 from hw.omron.settings import OmronSettings
 from hw.omron.site import REST, Site, Velocity, is_finite
-from hw.omron.telemetry import Pose
+from hw.omron.telemetry import carried_on
 from hw.robot import HardwareError
 from hw.state import Array, BaseState
 
@@ -30,6 +30,9 @@ _LOOK = 0.01
 """How often something that is waited for is looked at [s]."""
 _RECOVERY = 3.0
 """For each step of a recovery [s]."""
+_PAUSES, _FORGOTTEN = (0.0, 0.5, 2.0, 8.0), 30.0
+"""A recovery waits so long before it begins, the longer the more came before [s]; one that comes
+later than this after the last is the first again [s]."""
 
 
 class OmronBase:
@@ -50,6 +53,8 @@ class OmronBase:
         self._arcl: Arcl | None = None
         self._link: Link | None = None
         self._catalogue = Catalogue()
+        self._recoveries, self._recovered_at = 0, -_FORGOTTEN
+        self._closing = threading.Event()
         self.protocol = ""
         """Version that the base announces; empty before it is connected."""
 
@@ -87,6 +92,7 @@ class OmronBase:
             HardwareError: wrong address, account, protocol version or rights; or the base moves or
                 is in a mode that does not let go of it: somebody else commands it.
         """
+        self._closing.clear()
         if self._settings.arcl is not None:
             self._arcl = Arcl(self._settings.host, self._settings.arcl)
             self._arcl.connect(self._settings.connect_patience)
@@ -114,14 +120,16 @@ class OmronBase:
         told = REST if link.lost else velocity
         return BaseState(
             stamp=self._clock.now(),
-            wTb=_carried_on(pose, velocity, age),
+            wTb=carried_on(pose, velocity, age),
             twist=np.array([told.v, 0.0, told.w]),
             battery=battery,
             faults=faults,
         )
 
     def send(self, twist: Array) -> Array:
-        """Drive; returns what the base can make of it, nothing while there is a fault.
+        """Drive; returns what the base can make of it in the mean, nothing while there is a fault.
+
+        A velocity inside a dead zone is driven in pulses of the slowest one outside.
 
         Raises:
             HardwareError: it was never connected.
@@ -135,8 +143,7 @@ class OmronBase:
                 return np.zeros(3)
             if link.is_closing or link.faults(now):
                 return np.zeros(3)
-            reached = site.saturate(wanted, measured)
-            applied = site.velocity(site.ratios(reached, measured), measured)
+            applied = site.saturate(wanted, measured)
             link.commander.command(applied, now)
         return np.array([applied.v, 0.0, applied.w])
 
@@ -154,21 +161,41 @@ class OmronBase:
         """The values of "Teleop settings" that the base itself keeps; what it lacks, as told.
 
         Raises:
+            HardwareError: as for `read_teleop`.
+        """
+        return site_of(self.read_teleop(patience), self._settings.site)
+
+    def read_teleop(self, patience: float = 3.0) -> Values:
+        """The section "Teleop settings" of the base, by its own names and in its own units.
+
+        Bases of version 6MTX do not offer it here; the text interface is asked then.
+
+        Raises:
             HardwareError: it does not offer its configuration to this account, or does not answer.
         """
-        self._say(SECTIONS, b"\x09")
         sections = self._connected.telemetry.sections
-        if not self._wait(lambda: TELEOP in sections, patience):
-            raise HardwareError(f"the base does not tell its section {TELEOP!r}")
-        return site_of(sections[TELEOP], self._settings.site)
+        if self._catalogue.has(SECTIONS):
+            self._say(SECTIONS, b"\x09")
+            if self._wait(lambda: TELEOP in sections, patience):
+                return sections[TELEOP]
+        elif self._arcl is None:
+            raise HardwareError(f"the base does not offer {SECTIONS} to this account")
+        if self._arcl is not None:
+            return self._arcl.section(TELEOP, patience)
+        raise HardwareError(f"the base does not tell its section {TELEOP!r}")
 
     def recover(self) -> None:
         """Connect again, switch the motors on, take the base back from whoever had it.
+
+        Where there is nothing to do it returns at once. Recoveries that follow each other begin
+        after pauses that grow, unless all is well by then.
 
         Raises:
             HardwareError: that does not help; the text says what does.
         """
         link = self._connected
+        if self._is_sound(link) or self._wait(lambda: self._is_sound(link), self._pause()):
+            return
         if self._arcl is not None and self._arcl.state.lost:
             self._arcl.connect(self._settings.connect_patience)
         if link.lost or not self._wait(lambda: not self._is_stale(link), _RECOVERY):
@@ -177,7 +204,10 @@ class OmronBase:
             link = self._connected
         if self._arcl is not None and self._arcl.state.motors is not Motors.ENABLED:
             self._arcl.enable_motors()
-        if link.obedience.finding or link.telemetry.locked or self._clearable_faults(link):
+        finding = link.obedience.finding
+        if finding is not None and not finding.clearable:
+            raise HardwareError(finding.text)
+        if finding is not None or link.telemetry.locked or self._clearable_faults(link):
             self.stop()
             if not self._wait(lambda: is_at_rest(link.telemetry.velocity), _RECOVERY):
                 raise HardwareError("the base still moves under somebody else's command")
@@ -195,6 +225,7 @@ class OmronBase:
 
     def close(self) -> None:
         """Stop, wait until the base is at rest (2 s at most), and log out."""
+        self._closing.set()
         if self._link is not None:
             self._link.close()
         if self._arcl is not None:
@@ -233,6 +264,25 @@ class OmronBase:
             raise
         self._link.start()
 
+    def _pause(self) -> float:
+        """Before a recovery: the longer, the more came before [s]."""
+        is_new = stopwatch() - self._recovered_at > _FORGOTTEN
+        self._recoveries = 0 if is_new else min(self._recoveries + 1, len(_PAUSES) - 1)
+        pause = _PAUSES[self._recoveries]
+        self._recovered_at = stopwatch() + pause
+        return pause
+
+    def _is_sound(self, link: Link) -> bool:
+        """Whether there is nothing to recover from.
+
+        Raises:
+            HardwareError: the base was closed meanwhile.
+        """
+        if self._closing.is_set():
+            raise HardwareError(f"Omron base at {self._settings.host}: closed")
+        with link.lock:
+            return not link.lost and not link.faults(stopwatch())
+
     def _is_stale(self, link: Link) -> bool:
         pose = link.telemetry.pose
         return pose is None or stopwatch() - pose.at > self._settings.oldest_pose
@@ -251,13 +301,3 @@ class OmronBase:
                 return False
             pause.wait(_LOOK)
         return True
-
-
-def _carried_on(pose: Pose, velocity: Velocity, seconds: float) -> SE3:
-    """Where a base is so long after a pose, at a constant velocity."""
-    turn = velocity.w * seconds
-    heading = pose.theta + turn / 2.0
-    way = velocity.v * seconds * float(np.sinc(turn / tau))
-    translation = np.array([pose.x + way * cos(heading), pose.y + way * sin(heading), 0.0])
-    c, s = cos(pose.theta + turn), sin(pose.theta + turn)
-    return SE3(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), translation)

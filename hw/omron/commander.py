@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import hypot, inf
 from typing import Literal
 
+from hw.omron.pulses import Pulses
 from hw.omron.settings import OmronSettings
 from hw.omron.site import REST, Ramp, Ratios, Velocity
 
@@ -41,6 +42,7 @@ class Commander:
     def __init__(self, settings: OmronSettings) -> None:
         self._settings = settings
         self._ramp = Ramp(settings.acceleration, settings.turn_acceleration)
+        self._pulses = Pulses(settings.site)
         self._target = REST
         self._given: float | None = None
         """When the newest command came; None after a stop."""
@@ -82,19 +84,24 @@ class Commander:
         """
         gap, self._stepped = now - self._stepped, now
         if gap > self._settings.stop_after:  # suspended: the base has been stopped meanwhile
-            self._ramp.halt()
+            self._halt()
         dt = min(gap, _LONGEST_STEP)
         if self._given is not None:
             age = now - self._given
             if may_move and age <= self._settings.stop_after:
                 target = REST if age > self._settings.zero_after else self._target
-                return self._ratios(self._ramp.step(target, dt), measured)
+                return self._ratios(target, measured.v, dt)
             self.stop()
-        self._ramp.halt()
+        self._halt()
         return self._stop(now, measured, measured_at)
 
-    def _ratios(self, velocity: Velocity, measured: Velocity) -> Ratios:
-        return _HALT if velocity == REST else self._settings.site.ratios(velocity, measured.v)
+    def _ratios(self, target: Velocity, measured: float, dt: float) -> Ratios:
+        now = self._pulses.step(self._ramp.step(target, dt), target, measured, dt)
+        return _HALT if now == REST else self._settings.site.ratios(now, measured)
+
+    def _halt(self) -> None:
+        self._ramp.halt()
+        self._pulses.halt()
 
     def _stop(self, now: float, measured: Velocity, measured_at: float) -> Order:
         if not self._stopping:

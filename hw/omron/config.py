@@ -17,6 +17,9 @@ SECTIONS = "getConfigBySectionsV4"
 TELEOP = "Teleop settings"
 """The section that says what `ratioDrive` means."""
 
+TIMEOUT = "Timeout"
+"""In that section: without a `ratioDrive` for this long the base stops by itself [s]; 0: never."""
+
 Values = dict[str, float | str]
 
 

@@ -4,59 +4,130 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import degrees
 
 from hw.omron.arcl_text import ArclState, Motors
 from hw.omron.commander import is_at_rest
 from hw.omron.settings import OmronSettings
-from hw.omron.site import Velocity
+from hw.omron.site import Site, Velocity
 from hw.omron.telemetry import Docking, Localisation, Telemetry
 from hw.state import Fault, FaultKind
 
-_STANDS = 0.6
-"""A base that is commanded and stands still for this long does not follow [s]."""
-_COASTS = 2.5
-"""A base that moves this long after it was told to rest is moved by somebody else [s]."""
-_NOTICEABLE = Velocity(0.05, 0.1)
-"""Slower commands do not tell whether it follows [m/s, rad/s]."""
-_MOVES = 0.05
-"""A base that is faster than this moves [m/s, rad/s]."""
+_STANDS, _OWED = 0.6, Velocity(0.04, 0.06)
+"""A base that stands so long [s], and was to go so far meanwhile [m, rad], does not follow."""
+_SURPLUS, _SHARE = Velocity(0.04, 0.1), 0.1
+"""A base that is faster than told by more than this [m/s, rad/s] and this share of it ..."""
+_TOO_FAST = 0.2
+"""... for this long is stopped [s]."""
+_SLOWS = Velocity(0.3, 0.8)
+"""It may take its time to slow down: what it is told counts on, and fades so [m/s^2, rad/s^2]."""
 
 
 @dataclass
 class Obedience:
-    """Compares what the base is told with what it does; a finding stays until it is cleared."""
+    """Compares what the base is told with what it does; a finding stays until it is cleared.
 
-    finding: str = ""
-    _stood_since: float | None = None
-    _rests_since: float | None = None
+    Args:
+        site: of the base.
+    """
+
+    site: Site
+    finding: Fault | None = None
+    _owed: tuple[float, float] = (0.0, 0.0)
+    _stands_since: float | None = None
+    _fast_since: float | None = None
+    _least: tuple[float, float] = (0.0, 0.0)
+    """Of what it may do now [m/s, rad/s]."""
+    _most: tuple[float, float] = (0.0, 0.0)
+    _at: float = 0.0
 
     def watch(self, told: Velocity | None, measured: Velocity, now: float) -> None:
         """Look at what is told (None: nothing) and measured at a moment [s]."""
-        is_told = told is not None and (abs(told.v) > _NOTICEABLE.v or abs(told.w) > _NOTICEABLE.w)
-        stands, moves = is_at_rest(measured), max(map(abs, measured)) > _MOVES
-        self._stood_since = _since(self._stood_since, is_told and stands, now)
-        rests = told is not None and is_at_rest(told)
-        self._rests_since = _since(self._rests_since, rests, now)
-        if self._stood_since is not None and now - self._stood_since > _STANDS:
-            self.finding = (
-                "the base stands although it is commanded; look for an obstacle before its laser, "
-                "a pressed emergency stop, motors that are off, or another program that commands it"
+        dt, self._at = min(now - self._at, 0.1), now
+        if told is None or self.finding is not None:
+            self._forget()
+            return
+        self._allow(told, dt)
+        is_fast = any(
+            not low - surplus - _SHARE * abs(low) <= one <= high + surplus + _SHARE * abs(high)
+            for one, low, high, surplus in zip(
+                measured, self._least, self._most, _SURPLUS, strict=True
             )
-        elif moves and self._rests_since is not None and now - self._rests_since > _COASTS:
-            self.finding = (
-                "the base moves although it is told to rest: somebody else commands it; close "
-                "MobilePlanner's drive mode or the other program"
-            )
+        )
+        self._fast_since = _since(self._fast_since, is_fast, now)
+        stands = is_at_rest(measured) and not is_at_rest(told)
+        self._stands_since = _since(self._stands_since, stands, now)
+        v, w = self._owed if stands else (0.0, 0.0)
+        self._owed = (v + abs(told.v) * dt, w + abs(told.w) * dt)
+        if self._fast_since is not None and now - self._fast_since >= _TOO_FAST:
+            self.finding = _moves_otherwise(told, measured, throttle=self.site.throttle)
+        elif (
+            self._stands_since is not None
+            and now - self._stands_since > _STANDS
+            and (self._owed[0] > _OWED.v or self._owed[1] > _OWED.w)
+        ):
+            self.finding = _STANDS_STILL
 
     def clear(self) -> None:
         """Forget the finding."""
-        self.finding, self._stood_since, self._rests_since = "", None, None
+        self.finding = None
+        self._forget()
+
+    def _forget(self) -> None:
+        self._stands_since = self._fast_since = None
+        self._owed = self._least = self._most = (0.0, 0.0)
+
+    def _allow(self, told: Velocity, dt: float) -> None:
+        """What is told now, pulses included, and what was told and fades."""
+        pulse = Velocity(0.0, 0.0) if self.site.throttle else self.site.least(told)
+        low, high = [], []
+        for axis, one in enumerate(told):
+            may = max(abs(one), pulse[axis]) if one else 0.0
+            fades = _SLOWS[axis] * dt
+            high.append(max(may if one > 0.0 else 0.0, self._most[axis] - fades))
+            low.append(min(-may if one < 0.0 else 0.0, self._least[axis] + fades))
+        self._least, self._most = (low[0], low[1]), (high[0], high[1])
 
 
 def _since(before: float | None, holds: bool, now: float) -> float | None:
     if not holds:
         return None
     return now if before is None else before
+
+
+_STANDS_STILL = Fault(
+    kind=FaultKind.NOT_READY,
+    text="the base stands although it is commanded; look for an obstacle before its laser, "
+    "a pressed emergency stop, motors that are off, dead zones that are larger than `full_scale` "
+    "says, or another program that commands it",
+    clearable=True,
+)
+
+
+def _moves_otherwise(told: Velocity, measured: Velocity, *, throttle: bool) -> Fault:
+    """The base is faster than it was told; the numbers are those of the moment it is noticed."""
+    if is_at_rest(told):
+        return Fault(
+            kind=FaultKind.NOT_READY,
+            text=f"the base moves at {_said(measured)} although it is told to rest: somebody else "
+            "commands it; close MobilePlanner's drive mode or the other program",
+            clearable=True,
+        )
+    if any(one * other < -(_SURPLUS.v**2) for one, other in zip(told, measured, strict=True)):
+        cause = "it goes the other way: look how its drive is set up"
+    elif throttle:
+        cause = "it may not heed the throttle: set `throttle: false`, and compare `full_scale`"
+    else:
+        cause = "`full_scale` is not that of its Teleop settings; frankie-task doctor compares them"
+    return Fault(
+        kind=FaultKind.NOT_READY,
+        text=f"the base moves at {_said(measured)}, told {_said(told)}, and was stopped: {cause}",
+        clearable=False,
+    )
+
+
+def _said(velocity: Velocity) -> str:
+    return f"{velocity.v:.2f} m/s and {degrees(velocity.w):.0f} deg/s"
 
 
 _BUMPED = ("Bumped", "Stalled")
@@ -92,7 +163,7 @@ def telemetry_faults(
     if telemetry.localisation in (Localisation.LOST, Localisation.INITIALISING):
         yield _unlocalised("the base does not know where it is on its map")
     elif score is not None and settings.least_score is not None and score < settings.least_score:
-        yield _unlocalised(f"localisation score {score:.2f}")
+        yield _unlocalised(f"its localisation score is below {settings.least_score:g}")
     if telemetry.status in _BUMPED:
         yield Fault(
             kind=FaultKind.BUMPER,
@@ -102,8 +173,8 @@ def telemetry_faults(
     if telemetry.locked or telemetry.docking in (Docking.DOCKING, Docking.UNDOCKING):
         yield Fault(
             kind=FaultKind.NOT_READY,
-            text=f"the base is in mode {telemetry.mode!r} ({telemetry.status}) and does not let go "
-            "of it; wait, or end it in MobilePlanner",
+            text=f"the base is in mode {telemetry.mode!r} and does not let go of it; wait, or end "
+            "it in MobilePlanner",
             clearable=True,
         )
 
@@ -139,8 +210,8 @@ def arcl_faults(arcl: ArclState) -> Iterator[Fault]:
 
 def obedience_faults(obedience: Obedience) -> Iterator[Fault]:
     """What its motion tells."""
-    if obedience.finding:
-        yield Fault(kind=FaultKind.NOT_READY, text=obedience.finding, clearable=True)
+    if obedience.finding is not None:
+        yield obedience.finding
 
 
 def _unlocalised(what: str) -> Fault:

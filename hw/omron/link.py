@@ -55,7 +55,7 @@ class Link:
         """Of all that follows."""
         self.telemetry = telemetry
         self.commander = Commander(settings)
-        self.obedience = Obedience()
+        self.obedience = Obedience(settings.site)
         self.lost = ""
         """Why the connection is gone; empty while it is there."""
         self._settings = settings

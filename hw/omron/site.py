@@ -23,6 +23,10 @@ class Velocity(NamedTuple):
 
 
 REST = Velocity(0.0, 0.0)
+_BEYOND = 1.05
+"""Ratios leave a dead zone by this factor."""
+_MOST_BEYOND = 3.0, 10.0
+"""Where two axes share a throttle, translation and rotation by no more than this times as much."""
 
 
 class Ratios(NamedTuple):
@@ -51,10 +55,10 @@ class Site:
     """TransDeadZone [%]: a ratio up to this one does not move the base."""
     dead_rotation: float = 5.0
     """RotDeadZone [%]: a ratio below this one does not turn the base."""
-    throttle: bool = True
-    """Whether to reach below the dead zones: larger ratios and a smaller throttle. Verified on the
-    reference server, inferred for the robot. The smaller of the two ratios is still lost where it
-    is within its dead zone of the larger one."""
+    throttle: bool = False
+    """Whether the base was seen to heed the third argument of `ratioDrive`: then what is inside the
+    dead zones is reached by larger ratios and a smaller throttle. Ratios grow no further than out
+    of the dead zones, so that a base which does not heed it after all goes slowly, too."""
 
     def saturate(self, wanted: Velocity, measured: float) -> Velocity:
         """The wanted velocity, slower along the same arc where it is above full scale.
@@ -74,9 +78,9 @@ class Site:
         rotation = 100.0 * wanted.w / self._full_turn(wanted.v, measured)
         throttle = 100.0
         if self.throttle and self._loses(translation, rotation):
-            throttle = _percent(max(abs(translation), abs(rotation)))
-            translation *= 100.0 / throttle
-            rotation *= 100.0 / throttle
+            larger = self._larger(translation, rotation)
+            translation, rotation = larger * translation, larger * rotation
+            throttle /= larger
         if abs(translation) <= self.dead_translation:  # full scale of turning is that at rest
             rotation *= self._full_turn(wanted.v, measured) / self.turn
         return Ratios(_percent(translation), _percent(rotation), throttle)
@@ -92,6 +96,16 @@ class Site:
         v = translation / 100.0 * self._full_scale(translation) * share
         return Velocity(v, rotation / 100.0 * self._full_turn(v, measured) * share)
 
+    def kept(self, wanted: Velocity, measured: float) -> tuple[bool, bool]:
+        """Whether the base does what is wanted on each axis, and loses nothing in a dead zone."""
+        made = self.velocity(self.ratios(wanted, measured), measured)
+        return (made.v != 0.0 or wanted.v == 0.0, made.w != 0.0 or wanted.w == 0.0)
+
+    def least(self, direction: Velocity) -> Velocity:
+        """The slowest velocities, without a sign, that move the base without a smaller throttle."""
+        v = self._full_scale(direction.v) * self.dead_translation / 100.0
+        return Velocity(_BEYOND * v, _BEYOND * self.turn * self.dead_rotation / 100.0)
+
     def _full_scale(self, direction: float) -> float:
         return self.reverse if direction < 0.0 else self.forward
 
@@ -102,6 +116,17 @@ class Site:
             return self.turn
         share = min(abs(measured) / self.forward, 1.0)
         return self.turn + (at_full - self.turn) * share
+
+    def _larger(self, translation: float, rotation: float) -> float:
+        """The factor that brings ratios out of the dead zones, 1 at least.
+
+        With the throttle ignored the base goes at most `_MOST_BEYOND` times its slowest velocities.
+        """
+        zones = ((translation, self.dead_translation), (rotation, self.dead_rotation))
+        needed = [_BEYOND * dead / abs(ratio) if ratio else inf for ratio, dead in zones]
+        wanted = max(one for one in needed if one < inf)
+        most = min(times * one for times, one in zip(_MOST_BEYOND, needed, strict=True))
+        return max(1.0, min(wanted, most))
 
     def _loses(self, translation: float, rotation: float) -> bool:
         """Whether something that is wanted is inside its dead zone."""

@@ -11,7 +11,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import IntEnum
-from math import radians
+from math import cos, radians, sin, tau
+
+import numpy as np
+from pinocchio import SE3
 
 from hw.omron.config import SECTIONS, Values, read_section
 from hw.omron.fields import Fields, LayoutError, number_field, parse_number
@@ -57,6 +60,16 @@ class Pose:
     """[rad]"""
     at: float
     """When it arrived, on the computer's clock [s]."""
+
+
+def carried_on(pose: Pose, velocity: Velocity, seconds: float) -> SE3:
+    """Where a base is so long after a pose, at a constant velocity."""
+    turn = velocity.w * seconds
+    heading = pose.theta + turn / 2.0
+    way = velocity.v * seconds * float(np.sinc(turn / tau))
+    translation = np.array([pose.x + way * cos(heading), pose.y + way * sin(heading), 0.0])
+    c, s = cos(pose.theta + turn), sin(pose.theta + turn)
+    return SE3(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), translation)
 
 
 def drive_payload(ratios: Ratios) -> bytes:

@@ -37,6 +37,17 @@ def test_the_shipped_files_are_good(name: str) -> None:
     assert load_robot(name).name == name
 
 
+def test_shipped_files_are_found_from_anywhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By name, and as the path that they have in a checkout."""
+    monkeypatch.chdir(tmp_path)
+    for robot in ("emulated", "robots/emulated.yaml", Path("robots/frankie.yaml")):
+        assert load_robot(robot).name == Path(robot).stem
+    with pytest.raises(ConfigError, match="did you mean `emulated`"):
+        load_real_robot("robots/emulatd.yaml")
+
+
 def test_a_description_is_no_real_robot() -> None:
     assert load_real_robot("frankie") is None
 

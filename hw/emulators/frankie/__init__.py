@@ -6,12 +6,13 @@ what can be done to them, `serving` the port at which that is said and at which 
 """
 
 from hw.emulators.errors import PortTakenError
-from hw.emulators.frankie.emulator import EmulatedPlaces, FrankieEmulator
+from hw.emulators.frankie.emulator import AS_REPORTED, EmulatedPlaces, FrankieEmulator
 from hw.emulators.frankie.link import EmulatorLink, RemoteTruth, SilentEmulatorError
 from hw.emulators.frankie.serving import serve
 from hw.emulators.frankie.words import WORDS
 
 __all__ = [
+    "AS_REPORTED",
     "WORDS",
     "EmulatedPlaces",
     "EmulatorLink",

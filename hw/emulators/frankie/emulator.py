@@ -7,23 +7,31 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from math import radians
 from typing import Any, Self
 
 from config import UserError
+from hw.emulators import omron, panda, realsense
 from hw.emulators.frankie.world import EmulatedWorld
 from hw.emulators.omron import OmronEmulator, Options, Teleop
 from hw.emulators.panda import ArmLink
-from hw.emulators.panda import as_reported as check_reported
 from hw.emulators.realsense import Options as CameraOptions
 from hw.emulators.realsense import RealSenseEmulator, Shot
+from hw.emulators.reported import Reported, chosen
 from robots import FullScaleFile, load_real_robot
 
 _TIMEOUT = 0.14
 """Of the base, without a new command; it looks every 0.1 s [s]."""
+_TABLES: dict[str, Mapping[str, Reported]] = {
+    part.__name__: getattr(part, "AS_REPORTED", {}) for part in (omron, panda, realsense)
+}
+AS_REPORTED: Mapping[str, Reported] = {
+    name: one for table in _TABLES.values() for name, one in table.items()
+}
+"""Ways of all parts by name."""
 
 
 class NotEmulatedError(UserError):
@@ -62,10 +70,10 @@ class FrankieEmulator:
         world: what moves it: `kinematic` or `physics`.
         scene: what is around it.
         seed: of objects and camera noise.
-        as_reported: how arm and hand behave, of `hw.emulators.panda.AS_REPORTED`.
+        as_reported: names of `AS_REPORTED`: how real parts were reported to behave.
 
     Raises:
-        NotReportedError: nobody has reported that they behave so.
+        UserError: there is no such way.
     """
 
     def __init__(
@@ -78,8 +86,12 @@ class FrankieEmulator:
         seed: int = 0,
         as_reported: Sequence[str] = (),
     ) -> None:
+        ways = chosen(as_reported, AS_REPORTED, "robot")
+        of_base, self._of_arm, of_camera = (
+            sorted(ways & table.keys()) for table in _TABLES.values()
+        )
         link = ArmLink()
-        self._as_reported = ",".join(sorted(check_reported(as_reported)))
+        camera_ways: dict[str, Any] = {"as_reported": of_camera} if of_camera else {}
         self.robot, self.places = robot, places
         self.world = EmulatedWorld(robot, world, scene, seed, link)
         users = {places.user: (places.password, Options().users["frankie"][1])}
@@ -91,7 +103,7 @@ class FrankieEmulator:
             arcl_password=places.arcl_password,
             teleop=places.teleop,
         )
-        self.base = OmronEmulator(options, self.world)
+        self.base = OmronEmulator(options, self.world, as_reported=of_base)
         self.world.on_bump = self._bump
         camera = self.world.body.description.camera
         self.camera = RealSenseEmulator(
@@ -105,6 +117,7 @@ class FrankieEmulator:
                 baseline=camera.baseline,
                 seed=seed,
             ),
+            **camera_ways,
         )
         self._arm_at, self._link = places.arm, link
         self._arm: subprocess.Popen[str] | None = None
@@ -118,7 +131,7 @@ class FrankieEmulator:
         """The emulator of a robot file.
 
         Raises:
-            UserError: the file is not that of an emulated robot, or the scene is not there.
+            UserError: the file is not that of an emulated robot, or a scene or way is not there.
         """
         real = load_real_robot(robot)
         if real is None or real.hardware.emulated is None:
@@ -146,11 +159,9 @@ class FrankieEmulator:
         Raises:
             UserError: somebody else listens there.
         """
+        arguments = [self._arm_at, "5", str(self._link.memory), ",".join(self._of_arm)]
         self._arm = subprocess.Popen(
-            [
-                *(sys.executable, "-m", "hw.emulators.panda", self._arm_at, "5"),
-                *(str(self._link.memory), self._as_reported),
-            ],
+            [sys.executable, "-m", "hw.emulators.panda", *filter(None, arguments)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

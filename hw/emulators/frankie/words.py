@@ -57,6 +57,12 @@ def _release(emulator: FrankieEmulator) -> Told:
     return emulator.do_to_arm("release")
 
 
+def _button(emulator: FrankieEmulator) -> Told:
+    with emulator.base.held() as base:
+        base.push_button()
+    return {}
+
+
 def _lost(emulator: FrankieEmulator, is_lost: str = "yes") -> Told:
     emulator.base.options.lost = is_lost == "yes"
     return {}
@@ -117,6 +123,7 @@ WORDS: dict[str, tuple[Callable[..., Told], str]] = {
     "arm": (_arm, "WORDS  to the arm, as `arm reflex` or `arm unplug 2`"),
     "stop": (_press, "the emergency stop of base and arm is pressed"),
     "release": (_release, "and released"),
+    "button": (_button, "a person switches the motors of the base on, at the base"),
     "lost": (_lost, "[yes|no]  the base does not know where it is"),
     "freeze": (_freeze, "[yes|no]  the server of the base does nothing"),
     "break": (_break, "the connections of the base are reset"),

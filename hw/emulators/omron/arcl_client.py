@@ -10,7 +10,7 @@ from math import radians
 from hw.emulators.omron.client import GoneError
 from hw.emulators.omron.controller import Controller, Goal
 from hw.emulators.omron.options import Options
-from hw.emulators.omron.requests import believe, reported_pose, signed_degrees
+from hw.emulators.omron.requests import believe, reported_pose, settings, signed_degrees
 
 NUMBER = re.compile(r"-?[0-9]{1,9}(\.[0-9]{1,9})?")
 GOALS = {"table": (1.0, 0.0, 0.0), "bin": (0.0, 1.0, 90.0)}
@@ -38,11 +38,20 @@ class ArclClient:
     ) -> None:
         self.socket = connection
         self._controller, self._options, self._now = controller, options, now
-        self._waiting = b""
+        self._waiting, self._since = b"", now()
         self.is_welcome = False
         self.faults: list[str] = []
         """Names that `faultsGet` lists."""
         self._write("Enter password:\r\n")
+
+    def last(self, now: float) -> None:
+        """Close the connection when it has lasted for its time.
+
+        Raises:
+            GoneError: it has.
+        """
+        if now - self._since > self._options.arcl_lasts:
+            raise GoneError
 
     def hear(self) -> None:
         """Read and answer.
@@ -86,8 +95,9 @@ class ArclClient:
             case "querymotors":
                 yield self._motors()
             case "enablemotors":
-                on = controller.enable_motors()
-                yield "Motors enabled" if on else "Estop pressed, cannot enable motors"
+                on, pressed = controller.enable_motors(), controller.pressed
+                refused = "Estop pressed, cannot enable motors" if pressed else "Motors disabled"
+                yield "Motors enabled" if on else refused
             case "status" | "onelinestatus":
                 yield from self._status() if command == "status" else (" ".join(self._status()),)
             case "stop":
@@ -112,6 +122,8 @@ class ArclClient:
                 for fault in self.faults:
                     yield f'FaultList: Fault_Driving {fault} "short" "long" true false false'
                 yield "End of FaultList"
+            case "getconfigsectionvalues":
+                yield from self._section(rest)
             case "":
                 return
             case _:
@@ -131,6 +143,16 @@ class ArclClient:
             return
         if not self._controller.go_to(goal):
             yield "Error: Failed going to goal"
+
+    def _section(self, name: str) -> Iterator[str]:
+        if name != "Teleop settings":  # in the right case of letters
+            yield "CommandError: getConfigSectionValues"
+            yield "CommandErrorDescription: No section of that name"
+            return
+        for key, kind, value in settings(self._options.teleop):
+            if kind != b".":
+                yield f"GetConfigSectionValue: {key} {value:g}"
+        yield "EndOfGetConfigSectionValues"
 
     def _motors(self) -> str:
         controller = self._controller

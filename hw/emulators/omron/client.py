@@ -91,7 +91,7 @@ class Client:
                 if answer is not None and answer != one.last:
                     one.last = answer
                     self._send(seal(number, answer), now)
-            elif now - one.due > one.interval:
+            elif now - one.due > max(one.interval, self._options.least_interval):
                 one.due = now
                 self._reply(number, one, now)
 

@@ -29,6 +29,8 @@ class Teleop:
     turn_backwards: float = radians(25.0)
     dead_translation: float = 10.0
     dead_rotation: float = 5.0
+    tells_forwards: float | None = None
+    """What it tells of `forwards`, if something else."""
 
 
 @dataclass
@@ -74,6 +76,11 @@ class Controller:
     clearance: Callable[[], float] = lambda: inf
     """Free way in front, for safe driving [m]."""
     safe_drive: bool = True
+    heeds_throttle: bool = True
+    direction: float = 1.0
+    """-1: forwards is backwards."""
+    needs_button: bool = False
+    """Whether only `push_button` switches the motors on after an emergency stop."""
     wanted: tuple[float, float] = (0.0, 0.0)
     """The set-point in force [m/s, rad/s]."""
     moved_at: float = -inf
@@ -151,12 +158,20 @@ class Controller:
         self.status = "Motors disabled"
         self.say("EStop relieved but motors still disabled")
 
+    def push_button(self) -> None:
+        """A person switches the motors on."""
+        self._enable()
+
     def enable_motors(self) -> bool:
-        """Switch them on; whether they are."""
+        """A program switches them on; whether they are."""
+        if not self.needs_button:
+            self._enable()
+        return self.motors_on
+
+    def _enable(self) -> None:
         if not self.pressed and not self.motors_on:
             self.motors_on, self.mode, self.status = True, "Stop", "Stopped"
             self.say("Motors enabled")
-        return self.motors_on
 
     def step(self, now: float) -> None:
         """Up to this moment."""
@@ -196,6 +211,7 @@ class Controller:
 
     def _of_ratios(self) -> tuple[float, float]:
         translation, rotation, throttle = (one / 100.0 for one in self.ratios)
+        throttle = throttle if self.heeds_throttle else 1.0
         teleop = self.teleop
         forwards = translation > 0.0
         v = 0.0
@@ -208,7 +224,7 @@ class Controller:
         if self.safe_drive and v > 0.0:
             free = max(0.0, self.clearance() - 0.1)
             v = min(v, sqrt(2.0 * self.motion.deceleration * free))
-        return (v, w)
+        return (self.direction * v, w)
 
     def _ramp(self, now: float, wanted: float, dt: float, *, turning: bool) -> float:
         motion = self.motion

@@ -6,9 +6,10 @@ import selectors
 import socket
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import radians
 from typing import Self
 
 from hw.clock import stopwatch
@@ -18,6 +19,7 @@ from hw.emulators.omron.client import Client, GoneError
 from hw.emulators.omron.controller import Controller
 from hw.emulators.omron.drive import Drive, Unicycle
 from hw.emulators.omron.options import Options, with_fault
+from hw.emulators.omron.reported import behave
 from hw.emulators.omron.requests import Requests
 
 _CYCLE = 0.01
@@ -57,9 +59,10 @@ class OmronEmulator:
         options: how it is set up; may be changed while it runs.
         drive: the wheels and the world; None for an empty one.
         faults: names of `FAULTS` that it begins with.
+        as_reported: names of `AS_REPORTED`: ways of real bases.
 
     Raises:
-        NoFaultError: nothing is called so.
+        UserError: nothing is called so.
     """
 
     def __init__(
@@ -67,12 +70,21 @@ class OmronEmulator:
         options: Options | None = None,
         drive: Drive | None = None,
         faults: tuple[str, ...] = (),
+        as_reported: Sequence[str] = (),
     ) -> None:
         self.options = options or Options()
+        behave(self.options, as_reported)
         for fault in faults:
             with_fault(self.options, fault)
         self.controller = Controller(
-            drive or Unicycle(), self.options.teleop, self.options.motion, say=self._announce
+            drive or Unicycle(),
+            self.options.teleop,
+            self.options.motion,
+            say=self._announce,
+            clearance=lambda: self.options.clearance,
+            heeds_throttle=self.options.heeds_throttle,
+            direction=self.options.direction,
+            needs_button=self.options.needs_button,
         )
         if "locked" in faults:
             self.controller.docking, self.controller.locked = 2, True
@@ -89,6 +101,7 @@ class OmronEmulator:
         self._clients: list[Client] = []
         self._arcl_clients: list[ArclClient] = []
         self._count = 0
+        self._jumped_at = stopwatch()
         self._lock = threading.Lock()
         self._over = threading.Event()
         self._thread: threading.Thread | None = None
@@ -181,10 +194,22 @@ class OmronEmulator:
         self.moved.append(Moved(now, *self.controller.drive.twist()))
         if self.options.frozen:
             return
+        self._jump(now)
         for client in list(self._clients):
             with self._leaving(client, self._clients):
                 client.serve(now)
                 client.write(now)
+        for text_client in list(self._arcl_clients):
+            with self._leaving(text_client, self._arcl_clients):
+                text_client.last(now)
+
+    def _jump(self, now: float) -> None:
+        """Find itself elsewhere on the map, and back where it was, in turn."""
+        if self.options.jumps and now - self._jumped_at > self.options.jumps:
+            self._jumped_at = now
+            x, y, theta = self.options.offset
+            away = -1.0 if x > 0.1 else 1.0
+            self.options.offset = (x + 0.3 * away, y, theta + radians(5.0) * away)
 
     def _accept(self, listener: socket.socket) -> None:
         connection = self._accepted(listener)
@@ -201,6 +226,9 @@ class OmronEmulator:
 
     def _accept_arcl(self, listener: socket.socket) -> None:
         connection = self._accepted(listener)
+        if len(self._arcl_clients) >= self.options.arcl_clients:
+            connection.close()
+            return
         client = ArclClient(connection, self.controller, self.options, stopwatch)
         client.faults = self.text_faults
         self._arcl_clients.append(client)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import inf
 from types import MappingProxyType
 
 from hw.emulators.errors import NoFaultError
@@ -59,6 +60,22 @@ class Options:
     """Whether the server does nothing; as a pulled cable looks from outside."""
     clients: int = 8
     """More are rejected."""
+    least_interval: float = 0.0
+    """Between two replies to one request [s]."""
+    jumps: float = 0.0
+    """It finds itself elsewhere on its map this often [s]; 0: never."""
+    heeds_throttle: bool = True
+    """Of `ratioDrive`."""
+    direction: float = 1.0
+    """-1: forwards is backwards."""
+    clearance: float = inf
+    """Free way in front, for safe driving [m]."""
+    needs_button: bool = False
+    """Whether a person has to switch the motors on after an emergency stop."""
+    arcl_clients: int = 8
+    """Of the text interface; the connections of more are closed."""
+    arcl_lasts: float = inf
+    """Connections of the text interface are closed after this [s]."""
     goes_on_after_rejecting: bool = False
     """A fault of the open-source server: after reason 4 it sends CONNECTED and the lists."""
 

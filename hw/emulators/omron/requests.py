@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import degrees, radians
 
-from hw.emulators.omron.controller import Controller, Goal
+from hw.emulators.omron.controller import Controller, Goal, Teleop
 from hw.emulators.omron.options import Options
 from hw.emulators.omron.wire import Taker, Writer
 
@@ -78,6 +78,22 @@ def signed_degrees(angle: float) -> float:
     """From -180 (not included) to 180."""
     value = degrees(angle) % 360.0
     return value - 360.0 if value > 180.0 else value
+
+
+def settings(teleop: Teleop) -> tuple[tuple[str, bytes, float], ...]:
+    """The section "Teleop settings": names, types on the wire, and values [mm/s, deg/s, s, %]."""
+    told = teleop.tells_forwards
+    return (
+        ("Timeout", b"d", teleop.timeout),
+        ("FullThrottleForwards", b"i", 1000.0 * (teleop.forwards if told is None else told)),
+        ("FullThrottleBackwards", b"i", teleop.backwards * 1000.0),
+        ("RotAtFullForwards", b"i", round(degrees(teleop.turn_forwards))),
+        ("RotAtFullBackwards", b"i", round(degrees(teleop.turn_backwards))),
+        ("RotAtStopped", b"i", round(degrees(teleop.turn_at_rest))),
+        ("Clearances", b".", 0.0),
+        ("TransDeadZone", b"d", teleop.dead_translation),
+        ("RotDeadZone", b"d", teleop.dead_rotation),
+    )
 
 
 class Requests:
@@ -194,20 +210,9 @@ class Requests:
 
     def _teleop_section(self, _: Taker) -> bytes:
         """One section, as if it were the only one."""
-        teleop = self._options.teleop
         writer = Writer().raw(b"S").string("Teleop settings").string("").string("Robot")
         writer.integer(0, 2)
-        for name, kind, value in (
-            ("Timeout", b"d", teleop.timeout),
-            ("FullThrottleForwards", b"i", teleop.forwards * 1000.0),
-            ("FullThrottleBackwards", b"i", teleop.backwards * 1000.0),
-            ("RotAtFullForwards", b"i", round(degrees(teleop.turn_forwards))),
-            ("RotAtFullBackwards", b"i", round(degrees(teleop.turn_backwards))),
-            ("RotAtStopped", b"i", round(degrees(teleop.turn_at_rest))),
-            ("Clearances", b".", 0.0),
-            ("TransDeadZone", b"d", teleop.dead_translation),
-            ("RotDeadZone", b"d", teleop.dead_rotation),
-        ):
+        for name, kind, value in settings(self._options.teleop):
             writer.raw(b"P").string(name).string(f"about {name}").integer(1, 1).raw(kind)
             if kind == b"i":
                 writer.integer(round(value), 4).integer(0, 4).integer(5000, 4)

@@ -12,7 +12,7 @@ from hw.emulators.panda.console import ACTIONS
 from hw.emulators.panda.hand import EmulatedHand
 from hw.emulators.panda.linked import ArmLink, Wanted
 from hw.emulators.panda.parts import Fingers, FreeFingers, Joints, LaggedJoints
-from hw.emulators.panda.reported import AS_REPORTED, NotReportedError, Reported, as_reported
+from hw.emulators.panda.reported import AS_REPORTED
 from hw.emulators.panda.serving import serve
 from hw.emulators.panda.wire import MotionCommand
 
@@ -27,11 +27,8 @@ __all__ = [
     "Joints",
     "LaggedJoints",
     "MotionCommand",
-    "NotReportedError",
     "PortTakenError",
-    "Reported",
     "Seen",
     "Wanted",
-    "as_reported",
     "serve",
 ]

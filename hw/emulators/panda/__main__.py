@@ -18,7 +18,7 @@ if __name__ == "__main__":
         joints=body.joints if body else None,
         fingers=body.fingers if body else None,
         version=int(version),
-        as_reported=filter(None, names.split(",")),
+        as_reported=[names],
         lines=sys.stdin,
         say=lambda text: print(text, flush=True),
     )

@@ -2,19 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from collections.abc import Mapping
 
-from config import UserError, quoted
-
-
-class Reported(NamedTuple):
-    """One way to behave."""
-
-    what: str
-    source: str
-    """Who reported it: project and number in its tracker."""
-
+from hw.emulators.reported import Reported
 
 AS_REPORTED: Mapping[str, Reported] = {
     # the hand
@@ -79,19 +69,3 @@ AS_REPORTED: Mapping[str, Reported] = {
     "user-stopped": Reported("its stop button is pressed, or a rule says so", "libfranka #128"),
 }
 """By name."""
-
-
-class NotReportedError(UserError):
-    """Nobody has reported that."""
-
-
-def as_reported(names: Iterable[str]) -> frozenset[str]:
-    """The ways to behave of these names.
-
-    Raises:
-        NotReportedError: one of them is not in `AS_REPORTED`.
-    """
-    reported = frozenset(names)
-    for name in sorted(reported - AS_REPORTED.keys()):
-        raise NotReportedError(f"nothing is reported as `{name}`; known: {quoted(AS_REPORTED)}")
-    return reported

@@ -6,7 +6,7 @@ import heapq
 import random
 import struct
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,8 +19,9 @@ from hw.emulators.panda.arm import EmulatedArm
 from hw.emulators.panda.connection import Connection, Request
 from hw.emulators.panda.hand import EmulatedHand
 from hw.emulators.panda.parts import OPENING, PERIOD, Fingers, Joints
-from hw.emulators.panda.reported import as_reported
+from hw.emulators.panda.reported import AS_REPORTED
 from hw.emulators.panda.wire import Command, HandCommand, HandStatus, MotionCommand, MoveStatus
+from hw.emulators.reported import chosen
 from hw.panda import PANDA, Mode
 
 _GENERATORS = (wire.JOINT_POSITION, wire.JOINT_VELOCITY)
@@ -73,9 +74,9 @@ class PandaServer:
         joints: Joints,
         fingers: Fingers,
         version: int = wire.VERSION,
-        reported: Iterable[str] = (),
+        reported: Sequence[str] = (),
     ) -> None:
-        self._reported = names = as_reported(reported)
+        self._reported = names = chosen(reported, AS_REPORTED, "arm and hand")
         self.arm, self.hand = EmulatedArm(joints, PANDA.limits, names), EmulatedHand(fingers, names)
         self.line = Line(delayed=1.0, delay=_SLOW) if "slow-line" in names else Line()
         self._hand_every = _SELDOM if "slow-hand" in names else _HAND_EVERY

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 from hw.emulators.errors import PortTakenError
 from hw.emulators.panda.console import act, dumps
@@ -22,7 +22,7 @@ def serve(
     joints: Joints | None = None,
     fingers: Fingers | None = None,
     version: int = VERSION,
-    as_reported: Iterable[str] = (),
+    as_reported: Sequence[str] = (),
     lines: Iterable[str] = (),
     say: Callable[[str], None] = lambda _: None,
 ) -> None:

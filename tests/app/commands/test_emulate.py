@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 from app.commands import app
 from hw import HardwareError, WallClock
+from hw.emulators.frankie import FrankieEmulator
 from hw.omron import ArclSettings, OmronBase, OmronSettings
 
 
@@ -47,3 +48,24 @@ def test_faults_are_listed_and_unknown_ones_refused():
     assert code == 2
     assert "did you mean `frozen`" in err
     assert len(err.splitlines()) == 1
+
+
+def test_ways_of_real_ones_are_listed_with_their_sources_and_unknown_ones_refused():
+    code, out, _ = call("--as-reported", "list")
+    assert code == 0
+    assert "throttle-ignored: the third argument of ratioDrive counts as 100 [" in out
+    assert all(line.endswith("]") for line in out.splitlines())
+    listed = CliRunner().invoke(app, ["emulate", "frankie", "--as-reported", "list"]).stdout
+    assert out in listed
+    for part in ("omron", "frankie"):
+        result = CliRunner().invoke(app, ["emulate", part, "--as-reported", "timeout-off,trottle"])
+        assert result.exit_code == 2
+        assert len(result.stderr.splitlines()) == 1
+        assert "has no way called `trottle`" in result.stderr
+
+
+def test_a_whole_robot_takes_the_ways_of_its_parts():
+    emulator = FrankieEmulator.of(
+        "emulated", world="kinematic", scene="single", seed=0, as_reported=["throttle-ignored"]
+    )
+    assert not emulator.base.controller.heeds_throttle

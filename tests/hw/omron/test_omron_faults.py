@@ -205,7 +205,7 @@ def test_a_poor_score_is_a_fault_where_a_least_one_is_set():
         wait_for(lambda: base.localisation_score is not None)
         assert base.localisation_score == pytest.approx(0.87, abs=0.001)
         emulator.options.score = 0.3
-        wait_for_fault(base, FaultKind.STALE_POSE, "score 0.30")
+        wait_for_fault(base, FaultKind.STALE_POSE, "score is below 0.5")
 
 
 def test_the_score_of_the_text_interface_counts_where_the_other_has_no_known_scale():
@@ -214,7 +214,7 @@ def test_the_score_of_the_text_interface_counts_where_the_other_has_no_known_sca
         wait_for(lambda: base.localisation_score is not None)
         assert base.localisation_score == pytest.approx(0.87)
         emulator.options.score = 0.3
-        wait_for_fault(base, FaultKind.STALE_POSE, "score 0.30")
+        wait_for_fault(base, FaultKind.STALE_POSE, "score is below 0.5")
 
 
 def test_a_mode_that_is_locked_under_way():

@@ -1,0 +1,162 @@
+"""The first metre of a base: told against measured, and whether it heeds the throttle.
+
+A person confirms each step. The base goes at little more than the slowest velocity outside its dead
+zone, whether or not it heeds the throttle: the ratios that the driver sends are the same.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from hw.clock import WallClock, stopwatch
+from hw.hardware.arming import check_armed
+from hw.hardware.drivers import base_of, site_of
+from hw.hardware.findings import Finding, Verdict
+from hw.hardware.lock import RobotLock
+from hw.omron import OmronBase, Velocity
+from hw.robot import HardwareError
+from robots import RealRobot, load_robot
+
+_FAST, _SLOW = 1.2, 0.5
+"""Told in two steps, of the slowest velocity that needs no smaller throttle."""
+_WITHOUT = 0.1
+"""Told where there is no dead zone [m/s]."""
+_MOST = 0.3
+"""No step is faster [m/s]."""
+_SECONDS, _SETTLED, _PERIOD = 3.0, 1.0, 0.02
+"""Of a step, until it counts, and between two commands [s]."""
+_SPAN = 10
+"""A speed is told from poses so many commands apart; the one in the middle counts."""
+_REST, _STANDS = 4.0, 0.005
+"""Longest time to come to rest [s], and a speed that is rest [m/s]."""
+_FITS = 0.1
+"""Measured is as told within this share."""
+
+
+class Step(NamedTuple):
+    """What a base did when it was told to drive."""
+
+    speed: float
+    """Along its heading, by its poses [m/s]."""
+    faults: tuple[str, ...]
+
+
+def first_metre(
+    real: RealRobot, *, armed: bool, confirm: Callable[[str], bool]
+) -> Iterator[Finding]:
+    """Drive a base a short way, slowly.
+
+    Args:
+        real: what its file says.
+        armed: whether a person has said that it may move.
+        confirm: asks that person before each step.
+
+    Raises:
+        NotArmedError: nobody has said so.
+        CommandedError: another program commands it.
+        HardwareError: the base cannot be reached.
+    """
+    check_armed(real, armed)
+    least = site_of(real.hardware.base.scale).least(Velocity(1.0, 0.0)).v
+    told = _FAST * least or _WITHOUT
+    if told > _MOST:
+        text = f"its dead zone ends at {least:.2f} m/s only; make it smaller in MobilePlanner"
+        yield Finding("first metre", Verdict.BAD, text)
+        return
+    lock = RobotLock(real.hardware).take()
+    try:
+        base = base_of(real.hardware, load_robot(real.path).limits, WallClock(), throttle=True)
+        base.connect()
+        try:
+            yield from _steps(base, told, _SLOW * least, confirm)
+        finally:
+            base.close()
+    finally:
+        lock.release()
+
+
+def _steps(
+    base: OmronBase, told: float, slow: float, confirm: Callable[[str], bool]
+) -> Iterator[Finding]:
+    step = _ask_and_drive(base, told, confirm)
+    if step is None or not _fits(step.speed, told):
+        yield _of_speed(step, told)
+        return
+    yield _of_speed(step, told)
+    if not slow:
+        yield Finding("throttle", Verdict.GOOD, "no dead zone of forwards: it is not needed")
+        return
+    step = _ask_and_drive(base, slow, confirm)
+    if step is None:
+        yield _not_done("throttle")
+    elif _fits(step.speed, slow):
+        text = f"told {slow:.3f} m/s by the throttle, measured {step.speed:.3f}: it is heeded"
+        yield Finding("throttle", Verdict.GOOD, text)
+    else:
+        yield Finding("throttle", Verdict.OPEN, f"it is not heeded: {_said(step, slow)}")
+
+
+def _of_speed(step: Step | None, told: float) -> Finding:
+    if step is None:
+        return _not_done("speed")
+    if _fits(step.speed, told):
+        text = f"told {told:.3f} m/s, measured {step.speed:.3f}"
+        return Finding("speed", Verdict.GOOD, text)
+    return Finding(
+        "speed", Verdict.BAD, f"{_said(step, told)}; compare `full_scale` with its Teleop settings"
+    )
+
+
+def _said(step: Step, told: float) -> str:
+    return "; ".join((f"told {told:.3f} m/s, measured {step.speed:.3f}", *step.faults))
+
+
+def _not_done(about: str) -> Finding:
+    return Finding(about, Verdict.OPEN, "not done: nobody confirmed it")
+
+
+def _fits(measured: float, told: float) -> bool:
+    return abs(measured - told) <= _FITS * told + _STANDS
+
+
+def _ask_and_drive(base: OmronBase, told: float, confirm: Callable[[str], bool]) -> Step | None:
+    """One step, if the person wants it."""
+    question = (
+        f"The base drives ahead for {_SECONDS:g} s at {told:.3f} m/s, {_SECONDS * told:.1f} m. "
+        "Are 1.5 m before it free, and is the emergency stop in your hand?"
+    )
+    return _drive(base, told) if confirm(question) else None
+
+
+def _drive(base: OmronBase, told: float) -> Step:
+    """Tell a base to drive ahead, and wait until it stands again."""
+    twist, begun = np.array([told, 0.0, 0.0]), stopwatch()
+    places: list[tuple[float, float]] = []
+    faults: tuple[str, ...] = ()
+    start = base.read().wTb
+    try:
+        while not faults and stopwatch() - begun < _SECONDS:
+            base.send(twist)
+            time.sleep(_PERIOD)
+            state = base.read()
+            faults = tuple(fault.text for fault in state.faults)
+            places.append((stopwatch() - begun, float(start.actInv(state.wTb).translation[0])))
+    finally:
+        base.stop()
+    _come_to_rest(base)
+    settled = [place for place in places if place[0] > _SETTLED] or places[-_SPAN:]
+    pairs = list(zip(settled, settled[_SPAN:], strict=False)) or [(settled[0], settled[-1])]
+    speeds = [(there - here) / (end - begin or _PERIOD) for (begin, here), (end, there) in pairs]
+    return Step(float(np.median(speeds)), faults)
+
+
+def _come_to_rest(base: OmronBase) -> None:
+    until = stopwatch() + _REST
+    while abs(base.read().twist[0]) > _STANDS:
+        if stopwatch() > until:
+            raise HardwareError("the base does not stop when it is told to: press its button")
+        time.sleep(_PERIOD)

@@ -1,0 +1,169 @@
+"""The driver on bases that behave as real ones were reported to; what holds on each of them."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from emulated import base_of, connected, drive, is_at_rest, wait_for, wait_for_fault
+
+from hw import FaultKind, HardwareError
+from hw.emulators.omron import AS_REPORTED, OmronEmulator, Options
+from hw.emulators.omron.controller import Teleop
+from hw.emulators.reported import NotReportedError
+from hw.omron import Site
+from hw.state import Fault
+
+TOLD = 0.15
+WHY = {
+    "dead-zone-larger": "stands although it is commanded",
+    "full-scale-is-top": "told 0.15 m/s and 0 deg/s, and was stopped: `full_scale`",
+    "safe-drive-blocks": "stands although it is commanded",
+    "direction-reversed": "goes the other way",
+    "arcl-kicks-out": "text interface of the base lost",
+}
+"""The fault that a way ends in while the base is driven; the others drive as they are told."""
+
+
+def emulator_of(*ways: str) -> OmronEmulator:
+    return OmronEmulator(Options(teleop=Teleop(timeout=0.3)), as_reported=ways)
+
+
+def peak(emulator: OmronEmulator) -> float:
+    """The highest speed of the wheels so far [m/s]."""
+    return max(abs(one.v) for one in emulator.moved)
+
+
+def gone(emulator: OmronEmulator) -> float:
+    """The way so far [m]."""
+    moves = itertools.pairwise(emulator.moved)
+    return sum(before.v * (after.at - before.at) for before, after in moves)
+
+
+@pytest.mark.parametrize("way", AS_REPORTED)
+def test_whatever_a_base_does_it_never_runs_away_and_never_stands_in_silence(way):
+    with emulator_of(way) as emulator:
+        base = base_of(emulator, arcl="adept")
+        base.connect()
+        try:
+            assert not emulator.heard or {one.name for one in emulator.heard} == {"stop"}
+            assert peak(emulator) == 0.0
+            faults: set[Fault] = set()
+            for _ in range(25):
+                drive(base, TOLD, seconds=0.1)
+                faults |= set(base.read().faults)
+            said = " | ".join(fault.text for fault in faults)
+            assert len(faults) <= 1, said  # one text for one cause, whatever it measures
+            if way in WHY:
+                assert WHY[way] in said
+            else:
+                assert said == ""
+                assert gone(emulator) > 0.5 * TOLD * 2.5 * 0.67
+            assert peak(emulator) < TOLD + 0.04 + 0.015 + 0.3  # for 0.2 s, and its way to rest
+            base.stop()
+            wait_for(lambda: is_at_rest(emulator))
+        finally:
+            base.close()
+
+
+def test_a_base_that_is_too_fast_is_stopped_and_not_driven_on_by_a_program():
+    """`full_scale` of the file is not that of the base: told 0.3 m/s it goes at 0.54 m/s."""
+    with emulator_of("full-scale-is-top") as emulator, connected(emulator) as base:
+        drive(base, 0.3, seconds=1.2)
+        state = wait_for_fault(base, FaultKind.NOT_READY, "and was stopped")
+        assert "told 0.3" in state.faults[0].text
+        assert not state.faults[0].clearable
+        wait_for(lambda: is_at_rest(emulator))
+        with pytest.raises(HardwareError, match="and was stopped"):
+            base.recover()
+        assert base.send(np.array([0.3, 0.0, 0.0])).max() == 0.0
+        assert base.read().faults == state.faults
+
+
+@pytest.mark.parametrize("twist", [(0.05, 0.0), (0.0, 0.04)])
+def test_a_throttle_that_is_ignored_after_all_is_slow_and_noticed(twist):
+    site = Site(throttle=True)
+    with emulator_of("throttle-ignored") as emulator, connected(emulator, site=site) as base:
+        drive(base, *twist, seconds=1.5)
+        assert peak(emulator) < 0.11
+        assert max(abs(one.w) for one in emulator.moved) < 0.05
+        if twist[0]:
+            wait_for_fault(base, FaultKind.NOT_READY, "may not heed the throttle")
+
+
+@pytest.mark.parametrize("way", ["throttle-ignored", "pose-10-hz"])
+def test_by_default_slow_motion_does_not_depend_on_the_throttle(way):
+    with emulator_of(way) as emulator, connected(emulator) as base:
+        drive(base, 0.05, seconds=3.0)
+        assert base.read().faults == ()
+        assert peak(emulator) < 0.11
+        assert 0.07 < gone(emulator) < 0.17
+        assert all(one.values[2] == 100.0 for one in emulator.heard if one.name == "ratioDrive")
+
+
+def test_where_the_button_of_the_base_is_needed_that_is_said():
+    with emulator_of("brake-button") as emulator, connected(emulator, arcl="adept") as base:
+        with emulator.held() as controller:
+            controller.press()
+            controller.release()
+        wait_for_fault(base, FaultKind.NOT_READY, "motors of the base are off")
+        with pytest.raises(HardwareError, match="push the motor button"):
+            base.recover()
+        with emulator.held() as controller:
+            controller.push_button()
+        wait_for(lambda: not base.read().faults)
+        drive(base, TOLD, seconds=0.5)
+        assert gone(emulator) > 0.0
+
+
+def test_a_second_client_of_the_text_interface_is_told_why_it_gets_none():
+    with (
+        emulator_of("one-arcl-client") as emulator,
+        connected(emulator, arcl="adept"),
+        pytest.raises(HardwareError, match="close other programs that use ARCL"),
+    ):
+        base_of(emulator, arcl="adept").connect()
+
+
+@pytest.mark.parametrize("ways", [(), ("no-config",)])
+def test_the_timeout_of_the_base_is_read_by_either_interface(ways):
+    with emulator_of(*ways) as emulator, connected(emulator, arcl="adept") as base:
+        assert base.read_teleop()["Timeout"] == 0.3
+        assert base.read_site() == Site(
+            turn_at_forward=np.radians(25.0), turn_at_reverse=np.radians(25.0)
+        )
+
+
+def test_where_neither_tells_it_that_is_said():
+    with (
+        emulator_of("no-config") as emulator,
+        connected(emulator) as base,
+        pytest.raises(HardwareError, match="does not offer getConfigBySectionsV4"),
+    ):
+        base.read_teleop()
+
+
+def test_an_unknown_way_is_refused():
+    with pytest.raises(NotReportedError, match="did you mean `throttle-ignored`"):
+        emulator_of("timeout-off,throttle-ignord")
+
+
+def test_recoveries_that_follow_each_other_wait_longer_and_longer(monkeypatch):
+    monkeypatch.setattr("hw.omron.base._PAUSES", (0.0, 0.3, 0.6))
+    with OmronEmulator() as emulator, connected(emulator, arcl="adept") as base:
+        with emulator.held() as controller:
+            controller.press()
+        wait_for_fault(base, FaultKind.EMERGENCY_STOP, "release it")
+        took = []
+        for _ in range(4):
+
+            def fails() -> bool:
+                with pytest.raises(HardwareError, match="release it first"):
+                    base.recover()
+                return True
+
+            took.append(wait_for(fails))
+        assert [round(one, 0) for one in took] == [0, 0, 1, 1]
+        assert took[1] > 0.3
+        assert took[2] > 0.6
