@@ -38,8 +38,8 @@ class CommandedRobot(RobotWrapper):
         robot: the parts together.
         real: what its file says.
         lock: the right to command it.
-        prepare: done when it is connected.
         after: done when it is closed.
+        prepare: done when it is connected.
     """
 
     def __init__(
@@ -47,8 +47,8 @@ class CommandedRobot(RobotWrapper):
         robot: Robot,
         real: RealRobot,
         lock: RobotLock,
-        prepare: Callable[[], None],
         after: Callable[[], None],
+        prepare: Callable[[], None] = lambda: None,
     ) -> None:
         super().__init__(robot)
         self._real, self._lock, self._prepare, self._after = real, lock, prepare, after
@@ -158,7 +158,7 @@ def open_hardware(
     after = emulation.close if emulation else lambda: None
     truth = emulation.truth if emulation else None
     prepare = partial(_home, hand, announce) if announce else lambda: None
-    commanded = CommandedRobot(robot, real, lock, prepare, after)
+    commanded = CommandedRobot(robot, real, lock, after, prepare)
     if announce and (note := speed_note(real)):
         announce(note)
     return OpenedHardware(commanded, clock, truth)

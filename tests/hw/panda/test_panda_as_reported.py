@@ -70,6 +70,7 @@ def test_a_hand_grips_holds_and_opens(reported):
         connected(PandaHand(emulator.address, WallClock())) as hand,
     ):
         width = emulator.tell()["width"]
+        assert emulator.tell()["homings"] == 0  # connecting moves nothing
         if not emulator.tell()["is_homed"]:
             (fault,) = hand.read().faults
             assert fault.kind is FaultKind.NOT_READY
