@@ -11,9 +11,9 @@ import numpy as np
 
 from perception.arrays import FloatArray
 from perception.frame import Frame
-from perception.geometry import world_points
+from perception.geometry import world_maps
 
-_EVERY = 8
+_EVERY = 16
 """Scale and picture are judged by every so many-th row and column [px]."""
 _NEAREST, _FARTHEST = 0.1, 20.0
 """No depth camera of a wrist measures less or more than this in the middle of an image [m]."""
@@ -78,7 +78,7 @@ class FrameJudge:
             return "the frame is stamped before the one that came earlier: the camera's clock jumps"
         before = self._picture
         if before is None or not _same(before.depth, frame.depth):
-            self._is_noisy |= before is not None and _is_noise(before, frame)
+            self._is_noisy = self._is_noisy or (before is not None and _is_noise(before, frame))
             self._picture = frame
             return ""
         if _moves(before, frame, _MOVED, _TURNED) and not _both_level(before, frame):
@@ -132,11 +132,11 @@ def _both_level(before: Frame, frame: Frame) -> bool:
 
 def _heights(frame: Frame) -> FloatArray:
     """(N,) height in the world of what a sample of the pixels shows [m]."""
-    depth = np.asarray(frame.depth, dtype=float)[::_EVERY, ::_EVERY]
+    depth = _sample(frame.depth).astype(float)
     rows, columns = (np.arange(0, side, _EVERY, dtype=float) for side in frame.depth.shape)
-    points = world_points(depth, frame.intrinsics, frame.wTc, columns[None, :], rows[:, None])
-    heights: FloatArray = points[(depth > 0.0) & (depth < inf)][:, 2]
-    return heights
+    u, v = columns[None, :], rows[:, None]
+    (heights,) = world_maps(depth, frame.intrinsics, frame.wTc, u, v, axes=(2,))
+    return heights[(depth > 0.0) & (depth < inf)]
 
 
 def _sample(depth: FloatArray) -> FloatArray:
