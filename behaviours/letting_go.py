@@ -25,9 +25,11 @@ class Spot:
     name: str
     """For messages."""
     centre: npt.NDArray[np.float64]
-    """(3,) on the bare surface, as it was seen, in the world [m]."""
+    """(3,) on the surface, in the world [m]."""
     radius: float
     """Of the disc around it that was seen to be free [m]."""
+    heights: npt.NDArray[np.float64]
+    """(P,) that were seen through the points of that disc [m], see `SurfaceWatch`."""
 
 
 class LettingGo:
@@ -95,7 +97,7 @@ class LettingGo:
         self._used()
         context.set_down.add(self._held, context.wTe)
         self._carried.let_go = context.clock.now()
-        self._watch = StandingWatch(context, self._carried, spot.centre, spot.radius)
+        self._watch = StandingWatch(context, self._carried, spot.centre, spot.radius, spot.heights)
         context.standing = self._watch
 
     def _rise(self) -> Status:

@@ -206,11 +206,15 @@ class Place(Leaf):
         return self._approach()
 
     def _release(self) -> Status:
-        surface = self._slot + np.array([0.0, 0.0, self._watch.height])
         self._letting_go = LettingGo(
             self,
             self._goal,
-            spot=Spot(name=self._place, centre=surface, radius=self._radius),
+            spot=Spot(
+                name=self._place,
+                centre=self._slot,
+                radius=self._radius,
+                heights=self._watch.heights,
+            ),
             up=self._up,
             backs_off=self._is_high,
             used=lambda: self._note(self.context.log.places_used),

@@ -152,7 +152,7 @@ class SurfaceSettings(Checked):
     """The camera looks from nearer than this [m]."""
     aside: float = 0.18
     """How far the hand gives way to the camera if the place was not seen by then [m]."""
-    points: int = 150
+    points: int = 300
     """How many points of the disc are looked at."""
     tolerance: float = 0.015
     """The surface is where it has to be if it is at most this much higher or lower [m]."""

@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-_POINTS = 300  # of the place that are looked at
 _HIGHER = 0.004  # than the surface is what stands on it [m]
 _LEAST = 0.02  # share of the points that an object covers at least
-_EMPTY = 0.85  # share of the points through which the surface is seen where nothing stands
+_EMPTY = 0.75  # share of the points through which the surface is seen where nothing stands
 _RISEN = 0.025  # hands of two frames this far apart tell what stands from what comes along [m]
 _COMES_ALONG = 0.3  # share of the hand's way by which what stands may seem to rise
 _AGREE = 3  # frames that show nothing, taken from different heights of the hand
+_LEFT = 0.3  # a hand that has risen so far has left, and looks no more [m]
 _CLEAR = 0.05  # before the hand has risen so far, it may hide what it has let go [m]
 
 
@@ -45,18 +45,23 @@ class _Look(NamedTuple):
 class StandingWatch:
     """Looks at a place in every new frame until it is seen that something stands there, or nothing.
 
-    What stands keeps its height in the world while the hand rises; what sticks to a finger comes
-    along. What was seen at the place before must have been the bare surface.
+    What stands is higher than what was seen there before, and keeps its height in the world while
+    the hand rises; what sticks to a finger comes along.
 
     Args:
         context: of the tree.
         carried: what was let go; it counts as placed once it is seen to stand.
-        centre: (3,) of the place on the surface as it was seen, in the world [m].
+        centre: (3,) of the place, in the world [m].
         radius: of the disc around it that is looked at [m].
+        before: (P,) heights over the centre that were seen through the points of the disc before
+            [m]; NaN where nothing was seen, and nothing is known now.
     """
 
-    def __init__(self, context: Context, carried: Carried, centre: Array, radius: float) -> None:
+    def __init__(
+        self, context: Context, carried: Carried, centre: Array, radius: float, before: Array
+    ) -> None:
         self._carried, self._centre, self._radius = carried, centre, radius
+        self._bare = before
         self._since, self._before = context.state.stamp, context.state.wTb
         self._released_at = float(context.wTe.translation[2] - centre[2])
         self._looks: list[_Look] = []
@@ -70,34 +75,40 @@ class StandingWatch:
             self._centre = state.wTb.act(self._before.actInv(self._centre))
             self._since = state.stamp
         self._before = state.wTb
-        if self.verdict is Verdict.STANDS:
+        is_far = context.wTe.translation[2] - self._centre[2] > self._released_at + _LEFT
+        if is_far and self.verdict is not Verdict.UNSEEN:
             return
         frame = vision.newest(self._since)
         if frame is None or frame.stamp <= self._since or vision.is_blind(state.stamp):
             return
         self._since = frame.stamp
         with vision.timed():
-            self._take(frame, context)
-        if self.verdict is Verdict.STANDS:
+            self.verdict = self._verdict(frame, context)
+        if self.verdict is not Verdict.STANDS:
+            self._carried.placed = None
+        elif self._carried.placed is None:
             self._carried.placed = context.clock.now()
 
-    def _take(self, frame: DepthFrame, context: Context) -> None:
+    def _verdict(self, frame: DepthFrame, context: Context) -> Verdict:
+        """What this frame and those before it tell."""
         eye = context.robot.description.camera.eTc.inverse().translation
         hand = float(frame.wTc.act(eye)[2]) - self._centre[2]
-        seen = seen_through(frame, disc(self._centre, self._radius, _POINTS))
+        points = disc(self._centre, self._radius, len(self._bare))
+        seen = seen_through(frame, points)
         height = seen[:, 2] - self._centre[2]
-        beside = np.linalg.norm(seen[:, :2] - self._centre[:2], axis=1) - self._radius
-        high = height[(height > _HIGHER) & (beside < 0.0)]
-        floor = np.count_nonzero(np.abs(height) <= _HIGHER)
-        if len(high) >= _LEAST * _POINTS:
-            look = _Look(hand, float(np.median(high)))
+        is_over = np.linalg.norm(seen[:, :2] - self._centre[:2], axis=1) < self._radius
+        high = is_over & (height > self._bare + _HIGHER)
+        bare = np.abs(height - self._bare) <= _HIGHER
+        if high.sum() >= _LEAST * len(points):
+            self._empty = 0
+            self._looks.append(look := _Look(hand, float(np.median(height[high]))))
             if any(_is_still(look, before) for before in self._looks):
-                self.verdict = Verdict.STANDS
-            self._looks.append(look)
-        elif floor >= _EMPTY * _POINTS and hand - self._released_at > _CLEAR:
+                return Verdict.STANDS
+        elif bare.sum() >= _EMPTY * len(points) and hand - self._released_at > _CLEAR:
             self._empty += 1
             if self._empty >= _AGREE:
-                self.verdict = Verdict.GONE
+                return Verdict.GONE
+        return self.verdict
 
 
 def _is_still(now: _Look, before: _Look) -> bool:

@@ -39,6 +39,8 @@ class Look(NamedTuple):
     """Of that over where the surface has to be, the median [m]; NaN if unseen."""
     surface: Mask
     """(points,) through which of the points of the disc the surface is seen."""
+    heights: Array
+    """(points,) of what is seen through them over where the surface has to be [m]; else NaN."""
 
 
 class SurfaceWatch:
@@ -55,12 +57,17 @@ class SurfaceWatch:
         self._context, self._settings = context, context.settings.surface
         self._centre, self._radius, self._reach_down = centre, radius, reach_down
         self._known_since = context.state.stamp
-        self._nothing = Look(Shows.UNSEEN, nan, np.zeros(self._settings.points, dtype=np.bool_))
-        self.height = 0.0
-        """Of the surface over the centre, as it was seen last [m]."""
+        self._nothing = Look(
+            Shows.UNSEEN,
+            nan,
+            np.zeros(self._settings.points, dtype=np.bool_),
+            np.full(self._settings.points, nan),
+        )
         self._forget()
 
     def _forget(self) -> None:
+        self.heights = np.full(self._settings.points, nan)
+        """(points,) over the centre, as they were seen last through the points of the disc [m]."""
         self._seen_at = np.full(self._settings.points, -inf)
 
     @property
@@ -90,8 +97,8 @@ class SurfaceWatch:
         with vision.timed():
             look = look_at(frame, self._centre, self._radius, lowest, settings)
         self._seen_at[look.surface] = frame.stamp
-        if look.shows is Shows.SURFACE:
-            self.height = look.height
+        measured = ~np.isnan(look.heights)
+        self.heights[measured] = look.heights[measured]
         return look
 
     def _can_see(self) -> bool:
@@ -133,5 +140,5 @@ def look_at(
     )
     for shows, rays, share in groups:
         if rays.sum() > share * len(points):
-            return Look(shows, float(np.median(height[rays])), surface)
-    return Look(Shows.UNSEEN, nan, surface)
+            return Look(shows, float(np.median(height[rays])), surface, height)
+    return Look(Shows.UNSEEN, nan, surface, height)

@@ -258,9 +258,10 @@ def _allowed(prepared: Prepared, frame: Frame, workspace: Workspace | None, floo
 def _occupied_area(frame: Frame, workspace: Workspace | None, floor: float) -> float:
     """Area from above of all in the image that stands out of the floor [m^2]."""
     depth = np.asarray(frame.depth)[::_AREA_STEP, ::_AREA_STEP]
-    v, u = np.nonzero(valid_depth(depth))
-    z = depth[v, u].astype(float)
-    points = world_points(z, frame.intrinsics, frame.wTc, _AREA_STEP * u, _AREA_STEP * v)
+    row, column = np.nonzero(valid_depth(depth))
+    z = depth[row, column].astype(float)
+    u, v = (_AREA_STEP * index.astype(float) for index in (column, row))
+    points = world_points(z, frame.intrinsics, frame.wTc, u, v)
     high = points[:, 2] >= floor + OCCUPIED_HEIGHT
     if workspace is not None:
         high[high] = _well_inside(workspace, points[high])

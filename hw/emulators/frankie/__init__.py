@@ -10,7 +10,6 @@ from hw.emulators.frankie.emulator import AS_REPORTED, EmulatedPlaces, FrankieEm
 from hw.emulators.frankie.link import EmulatorLink, RemoteTruth, SilentEmulatorError
 from hw.emulators.frankie.serving import serve
 from hw.emulators.frankie.words import WORDS
-from hw.emulators.panda import AS_REPORTED
 
 __all__ = [
     "AS_REPORTED",
