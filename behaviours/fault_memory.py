@@ -244,16 +244,20 @@ class FaultMemory:
 
 
 def _trace(trail: deque[SE3], here: SE3) -> None:
-    if not trail or np.linalg.norm(here.translation - trail[-1].translation) > _STEP:
+    """Go on with a trail; what is gone back along it is no longer a part of it."""
+    while len(trail) > 1 and _gap(here, trail[-2]) < _gap(here, trail[-1]):
+        trail.pop()
+    if not trail or _gap(here, trail[-1]) > _STEP:
         trail.append(here)
 
 
 def _back(trail: deque[SE3], here: SE3, distance: float) -> SE3 | None:
     """Where it was last that was this far away [m]; None if that is not known."""
-    far = (
-        p for p in reversed(trail) if np.linalg.norm(p.translation - here.translation) > distance
-    )
-    return next(far, None)
+    return next((place for place in reversed(trail) if _gap(place, here) > distance), None)
+
+
+def _gap(a: SE3, b: SE3) -> float:
+    return float(np.linalg.norm(a.translation - b.translation))
 
 
 def _is_near(moving: Geom, point: Array | None) -> bool:
