@@ -64,7 +64,7 @@ class Terminal(Console):
 class Loading:
     """What is being loaded, from the first moment on; use it in a `with` statement.
 
-    In a terminal a line that lives, and is gone when all is loaded; elsewhere one line at first.
+    In a terminal a line that lives, and is gone when all is loaded; elsewhere nothing.
 
     Args:
         title: what it is loaded for; empty says nothing at all.
@@ -73,7 +73,7 @@ class Loading:
 
     def __init__(self, title: str = "", terminal: Terminal | None = None) -> None:
         self._title = title
-        self._terminal = terminal = terminal or Terminal(stderr=True)
+        terminal = terminal or Terminal(stderr=True)
         self._live: Live | None = None
         if title and terminal.is_terminal:
             from rich.live import Live
@@ -85,8 +85,6 @@ class Loading:
             if self._live is not None:
                 self._live.start()
                 self("the software")
-            elif self._title:
-                self._terminal.say(f"{self._title}: loading")
         return self
 
     def __exit__(self, *_: object) -> None:

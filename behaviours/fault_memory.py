@@ -117,7 +117,8 @@ class FaultMemory:
         for fault in state.faults:
             if fault.clearable and fault.kind not in self._present:
                 where, radius, shape = self._contact(fault, state, wTe)
-                if any(_is_near(one.geom, where) for one in moving):
+                touched = where if shape is None else shape.pose.translation
+                if any(_is_near(one.geom, touched) for one in moving):
                     shape = None  # who tells of it tells where it is now
                 elif at_work and fault.kind is FaultKind.REFLEX:
                     shape = None
@@ -167,9 +168,10 @@ class FaultMemory:
     def _contact(
         self, fault: Fault, state: RobotState, wTe: SE3
     ) -> tuple[Array | None, float, Geom | None]:
-        """Where a fault has come (3,), how far from there is the same place [m], what stands there.
+        """Where base or hand were (3,), how far from there is the same place [m], what was hit.
 
-        A contact has a way out besides.
+        A contact has a way out besides. The base may turn between two contacts, or touch something
+        behind it on its way out: what counts is where it was.
         """
         settings, wTb = self._settings, state.wTb
         before = WayOut(base=None, hand=None) if self._way_out is None else self._way_out[0]
@@ -178,7 +180,7 @@ class FaultMemory:
             side = atan2(-away[1], -away[0]) if fault.bearing is None else fault.bearing
             cylinder = self._beside_base(side, wTb)
             self._way_out = WayOut(base=away, hand=before.hand), wTb
-            return cylinder.pose.translation, settings.same_place, cylinder
+            return wTb.translation, settings.same_place, cylinder
         if fault.kind is FaultKind.REFLEX:
             back = _back(self._hands, wTe, settings.way_back)
             self._way_out = WayOut(base=before.base, hand=wTe if back is None else back), wTb

@@ -196,10 +196,10 @@ class RecoverSettings(Checked):
     """... as long as they follow each other faster than this [s]."""
     most: int = 3
     """What comes back at the same place, after so many recoveries, is left to a person."""
-    same_place: float = 0.3
-    """The base is touched at the same place nearer than this [m] ..."""
+    same_place: float = 0.5
+    """It is the same place where the base is nearer than this to where it was then [m] ..."""
     same_place_of_hand: float = 0.1
-    """... and the arm where the hand is nearer than this to where it was then [m]."""
+    """... or the hand, for a reflex of the arm [m]."""
     remembered: float = 300.0
     """What was hit stands there for so long, and is no longer counted after it: it may have been a
     person or a chair. What stays there belongs on the map [s]."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -142,7 +143,10 @@ def run(
     parameters = task_parameters(parameter or [])
     if weights is not None and network is not None:
         refuse("--network: the file of --weights tells the network already; give one of both")
-    with Loading(f"{Path(tree).stem} on {Path(robot).stem}") as loading:
+    title = f"{Path(tree).stem} on {Path(robot).stem}"
+    if not (as_json or sys.stdout.isatty()):  # a pipe hears of it before what takes seconds
+        print(f"{title}: loading", flush=True)
+    with Loading(title) as loading:
         from app.core import (
             End,
             RunOptions,

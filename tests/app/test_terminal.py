@@ -115,8 +115,8 @@ class First:
         os._exit(int("app.core" in sys.modules))
     def flush(self): ...
     def isatty(self): return False
-    def fileno(self): return 2
-sys.stderr, sys.argv = First(), ["frankie-task", "run", "pick_one"]
+    def fileno(self): return 1
+sys.stdout, sys.argv = First(), ["frankie-task", "run", "pick_one"]
 from app.commands import main
 main()
 """
