@@ -143,7 +143,7 @@ class ObjectVisible(Condition):
         vision = self.context.vision
         vision.new_frame()
         if vision.frame is None or vision.is_blind(self.context.state.stamp):
-            return self.failure("no camera frame")
+            return self.failure(vision.blindness(self.context.state.stamp) or "no camera frame")
         if vision.frame is not self._judged:
             self._judged = vision.frame
             with vision.timed():

@@ -9,7 +9,7 @@ from py_trees.common import Status
 from behaviours.context import Context
 from behaviours.leaf import Leaf
 from behaviours.poses import Region
-from behaviours.ranges import Area, Count, Distance, Seconds
+from behaviours.ranges import Area, Count, Seconds
 from behaviours.survey import Survey
 
 
@@ -25,8 +25,7 @@ class RegionEmpty(Leaf):
         region: of the task file; its floor is what objects stand on.
         smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
         frames: pictures to take from each view.
-        height_m: of the camera over the floor in other views [m].
-        timeout_s: time to reach another view [s].
+        patience_s: give up without a picture after this [s].
     """
 
     key: ClassVar[str] = "region_empty"
@@ -40,22 +39,21 @@ class RegionEmpty(Leaf):
         region: Region,
         smallest_cm2: Area = 1.0,
         frames: Count = 3,
-        height_m: Distance = 0.45,
-        timeout_s: Seconds = 30.0,
+        patience_s: Seconds = 1.0,
     ) -> None:
         super().__init__(name, context)
         self._region = region
         self._smallest = 1e-4 * smallest_cm2
-        self._frames, self._height, self._timeout = frames, height_m, timeout_s
+        self._frames = frames
+        self._patience = patience_s
 
     def initialise(self) -> None:
         """Start to look."""
         self._survey = Survey(
             self,
             self._region,
-            height=self._height,
             frames=self._frames,
-            timeout=self._timeout,
+            patience=self._patience,
             smallest=self._smallest,
             from_here=True,
         )

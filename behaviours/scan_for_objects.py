@@ -58,11 +58,11 @@ class ScanForObjects(Leaf):
         self._survey = Survey(
             self,
             self._region,
-            height=self._height,
             frames=self._frames,
-            timeout=self._timeout,
             smallest=self._smallest,
             from_here=False,
+            height=self._height,
+            timeout=self._timeout,
         )
 
     def update(self) -> Status:

@@ -22,11 +22,12 @@ class Survey:
     Args:
         leaf: whose survey it is.
         region: whose floor is looked at.
-        height: of the camera over the floor, in the views that it goes to [m].
         frames: pictures from each view.
-        timeout: to reach a view [s].
         smallest: a part that was not seen and covers less than this does not count [m^2].
         from_here: begin with a view from where the hand is.
+        height: of the camera over the floor, in the views that it goes to [m].
+        timeout: to reach a view [s].
+        patience: without a picture [s].
     """
 
     def __init__(
@@ -34,15 +35,16 @@ class Survey:
         leaf: Leaf,
         region: Region,
         *,
-        height: float,
         frames: int,
-        timeout: float,
         smallest: float,
         from_here: bool,
+        height: float = 0.45,
+        timeout: float = 30.0,
+        patience: float = 2.0,
     ) -> None:
         self._leaf, self._region = leaf, region
         self._height, self._frames, self._timeout = height, frames, timeout
-        self._smallest = smallest
+        self._smallest, self._patience = smallest, patience
         self._like = camera_pose(leaf.context)
         self._views = views(region, leaf.settings.view.width_per_height * height)
         self._next = 0
@@ -110,7 +112,7 @@ class Survey:
             with vision.timed():
                 self.map.add(frame)
             self._taken, self._waiting_since = self._taken + 1, now
-        elif now - self._waiting_since > leaf.settings.view.patience:
+        elif now - self._waiting_since > self._patience:
             return leaf.failure(blindness or "no camera frame")
         if self._taken < self._frames:
             return leaf.running(f"looking at {self._region.name}, {self._taken} pictures")

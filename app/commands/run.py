@@ -144,8 +144,8 @@ def run(
     if weights is not None and network is not None:
         refuse("--network: the file of --weights tells the network already; give one of both")
     title = f"{Path(tree).stem} on {Path(robot).stem}"
-    if not (as_json or sys.stdout.isatty()):  # a pipe hears of it before what takes seconds
-        print(f"{title}: loading", flush=True)
+    if not sys.stderr.isatty() and "app.core" not in sys.modules:
+        say(f"{title}: loading")  # a pipe hears of it before the imports, which take seconds
     with Loading(title) as loading:
         from app.core import (
             End,

@@ -26,13 +26,10 @@ from hw.omron.telemetry import carried_on
 from hw.robot import HardwareError
 from hw.state import Array, BaseState
 
-_LOOK = 0.01
-"""How often something that is waited for is looked at [s]."""
-_RECOVERY = 3.0
-"""For each step of a recovery [s]."""
-_PAUSES, _FORGOTTEN = (0.0, 0.5, 2.0, 8.0), 30.0
-"""A recovery waits so long before it begins, the longer the more came before [s]; one that comes
-later than this after the last is the first again [s]."""
+_LOOK = 0.01  # how often something that is waited for is looked at [s]
+_RECOVERY = 3.0  # for each step of a recovery [s]
+_PAUSES = (0.0, 0.5, 2.0, 8.0)  # before a recovery, the longer the more came before [s]
+_FORGOTTEN = 30.0  # a recovery so long after the last is the first again [s]
 
 
 class OmronBase:
