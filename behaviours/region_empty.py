@@ -24,7 +24,7 @@ class RegionEmpty(Leaf):
     Args:
         region: of the task file; its floor is what objects stand on.
         smallest_cm2: less than this, seen from above, counts as nothing [cm^2].
-        frames: pictures to take from each view.
+        frames: how many pictures must agree.
         patience_s: give up without a picture after this [s].
     """
 
