@@ -134,8 +134,9 @@ def test_emulators_of_another_world_are_named(tmp_path):
         process = begin(path, "pick_one", record=tmp_path)
         _, err = process.communicate(timeout=60.0)
     assert process.returncode == 2
-    assert err.count("\n") == 1
-    assert "--world kinematic --scene single --seed 1" in err
+    loading, mistake = err.splitlines()
+    assert loading.endswith(": loading")
+    assert "--world kinematic --scene single --seed 1" in mistake
 
 
 @pytest.mark.slow
