@@ -65,7 +65,7 @@ NOT_FAULTS = {
     "arm tell",
     "arm hold",
     "arm blackout",  # of the hand alone
-    "arm rush",  # is stopped by the arm's driver, see `test_panda_as_reported`
+    "arm rush",  # is stopped by the arm's driver, see `test_panda_told`
     "button",
 }
 SHORT = ("arm unplug 1.5",)
