@@ -77,6 +77,8 @@ def main() -> None:
     """Entry point of `frankie-task`."""
     if sys.argv[1:2] and sys.argv[1] in _SHORT:
         gc.disable()
+    if sys.argv[1:2] == ["run"] and "--help" not in sys.argv and not sys.stderr.isatty():
+        print("frankie-task: loading", file=sys.stderr, flush=True)  # imports take seconds
     get_group(_asked(*sys.argv[1:2]))()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -143,10 +142,7 @@ def run(
     parameters = task_parameters(parameter or [])
     if weights is not None and network is not None:
         refuse("--network: the file of --weights tells the network already; give one of both")
-    title = f"{Path(tree).stem} on {Path(robot).stem}"
-    if not sys.stderr.isatty() and "app.core" not in sys.modules:
-        say(f"{title}: loading")  # a pipe hears of it before the imports, which take seconds
-    with Loading(title) as loading:
+    with Loading(f"{Path(tree).stem} on {Path(robot).stem}") as loading:
         from app.core import (
             End,
             RunOptions,

@@ -126,5 +126,5 @@ def test_a_run_into_a_pipe_says_something_before_it_loads_what_takes_seconds():
     ran = subprocess.run(
         [sys.executable, "-c", FIRST_WRITE], cwd=ROOT, capture_output=True, text=True, timeout=300
     )
-    assert ran.stdout.strip() == "pick_one on frankie: loading"
+    assert ran.stdout.strip() == "frankie-task: loading"
     assert ran.returncode == 0
