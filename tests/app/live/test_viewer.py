@@ -158,6 +158,7 @@ def test_a_run_that_is_watched_listens_on_loopback_only(tmp_path: Path) -> None:
         text=True,
     ) as run:
         assert run.stderr is not None
+        assert run.stderr.readline() == "frankie-task: loading\n"
         address = run.stderr.readline().removeprefix("watch at ").strip()
         sockets = listening(run.pid)
         page = urllib.request.urlopen(address, timeout=20.0).read()
