@@ -17,6 +17,11 @@ from behaviours.standing import StandingWatch, Verdict
 from controller import PoseGoal
 from hw import TaskTime
 
+_DOWN = 0.06
+"""The hand sways by this where it is not seen on the way up whether the object stands [m] ..."""
+_SWAY = 0.6
+"""... so long down and so long up [s]."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Spot:
@@ -70,6 +75,8 @@ class LettingGo:
             speed=settings.rise_speed,
             hand_may_touch=True,
         )
+        lower = self._rising.wTe.translation - np.array([0.0, 0.0, _DOWN])
+        self._lower = replace(self._rising, wTe=SE3(goal.wTe.rotation, lower))
         leaf.open_gripper()
         context.log.when_let_go(leaf.opens_by(settings.let_go), self._set_down)
 
@@ -129,7 +136,10 @@ class LettingGo:
             return leaf.failure(f"let go, but nothing stands at {self._spot.name}")
         now = leaf.context.clock.now()
         self._looking_since = self._looking_since or now
-        if now - self._looking_since <= leaf.settings.view.patience:
+        waited = now - self._looking_since
+        if waited <= leaf.settings.view.patience:
+            # The hand moves down and up: what stands does not move with it.
+            leaf.pursue(self._lower if waited % (2.0 * _SWAY) < _SWAY else self._rising, "looking")
             return leaf.running("looking at what was set down")
         unseen = f"let go, but it is not seen whether it stands at {self._spot.name}"
         reason = leaf.context.vision.blindness(leaf.context.state.stamp)

@@ -112,5 +112,5 @@ class StandingWatch:
 
 
 def _is_still(now: _Look, before: _Look) -> bool:
-    risen = now.hand - before.hand
-    return risen >= _RISEN and abs(now.height - before.height) < _COMES_ALONG * risen
+    moved = abs(now.hand - before.hand)
+    return moved >= _RISEN and abs(now.height - before.height) < _COMES_ALONG * moved
