@@ -13,8 +13,8 @@ from behaviours.context import Context
 from behaviours.leaf import Condition
 from behaviours.poses import BasePose, Posture, Region, ToolPose
 from behaviours.ranges import Area, Bounds, Deviation
+from behaviours.survey import map_of
 from hw import DepthFrame
-from perception import RegionMap
 
 
 class ArmHealthy(Condition):
@@ -147,9 +147,7 @@ class ObjectVisible(Condition):
         if vision.frame is not self._judged:
             self._judged = vision.frame
             with vision.timed():
-                region, glance = self._within, self.settings.glance
-                seen = RegionMap(region.wTr, region.size, glance.cell, glance.stride)
-                seen.add(vision.frame)
+                seen = map_of(self._within, self.settings.glance, vision.frame)
                 self._count, self._share = len(seen.segments(self._smallest)), seen.seen
         if self._share == 0.0:
             return self.failure(f"{self._within.name} is out of view")

@@ -16,8 +16,9 @@ from behaviours.leaf import Leaf
 from behaviours.poses import Region
 from behaviours.progress import Progress
 from behaviours.ranges import Distance, Pause, Seconds
+from behaviours.survey import map_of
 from controller import PoseGoal
-from perception import RegionMap, Segment
+from perception import Segment
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -101,9 +102,7 @@ class Follow(Leaf):
             return
         settings = self.settings.follow
         with vision.timed():
-            region, glance = self._within, self.settings.glance
-            around = RegionMap(region.wTr, region.size, glance.cell, glance.stride)
-            around.add(frame)
+            around = map_of(self._within, self.settings.glance, frame)
             seen = around.segments(settings.smallest_area)
         before = self.context.wTe.translation if self._object is None else self._object
         reach = np.inf if self._object is None else settings.same_object

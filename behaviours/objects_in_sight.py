@@ -9,9 +9,9 @@ import numpy as np
 from behaviours.choice import Choice
 from behaviours.context import Context
 from behaviours.poses import Region
-from behaviours.survey import unseen
+from behaviours.survey import map_of, unseen
 from hw import DepthFrame
-from perception import RecogniserError, RegionMap, SeenObjects, agreed, seen_objects, with_kinds
+from perception import RecogniserError, SeenObjects, agreed, seen_objects, with_kinds
 
 SMALLEST = 1e-4
 """A part of a region that was not seen and covers less than this does not count [m^2]."""
@@ -42,9 +42,7 @@ class ObjectsInSight:
     def unseen(self) -> str:
         """What the frames do not show of what is there, in words; empty if that does not matter."""
         settings, region = self._context.settings, self._region
-        seen = RegionMap(region.wTr, region.size, settings.counting.cell, settings.counting.stride)
-        for frame in self._frames:
-            seen.add(frame)
+        seen = map_of(region, settings.counting, *self._frames)
         if not self._looks[-1] and seen.segments(SMALLEST):
             return f"what stands in {region.name} is too low to be told apart"
         return unseen(seen, region, SMALLEST, settings.view)

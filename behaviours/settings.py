@@ -250,8 +250,6 @@ class OccupancySettings(Checked):
     """Side of a cell [m]."""
     stride: int = 2
     """Only every n-th pixel is used, along rows and columns."""
-    below: float = 0.03
-    """Noise may put the floor this far below where it is [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -23,7 +23,7 @@ _EMPTY = 0.75  # share of the points through which the surface is seen where not
 _RISEN = 0.025  # hands of two frames this far apart tell what stands from what comes along [m]
 _COMES_ALONG = 0.3  # share of the hand's way by which what stands may seem to rise
 _AGREE = 3  # frames that show nothing, taken from different heights of the hand
-_LEFT = 0.3  # a hand that has risen so far has left, and looks no more [m]
+_LEFT = 0.3  # a hand that is this far from where it let go has left, and looks no more [m]
 _CLEAR = 0.05  # before the hand has risen so far, it may hide what it has let go [m]
 
 
@@ -37,7 +37,7 @@ class Verdict(Enum):
 
 class _Look(NamedTuple):
     hand: float
-    """Height of the hand over the surface [m]."""
+    """Height of the hand in the world [m]."""
     height: float
     """Of what stands out of the surface, the median [m]."""
 
@@ -63,7 +63,7 @@ class StandingWatch:
         self._carried, self._centre, self._radius = carried, centre, radius
         self._bare = before
         self._since, self._before = context.state.stamp, context.state.wTb
-        self._released_at = float(context.wTe.translation[2] - centre[2])
+        self._released = context.wTe.translation.copy()
         self._looks: list[_Look] = []
         self._empty = 0
         self.verdict = Verdict.UNSEEN
@@ -72,11 +72,13 @@ class StandingWatch:
         """Take the frame that is new in this tick, if there is one to believe."""
         state, vision = context.state, context.vision
         if context.relocalised:  # the place is where it was from the base
-            self._centre = state.wTb.act(self._before.actInv(self._centre))
+            moved = state.wTb * self._before.inverse()
+            self._centre, self._released = moved.act(self._centre), moved.act(self._released)
             self._since = state.stamp
         self._before = state.wTb
-        is_far = context.wTe.translation[2] - self._centre[2] > self._released_at + _LEFT
-        if is_far and self.verdict is not Verdict.UNSEEN:
+        gone = np.linalg.norm(context.wTe.translation - self._released)
+        if gone > _LEFT and self.verdict is not Verdict.UNSEEN:
+            context.standing = None  # no tick of the rest of the run asks the camera for it
             return
         frame = vision.newest(self._since)
         if frame is None or frame.stamp <= self._since or vision.is_blind(state.stamp):
@@ -92,7 +94,7 @@ class StandingWatch:
     def _verdict(self, frame: DepthFrame, context: Context) -> Verdict:
         """What this frame and those before it tell."""
         eye = context.robot.description.camera.eTc.inverse().translation
-        hand = float(frame.wTc.act(eye)[2]) - self._centre[2]
+        hand = float(frame.wTc.act(eye)[2])
         points = disc(self._centre, self._radius, len(self._bare))
         seen = seen_through(frame, points)
         height = seen[:, 2] - self._centre[2]
@@ -104,7 +106,7 @@ class StandingWatch:
             self._looks.append(look := _Look(hand, float(np.median(height[high]))))
             if any(_is_still(look, before) for before in self._looks):
                 return Verdict.STANDS
-        elif bare.sum() >= _EMPTY * len(points) and hand - self._released_at > _CLEAR:
+        elif bare.sum() >= _EMPTY * len(points) and hand - self._released[2] > _CLEAR:
             self._empty += 1
             if self._empty >= _AGREE:
                 return Verdict.GONE

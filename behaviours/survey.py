@@ -11,8 +11,9 @@ from behaviours.aiming import camera_pose, hand_for, straight_down
 from behaviours.approach import Approach
 from behaviours.leaf import Leaf
 from behaviours.poses import Region
-from behaviours.settings import ViewSettings
+from behaviours.settings import OccupancySettings, ViewSettings
 from controller import PoseGoal
+from hw import DepthFrame
 from perception import RegionMap
 
 
@@ -56,10 +57,8 @@ class Survey:
 
     def _begin(self) -> None:
         """Forget what was seen."""
-        counting = self._leaf.settings.counting
-        region, context = self._region, self._leaf.context
-        self.map = RegionMap(region.wTr, region.size, counting.cell, counting.stride)
-        self._since = context.state.stamp
+        self.map = map_of(self._region, self._leaf.settings.counting)
+        self._since = self._leaf.context.state.stamp
         self._arrive()
 
     def _arrive(self) -> None:
@@ -117,6 +116,20 @@ class Survey:
         if self._taken < self._frames:
             return leaf.running(f"looking at {self._region.name}, {self._taken} pictures")
         return leaf.success(f"looked at {self._region.name}")
+
+
+def map_of(region: Region, settings: OccupancySettings, *frames: DepthFrame) -> RegionMap:
+    """A map of a region.
+
+    Args:
+        region: of the task file.
+        settings: how finely it is looked at.
+        frames: that it has taken in.
+    """
+    seen = RegionMap(region.wTr, region.size, settings.cell, settings.stride)
+    for frame in frames:
+        seen.add(frame)
+    return seen
 
 
 def unseen(seen: RegionMap, region: Region, smallest: float, settings: ViewSettings) -> str:

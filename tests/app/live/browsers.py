@@ -20,6 +20,15 @@ WAITING = (
 
 LIVE = {"pause", "step", "next", "stop", "inject", "clear", "fault"}
 """What can be pressed on the page of a run that goes on."""
+MOVING = """
+task: toy
+tree:
+  sequence:
+    - name: ahead
+      drive: {forward_m: 0.2}
+    - name: back
+      drive: {forward_m: -0.2}
+"""
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 import time
 
 import pytest
-from browsers import Run, chromium
+from browsers import MOVING, Run, chromium
 
 LEAVES = """
 task: toy
@@ -15,15 +15,6 @@ tree:
       wait: {duration_s: 1000}
     - name: third
       wait: {duration_s: 1000}
-"""
-MOVING = """
-task: toy
-tree:
-  sequence:
-    - name: ahead
-      drive: {forward_m: 0.2}
-    - name: back
-      drive: {forward_m: -0.2}
 """
 
 

@@ -6,17 +6,8 @@ import signal
 import time
 
 import pytest
-from browsers import LIVE, Run, chromium, enabled, expect_run, opened_page, sentence
+from browsers import LIVE, MOVING, Run, chromium, enabled, expect_run, opened_page, sentence
 
-MOVING = """
-task: toy
-tree:
-  sequence:
-    - name: ahead
-      drive: {forward_m: 0.2}
-    - name: back
-      drive: {forward_m: -0.2}
-"""
 TWO = """
 task: toy
 tree:
