@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import sys
 from pathlib import Path
@@ -78,7 +79,8 @@ def main() -> None:
     if sys.argv[1:2] and sys.argv[1] in _SHORT:
         gc.disable()
     if sys.argv[1:2] == ["run"] and "--help" not in sys.argv and not sys.stderr.isatty():
-        print("frankie-task: loading", file=sys.stderr, flush=True)  # imports take seconds
+        with contextlib.suppress(OSError):  # a closed terminal is told of where the run ends
+            print("frankie-task: loading", file=sys.stderr, flush=True)  # imports take seconds
     get_group(_asked(*sys.argv[1:2]))()
 
 
