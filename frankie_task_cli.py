@@ -12,7 +12,9 @@ import sys
 from importlib.machinery import PathFinder
 from pathlib import Path
 
-_PACKAGES = ("app", "behaviours", "config", "controller", "hw", "perception", "robots", "trees")
+_PACKAGES = (
+    *("app", "behaviours", "config", "controller", "hw", "lab", "perception", "robots", "trees"),
+)
 _HOME = Path(__file__).resolve().parent
 _EXIT_BAD_INPUT = 2
 
@@ -51,8 +53,11 @@ def main() -> None:
         sys.exit(_EXIT_BAD_INPUT)
     # Else pydantic looks through all that is installed for plug-ins of its own, at every start.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    from app.commands import app
     from app.commands import main as command_line
+    from lab.commands import add_to
 
+    add_to(app)
     command_line()
 
 

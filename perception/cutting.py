@@ -1,7 +1,7 @@
 """Things of one colour that touch, cut apart where a seam between two of them is likely.
 
 How likely a seam is says a small network on its measures, fitted to simulated scenes
-(`python -m app.lab.bench.seams`). The likeliest is cut, and both sides are looked at again.
+(`python -m lab.bench.seams`). The likeliest is cut, and both sides are looked at again.
 """
 
 from __future__ import annotations

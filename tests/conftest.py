@@ -8,6 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from app.commands import app
+from lab.commands import add_to
+
+add_to(app)
+
 REAL_TIME = [
     Path(__file__).parent / "hw" / name for name in ("hardware", "omron", "panda", "realsense")
 ]

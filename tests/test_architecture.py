@@ -48,13 +48,15 @@ ROOMS = (
     "app.review",
     "app.export",
     "app.authoring",
-    "app.lab",
-    "app.lab.grasps",
-    "app.lab.bench",
-    "app.lab.calibration",
     "app.commands",
     "app",
     "frankie_task",
+    "lab.shared",
+    "lab.grasps",
+    "lab.bench",
+    "lab.calibration",
+    "lab.commands",
+    "lab",
     "frankie_task_cli",
 )
 """From the bottom up: a room may use those before it, by the names in its `__init__.py`."""
@@ -66,10 +68,9 @@ SIDE_BY_SIDE = {
         ("controller", "perception"),
         ("trees.draw", "trees.btcpp"),
         ("hw.omron", "hw.emulators.omron"),
-        ("app.authoring", "app.lab"),
-        ("app.lab.grasps", "app.lab.bench"),
-        ("app.lab.grasps", "app.lab.calibration"),
-        ("app.lab.bench", "app.lab.calibration"),
+        ("lab.grasps", "lab.bench"),
+        ("lab.grasps", "lab.calibration"),
+        ("lab.bench", "lab.calibration"),
     )
 }
 """Rooms of one floor, which do not know each other."""

@@ -1,5 +1,6 @@
 """The command line: one file for each group of commands, `app` is their root."""
 
 from app.commands.cli import app, main
+from app.commands.refuse import find_tree, refuse
 
-__all__ = ["app", "main"]
+__all__ = ["app", "find_tree", "main", "refuse"]

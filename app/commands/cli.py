@@ -12,12 +12,9 @@ import typer
 from typer.main import get_command_name, get_group
 
 from app.commands.authoring import authoring
-from app.commands.bench import bench
-from app.commands.calibrate import app as calibrate
 from app.commands.doctor import doctor
 from app.commands.dry import dry
 from app.commands.emulate import app as emulate
-from app.commands.grasp import app as grasp
 from app.commands.refuse import RefusingGroup, find_tree
 from app.commands.review import delays, demo_page, explain, film, replay, runs, view
 from app.commands.run import run
@@ -35,10 +32,7 @@ app = typer.Typer(
 app.add_typer(authoring)
 for command in (run, dry, runs, view, film, demo_page, explain, replay, delays, doctor):
     app.command()(command)
-app.add_typer(bench, name="bench")
-app.add_typer(grasp, name="grasp")
 app.add_typer(emulate, name="emulate")
-app.add_typer(calibrate, name="calibrate")
 
 
 @app.command()

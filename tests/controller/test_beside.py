@@ -6,14 +6,14 @@ import pytest
 from motion import READY, State, move, tool_pose
 from pinocchio import SE3
 
-from app.lab.bench.configuration import Configuration
-from app.lab.bench.moving import Following, run_following
 from controller import Command, HolisticController, PoseGoal, RobotModel, SelfCollision
 from controller.floor.base_drive import Pose2D
 from controller.stance.postures import bank
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
 from controller.stance_settings import StanceSettings
+from lab.bench.configuration import Configuration
+from lab.bench.moving import Following, run_following
 from robots import load_robot, with_base_speeds
 
 BEHIND = tool_pose(-2.5, 1.2, 0.85, yaw=np.pi / 2.0)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from pinocchio import SE3
 
-from app.lab.bench.motion import State, run_motion
 from controller import (
     BaseGoal,
     PlanningController,
@@ -15,6 +14,7 @@ from controller import (
     robot_model,
 )
 from controller.collision import CollisionModel
+from lab.bench.motion import State, run_motion
 from robots import Box, Geom
 
 pytest.importorskip("ompl", reason="the extra `planning` is not installed")

@@ -1,0 +1,1 @@
+"""The laboratory: benches, training, evaluation and calibration; the product never imports it."""

@@ -1,0 +1,101 @@
+"""What is measured: a robot, a preset of the controller, and how fast the base may drive."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from controller import (
+    OPEN_FLOOR,
+    PAPER,
+    PRESETS,
+    Command,
+    ControllerSettings,
+    HolisticController,
+    KinematicState,
+    MotionGoal,
+    PoseGoal,
+    RobotModel,
+    StepReport,
+    Surroundings,
+)
+from lab.bench.motion import Controller
+from robots import load_robot, with_base_speed, with_base_speeds, with_reverse_speed
+
+EXAMPLE = "example"
+"""The preset of the paper's controller whose velocities are scaled as in its published example."""
+
+SETTINGS: dict[str, ControllerSettings] = {**PRESETS, EXAMPLE: PAPER}
+"""The settings of every preset."""
+
+_PUBLISHED_BASE_SPEED = 4.0
+"""Limit of the base in the published robot descriptions [m/s and rad/s]."""
+_FAR, _FAR_GAIN, _NEAR_GAIN = 0.5, 0.7, 1.4
+"""The published example multiplies its velocities by 0.7 / e where e > 0.5 m, else by 1.4."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Configuration:
+    """One robot with one controller; can be sent to another process."""
+
+    robot: str
+    preset: str = "frankie"
+    base_speed: float | None = None
+    """Largest speed of the base [m/s]; None is the default of the preset."""
+    reverse_speed: float | None = None
+    """Largest speed of the base backwards [m/s]; None keeps its share of the forward speed, and
+    with a published controller all of it."""
+    period: float = 0.01
+    """Control period [s]."""
+    changes: tuple[tuple[str, Any], ...] = ()
+    """Settings that differ from the preset, by name."""
+
+    def model(self) -> RobotModel:
+        """The robot."""
+        description = load_robot(self.robot)
+        if self.preset != "frankie":
+            speed = self.base_speed or _PUBLISHED_BASE_SPEED
+            description = with_base_speed(description, speed, _PUBLISHED_BASE_SPEED)
+            description = with_reverse_speed(description, speed)  # as published
+            return RobotModel(with_base_speeds(description, None, self.reverse_speed))
+        return RobotModel(with_base_speeds(description, self.base_speed, self.reverse_speed))
+
+    def controller(self, model: RobotModel) -> Controller:
+        """A new controller."""
+        settings = replace(SETTINGS[self.preset], period=self.period, **dict(self.changes))
+        controller = HolisticController(model, settings)
+        return PublishedExample(controller) if self.preset == EXAMPLE else controller
+
+    @property
+    def speed_text(self) -> str:
+        """Largest base speed, as text."""
+        return f"{self.model().limits.base_twist[0]:.1f}"
+
+
+class PublishedExample:
+    """The published example: the same QP, its velocities scaled afterwards whatever the limits.
+
+    Args:
+        controller: with the preset of the paper.
+    """
+
+    def __init__(self, controller: HolisticController) -> None:
+        self._controller = controller
+
+    def step(
+        self,
+        state: KinematicState,
+        goal: MotionGoal | None,
+        last: Command,
+        surroundings: Surroundings = OPEN_FLOOR,
+    ) -> tuple[Command, StepReport]:
+        """The command for the next period."""
+        command, report = self._controller.step(state, goal, last, surroundings)
+        if not isinstance(goal, PoseGoal):
+            return command, report
+        wTe = state.wTb * report.bTe
+        error = float(np.abs(wTe.actInv(goal.wTe).translation).sum())
+        gain = _FAR_GAIN / error if error > _FAR else _NEAR_GAIN
+        return Command(base_twist=command.base_twist * gain, qd=command.qd * gain), report

@@ -1,0 +1,123 @@
+"""What can be unlike the benches of the paper: where motions start, and how well the robot hears.
+
+Starts are drawn with a seed, one for every goal, all free of contact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import radians
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+
+from controller import (
+    OPEN_FLOOR,
+    Array,
+    Command,
+    KinematicState,
+    MotionGoal,
+    RobotModel,
+    StepReport,
+    Surroundings,
+    manipulability,
+)
+from lab.bench.contacts import ContactChecker
+from lab.bench.motion import Controller, State
+
+STARTS = ("ready", "random", "limits", "singular", "stretched")
+"""How the arm starts."""
+_AT_A_LIMIT = 0.02
+"""Distance of joints at a limit [rad]."""
+_STRETCHED = -0.09
+"""Elbow of a stretched arm [rad]; it straightens at the joint's limit of -0.07."""
+_SINGULAR_OF = 200
+"""How many random postures the least manipulable one is chosen from."""
+
+
+def draw_start(model: RobotModel, kind: str, rng: np.random.Generator) -> Array:
+    """(7,) joint positions free of contact, of one of `STARTS` [rad]."""
+    limits, contacts = model.limits, ContactChecker(model)
+    if kind == "ready":
+        return model.description.arm.ready.copy()
+
+    def drawn() -> Array:
+        while True:
+            q = rng.uniform(limits.q_min, limits.q_max)
+            if kind == "limits":
+                side = rng.integers(3, size=len(q))
+                q = np.where(side == 0, limits.q_min + _AT_A_LIMIT, q)
+                q = np.where(side == 1, limits.q_max - _AT_A_LIMIT, q)
+            elif kind == "stretched":
+                q[3] = _STRETCHED
+            if not contacts(q).any:
+                return np.asarray(q, float)
+
+    if kind != "singular":
+        return drawn()
+
+    def measure(q: Array) -> float:
+        n = model.n_base
+        kinematics = model.kinematics(q)
+        return manipulability(kinematics.screws[:, n:], kinematics.hessian[n:, n:])[0]
+
+    return min((drawn() for _ in range(_SINGULAR_OF)), key=measure)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Disturbance:
+    """How well the robot is seen, and how fast it hears."""
+
+    joint_noise: float = 0.0
+    """Standard deviation of the joint positions, white [rad]."""
+    base_noise: float = 0.0
+    """The same of the base's x and y [m]."""
+    heading_noise: float = 0.0
+    """The same of its heading [rad]."""
+    delay: float = 0.0
+    """From the state to the command that follows from it [s]."""
+
+
+QUIET = Disturbance()
+NOISY = Disturbance(joint_noise=1e-3, base_noise=5e-3, heading_noise=radians(0.3))
+"""An ordinary encoder and an ordinary localisation."""
+
+
+@dataclass(kw_only=True, eq=False)
+class Disturbed:
+    """A controller that sees a noisy state and is heard too late.
+
+    Args:
+        controller: the controller.
+        disturbance: what is disturbed.
+        period: control period [s].
+        rng: draws the noise.
+    """
+
+    controller: Controller
+    disturbance: Disturbance
+    period: float
+    rng: np.random.Generator
+    _last: Command = field(default_factory=Command.stop)
+    _under_way: list[Command] = field(default_factory=list)
+
+    def step(
+        self,
+        state: KinematicState,
+        goal: MotionGoal | None,
+        last: Command,
+        surroundings: Surroundings = OPEN_FLOOR,
+    ) -> tuple[Command, StepReport]:
+        """The command that takes effect now; the controller goes on from the one that it gave."""
+        d, rng = self.disturbance, self.rng
+        x, y = rng.normal(size=2) * d.base_noise
+        turn = pin.utils.rotate("z", rng.normal() * d.heading_noise)
+        wTb = SE3(turn @ state.wTb.rotation, state.wTb.translation + np.array([x, y, 0.0]))
+        seen = State(wTb=wTb, q=state.q + rng.normal(size=len(state.q)) * d.joint_noise)
+        self._last, report = self.controller.step(seen, goal, self._last, surroundings)
+        self._under_way.append(self._last)
+        late = round(d.delay / self.period)
+        if len(self._under_way) <= late:
+            return Command.stop(), report
+        return self._under_way.pop(0), report

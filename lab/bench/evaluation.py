@@ -1,0 +1,195 @@
+"""How good a motion is: whether it arrived or why not, limits, contacts, smoothness.
+
+Everything is computed from the samples of the motion, nothing from the reports of the controller.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+import pinocchio as pin
+
+from controller import Array, RobotModel
+from lab.bench.contacts import ContactChecker
+from lab.bench.motion import Motion
+
+_ROUNDING = 1e-9
+"""Share by which a limit may be passed."""
+_FINAL_SECONDS = 5.0
+"""The end of a motion, which shows how it failed [s]."""
+_STILL = 5e-3
+"""An error that varies by less than this does not change [m]."""
+_PROGRESS = 1e-3
+"""Nearer by less than this is no progress [m]."""
+
+
+class Failure(StrEnum):
+    """Why a goal was not reached."""
+
+    TIME_OVER = "time over"
+    """It was still getting nearer."""
+    STUCK_STILL = "stuck still"
+    STUCK_MOVING = "stuck moving"
+    INFEASIBLE = "infeasible"
+    """The QP had no solution at least once."""
+    UNREACHABLE = "called unreachable"
+    """The controller gave it up."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Violations:
+    """Samples in which a limit was passed."""
+
+    position: int
+    """Of a joint."""
+    velocity: int
+    """Of a joint."""
+    acceleration: int
+    """Of a joint."""
+    base: int
+    """Velocity or acceleration of the base."""
+    samples: int
+    """Any of these; one sample counts once."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactCounts:
+    """Samples in which the arm was in contact."""
+
+    arm: int
+    """With itself."""
+    base: int
+    floor: int
+    samples: int
+    """Any of these; one sample counts once."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trial:
+    """The result of one motion."""
+
+    failure: Failure | None
+    """None if the goal was reached."""
+    time: float
+    """When the goal was reached or given up [s]."""
+    position_error: float
+    """At the end [m]."""
+    orientation_error: float
+    """At the end [rad]."""
+    heading_error: float
+    """θ_ε at the end: bearing of the end effector seen from the base [rad]."""
+    manipulability: float
+    """Of the arm at the end."""
+    violations: Violations
+    contacts: ContactCounts
+    jerk: float
+    """Cumulative jerk of the tool [m/s^2], from rest."""
+
+
+class Evaluator:
+    """Evaluates the motions of one robot.
+
+    Args:
+        model: the robot, with the limits that count.
+    """
+
+    def __init__(self, model: RobotModel) -> None:
+        self.model = model
+        self._checker = ContactChecker(model)
+        self._data = model.chain.createData()
+        self._tool = model.chain.getFrameId("tool")
+
+    def __call__(self, motion: Motion) -> Trial:
+        """The result of a motion."""
+        x, y = self.model.bTe(motion.q[-1]).translation[:2]
+        return Trial(
+            failure=failure_of(motion),
+            time=motion.duration,
+            position_error=float(motion.position_error[-1]),
+            orientation_error=float(motion.orientation_error[-1]),
+            heading_error=float(np.arctan2(y, x)),
+            manipulability=self.manipulability(motion.q[-1]),
+            violations=count_violations(self.model, motion),
+            contacts=self.contacts(motion.q),
+            jerk=cumulative_jerk(motion.tool, motion.period),
+        )
+
+    def manipulability(self, q: Array) -> float:
+        """Yoshikawa's measure of the arm at joint positions q (7,) [rad]."""
+        chain, joints = self.model.chain, self.model.joints(q)
+        axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        J = pin.computeFrameJacobian(chain, self._data, joints, self._tool, axes)
+        arm = J[:, self.model.n_base :]
+        return float(np.sqrt(max(np.linalg.det(arm @ arm.T), 0.0)))
+
+    def contacts(self, postures: Array) -> ContactCounts:
+        """Contacts of the arm in postures (k, 7) [rad]."""
+        seen = np.array([(*(c := self._checker(q)), c.any) for q in postures], bool)
+        arm, base, floor, samples = (int(count) for count in seen.sum(axis=0))
+        return ContactCounts(arm=arm, base=base, floor=floor, samples=samples)
+
+
+def failure_of(motion: Motion) -> Failure | None:
+    """Why a motion did not arrive; None if it did."""
+    if motion.arrived:
+        return None
+    if not motion.solved:
+        return Failure.INFEASIBLE
+    if motion.unreachable:
+        return Failure.UNREACHABLE
+    samples = round(_FINAL_SECONDS / motion.period)
+    before, last = motion.position_error[:-samples], motion.position_error[-samples:]
+    if np.ptp(last) < _STILL:
+        return Failure.STUCK_STILL
+    if len(before) and last.min() > before.min() - _PROGRESS:
+        return Failure.STUCK_MOVING
+    return Failure.TIME_OVER
+
+
+def limit_usage(model: RobotModel, motion: Motion) -> tuple[Array, Array]:
+    """Velocities and accelerations of every sample as shares of their limits, both (k, n)."""
+    first = np.zeros(model.n) if motion.first is None else motion.first
+    accelerations = np.diff(motion.velocities, axis=0, prepend=first[None])
+    lower, upper = model.velocity_limits
+    return (
+        motion.velocities / np.where(motion.velocities < 0.0, lower, upper),
+        np.abs(accelerations) / (model.acceleration_limits * motion.period),
+    )
+
+
+def count_violations(model: RobotModel, motion: Motion) -> Violations:
+    """Samples in which a limit was passed, by kind."""
+    limits, n_base = model.limits, model.n_base
+    outside = (motion.q < limits.q_min - _ROUNDING) | (motion.q > limits.q_max + _ROUNDING)
+    velocity, acceleration = (usage > 1.0 + _ROUNDING for usage in limit_usage(model, motion))
+    kinds = {
+        "position": outside[1:].any(axis=1),
+        "velocity": velocity[:, n_base:].any(axis=1),
+        "acceleration": acceleration[:, n_base:].any(axis=1),
+        "base": (velocity | acceleration)[:, :n_base].any(axis=1),
+    }
+    over = np.array(list(kinds.values())).any(axis=0)
+    counts = {kind: int(samples.sum()) for kind, samples in kinds.items()}
+    return Violations(samples=int(over.sum()), **counts)
+
+
+def cumulative_jerk(positions: Array, period: float, after: float = 0.0) -> float:
+    """Sum of |third difference| / period² of positions (k, 3) [m], rest before them included.
+
+    What comes in the first seconds counts only if it is `after` them.
+    """
+    resting = np.repeat(positions[:1], 3, axis=0)
+    thirds = np.diff(np.vstack([resting, positions[1:]]), n=3, axis=0)
+    return float(np.linalg.norm(thirds[round(after / period) :], axis=1).sum() / period**2)
+
+
+def jerk_noise(positions: Array, period: float) -> float:
+    """What rounding alone contributes to the cumulative jerk of positions (k, 3) [m/s^2].
+
+    It is measured on a motion at constant speed between the same ends, which has no jerk after its
+    start.
+    """
+    constant = np.linspace(positions[0], positions[-1], len(positions))
+    return float(np.linalg.norm(np.diff(constant, n=3, axis=0), axis=1).sum() / period**2)

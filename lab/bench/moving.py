@@ -1,0 +1,181 @@
+"""Goals that never stop: how far the tool stays behind them.
+
+Every goal moves at a constant speed at constant height; what differs is how it turns. The tool
+points down, and its yaw stays as it is or follows the path.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+from rich.table import Table
+
+from controller import Array, PoseGoal
+from lab.bench.configuration import Configuration
+from lab.bench.evaluation import Evaluator
+from lab.bench.motion import GoalAt, run_motion
+from lab.shared import run_all
+
+PATHS = ("line", "circle 1 m", "circle 0.5 m", "sine", "random walk")
+"""Of the goals."""
+_START = np.array([1.5, -0.5, 0.7])
+"""Where the goals are at first [m]."""
+_SINE_HEADING, _SINE_PERIOD = np.deg2rad(60.0), 8.0
+"""Largest heading of the sine [rad], and its period [s]."""
+_WALK_TURN, _WALK_MEMORY = 0.4, 1.0
+"""Standard deviation of the turn rate of the random walk [rad/s], and how long it lasts [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Following:
+    """What is followed, and for how long."""
+
+    path: str
+    along: bool
+    """Whether the yaw of the tool follows the path, or stays."""
+    known: bool
+    """Whether the controller is given the velocity of the goal."""
+    speed: float = 0.3
+    """Of the goal [m/s]."""
+    seed: int = 0
+    """Of the random walk."""
+    duration: float = 45.0
+    """[s]."""
+    catching_up: float = 12.0
+    """Errors count from this time on [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Followed:
+    """How well a goal was followed, after catching up."""
+
+    robot: str
+    base_speed: float
+    path: str
+    along: bool
+    known: bool
+    error_max_mm: float
+    error_rms_mm: float
+    angle_max_deg: float
+    tilt_max_deg: float
+    """Largest angle between the tool's axis and that of the goal."""
+    limit_violations: int
+    """Samples over any limit, from the start."""
+    contact_samples: int
+    """Samples in which the arm is in contact, from the start."""
+
+
+def moving_goal(following: Following, period: float) -> GoalAt:
+    """A goal that moves, at the times of the control periods.
+
+    Args:
+        following: which goal.
+        period: control period [s].
+    """
+    times = np.asarray(np.arange(round(following.duration / period) + 1) * period, float)
+    turn = _turn_rates(following, times, period)
+    heading = np.concatenate([[0.0], np.cumsum(turn[:-1] * period)])
+    if following.path == "sine":
+        heading -= heading.mean()
+    middle = heading + 0.5 * turn * period
+    steps = following.speed * period * np.stack([np.cos(middle), np.sin(middle)], axis=1)
+    places = np.vstack([np.zeros(2), np.cumsum(steps[:-1], axis=0)])
+
+    def goal_at(time: float) -> PoseGoal:
+        k = round(time / period)
+        yaw, rate = (heading[k], turn[k]) if following.along else (0.0, 0.0)
+        c, s = np.cos(heading[k]), np.sin(heading[k])
+        twist = np.array([following.speed * c, following.speed * s, 0.0, 0.0, 0.0, rate])
+        wTe = SE3(pin.rpy.rpyToMatrix(np.pi, 0.0, yaw), _START + np.array([*places[k], 0.0]))
+        return PoseGoal(wTe=wTe, twist=twist if following.known else None)
+
+    return goal_at
+
+
+def _turn_rates(following: Following, times: Array, period: float) -> Array:
+    """How fast the direction of the goal turns at every time [rad/s]."""
+    match following.path:
+        case "line":
+            return np.zeros(len(times))
+        case "sine":
+            phase = 2.0 * np.pi * times / _SINE_PERIOD
+            turn = _SINE_HEADING * 2.0 * np.pi / _SINE_PERIOD * np.cos(phase)
+            return np.asarray(turn, float)
+        case "random walk":
+            kernel = np.exp(-0.5 * (np.arange(-3.0, 3.0, period / _WALK_MEMORY)) ** 2)
+            noise = np.random.default_rng(following.seed).normal(size=len(times) + len(kernel) - 1)
+            walk = np.convolve(noise, _WALK_TURN * kernel / np.linalg.norm(kernel), "valid")
+            return np.asarray(walk, float)
+        case circle:
+            radius = float(circle.split()[1])
+            return np.asarray(np.full(len(times), following.speed / radius), float)
+
+
+def run_following(
+    configuration: Configuration, followings: Sequence[Following], workers: int = 1
+) -> list[Followed]:
+    """Follow every one of several goals."""
+    tasks = [(configuration, following) for following in followings]
+    done = dict(run_all(_follow, tasks, workers=workers))
+    return [done[number] for number in range(len(tasks))]
+
+
+def _follow(task: tuple[Configuration, Following]) -> Followed:
+    configuration, following = task
+    model, period = configuration.model(), configuration.period
+    goal_at = moving_goal(following, period)
+    motion = run_motion(
+        configuration.controller(model),
+        model,
+        goal_at,
+        period=period,
+        limit=following.duration,
+        stop_on_arrival=False,
+    )
+    first = round(following.catching_up / period)
+    error, angle = motion.position_error[first:], motion.orientation_error[first:]
+    tilts = [
+        np.arccos(min(1.0, -model.wTe(SE3.Identity(), q).rotation[2, 2])) for q in motion.q[first:]
+    ]
+    trial = Evaluator(model)(motion)
+    return Followed(
+        robot=configuration.robot,
+        base_speed=float(model.limits.base_twist[0]),
+        path=following.path,
+        along=following.along,
+        known=following.known,
+        error_max_mm=1e3 * float(error.max()),
+        error_rms_mm=1e3 * float(np.sqrt(np.mean(error**2))),
+        angle_max_deg=float(np.rad2deg(angle.max())),
+        tilt_max_deg=float(np.rad2deg(np.max(tilts))),
+        limit_violations=trial.violations.samples,
+        contact_samples=trial.contacts.samples,
+    )
+
+
+def moving_table(rows: Sequence[Followed]) -> Table:
+    """As a table."""
+    table = Table(title="Goals that keep moving", title_justify="left")
+    for name in ("robot", "base m/s", "path", "yaw", "velocity"):
+        table.add_column(name)
+    for name in ("max mm", "rms mm", "max °", "tilt °", "over limit", "contact"):
+        table.add_column(name, justify="right")
+    for row in rows:
+        table.add_row(
+            row.robot,
+            f"{row.base_speed:.1f}",
+            row.path,
+            "along" if row.along else "fixed",
+            "given" if row.known else "estimated",
+            f"{row.error_max_mm:.1f}",
+            f"{row.error_rms_mm:.1f}",
+            f"{row.angle_max_deg:.1f}",
+            f"{row.tilt_max_deg:.1f}",
+            str(row.limit_violations),
+            str(row.contact_samples),
+        )
+    return table

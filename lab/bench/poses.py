@@ -1,0 +1,284 @@
+"""Experiment 1: four goals, one of them moving.
+
+a is straight ahead, b to the right, c behind; d is a, moving with two constant velocities and then
+standing still. The tool starts above the ready posture's ground point, pointing down.
+
+The velocity of d changes with `GOAL_ACCELERATION`, as that of a real object does. No robot with
+limited accelerations can follow a goal whose velocity jumps exactly: `jumps` shows what is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+from rich.table import Table
+
+from controller import Array, PoseGoal, RobotModel
+from lab.bench.configuration import Configuration
+from lab.bench.evaluation import Evaluator, Trial, cumulative_jerk, jerk_noise, limit_usage
+from lab.bench.motion import GoalAt, Motion, run_motion
+
+POSES = ("a", "b", "c", "d")
+PAPER_TIMES = {"a": 5.42, "b": 6.17, "c": 6.17, "d": 13.12}
+"""Time to arrive in the paper [s]."""
+
+_PLACES = {"a": (4.0, 0.0, 0.0), "b": (0.0, -4.0, -90.0), "c": (-4.0, 0.0, 180.0)}
+"""x, y [m] from where the tool starts, and heading [degrees]."""
+_LOWER = 0.25
+"""Goals are this far below the height at which the tool starts [m]."""
+_LEGS = ((6.0, (0.2, 0.2)), (12.0, (0.0, -0.2)))
+"""End [s] and velocity [m/s] of each part of the motion of d."""
+GOAL_ACCELERATION = 1.0
+"""Of the goal of d where its velocity changes [m/s^2]."""
+_SETTLED = 5.0
+"""The error of d counts from this time on [s]."""
+_START = 0.5
+"""The start from rest is over [s]."""
+_LIMIT, _LIMIT_D = 20.0, 16.0
+
+_COLUMNS = (
+    "arrived s",
+    "paper s",
+    "error mm",
+    "error °",
+    "jerk",
+    "÷ example",
+    "later",
+    "m min",
+    "m mean",
+    "speed %",
+    "accel. %",
+    "over limit",
+    "contact",
+)
+_CAPTION = (
+    "Errors of d: the largest from 5 s on. Jerk: cumulative, of the tool, from rest (m/s²), and"
+    " divided by that of the published example; later: after the first 0.5 s. Speed, accel.:"
+    " largest share of a limit."
+)
+
+
+def goal_of(
+    pose: str,
+    model: RobotModel,
+    tolerances: tuple[float, float],
+    *,
+    told: bool = False,
+    acceleration: float = GOAL_ACCELERATION,
+) -> GoalAt:
+    """The goal of a pose at any time.
+
+    Args:
+        pose: a, b, c or d.
+        model: the robot.
+        tolerances: of position [m] and orientation [rad].
+        told: whether the controller is told the velocity of the goal.
+        acceleration: of a moving goal; if infinite, its velocity jumps [m/s^2].
+    """
+    start = model.bTe(model.description.arm.ready).translation
+    x, y, heading = _PLACES["a" if pose == "d" else pose]
+    R = pin.rpy.rpyToMatrix(np.pi, 0.0, np.deg2rad(heading))
+    speed = float(model.limits.base_twist[0])
+    at_first = start + np.array([x, y, -_LOWER])
+
+    def goal_at(time: float) -> PoseGoal:
+        place, twist = at_first.copy(), np.zeros(6)
+        if pose == "d":
+            moved, twist[:2] = _moved(time, acceleration)
+            place[:2] += moved
+        return PoseGoal(
+            wTe=SE3(R, place),
+            twist=twist if told else None,
+            speed=speed,
+            position_tolerance=tolerances[0],
+            orientation_tolerance=tolerances[1],
+        )
+
+    return goal_at
+
+
+def _moved(time: float, acceleration: float) -> tuple[Array, Array]:
+    """Displacement [m] and velocity [m/s] of the goal of d, both (2,)."""
+    moved, velocity, begun = np.zeros(2), np.zeros(2), 0.0
+    for until, wanted in (*_LEGS, (np.inf, (0.0, 0.0))):
+        change = np.array(wanted) - velocity
+        changing = float(np.linalg.norm(change)) / acceleration
+        spent = min(time, until) - begun
+        part = min(spent / changing, 1.0) if changing > 0.0 else 1.0
+        moved += velocity * spent + change * (spent - 0.5 * part * changing) * part
+        velocity = velocity + part * change
+        begun = until
+        if time < until:
+            break
+    return moved, velocity
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PoseRun:
+    """The motion of one configuration to one pose."""
+
+    pose: str
+    configuration: Configuration
+    goal_at: GoalAt
+    motion: Motion
+    trial: Trial
+    manipulability: Array
+    """(k + 1,) of the arm over time."""
+    velocity_usage: Array
+    """(k, n) as shares of the limits."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseResult:
+    """The figures of one run."""
+
+    robot: str
+    preset: str
+    base_speed: float
+    reverse_speed: float
+    pose: str
+    period_s: float
+    time_s: float | None
+    """To arrive; for d, after the goal has stopped. None if it did not arrive."""
+    paper_time_s: float
+    position_error_mm: float
+    """At the end; for d the largest from 5 s on."""
+    orientation_error_deg: float
+    """At the end; for d the largest from 5 s on."""
+    jerk: float
+    """Cumulative, of the tool, from rest [m/s^2]."""
+    later_jerk: float
+    """Of that, what comes after the first 0.5 s [m/s^2]."""
+    jerk_noise: float
+    """What rounding contributes to it [m/s^2]."""
+    manipulability_min: float
+    manipulability_mean: float
+    velocity_usage_max: float
+    """Share of the limits."""
+    acceleration_usage_max: float
+    """Share of the limits."""
+    limit_violations: int
+    contact_samples: int
+
+
+def run_pose(
+    configuration: Configuration,
+    pose: str,
+    tolerances: tuple[float, float],
+    *,
+    jumps: bool = False,
+    told: bool = False,
+) -> PoseRun:
+    """Move to a pose; d goes on after the arrival.
+
+    Args:
+        configuration: robot and controller.
+        pose: a, b, c or d.
+        tolerances: of position [m] and orientation [rad].
+        jumps: whether the velocity of the goal of d jumps.
+        told: whether the controller is told that velocity.
+    """
+    model = configuration.model()
+    evaluator = Evaluator(model)
+    goal_at = goal_of(
+        pose,
+        model,
+        tolerances,
+        told=told,
+        acceleration=np.inf if jumps else GOAL_ACCELERATION,
+    )
+    moving = pose == "d"
+    motion = run_motion(
+        configuration.controller(model),
+        model,
+        goal_at,
+        period=configuration.period,
+        limit=_LIMIT_D if moving else _LIMIT,
+        stop_on_arrival=not moving,
+    )
+    return PoseRun(
+        pose=pose,
+        configuration=configuration,
+        goal_at=goal_at,
+        motion=motion,
+        trial=evaluator(motion),
+        manipulability=np.array([evaluator.manipulability(q) for q in motion.q]),
+        velocity_usage=limit_usage(model, motion)[0],
+    )
+
+
+def pose_result(run: PoseRun) -> PoseResult:
+    """The figures of a run."""
+    motion, times, goal = run.motion, run.motion.times(), run.goal_at(0.0)
+    within = (motion.position_error <= goal.position_tolerance) & (
+        motion.orientation_error <= goal.orientation_tolerance
+    )
+    counts = slice(-1, None)
+    if run.pose == "d":
+        within &= times >= _LEGS[-1][0]
+        counts = slice(round(_SETTLED / motion.period), None)
+    model = run.configuration.model()
+    return PoseResult(
+        robot=run.configuration.robot,
+        preset=run.configuration.preset,
+        base_speed=float(model.limits.base_twist[0]),
+        reverse_speed=float(model.limits.base_reverse),
+        pose=run.pose,
+        period_s=motion.period,
+        time_s=float(times[np.argmax(within)]) if within.any() else None,
+        paper_time_s=PAPER_TIMES[run.pose],
+        position_error_mm=1e3 * float(motion.position_error[counts].max()),
+        orientation_error_deg=float(np.rad2deg(motion.orientation_error[counts].max())),
+        jerk=cumulative_jerk(motion.tool, motion.period),
+        later_jerk=cumulative_jerk(motion.tool, motion.period, after=_START),
+        jerk_noise=jerk_noise(motion.tool, motion.period),
+        manipulability_min=float(run.manipulability.min()),
+        manipulability_mean=float(run.manipulability.mean()),
+        velocity_usage_max=float(run.velocity_usage.max()),
+        acceleration_usage_max=float(limit_usage(model, motion)[1].max()),
+        limit_violations=run.trial.violations.samples,
+        contact_samples=run.trial.contacts.samples,
+    )
+
+
+def poses_tables(results: Sequence[PoseResult], example: Sequence[PoseResult]) -> Iterator[Table]:
+    """One table for every configuration.
+
+    Args:
+        results: the figures.
+        example: the published example on the same poses, for the ratio of the jerks.
+    """
+    jerks = {(row.robot, row.pose): row.jerk for row in example}
+    for (robot, preset, speed, back), group in groupby(
+        results, key=lambda row: (row.robot, row.preset, row.base_speed, row.reverse_speed)
+    ):
+        title = (
+            f"Experiment 1: {robot}, {preset}, base up to {speed:.1f} m/s, {back:.2f} m/s backwards"
+        )
+        table = Table(title=title, title_justify="left", caption=_CAPTION, caption_justify="left")
+        table.add_column("pose")
+        for name in _COLUMNS:
+            table.add_column(name, justify="right")
+        for row in group:
+            table.add_row(
+                row.pose,
+                "-" if row.time_s is None else f"{row.time_s:.2f}",
+                f"{row.paper_time_s:.2f}",
+                f"{row.position_error_mm:.1f}",
+                f"{row.orientation_error_deg:.2f}",
+                f"{row.jerk:.1f}",
+                f"{row.jerk / jerks[robot, row.pose]:.2f}",
+                f"{row.later_jerk:.1f}",
+                f"{row.manipulability_min:.3f}",
+                f"{row.manipulability_mean:.3f}",
+                f"{100 * row.velocity_usage_max:.0f}",
+                f"{100 * row.acceleration_usage_max:.0f}",
+                str(row.limit_violations),
+                str(row.contact_samples),
+            )
+        yield table

@@ -1,0 +1,286 @@
+"""Experiment 2: how many of many goals are reached, how fast, and within which limits."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from functools import lru_cache, partial
+from typing import Any
+
+import numpy as np
+from pinocchio import SE3
+from rich.table import Table
+
+from controller import Array, PoseGoal
+from lab.bench.configuration import Configuration
+from lab.bench.disturbance import QUIET, Disturbance, Disturbed, draw_start
+from lab.bench.evaluation import Evaluator, Trial
+from lab.bench.motion import run_motion
+from lab.shared import run_all
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conditions:
+    """When a goal counts as reached, and when it is given up."""
+
+    limit: float = 20.0
+    """Longest time [s]."""
+    position_tolerance: float = 0.01
+    """[m]."""
+    orientation_tolerance: float = float(np.deg2rad(1.0))
+    """[rad]."""
+    patience: float = 15.0
+    """Stuck after this long without progress [s]."""
+    starts: str = "ready"
+    """How the arm starts, one of `STARTS`."""
+    disturbance: Disturbance = QUIET
+    seed: int = 0
+    """Of starts, noise and jitter, together with the number of the goal."""
+    chain: int = 1
+    """Goals that are approached one after another, without a stop between them."""
+    jitter: tuple[float, float] | None = None
+    """Shortest and longest time that a control period really lasts [s]; None is as it should."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Task:
+    configuration: Configuration
+    conditions: Conditions
+    goals: Array
+    """(N, 4, 4), one after another."""
+    number: int
+    """Of the first of them."""
+
+
+@lru_cache(maxsize=8)
+def _evaluator(configuration: Configuration) -> Evaluator:
+    return Evaluator(configuration.model())
+
+
+def _trials(task: _Task) -> list[Trial]:
+    evaluator, conditions = _evaluator(task.configuration), task.conditions
+    rng = np.random.default_rng((conditions.seed, task.number))
+    start = draw_start(evaluator.model, conditions.starts, rng)
+    controller = task.configuration.controller(evaluator.model)
+    if conditions.disturbance != QUIET:
+        controller = Disturbed(
+            controller=controller,
+            disturbance=conditions.disturbance,
+            period=task.configuration.period,
+            rng=rng,
+        )
+    jitter, clock = conditions.jitter, np.random.default_rng((conditions.seed, task.number, 1))
+    done, before = [], None
+    for pose in task.goals:
+        goal = PoseGoal(
+            wTe=SE3(pose),
+            speed=float(evaluator.model.limits.base_twist[0]),
+            position_tolerance=conditions.position_tolerance,
+            orientation_tolerance=conditions.orientation_tolerance,
+        )
+        motion = run_motion(
+            controller,
+            evaluator.model,
+            partial(_still, goal),
+            period=task.configuration.period,
+            limit=conditions.limit,
+            patience=conditions.patience,
+            start=start,
+            before=before,
+            elapsed=None if jitter is None else partial(clock.uniform, *jitter),
+        )
+        before = motion.end
+        done.append(evaluator(motion))
+    return done
+
+
+def _still(goal: PoseGoal, time: float) -> PoseGoal:
+    return goal
+
+
+def run_trials(
+    configuration: Configuration,
+    conditions: Conditions,
+    goals: Sequence[SE3],
+    *,
+    workers: int = 1,
+    cluster: str | None = None,
+) -> Iterator[tuple[int, Trial]]:
+    """One motion to every goal; yields the goal's number and the trial as they finish."""
+    chain, poses = conditions.chain, np.array([goal.homogeneous for goal in goals])
+    tasks = [
+        _Task(
+            configuration=configuration,
+            conditions=conditions,
+            goals=poses[first : first + chain],
+            number=first,
+        )
+        for first in range(0, len(poses), chain)
+    ]
+    for link, trials in run_all(_trials, tasks, workers=workers, cluster=cluster):
+        for place, trial in enumerate(trials):
+            yield link * chain + place, trial
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reach:
+    """The result of all trials of one configuration; times are of the goals that were reached."""
+
+    robot: str
+    preset: str
+    base_speed: float
+    """Limit of the base [m/s]."""
+    reverse_speed: float
+    """The same backwards [m/s]."""
+    starts: str
+    chain: int
+    jitter_s: tuple[float, float] | None
+    disturbance: dict[str, float]
+    changes: dict[str, Any]
+    """Settings that differ from the preset."""
+    period_s: float
+    time_limit_s: float
+    position_tolerance_mm: float
+    orientation_tolerance_deg: float
+    goals: int
+    failures: int
+    failures_by_reason: dict[str, int]
+    failed_goals: list[int]
+    limit_violations: int
+    """Samples over any limit."""
+    limit_violations_by_kind: dict[str, int]
+    trials_with_violations: int
+    contact_samples: int
+    """Samples in which the arm is in contact."""
+    contact_samples_by_kind: dict[str, int]
+    trials_with_contacts: list[int]
+    samples: int
+    time_median_s: float | None
+    time_mean_s: float | None
+    time_p95_s: float | None
+    time_max_s: float | None
+    theta_eps_mean_deg: float
+    """Mean |θ_ε| at the end, over all trials."""
+    manipulability_mean: float
+    """Mean of the arm's at the end, over all trials."""
+    jerk_median: float
+    """Of the tool's cumulative jerk [m/s^2]."""
+
+
+def aggregate_trials(
+    configuration: Configuration, conditions: Conditions, done: Sequence[Trial]
+) -> Reach:
+    """Count and average the trials of one configuration, in the order of their goals."""
+    times = np.array([trial.time for trial in done if trial.failure is None])
+    reasons = Counter(str(trial.failure) for trial in done if trial.failure is not None)
+
+    def statistic(function: Any, *arguments: float) -> float | None:
+        return round(float(function(times, *arguments)), 4) if len(times) else None
+
+    return Reach(
+        robot=configuration.robot,
+        preset=configuration.preset,
+        base_speed=float(configuration.model().limits.base_twist[0]),
+        reverse_speed=configuration.model().limits.base_reverse,
+        starts=conditions.starts,
+        chain=conditions.chain,
+        jitter_s=conditions.jitter,
+        disturbance=asdict(conditions.disturbance),
+        changes=dict(configuration.changes),
+        period_s=configuration.period,
+        time_limit_s=conditions.limit,
+        position_tolerance_mm=1e3 * conditions.position_tolerance,
+        orientation_tolerance_deg=float(np.rad2deg(conditions.orientation_tolerance)),
+        goals=len(done),
+        failures=reasons.total(),
+        failures_by_reason=dict(reasons),
+        failed_goals=[i for i, trial in enumerate(done) if trial.failure is not None],
+        limit_violations=sum(trial.violations.samples for trial in done),
+        limit_violations_by_kind=_summed([trial.violations for trial in done]),
+        trials_with_violations=sum(trial.violations.samples > 0 for trial in done),
+        contact_samples=sum(trial.contacts.samples for trial in done),
+        contact_samples_by_kind=_summed([trial.contacts for trial in done]),
+        trials_with_contacts=[i for i, trial in enumerate(done) if trial.contacts.samples],
+        samples=sum(round(trial.time / configuration.period) + 1 for trial in done),
+        time_median_s=statistic(np.median),
+        time_mean_s=statistic(np.mean),
+        time_p95_s=statistic(np.percentile, 95.0),
+        time_max_s=statistic(np.max),
+        theta_eps_mean_deg=float(np.rad2deg(np.mean([abs(t.heading_error) for t in done]))),
+        manipulability_mean=float(np.mean([trial.manipulability for trial in done])),
+        jerk_median=float(np.median([trial.jerk for trial in done])),
+    )
+
+
+def _summed(counts: Sequence[Any]) -> dict[str, int]:
+    total: Counter[str] = Counter()
+    for count in counts:
+        total.update(asdict(count))
+    del total["samples"]
+    return dict(total)
+
+
+SWEEPS: dict[str, tuple[tuple[tuple[str, Any], ...], ...]] = {
+    "heading": tuple((("heading_gain", gain),) for gain in (0.0, 0.1, 0.5, 1.0)),
+    "manipulability": tuple(
+        (("manipulability_of", choice),) for choice in ("none", "whole body", "arm")
+    ),
+}
+"""Changes of the settings, each one row of Table II or III of the paper."""
+
+
+def reach_table(rows: Sequence[Reach]) -> Table:
+    """As a table."""
+    table = Table(title="Experiment 2: reaching goals", title_justify="left")
+    for name in ("robot", "preset", "base m/s", "back"):
+        table.add_column(name)
+    for name in ("goals", *_COUNTS, "median s", "p95 s", "max s", "θε °", "m"):
+        table.add_column(name, justify="right")
+    for row in rows:
+        table.add_row(
+            row.robot,
+            _setting(row),
+            f"{row.base_speed:.1f}",
+            f"{row.reverse_speed:.2f}",
+            str(row.goals),
+            *(str(getattr(row, field)) for field in _COUNTS.values()),
+            *(
+                "-" if time is None else f"{time:.2f}"
+                for time in (row.time_median_s, row.time_p95_s, row.time_max_s)
+            ),
+            f"{row.theta_eps_mean_deg:.1f}",
+            f"{row.manipulability_mean:.3f}",
+        )
+    return table
+
+
+def reach_notes(rows: Sequence[Reach]) -> list[str]:
+    """A line for every row with failures, violations or contacts: which kinds, and how many."""
+    lines = []
+    for row in rows:
+        kinds = (
+            f"{number} {kind}"
+            for counted in (
+                row.failures_by_reason,
+                row.limit_violations_by_kind,
+                {f"contact with {what}": n for what, n in row.contact_samples_by_kind.items()},
+            )
+            for kind, number in counted.items()
+            if number
+        )
+        if text := ", ".join(kinds):
+            lines.append(f"{row.robot} {_setting(row)} {row.base_speed:.1f} m/s: {text}")
+    return lines
+
+
+_COUNTS = {
+    "failed": "failures",
+    "over limit": "limit_violations",
+    "contact": "contact_samples",
+}
+"""Columns of counts, and the fields that they show."""
+
+
+def _setting(row: Reach) -> str:
+    return " ".join([row.preset, *(f"{name}={value}" for name, value in row.changes.items())])

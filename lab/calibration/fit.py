@@ -1,0 +1,155 @@
+"""Least squares over poses, how sure the result is, and what it says of views it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+
+from lab.calibration.board import Array
+
+View = TypeVar("View")
+Poses = tuple[SE3, ...]
+Residuals = Callable[[Poses, Sequence[View]], Array]
+"""(N, M) residuals of poses on N views."""
+
+
+_STEPS = 60
+_GAIN = 1e-7
+"""A step that lowers the cost by a smaller share is the last."""
+_DIFFERENCE = 1e-6
+"""For slopes [m, rad]."""
+_SINGULAR = 1e10
+"""Condition of a normal matrix from which on the views do not tell all."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How far poses lie apart."""
+
+    mm: float
+    deg: float
+
+
+def difference(one: SE3, other: SE3) -> Spread:
+    """Between two poses of the same thing."""
+    apart = float(np.linalg.norm(one.translation - other.translation))
+    turned = float(np.linalg.norm(pin.log3(one.rotation.T @ other.rotation)))
+    return Spread(1e3 * apart, float(np.rad2deg(turned)))
+
+
+class Problem(Generic[View]):
+    """Poses that explain what was seen: Levenberg and Marquardt's least squares.
+
+    Args:
+        residuals: of the poses.
+        free: for each pose, which of its six freedoms (x, y, z, turns about them) are sought.
+        scale: a residual beyond this counts less.
+    """
+
+    def __init__(
+        self, residuals: Residuals[View], free: Sequence[Sequence[int]], scale: float
+    ) -> None:
+        self._residuals, self._free, self._scale = residuals, free, scale
+        self._count = sum(map(len, free))
+
+    def solve(self, start: Poses, views: Sequence[View]) -> Poses:
+        """The best poses, sought from a start."""
+        poses, damping = start, 1e-6
+        cost = self._cost(poses, views)
+        for _ in range(_STEPS):
+            normal, gradient = self._linearised(poses, views)
+            damped = normal + damping * np.diag(np.diag(normal) + 1e-12)
+            step = np.asarray(-np.linalg.lstsq(damped, gradient, rcond=None)[0], dtype=float)
+            moved = self._moved(poses, step)
+            if (lower := self._cost(moved, views)) <= cost:
+                gain, cost, poses, damping = cost - lower, lower, moved, 0.1 * damping
+                if gain <= _GAIN * cost:
+                    break
+            else:
+                damping = 10.0 * damping
+        return poses
+
+    def solve_checked(
+        self,
+        start: Callable[[Sequence[View]], Poses],
+        views: Sequence[View],
+        check: Callable[[Poses, Sequence[View]], list[Spread]],
+    ) -> tuple[Poses, list[Spread]]:
+        """The best poses; and how far off the views are that were held out of a first fit.
+
+        Args:
+            start: where the search begins, from the views that are used first.
+            views: all.
+            check: how far off views are, by poses.
+        """
+        used, held = ([views[k] for k in part] for part in split(len(views)))
+        poses = self.solve(start(used), used)
+        return self.solve(poses, views), check(poses, held)
+
+    def rms(self, poses: Poses, views: Sequence[View]) -> float:
+        """Of the residuals, each of them a point in the plane or in space."""
+        residuals = self._residuals(poses, views)
+        return float(np.sqrt((residuals**2).sum(-1).mean()))
+
+    def uncertainty(self, poses: Poses, views: Sequence[View]) -> Spread:
+        """Standard error of the first pose: the larger of two.
+
+        The jackknife, which leaves out one view at a time, knows that the errors within a view are
+        alike. The curvature of the cost knows what the views do not tell at all.
+        """
+        normal, _ = self._linearised(poses, views)
+        if np.linalg.cond(normal) > _SINGULAR:
+            return Spread(float("inf"), float("inf"))
+        others = [
+            self.solve(poses, [one for one in views if one is not left_out])[0]
+            for left_out in views
+        ]
+        first, count = poses[0], len(views)
+        shifts = [first.rotation.T @ (one.translation - first.translation) for one in others]
+        turns = [pin.log3(first.rotation.T @ one.rotation) for one in others]
+        deviations = np.column_stack([shifts, turns])
+        left_out = (count - 1) / count * ((deviations - deviations.mean(0)) ** 2).sum(0)
+        variance = 0.5 * self.rms(poses, views) ** 2
+        error = np.maximum(left_out, variance * np.diag(np.linalg.inv(normal))[:6])
+        shift, turn = np.sqrt(error[:3].sum()), np.sqrt(error[3:].sum())
+        return Spread(float(1e3 * shift), float(np.rad2deg(turn)))
+
+    def _cost(self, poses: Poses, views: Sequence[View]) -> float:
+        squares = (self._residuals(poses, views) ** 2).sum(-1) / self._scale**2
+        return float((np.sqrt(1.0 + squares) - 1.0).sum())
+
+    def _linearised(self, poses: Poses, views: Sequence[View]) -> tuple[Array, Array]:
+        """Normal matrix and gradient of the cost, in which what is far off counts less."""
+        here = self._residuals(poses, views)
+        slopes = []
+        for step in _DIFFERENCE * np.eye(self._count):
+            ahead, behind = self._moved(poses, step), self._moved(poses, -step)
+            slope = self._residuals(ahead, views) - self._residuals(behind, views)
+            slopes.append(slope / (2.0 * _DIFFERENCE))
+        weights = 1.0 / np.sqrt(1.0 + (here**2).sum(-1) / self._scale**2)
+        jacobian = np.array(slopes)
+        normal: Array = np.einsum("anm,n,bnm->ab", jacobian, weights, jacobian)
+        gradient: Array = np.einsum("anm,n,nm->a", jacobian, weights, here)
+        return normal, gradient
+
+    def _moved(self, start: Poses, x: Array) -> Poses:
+        """Poses after small motions, each in its own frame."""
+        moved, at = [], 0
+        for pose, free in zip(start, self._free, strict=True):
+            motion = np.zeros(6)
+            motion[list(free)] = x[at : at + len(free)]
+            at += len(free)
+            moved.append(pose * SE3(pin.exp3(motion[3:]), motion[:3]))
+        return tuple(moved)
+
+
+def split(count: int, share: float = 0.25, fewest: int = 3) -> tuple[list[int], list[int]]:
+    """Which views are used, and which are held out: those spread evenly among all."""
+    held = max(fewest, round(share * count))
+    out = sorted({int((k + 0.5) * count / held) for k in range(held)})
+    return [k for k in range(count) if k not in out], out

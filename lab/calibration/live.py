@@ -1,0 +1,175 @@
+"""A real arm, a real base and a real camera, to be calibrated."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+
+from pinocchio import SE3
+
+from hw import Clock, HardwareError, WallClock
+from hw.hardware import RobotLock, arm_of, base_of, camera_of, check_armed
+from hw.omron import OmronBase
+from hw.panda import PandaArm
+from hw.realsense import RealSenseCamera
+from lab.calibration.board import Array, Grey
+from robots import RealRobot, load_robot
+
+_SETTLED = 0.5
+"""After a motion, until nothing swings any more [s]."""
+_PATIENCE = 3.0
+"""For an image [s]."""
+_LOOK = 0.01
+"""[s]"""
+
+
+class Eye:
+    """The infrared images of a connected camera.
+
+    Args:
+        camera: with `infrared` on and the `emitter` off.
+        clock: that it stamps with.
+    """
+
+    def __init__(self, camera: RealSenseCamera, clock: Clock) -> None:
+        self._camera, self._clock = camera, clock
+        self._pause = threading.Event()
+
+    def image(self) -> Grey:
+        """One that is captured after this call.
+
+        Raises:
+            HardwareError: none comes.
+        """
+        asked = self._clock.now()
+        while self._clock.now() < asked + _PATIENCE:
+            image = self._camera.latest_grey()
+            if image is not None and image.stamp > asked:
+                return image.grey
+            self._pause.wait(_LOOK)
+        faults = self._camera.faults()
+        raise HardwareError(faults[0].text if faults else "the camera sends no infrared images")
+
+
+class LiveArm(Eye):
+    """A Panda that takes a camera around. Nothing looks out for obstacles.
+
+    Args:
+        arm: connected.
+        camera: connected.
+        clock: of both.
+        speed: of the fastest joint [rad/s].
+    """
+
+    def __init__(
+        self, arm: PandaArm, camera: RealSenseCamera, clock: Clock, speed: float = 0.2
+    ) -> None:
+        super().__init__(camera, clock)
+        self._arm, self._speed = arm, speed
+
+    def q(self) -> Array:
+        """As the arm tells."""
+        return self._arm.read().q
+
+    def move_to(self, q: Array) -> None:
+        """Straight in joint space.
+
+        Raises:
+            HardwareError: it does not get there.
+        """
+        self._arm.move_to([float(one) for one in q], self._speed)
+        self._pause.wait(_SETTLED)
+
+
+class LiveBase(Eye):
+    """A base that a person drives from place to place.
+
+    Its driver is connected only while the base stands and is asked where it is: a driver stops a
+    base that others move.
+
+    Args:
+        base: not connected.
+        arm: connected; it rests.
+        camera: connected.
+        clock: of all.
+        ask: asks the person for another place, and waits; False if that was the last.
+    """
+
+    def __init__(
+        self,
+        base: OmronBase,
+        arm: PandaArm,
+        camera: RealSenseCamera,
+        clock: Clock,
+        ask: Callable[[], bool],
+    ) -> None:
+        super().__init__(camera, clock)
+        self._base, self._arm, self._ask = base, arm, ask
+
+    def next_place(self) -> bool:
+        """Wait for the person."""
+        return self._ask()
+
+    def wTb(self) -> SE3:
+        """As the base tells.
+
+        Raises:
+            HardwareError: it cannot be asked.
+        """
+        self._base.connect()
+        try:
+            return self._base.read().wTb
+        finally:
+            self._base.close()
+
+    def q(self) -> Array:
+        """As the arm tells."""
+        return self._arm.read().q
+
+
+@contextmanager
+def live_arm(real: RealRobot, *, armed: bool) -> Iterator[LiveArm]:
+    """Connect the arm and the camera of a real robot.
+
+    Args:
+        real: what its file says.
+        armed: whether a person has said that it may move.
+
+    Raises:
+        UserError: nobody has, or another program commands it.
+        HardwareError: one of them cannot be reached.
+    """
+    check_armed(real, armed)
+    with _parts(real) as (arm, camera, clock):
+        yield LiveArm(arm, camera, clock)
+
+
+@contextmanager
+def live_base(real: RealRobot, ask: Callable[[], bool]) -> Iterator[LiveBase]:
+    """Connect the arm and the camera of a real robot, and ask the base when it is wanted.
+
+    Args:
+        real: what its file says.
+        ask: asks the person for another place, and waits; False if that was the last.
+
+    Raises:
+        UserError: another program commands it.
+        HardwareError: one of them cannot be reached.
+    """
+    with _parts(real) as (arm, camera, clock):
+        limits = load_robot(real.path).limits
+        yield LiveBase(base_of(real.hardware, limits, clock), arm, camera, clock, ask)
+
+
+@contextmanager
+def _parts(real: RealRobot) -> Iterator[tuple[PandaArm, RealSenseCamera, Clock]]:
+    description, clock, lock = load_robot(real.path), WallClock(), RobotLock(real.hardware)
+    with ExitStack() as parts:
+        parts.callback(lock.take().release)
+        arm = arm_of(real.hardware, clock)
+        camera = camera_of(real.hardware, description.camera, clock, for_calibration=True)
+        for part in (camera, arm):
+            part.connect()
+            parts.callback(part.close)
+        yield arm, camera, clock

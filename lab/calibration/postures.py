@@ -1,0 +1,116 @@
+"""Where the arm takes the camera: postures that show the board from many sides."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+
+from controller import RobotModel
+from lab.calibration.board import Array, Board, project
+from lab.calibration.result import CalibrationError
+from robots import RobotDescription
+
+_REACH = np.array([0.35, 0.35, 0.35, 0.35, 0.6, 0.5, 0.9])
+"""How far each joint goes from the first posture [rad]."""
+_CANDIDATES = 6000
+_DEPTHS = (0.28, 0.65)
+"""Of the board's middle before the camera [m]."""
+_STEEPEST = np.deg2rad(45.0)
+"""Between the camera's axis and the board's."""
+_MARGIN = 25.0
+"""Of the board from the edge of the image [px]."""
+_CLEARANCE = 0.12
+"""Of the finger tips above the plane of the board [m]."""
+_JOINT_MARGIN = 0.15
+"""From the ends of the joints [rad]."""
+_ROTATION = 0.5
+"""[m/rad] for how different two postures are."""
+
+
+def aTe_of(model: RobotModel, q: Array) -> SE3:
+    """The end effector on the arm's foot, for joint positions (7,) [rad]."""
+    return model.description.bTa.actInv(model.bTe(q))
+
+
+def postures(
+    description: RobotDescription,
+    model: RobotModel,
+    first: Array,
+    aTm: SE3,
+    board: Board,
+    count: int,
+    rng: np.random.Generator,
+) -> list[Array]:
+    """Joint positions (7,) [rad] that show all of the board, as different as can be.
+
+    They are near the first one, and the hand stays above the plane of the board. Nothing else is
+    known of what stands around.
+
+    Args:
+        description: of the robot; its camera's mount may be wrong by some centimetres.
+        model: of the robot.
+        first: joint positions from which the board is seen.
+        aTm: where the board is on the arm's foot, about.
+        board: that lies there.
+        count: of postures.
+        rng: for the candidates.
+
+    Raises:
+        CalibrationError: there are too few of them.
+    """
+    limits = description.limits
+    low = np.maximum(first - _REACH, limits.q_min + _JOINT_MARGIN)
+    high = np.minimum(first + _REACH, limits.q_max - _JOINT_MARGIN)
+    found, poses = [], []
+    for q in rng.uniform(low, np.maximum(high, low), (_CANDIDATES, 7)):
+        aTe = aTe_of(model, q)
+        if _shows(description, aTe, aTm, board):
+            found.append(q)
+            poses.append(aTe * description.camera.eTc)
+    if len(found) < count:
+        raise CalibrationError(
+            f"only {len(found)} postures near this one show the board: begin 0.4 m above its "
+            "middle, with the joints far from their ends"
+        )
+    return _short_way(first, [found[k] for k in _different(poses, count)])
+
+
+def _shows(description: RobotDescription, aTe: SE3, aTm: SE3, board: Board) -> bool:
+    camera = description.camera.intrinsics
+    cTm = (aTe * description.camera.eTc).actInv(aTm)
+    if not _DEPTHS[0] < cTm.act(board.centre)[2] < _DEPTHS[1]:
+        return False
+    if cTm.rotation[2, 2] < np.cos(_STEEPEST):
+        return False
+    tip = aTm.actInv(aTe * SE3(np.eye(3), np.array([0.0, 0.0, description.gripper.tip])))
+    if tip.translation[2] > -_CLEARANCE:
+        return False
+    width, height = board.size
+    outline = np.array([[0, 0, 0], [width, 0, 0], [0, height, 0], [width, height, 0]], dtype=float)
+    pixels = project(cTm, outline, camera)
+    last = np.array([camera.width, camera.height]) - _MARGIN
+    return bool(((pixels > _MARGIN) & (pixels < last)).all())
+
+
+def _different(poses: list[SE3], count: int) -> list[int]:
+    """Numbers of poses, each as far from those before as can be."""
+    turns = np.array([pin.log3(poses[0].rotation.T @ one.rotation) for one in poses])
+    features = np.column_stack([_ROTATION * turns, [one.translation for one in poses]])
+    chosen = [0]
+    distance = np.full(len(poses), np.inf)
+    while len(chosen) < count:
+        newest = features[chosen[-1]]
+        distance = np.minimum(distance, np.linalg.norm(features - newest, axis=1))
+        chosen.append(int(distance.argmax()))
+    return chosen
+
+
+def _short_way(first: Array, goals: list[Array]) -> list[Array]:
+    """The same postures, each followed by the nearest that is left."""
+    way, here, left = [], first, list(goals)
+    while left:
+        nearest = min(range(len(left)), key=lambda k: float(np.abs(left[k] - here).max()))
+        here = left.pop(nearest)
+        way.append(here)
+    return way

@@ -1,0 +1,143 @@
+"""What a calibration has found, whether that is good enough, and the file that it is written to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pinocchio import SE3
+
+from config import UserError
+from lab.calibration.fit import Spread
+
+
+class CalibrationError(UserError):
+    """There is no result, or none that is good enough."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """A result beyond one of these is refused."""
+
+    residual: float
+    """In the unit of the residual."""
+    uncertainty: Spread
+    check: Spread
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Calibration:
+    """A transform, and how good it is."""
+
+    key: str
+    """Of the robot file: where the transform belongs."""
+    what: str
+    """The transform in words."""
+    transform: SE3
+    views: int
+    held_out: int
+    """Of them, that were left out of the fit at first, and used as well in the end."""
+    residual: float
+    """Root mean square over all views."""
+    unit: str
+    """Of the residual."""
+    uncertainty: Spread
+    """Standard error of the transform."""
+    check: Spread
+    """The worst of the views that were held out, by the fit without them."""
+    from_nominal: Spread
+    """How far it is from what the robot file says."""
+    limits: Limits
+    hint: str
+    """What may be wrong when it is poor."""
+
+    def shortcomings(self) -> list[str]:
+        """Why it is not good enough; empty if it is."""
+        limits = self.limits
+        rows = (
+            ("the residual", self.residual, limits.residual, self.unit),
+            ("the uncertainty", self.uncertainty.mm, limits.uncertainty.mm, "mm"),
+            ("the uncertainty", self.uncertainty.deg, limits.uncertainty.deg, "deg"),
+            ("a held-out view is off by", self.check.mm, limits.check.mm, "mm"),
+            ("a held-out view is off by", self.check.deg, limits.check.deg, "deg"),
+        )
+        return [
+            f"{name} {value:.2f} {unit} (allowed: {limit:g})"
+            for name, value, limit, unit in rows
+            if not value <= limit  # NaN is no good either
+        ]
+
+    def require_good(self) -> None:
+        """Accept it or not.
+
+        Raises:
+            CalibrationError: it is poor; nothing should be written.
+        """
+        if poor := self.shortcomings():
+            raise CalibrationError(f"refused: {', '.join(poor)}; {self.hint}")
+
+    def lines(self) -> list[str]:
+        """It in words."""
+        x, y, z = 1e3 * self.transform.translation
+        moved = self.from_nominal
+        return [
+            f"{self.what}: {x:.2f}, {y:.2f}, {z:.2f} mm; "
+            f"{moved.mm:.2f} mm and {moved.deg:.3f} deg from the robot file",
+            f"{self.views} views, residual {self.residual:.3f} {self.unit} rms, "
+            f"uncertainty {self.uncertainty.mm:.2f} mm and {self.uncertainty.deg:.3f} deg",
+            f"{self.held_out} held-out views, the worst off by "
+            f"{self.check.mm:.2f} mm and {self.check.deg:.3f} deg",
+        ]
+
+    def yaml(self, command: str) -> str:
+        """The file: the transform as the robot file takes it, and how good it is."""
+        rows = [", ".join(f"{value:.9f}" for value in row) for row in self.transform.rotation]
+        xyz = ", ".join(f"{value:.6f}" for value in self.transform.translation)
+        sure, check = self.uncertainty, self.check
+        return "\n".join(
+            (
+                f"# {self.what}, by `{command}`.",
+                f"{self.key}:",
+                f"  xyz: [{xyz}]",
+                "  rotation:",
+                *(f"    - [{row}]" for row in rows),
+                "quality:",
+                f"  views: {self.views}",
+                f"  residual: {self.residual:.4f}  # {self.unit}, rms",
+                f"  uncertainty: {{mm: {sure.mm:.3f}, deg: {sure.deg:.4f}}}",
+                f"  held_out: {{views: {self.held_out}, mm: {check.mm:.3f}, deg: {check.deg:.4f}}}",
+                "",
+            )
+        )
+
+    def write(self, path: Path, command: str) -> None:
+        """Write the file.
+
+        Raises:
+            CalibrationError: that cannot be done.
+        """
+        try:
+            path.write_text(self.yaml(command), encoding="utf-8")
+        except OSError as error:
+            raise CalibrationError(f"{path}: {error.strerror}") from error
+
+
+def require_views(found: int, asked: int, fewest: int) -> None:
+    """Refuse too few views.
+
+    Raises:
+        CalibrationError: there are too few.
+    """
+    if found < fewest:
+        raise CalibrationError(
+            f"refused: the board was found in {found} of {asked} images, {fewest} are needed; look "
+            "at the light, at what hides the board, and whether the projector is off"
+        )
+
+
+def worst(spreads: list[Spread]) -> Spread:
+    """The largest of each."""
+    return Spread(
+        float(np.max([one.mm for one in spreads])), float(np.max([one.deg for one in spreads]))
+    )

@@ -1,0 +1,190 @@
+"""What is calibrated: an arm with a camera, a base with both; simulated here, real in `live`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+import pinocchio as pin
+from pinocchio import SE3
+from scipy.optimize import least_squares
+
+from controller import RobotModel
+from lab.calibration.board import Array, Board, Grey
+from lab.calibration.postures import aTe_of
+from lab.calibration.rendering import Look, render
+from robots import RobotDescription
+
+
+class ArmRig(Protocol):
+    """An arm that takes a camera around."""
+
+    def q(self) -> Array:
+        """(7,) measured joint positions [rad]."""
+
+    def move_to(self, q: Array) -> None:
+        """Take the arm to joint positions (7,) [rad], and wait until it rests."""
+
+    def image(self) -> Grey:
+        """(H, W) image of this moment."""
+
+
+class BaseRig(Protocol):
+    """A base that is taken from place to place, with an arm that rests."""
+
+    def next_place(self) -> bool:
+        """Wait until the base stands at another place; False if there is none left."""
+
+    def wTb(self) -> SE3:
+        """The base in its map."""
+
+    def q(self) -> Array:
+        """(7,) measured joint positions [rad]."""
+
+    def image(self) -> Grey:
+        """(H, W) image of this moment."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Noise:
+    """What is wrong with the measurements of a simulated rig."""
+
+    look: Look = field(default_factory=Look)
+    joints: float = 1e-4
+    """Standard deviation of a joint position [rad]."""
+    place: float = 5e-4
+    """Standard deviation of the base's place along x and along y [m]."""
+    heading: float = np.deg2rad(0.03)
+    """Standard deviation of the base's heading [rad]."""
+
+
+class SimulatedArm:
+    """A board lies below the camera; the camera is not quite where the robot file has it.
+
+    Args:
+        description: of the robot, nominal.
+        board: that is seen.
+        noise: of images and joints.
+        rng: for noise, board and camera's mount.
+        offset: standard deviations of the true mount from the nominal one [m, rad].
+    """
+
+    def __init__(
+        self,
+        description: RobotDescription,
+        board: Board,
+        noise: Noise,
+        rng: np.random.Generator,
+        offset: tuple[float, float] = (0.01, 0.03),
+    ) -> None:
+        self._board, self._noise, self._rng = board, noise, rng
+        self._camera = description.camera.intrinsics
+        self._model = RobotModel(description)
+        self.eTc = _beside(description.camera.eTc, offset, rng)
+        """The truth."""
+        self._q = description.arm.ready.copy()
+        turn = pin.utils.rotate("z", rng.uniform(-np.pi, np.pi)) @ pin.utils.rotate("x", 0.05)
+        cTm = SE3(turn, np.array([0.0, 0.0, rng.uniform(0.38, 0.45)]) - turn @ board.centre)
+        self.aTm = aTe_of(self._model, self._q) * self.eTc * cTm
+        """Where the board is on the arm's foot."""
+
+    def q(self) -> Array:
+        """The joint positions, with noise."""
+        noisy: Array = self._q + self._noise.joints * self._rng.standard_normal(7)
+        return noisy
+
+    def move_to(self, q: Array) -> None:
+        """At once."""
+        self._q = q.copy()
+
+    def image(self) -> Grey:
+        """Drawn, with noise and blur."""
+        cTm = (aTe_of(self._model, self._q) * self.eTc).actInv(self.aTm)
+        return render(self._board, cTm, self._camera, self._noise.look, self._rng)
+
+
+class SimulatedBase:
+    """A board lies on the floor; the arm's foot is not quite where the robot file has it.
+
+    Args:
+        description: of the robot, nominal; its camera's mount is right.
+        board: that is seen.
+        noise: of images, joints and base.
+        rng: for noise, places and the foot of the arm.
+        places: at which the base stands.
+        height: of the camera above the floor [m].
+    """
+
+    def __init__(
+        self,
+        description: RobotDescription,
+        board: Board,
+        noise: Noise,
+        rng: np.random.Generator,
+        places: int,
+        height: float = 0.38,
+    ) -> None:
+        self._description, self._board = description, board
+        self._noise, self._rng = noise, rng
+        self._left = places
+        self._model = RobotModel(description)
+        self.bTa = _beside(description.bTa, (0.01, 0.02), rng)
+        """The truth."""
+        self._q = _looking_down(description, self._model, height)
+        self._wTb = SE3.Identity()
+
+    def next_place(self) -> bool:
+        """Somewhere around the board, which stays in the middle of the map."""
+        if self._left == 0:
+            return False
+        self._left -= 1
+        rng, camera = self._rng, self._description.camera
+        seen = camera.intrinsics
+        u, v = rng.uniform(0.2, 0.8, 2) * (seen.width, seen.height)
+        bTc = self._model.bTe(self._q) * camera.eTc
+        ray = bTc.rotation @ [(u - seen.cx) / seen.fx, (v - seen.cy) / seen.fy, 1.0]
+        centre = bTc.translation[:2] - bTc.translation[2] / ray[2] * ray[:2]
+        turn = pin.utils.rotate("z", rng.uniform(-np.pi, np.pi))
+        self._wTb = SE3(turn, -turn @ np.array([*centre, 0.0]))
+        return True
+
+    def wTb(self) -> SE3:
+        """The place of the base, with noise."""
+        noise, rng = self._noise, self._rng
+        shift = np.array([*rng.normal(0.0, noise.place, 2), 0.0])
+        turn = pin.utils.rotate("z", rng.normal(0.0, noise.heading))
+        return SE3(self._wTb.rotation @ turn, self._wTb.translation + shift)
+
+    def q(self) -> Array:
+        """The joint positions, with noise."""
+        noisy: Array = self._q + self._noise.joints * self._rng.standard_normal(7)
+        return noisy
+
+    def image(self) -> Grey:
+        """Drawn, with noise and blur."""
+        description = self._description
+        face_up = pin.utils.rotate("x", np.pi)
+        wTm = SE3(face_up, -face_up @ self._board.centre)
+        wTc = self._wTb * self.bTa * aTe_of(self._model, self._q) * description.camera.eTc
+        camera = description.camera.intrinsics
+        return render(self._board, wTc.actInv(wTm), camera, self._noise.look, self._rng)
+
+
+def _beside(pose: SE3, offset: tuple[float, float], rng: np.random.Generator) -> SE3:
+    moved = SE3(pin.exp3(rng.normal(0.0, offset[1], 3)), rng.normal(0.0, offset[0], 3))
+    return pose * moved
+
+
+def _looking_down(description: RobotDescription, model: RobotModel, height: float) -> Array:
+    """(7,) joint positions that hold the camera at a height over the floor before the base [m]."""
+    limits, ready, eTc = description.limits, description.arm.ready, description.camera.eTc
+    rotation = (model.bTe(ready) * eTc).rotation
+    goal = SE3(rotation, np.array([description.base.size[0] / 2.0 + 0.2, 0.0, height]))
+
+    def miss(q: Array) -> Array:
+        apart = goal.actInv(model.bTe(q) * eTc)
+        return np.array([*apart.translation, *pin.log3(apart.rotation)])
+
+    found: Array = least_squares(miss, ready, bounds=(limits.q_min, limits.q_max)).x
+    return found

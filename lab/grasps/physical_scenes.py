@@ -1,0 +1,221 @@
+"""Scenes for the judge by physics: objects that were dropped and have come to rest.
+
+A third of the scenes are of shapes made of primitives, a third of bodies with curved and hollow
+surfaces, a third of the same bodies drawn out and heavy: grasps of those fail most. No network is
+trained on any of them. A folder of meshes replaces them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from pinocchio import SE3, Quaternion
+
+from behaviours import Region
+from config import ConfigError
+from hw import DepthFrame
+from hw.sim import MODELLED, RANDOM_BODIES, Objects, SimObject, World
+from hw.sim.physics import FloatingHand
+from lab.grasps.scenes import (
+    EVALUATION_SEED,
+    FLOOR,
+    HELDOUT_CLASSES,
+    OBJECT_WIDTHS,
+    ROBOT,
+    TRAINING_CLASSES,
+    noisy_frame,
+    random_view,
+    world_with,
+)
+from perception import WALL_MARGIN
+from robots import Array, Box, Capsule, Cylinder, Geom, Hull, Sphere, hull_of
+
+GROUPS = {"shapes": HELDOUT_CLASSES, "modelled": tuple(MODELLED), "large": tuple(MODELLED)}
+"""The classes of objects; in a bin only two are large."""
+PARKED = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, FLOOR + 1.5]))
+"""Where the hand is while the camera looks; it is not in the image."""
+
+_CLASSES = {
+    **GROUPS,
+    "heavy": HELDOUT_CLASSES,
+    "trained": TRAINING_CLASSES,
+    "trained, drawn out": TRAINING_CLASSES,
+    "bodies": tuple(RANDOM_BODIES),
+    "bodies, drawn out": tuple(RANDOM_BODIES),
+    "trained, as they are": TRAINING_CLASSES,
+    "bodies, as they are": tuple(RANDOM_BODIES),
+}
+_HEAVIER = ("trained", "heavy")  # the groups whose masses are those of large objects
+_VARIED = ("trained, drawn out", "bodies", "bodies, drawn out")  # most are drawn out, all heavier
+_VARIED_LARGE = 0.7  # share of them that are drawn out
+_LONG = (0.18, 0.30)  # range of the length of large objects [m]
+_HEAVY = (0.1, 0.8)  # and of their mass [kg]
+_CLEARANCE = 0.01  # of a dropped object above what is below it [m]
+_FALLING, _RESTING = 3.0, 0.3  # for objects to come to rest at most, and to do so again [s]
+_TRIES = 50  # at a scene
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Dropped:
+    """Objects at rest, and where to grasp."""
+
+    group: str
+    """One of `GROUPS`, or `meshes`."""
+    world: World
+    region: Region
+
+    def hand(self) -> tuple[FloatingHand, World]:
+        """A hand in a world of copies of these objects, so that these stay where they are."""
+        objects = [replace(obj) for obj in self.world.objects]
+        world = World(self.world.fixtures, objects, surfaces=self.world.surfaces)
+        return at_rest(world), world
+
+
+def dropped(
+    seed: int, count: int, meshes: Sequence[Path] = (), group: str | None = None
+) -> Dropped:
+    """The scene of a seed: objects fallen in any orientation, all of them within the walls.
+
+    Args:
+        seed: of the scene.
+        count: of the objects.
+        meshes: files to take objects from, instead of `GROUPS`.
+        group: of the objects; None takes the next of `GROUPS`.
+
+    Raises:
+        SceneError: a mesh cannot be read.
+    """
+    if group is None:
+        group = "meshes" if meshes else tuple(GROUPS)[seed % len(GROUPS)]
+    for attempt in range(_TRIES):
+        rng = np.random.default_rng((EVALUATION_SEED, 2, seed, count, attempt))
+        world, region = world_with(_objects(group, count, meshes, seed, rng), rng)
+        if group in _VARIED:
+            varied = [_varied(obj, rng) for obj in world.objects]
+            world = World(world.fixtures, varied, surfaces=world.surfaces)
+        if group == "large":
+            large = [_drawn_out(obj, rng) for obj in world.objects[:2]]
+            world = World(world.fixtures, [*large, *world.objects[2:]])
+        if group in _HEAVIER:
+            heavier = [_heavier(obj, rng) for obj in world.objects]
+            world = World(world.fixtures, heavier, surfaces=world.surfaces)
+        _hang(world.objects, region, rng)
+        hand = FloatingHand(ROBOT, world, PARKED)
+        if hand.settle(_FALLING) and all(is_inside(obj, region) for obj in world.objects):
+            return Dropped(group=group, world=world, region=region)
+    raise ConfigError(f"the objects of scene {seed} come to rest nowhere within the walls")
+
+
+def is_inside(obj: SimObject, region: Region) -> bool:
+    """Whether a hand can be asked to grasp an object there."""
+    where = obj.pose.translation
+    room = np.array([WALL_MARGIN + 0.012, WALL_MARGIN + 0.012, 0.0])
+    return bool(region.contains(np.array([where + side * room for side in (-1.0, 1.0)])).all())
+
+
+def look(world: World, rng: np.random.Generator) -> DepthFrame:
+    """A noisy frame from a random view of the objects."""
+    view = random_view(world, rng)
+    return noisy_frame(world.shapes(), view.wTc, view.noise, rng)
+
+
+def at_rest(world: World) -> FloatingHand:
+    """A hand, parked, in a world whose objects lie."""
+    hand = FloatingHand(ROBOT, world, PARKED)
+    hand.settle(_RESTING)
+    return hand
+
+
+def _objects(
+    group: str, count: int, meshes: Sequence[Path], seed: int, rng: np.random.Generator
+) -> Objects:
+    if not meshes:
+        return Objects(count=count, kinds=_CLASSES[group], width_mm=OBJECT_WIDTHS)
+    # In single scenes every mesh has its turn.
+    turns = [meshes[seed % len(meshes)]]
+    if count > 1:
+        turns = [meshes[number] for number in rng.integers(0, len(meshes), count)]
+    return Objects.model_validate({"items": [{"mesh": str(path)} for path in turns]})
+
+
+def _varied(obj: SimObject, rng: np.random.Generator) -> SimObject:
+    return _drawn_out(obj, rng) if rng.random() < _VARIED_LARGE else _heavier(obj, rng)
+
+
+def _heavier(obj: SimObject, rng: np.random.Generator) -> SimObject:
+    """The object, its mass drawn anew."""
+    return replace(obj, mass=float(rng.uniform(*_HEAVY)))
+
+
+def _drawn_out(obj: SimObject, rng: np.random.Generator) -> SimObject:
+    """The object, its longest side drawn out, and its mass drawn anew."""
+    parts = [(part, _corners(part)) for part in obj.parts]
+    corners = np.concatenate([of_part for _, of_part in parts])
+    extent = np.ptp(corners, axis=0)
+    stretch = np.ones(3)
+    longest = int(extent.argmax())
+    stretch[longest] = max(1.0, rng.uniform(*_LONG) / extent[longest])
+    return replace(
+        obj,
+        parts=tuple(hull_of(of * stretch, part.name, part.colour) for part, of in parts),
+        mass=float(rng.uniform(*_HEAVY)),
+    )
+
+
+def _corners(part: Geom) -> Array:
+    """(N, 3) points whose hull is a part, what is round as polygons; in its object's frame [m]."""
+    shape = part.shape
+    if isinstance(shape, Hull):
+        corners = shape.vertices
+    elif isinstance(shape, Box):
+        corners = _CUBE * np.array(shape.half)
+    elif isinstance(shape, Sphere):
+        corners = _BALL * shape.radius
+    elif isinstance(shape, Cylinder):
+        angle = np.arange(_SIDES) * (2.0 * np.pi / _SIDES)
+        ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * shape.radius
+        ends = (-shape.half_length, shape.half_length)
+        corners = np.concatenate([np.insert(ring, 2, z, axis=1) for z in ends])
+    else:
+        assert isinstance(shape, Capsule)
+        end = np.array([0.0, 0.0, shape.half_length])
+        corners = np.concatenate([_BALL * shape.radius + side * end for side in (1.0, -1.0)])
+    placed: Array = corners @ part.pose.rotation.T + part.pose.translation
+    return placed
+
+
+def _on_a_ball(count: int) -> Array:
+    """(N, 3) points spread evenly over the unit ball's surface, along a spiral."""
+    at = np.arange(count) + 0.5
+    polar, azimuth = np.arccos(1.0 - 2.0 * at / count), np.pi * (1.0 + np.sqrt(5.0)) * at
+    return np.stack(
+        [np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar), np.cos(polar)], axis=1
+    )
+
+
+_CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+_BALL, _SIDES = _on_a_ball(60), 20
+
+
+def _hang(objects: Sequence[SimObject], region: Region, rng: np.random.Generator) -> None:
+    """Every object above the one before, turned by chance, over the middle of the region."""
+    height = FLOOR
+    for obj in objects:
+        turn = _random_turn(rng)
+        spread = np.maximum(region.size[:2] / 2.0 - obj.radius - 0.03, 0.0)
+        xy = region.wTr.translation[:2] + rng.uniform(-spread, spread)
+        obj.pose = SE3(turn, np.zeros(3))
+        low = obj.reach(np.array([0.0, 0.0, -1.0]))
+        high = obj.reach(np.array([0.0, 0.0, 1.0]))
+        obj.pose = SE3(turn, np.array([*xy, height + _CLEARANCE + low]))
+        height += _CLEARANCE + low + high
+
+
+def _random_turn(rng: np.random.Generator) -> Array:
+    """(3, 3) any rotation is as likely as any other."""
+    x, y, z, w = rng.standard_normal(4)
+    turn: Array = Quaternion(w, x, y, z).normalized().toRotationMatrix()
+    return turn

@@ -1,0 +1,129 @@
+"""`frankie-task calibrate`: what it tells, writes and refuses."""
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from app.commands import app
+from config import ConfigError
+from hw.realsense import missing
+from lab.calibration import Board, find_corners
+from robots import load_robot
+from robots.schema_geometry import PoseFile
+
+SITE = """
+robot: frankie
+hardware:
+  base: {driver: omron, address: 127.9.9.9, user: me}
+  arm: {driver: panda, address: 127.9.9.9}
+  gripper: {driver: franka_hand}
+  camera: {driver: realsense}
+"""
+
+
+@pytest.fixture
+def site(tmp_path):
+    path = tmp_path / "site.yaml"
+    path.write_text(SITE)
+    return path
+
+
+def call(*arguments: str):
+    result = CliRunner().invoke(app, ["calibrate", *arguments])
+    return result.exit_code, result.stdout, result.stderr
+
+
+@pytest.mark.parametrize(
+    ("command", "key"), [("hand-eye", "camera_mount"), ("base-arm", "arm_mount")]
+)
+def test_a_simulated_calibration_is_written_as_the_robot_file_takes_it(tmp_path, command, key):
+    out = tmp_path / "found.yaml"
+    code, said, _ = call(command, "--simulate", "--views", "16", "--out", str(out))
+    assert code == 0
+    assert "wrong by 0." in said
+    assert f"{out} written" in said
+    file = yaml.safe_load(out.read_text())
+    frankie = load_robot("frankie")
+    nominal = frankie.camera.eTc if key == "camera_mount" else frankie.bTa
+    pose = PoseFile(**file[key]).pose()
+    assert np.linalg.norm(pose.translation - nominal.translation) < 0.05
+    assert file["quality"]["views"] == 16
+    assert file["quality"]["uncertainty"]["mm"] < 3.0
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path):
+    out = tmp_path / "nowhere" / "found.yaml"
+    code, _, error = call("base-arm", "--simulate", "--views", "16", "--out", str(out))
+    assert (code, f"{out}: No such file" in error) == (2, True)
+
+
+def test_the_printed_board_is_the_one_that_is_looked_for(tmp_path):
+    out = tmp_path / "board.png"
+    code, said, _ = call("board", str(out), "--columns", "6", "--rows", "4", "--square", "30")
+    assert code == 0
+    assert "180 x 120 mm at 300 dpi" in said
+    picture = cv2.imread(str(out), cv2.IMREAD_GRAYSCALE)
+    small = cv2.resize(picture, None, fx=0.2, fy=0.2, interpolation=cv2.INTER_AREA)
+    seen = find_corners(np.pad(small, 40, constant_values=255), Board(6, 4, 0.03, 0.0225))
+    assert len(seen.image) == 15
+    assert call("board", str(tmp_path / "no" / "board.png"))[0] == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        (("hand-eye",), "`frankie` is a description"),
+        (("hand-eye", "--robot", "FILE"), "--arm-the-robot"),
+        (("hand-eye", "--simulate", "--robot", "frankee"), "did you mean `frankie`"),
+    ],
+)
+def test_what_is_missing_is_said_in_a_line(site, arguments, why):
+    told = [str(site) if one == "FILE" else one for one in arguments]
+    code, _, error = call(*told)
+    assert (code, why in error, len(error.splitlines())) == (2, True, 1)
+
+
+@pytest.mark.skipif(not missing(), reason="without the driver of the camera")
+def test_a_missing_driver_is_a_hardware_fault_in_a_line(site):
+    code, _, error = call("hand-eye", "--robot", str(site), "--arm-the-robot")
+    assert (code, len(error.splitlines())) == (3, 1)
+    assert missing() in error
+
+
+@pytest.mark.skipif(bool(missing()), reason=missing())
+@pytest.mark.parametrize("command", ["hand-eye", "base-arm"])
+def test_a_robot_that_cannot_be_reached_is_a_hardware_fault_in_a_line(site, command):
+    arming = ["--arm-the-robot"] if command == "hand-eye" else []
+    code, _, error = call(command, "--robot", str(site), *arming)
+    assert (code, len(error.splitlines())) == (3, 1)
+    assert "no camera is plugged in" in error
+
+
+def test_a_robot_file_takes_the_file_of_a_calibration(site, tmp_path):
+    out = tmp_path / "hand_eye.yaml"
+    call("hand-eye", "--simulate", "--views", "16", "--out", str(out))
+    text = site.read_text()
+    site.write_text(text + "camera_mount: hand_eye.yaml\n")
+    pose = PoseFile(**yaml.safe_load(out.read_text())["camera_mount"]).pose()
+    assert load_robot(site).camera.eTc.isApprox(pose)
+    site.write_text(text + "arm_mount: hand_eye.yaml\n")
+    with pytest.raises(ConfigError, match="has no `arm_mount`; it is of another calibration"):
+        load_robot(site)
+    site.write_text(text + "camera_mount: hand_ey.yaml\n")
+    with pytest.raises(ConfigError, match=r"there is no file .*hand_ey\.yaml"):
+        load_robot(site)
+    out.write_text(out.read_text().replace("quality", "qualty"))
+    site.write_text(text + "camera_mount: hand_eye.yaml\n")
+    with pytest.raises(ConfigError, match=r"hand_eye\.yaml:"):
+        load_robot(site)
+
+
+def test_a_pose_in_a_robot_file_is_checked_where_it_stands(site):
+    text = site.read_text()
+    site.write_text(text + "camera_mount: {xyz: [0.05, 0.0, -0.09], rpy_deg: [0, 0, 91]}\n")
+    assert load_robot(site).camera.eTc.translation[2] == -0.09
+    site.write_text(text + "camera_mount: {xyz: [0.05, 0.0, much]}\n")
+    with pytest.raises(ConfigError, match=r"site\.yaml:8:33: camera_mount\.xyz"):
+        load_robot(site)

@@ -1,0 +1,120 @@
+"""Rendered training data: labels from exact geometry, the same for the same seed."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pinocchio import SE3, exp3
+
+from hw.sim import D435Noise, SimObject, World
+from lab.grasps.scenes import (
+    FLOOR,
+    HELDOUT_CLASSES,
+    TRAINING_CLASSES,
+    View,
+    random_view,
+    random_world,
+)
+from lab.grasps.training_data import (
+    label_world,
+    render_sample,
+    samples_of,
+    shard_count,
+    shard_path,
+    write_shards,
+)
+from perception.network_io import ANGLE_BINS, GRID_SIZE
+from perception.preprocess import METRES_PER_PIXEL
+from perception.samples import Sample, Shard
+from robots import Box, Geom
+
+PERFECT = D435Noise(disparity_noise=0.0, edge_loss=0.0, speckle=0.0, disparity_step=1e-4)
+
+
+def world_with_a_box(yaw: float) -> World:
+    """A box of 120 x 40 x 50 mm on a stand, and a wall of 6 x 300 x 50 mm beside it."""
+    box = SimObject(
+        name="box 1",
+        parts=(Geom(Box((0.06, 0.02, 0.025)), SE3.Identity()),),
+        mass=0.2,
+        pose=SE3(exp3(np.array([0.0, 0.0, yaw])), np.array([0.0, 0.0, FLOOR + 0.025])),
+    )
+    stand = Geom(Box((0.4, 0.4, 0.1)), SE3(np.eye(3), np.array([0.0, 0.0, FLOOR - 0.1])), "stand")
+    wall = Geom(
+        Box((0.003, 0.15, 0.025)), SE3(np.eye(3), np.array([0.15, 0.0, FLOOR + 0.025])), "wall"
+    )
+    return World([stand, wall], [box])
+
+
+def seen(yaw: float, camera_yaw: float, tilt: float = 0.0) -> Sample:
+    world = world_with_a_box(yaw)
+    lean = exp3(np.array([0.0, tilt, 0.0]))
+    rotation = lean @ exp3(np.array([0.0, 0.0, camera_yaw])) @ np.diag([1.0, -1.0, -1.0])
+    place = np.array([0.45 * np.tan(tilt), 0.0, FLOOR + 0.45])
+    view = View(wTc=SE3(rotation, place), height=0.45, tilt=tilt, noise_level=0.0, noise=PERFECT)
+    return render_sample(world, label_world(world), view, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize(
+    ("yaw", "camera_yaw", "tilt"),
+    [(0.0, 0.0, 0.0), (0.6, 0.0, 0.0), (0.6, 0.9, 0.0), (-0.8, 2.5, 0.0), (0.6, 0.9, 0.2)],
+)
+def test_labels_of_a_box_are_across_it_and_as_wide(
+    yaw: float, camera_yaw: float, tilt: float
+) -> None:
+    labels = seen(yaw, camera_yaw, tilt).labels
+    good = labels.quality.max(axis=1) > 0.5
+    assert good.sum() > 50
+    best = labels.quality[good].argmax(axis=1)
+    # Seen from above with z downwards, the image's anticlockwise is the world's.
+    turn = best * np.pi / ANGLE_BINS - (yaw + np.pi / 2 - camera_yaw)
+    turn = (turn + np.pi / 2) % np.pi - np.pi / 2
+    assert np.mean(np.abs(turn) < np.deg2rad(15)) > 0.95
+    shown = 0.04 / METRES_PER_PIXEL * 0.45 / 0.40
+    assert np.median(labels.width[good, best]) == pytest.approx(shown, rel=0.1)
+
+
+def test_a_wall_is_never_labelled() -> None:
+    labels = seen(0.0, 0.0).labels
+    rows, columns = np.divmod(labels.cell.astype(int), GRID_SIZE)
+    assert len(rows) == pytest.approx(
+        0.12 * 0.04 / (3 * METRES_PER_PIXEL * 0.4 / 0.45) ** 2, rel=0.15
+    )
+    assert columns.max() < 78
+
+
+def test_samples_depend_only_on_seed_and_number() -> None:
+    a, b, other = samples_of(5, 1), samples_of(5, 1), samples_of(5, 2)
+    assert np.array_equal(a[2].image, b[2].image)
+    assert np.array_equal(a[2].labels.quality, b[2].labels.quality)
+    assert not np.array_equal(a[0].image, other[0].image)
+
+
+def test_no_class_is_both_in_training_and_evaluation() -> None:
+    assert not set(TRAINING_CLASSES) & set(HELDOUT_CLASSES)
+    assert len(TRAINING_CLASSES) >= 30
+    assert len(HELDOUT_CLASSES) >= 12
+
+
+def test_objects_lie_in_the_region_and_the_camera_sees_one() -> None:
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        world, region = random_world(rng, HELDOUT_CLASSES, 4)
+        centres = np.array([o.pose.translation for o in world.objects])
+        assert region.contains(centres).all()
+        view = random_view(world, rng, steep=seed % 2 == 1)
+        local = (centres - view.wTc.translation) @ view.wTc.rotation
+        assert (np.hypot(local[:, 0], local[:, 1]) / local[:, 2]).min() < 0.5
+
+
+@pytest.mark.slow
+def test_shards_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:
+    alone = list(write_shards(tmp_path / "a", 2, 0, 1))
+    together = list(write_shards(tmp_path / "b", 2, 0, 2))
+    for one, other in zip(alone, together, strict=True):
+        a, b = Shard.load(one), Shard.load(other)
+        assert np.array_equal(a.image, b.image)
+        assert np.array_equal(a.quality, b.quality)
+    assert list(write_shards(tmp_path / "a", 2, 0, 1)) == []
+    assert shard_count(257) == 2
+    assert shard_path(tmp_path / "a", 0, 1).is_file()

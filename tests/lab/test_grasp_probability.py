@@ -1,0 +1,142 @@
+"""How likely a grasp holds: outcomes to learn from, the fit, and how well it tells."""
+
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from typer.testing import CliRunner
+
+from app.commands import app
+from config import ConfigError
+from lab.grasps import outcomes
+from lab.grasps.outcomes import Outcomes, read_outcomes
+from lab.grasps.probability import auc, calibration_error, told_the_mass
+from perception import NUMBERS, GraspPatches
+from perception.grasp_patches import FAR_SHAPE, NEAR_SHAPE
+from perception.networks import FitSettings, fit_hold, load_hold, probability_by
+from robots import load_robot
+
+RUN = CliRunner()
+GRIPPER = load_robot("frankie").gripper
+
+
+def collect(folder: Path, scenes: int) -> None:
+    arguments = ["grasp", "outcomes", str(folder), "--scenes", str(scenes), "--workers", "1"]
+    told = RUN.invoke(app, arguments)
+    assert told.exit_code == 0, told.output
+
+
+def test_a_collection_is_the_same_again_and_goes_on_where_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("mujoco", reason="needs the extra `physics`")
+    monkeypatch.setattr(outcomes, "SCENES", 1)
+    monkeypatch.setattr(outcomes, "_GRASPS", 2)
+    # A bin that shows grasps from both views.
+    monkeypatch.setitem(outcomes.SETS, "trained", (200_002, outcomes.SETS["trained"][1]))
+    once, interrupted = tmp_path / "once", tmp_path / "interrupted"
+    collect(once, 2)
+    collect(interrupted, 1)
+    first = next(interrupted.iterdir())
+    written = first.stat().st_mtime_ns
+    collect(interrupted, 2)
+    assert first.stat().st_mtime_ns == written
+    one, other = (read_outcomes(folder, "trained") for folder in (once, interrupted))
+    assert list(one.objects) == [1, 1, 6, 6, 6, 6]
+    for field in ("good", "scene", "mass"):
+        assert np.array_equal(getattr(one, field), getattr(other, field))
+    for f in fields(GraspPatches):
+        assert np.array_equal(getattr(one.patches, f.name), getattr(other.patches, f.name))
+
+
+def drawn(count: int) -> Outcomes:
+    """Grasps on a plain that hold unless something stands high at one of their far ends."""
+    rng = np.random.default_rng(1)
+    far = np.zeros((count, *FAR_SHAPE), dtype=np.float16)
+    blocked = rng.random(count) < 0.4
+    for number in np.flatnonzero(blocked):
+        column = int(rng.choice((2, 27)))
+        far[number, 10:22, column : column + 3] = 0.08
+    numbers = rng.uniform(0.02, 0.05, (count, len(NUMBERS))).astype(np.float32)
+    empty = np.zeros((count, *NEAR_SHAPE))
+    return Outcomes(
+        patches=GraspPatches(
+            near=empty.astype(np.float16),
+            near_unknown=empty.astype(np.bool_),
+            far=far,
+            far_unknown=np.zeros(far.shape, dtype=np.bool_),
+            numbers=numbers,
+        ),
+        good=~blocked,
+        scene=np.arange(count),
+        objects=np.ones(count, dtype=np.int64),
+        mass=rng.uniform(0.1, 0.8, count),
+    )
+
+
+def test_the_fit_finds_what_the_check_does_not_see_and_is_the_same_again() -> None:
+    learnt = drawn(600)
+    settings = FitSettings(rounds=6, batch=32)
+    one, other = (
+        fit_hold(learnt.patches, learnt.good, GRIPPER, settings, lambda _: None) for _ in "ab"
+    )
+    assert all(
+        torch.equal(a, b)
+        for a, b in zip(one.state_dict().values(), other.state_dict().values(), strict=True)
+    )
+    told, good = probability_by(one, GRIPPER)(learnt.patches), learnt.good.astype(float)
+    assert auc(told, good) > 0.95
+    turned = GraspPatches(
+        **{
+            f.name: getattr(learnt.patches, f.name)[:, ::-1, ::-1]
+            if f.name != "numbers"
+            else learnt.patches.numbers
+            for f in fields(GraspPatches)
+        }
+    )
+    assert auc(probability_by(one, GRIPPER)(turned), good) > 0.95
+
+
+def test_what_is_fitted_can_be_judged_and_used(tmp_path: Path) -> None:
+    for kinds in ("trained", "heldout"):
+        outcomes._write(outcomes._file(tmp_path, kinds, 0), drawn(300))
+    out = tmp_path / "hold.safetensors"
+    told = RUN.invoke(app, ["grasp", "fit", str(tmp_path), "--out", str(out), "--rounds", "2"])
+    assert told.exit_code == 0, told.output
+    told = RUN.invoke(app, ["grasp", "probability", str(tmp_path), "--weights", str(out)])
+    assert told.exit_code == 0, told.output
+    assert "300 grasps in 300 scenes" in told.output
+    assert load_hold(out, GRIPPER)(drawn(3).patches).shape == (3,)
+
+
+def test_who_knows_the_mass_tells_better_where_it_decides_and_no_better_where_not() -> None:
+    by_network = np.random.default_rng(2).uniform(0.4, 0.9, 600)
+    judged = drawn(600)
+    heavy_slip = replace(judged, good=judged.mass < 0.5)
+    assert auc(told_the_mass(by_network, heavy_slip), heavy_slip.good.astype(float)) > 0.98
+    by_chance = auc(told_the_mass(by_network, judged), judged.good.astype(float))
+    assert by_chance < 0.6
+
+
+def test_auc_and_calibration_error_of_known_cases() -> None:
+    good = np.array([0.0, 1.0] * 50)
+    assert auc(good, good) == 1.0
+    assert auc(1.0 - good, good) == 0.0
+    assert auc(np.ones(100), good) == 0.5
+    assert calibration_error(np.full(100, 0.5), good) == pytest.approx(0.0)
+    assert calibration_error(np.full(100, 0.9), good) == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"{}"])
+def test_a_damaged_file_gets_one_clear_line(tmp_path: Path, content: bytes) -> None:
+    file = tmp_path / "heldout-0.npz"
+    file.write_bytes(content)
+    with pytest.raises(ConfigError, match=f"{file.name}: not a file of `grasp outcomes`"):
+        read_outcomes(tmp_path, "heldout")
+
+
+def test_a_folder_without_outcomes_gets_one_clear_line(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="no outcomes of `heldout`"):
+        read_outcomes(tmp_path, "heldout")
