@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from app.commands import app
-from lab.shared import workers
 from lab.bench import plots, published
+from lab.shared import workers
 
 
 def call(*arguments: object) -> tuple[int, str, str]:

@@ -9,7 +9,7 @@ from app.commands import app
 from config import read_config
 from lab.bench import Experiments
 
-DOCS = Path(__file__).parents[3] / "docs"
+DOCS = Path(__file__).parents[2] / "docs"
 
 REACH = """\
 experiments:

@@ -28,7 +28,7 @@ from lab.calibration import (
 )
 from robots import load_robot
 
-ROOT = Path(__file__).parents[4]
+ROOT = Path(__file__).parents[3]
 FRANKIE, BOARD = load_robot("frankie"), Board()
 _missing = panda.missing() or realsense.missing()
 pytestmark = pytest.mark.skipif(bool(_missing), reason=_missing)
