@@ -1,4 +1,4 @@
-"""Makes the pictures of docs/watching.md: `python -m app.review.screenshots docs/images`.
+"""Makes the pictures of docs/control.md: `python -m app.review.screenshots docs/images`.
 
 One task runs well, and once more with a reflex of the arm while it places. Simulated runs are
 reproducible; the moments are found in the log of each run. Each is shown in two sizes of window.
@@ -160,7 +160,7 @@ def _until(happened: Callable[[], Any]) -> None:
 
 
 if __name__ == "__main__":
-    arguments = ArgumentParser(description="Make the pictures of docs/watching.md.")
+    arguments = ArgumentParser(description="Make the pictures of docs/control.md.")
     arguments.add_argument("folder", type=Path, nargs="?", default=Path("docs/images"))
     for picture in make(arguments.parse_args().folder):
         print(picture)
