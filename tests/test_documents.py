@@ -90,7 +90,7 @@ def test_every_command_line_parses(page):
 
 def test_a_command_line_that_is_wrong_would_be_noticed():
     for line in ("run pick_place --sead 3", "rum", "bench reach --count x", "explain --html"):
-        with pytest.raises(Exception, match="No such|valid integer|requires an argument"):
+        with pytest.raises(Exception, match=r"No such|valid integer|requires an argument"):
             parse(line.split())
 
 
