@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from behaviours.seen import SeenObstacles
     from behaviours.settings import BehaviourSettings
     from behaviours.vision import Vision, VisionBeside, VisionInStep
-    from perception import SeenObject, SeenObjects
+    from perception import DetectedObject, DetectedObjects
 else:
     __getattr__ = lazy_face(__name__)
 
@@ -46,6 +46,8 @@ __all__ = [
     "Context",
     "Count",
     "Detect",
+    "DetectedObject",
+    "DetectedObjects",
     "Grasp",
     "Key",
     "Leaf",
@@ -61,8 +63,6 @@ __all__ = [
     "Recover",
     "Region",
     "RetreatCheck",
-    "SeenObject",
-    "SeenObjects",
     "SeenObstacles",
     "TaskLog",
     "ToolPose",

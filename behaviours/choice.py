@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from perception import ColourName, SeenObject
+from perception import ColourName, DetectedObject
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Choose: TypeAlias = Literal["best", "largest", "smallest", "nearest"]
@@ -19,7 +19,7 @@ _BESIDE = 0.03
 _MUCH = 0.25
 """With this share of the area of what is in the way most, another one is in the way too."""
 
-_ORDERS: Mapping[str, Callable[[SeenObject, Array], float]] = {
+_ORDERS: Mapping[str, Callable[[DetectedObject, Array], float]] = {
     "largest": lambda one, base: -one.area,
     "smallest": lambda one, base: one.area,
     "nearest": lambda one, base: float(np.linalg.norm((one.position - base)[:2])),
@@ -64,7 +64,7 @@ class Choice:
         """Whether any object will do, so that nobody needs to tell them apart."""
         return self == Choice()
 
-    def fitting(self, objects: Sequence[SeenObject], base: Array) -> list[SeenObject]:
+    def fitting(self, objects: Sequence[DetectedObject], base: Array) -> list[DetectedObject]:
         """Those that will do, the one that is meant first; `best` leaves their order.
 
         Args:
@@ -95,7 +95,7 @@ class Choice:
 class Chosen:
     """A workspace in which only grasps on certain objects count."""
 
-    objects: tuple[SeenObject, ...]
+    objects: tuple[DetectedObject, ...]
     """At least one."""
 
     @property
@@ -124,7 +124,7 @@ class Chosen:
         return owned
 
 
-def neighbours(one: SeenObject, objects: Sequence[SeenObject]) -> list[SeenObject]:
+def neighbours(one: DetectedObject, objects: Sequence[DetectedObject]) -> list[DetectedObject]:
     """Those that are in the way of fingers beside an object."""
     others = [it for it in objects if it is not one]
     areas = [it.footprint.area_near(one.footprint, _BESIDE) for it in others]

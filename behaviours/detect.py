@@ -14,7 +14,7 @@ from behaviours.leaf import Condition, Leaf
 from behaviours.objects_in_sight import ObjectsInSight
 from behaviours.poses import Region
 from behaviours.ranges import Millimetres, Seconds
-from perception import ColourName, SeenObject, SeenObjects
+from perception import ColourName, DetectedObject, DetectedObjects
 
 
 class Detect(Leaf):
@@ -49,7 +49,7 @@ class Detect(Leaf):
         context: Context,
         *,
         region: Region,
-        list: Key[SeenObjects] | None = None,
+        list: Key[DetectedObjects] | None = None,
         count: Key[int] | None = None,
         choose: Choose = "best",
         kind: str | None = None,
@@ -79,7 +79,7 @@ class Detect(Leaf):
             return self.running("looking")
         if isinstance(objects, str):
             return self.failure(objects)
-        found = SeenObjects(self._choice.fitting(objects, state.wTb.translation))
+        found = DetectedObjects(self._choice.fitting(objects, state.wTb.translation))
         if (self._count is not None or not found) and (unseen := self._sight.unseen):
             return self.failure(unseen)
         if self._list is not None:
@@ -107,7 +107,7 @@ class LooksLike(Condition):
         name: str,
         context: Context,
         *,
-        object: SeenObject,
+        object: DetectedObject,
         colour: ColourName | None = None,
         min_width_mm: Millimetres | None = None,
         max_width_mm: Millimetres | None = None,

@@ -23,7 +23,7 @@ from behaviours.ranges import Distance, Force, Millimetres, Seconds
 from behaviours.rise import Rise
 from behaviours.target import Target
 from controller import PoseGoal, StepReport
-from perception import ColourName, GraspEstimate, SeenObject
+from perception import ColourName, DetectedObject, GraspEstimate
 
 Array = npt.NDArray[np.float64]
 
@@ -72,7 +72,7 @@ class Grasp(Leaf):
         name: str,
         context: Context,
         *,
-        within: Region | SeenObject,
+        within: Region | DetectedObject,
         choose: Choose = "best",
         kind: str | None = None,
         colour: ColourName | None = None,

@@ -15,7 +15,7 @@ from behaviours.leaf import Leaf
 from behaviours.poses import Region, ToolPose
 from behaviours.ranges import Distance, Seconds
 from controller import PoseGoal
-from perception import SeenObject
+from perception import DetectedObject
 
 
 class LookAt(Leaf):
@@ -39,7 +39,7 @@ class LookAt(Leaf):
         name: str,
         context: Context,
         *,
-        at: ToolPose | Region | SeenObject,
+        at: ToolPose | Region | DetectedObject,
         distance_m: Distance | None = None,
         timeout_s: Seconds = 30.0,
     ) -> None:
@@ -82,9 +82,9 @@ class LookAt(Leaf):
         return self.running("waiting for a frame")
 
 
-def _middle(at: ToolPose | Region | SeenObject) -> npt.NDArray[np.float64]:
+def _middle(at: ToolPose | Region | DetectedObject) -> npt.NDArray[np.float64]:
     """(3,) what is looked at, in the world [m]."""
-    if isinstance(at, SeenObject):
+    if isinstance(at, DetectedObject):
         return at.position
     middle: npt.NDArray[np.float64] = (at.wTe if isinstance(at, ToolPose) else at.wTr).translation
     return middle

@@ -30,9 +30,9 @@ def of_choice(arguments: Mapping[str, object]) -> str:
         )
     kind = arguments.get("kind")
     if isinstance(kind, str):
-        from perception import known_kinds
+        from perception import known_classes
 
-        if kind not in (known := known_kinds(kind)).recognisers:
+        if kind not in (known := known_classes(kind)).recognisers:
             hint = known.problems[0] if known.problems else suggest(kind, known.recognisers)
             return f"asks for a `{kind}`, which no recogniser knows; {hint}"
     return ""

@@ -14,7 +14,7 @@ from behaviours.leaf import Leaf
 from behaviours.poses import BasePose, ToolPose
 from behaviours.ranges import Bounds, Seconds, Speed
 from controller import BaseGoal, MotionGoal, PoseGoal
-from perception import SeenObject
+from perception import DetectedObject
 
 
 class Navigate(Leaf):
@@ -41,7 +41,7 @@ class Navigate(Leaf):
         name: str,
         context: Context,
         *,
-        to: ToolPose | BasePose | SeenObject,
+        to: ToolPose | BasePose | DetectedObject,
         speed_m_s: Speed = 1.0,
         within_m: Annotated[float, Bounds(least=0.001, most=1.0)] = 0.01,
         onward: ToolPose | None = None,
@@ -77,7 +77,7 @@ class Navigate(Leaf):
         to = self._to
         if isinstance(to, BasePose):
             return BaseGoal(wTb=to.wTb)
-        if isinstance(to, SeenObject):
+        if isinstance(to, DetectedObject):
             height = self.settings.view.over_object
             wTc = straight_down(to.position, height, like=camera_pose(self.context))
             wTe = hand_for(self.context, wTc)

@@ -11,7 +11,7 @@ from behaviours.context import Context
 from behaviours.poses import Region
 from behaviours.survey import map_of, unseen
 from hw import DepthFrame
-from perception import RecogniserError, SeenObjects, agreed, seen_objects, with_kinds
+from perception import DetectedObjects, RecogniserError, consensus, segment_objects, with_classes
 
 SMALLEST = 1e-4
 """A part of a region that was not seen and covers less than this does not count [m^2]."""
@@ -36,7 +36,7 @@ class ObjectsInSight:
         """Begin anew, with frames from session time `since` [s] on."""
         self._since = since
         self._frames: deque[DepthFrame] = deque(maxlen=LOOKS)
-        self._looks: deque[SeenObjects] = deque(maxlen=LOOKS)
+        self._looks: deque[DetectedObjects] = deque(maxlen=LOOKS)
 
     @property
     def unseen(self) -> str:
@@ -47,7 +47,7 @@ class ObjectsInSight:
             return f"what stands in {region.name} is too low to be told apart"
         return unseen(seen, region, SMALLEST, settings.view)
 
-    def look(self) -> SeenObjects | str | None:
+    def look(self) -> DetectedObjects | str | None:
         """Take the frame that is new in this tick, if there is one to believe.
 
         Returns:
@@ -66,24 +66,26 @@ class ObjectsInSight:
             self._frames.append(frame)
             if len(self._looks) < LOOKS:
                 return None
-            return _with_kinds(frame, agreed(self._looks), self._choice)
+            return _with_kinds(frame, consensus(self._looks), self._choice)
 
 
-def look_once(frame: DepthFrame, region: Region, choice: Choice) -> SeenObjects | str:
+def look_once(frame: DepthFrame, region: Region, choice: Choice) -> DetectedObjects | str:
     """The objects that one frame shows; or why nothing can be told."""
     seen = _told_apart(frame, region, choice)
     return seen if isinstance(seen, str) else _with_kinds(frame, seen, choice)
 
 
-def _told_apart(frame: DepthFrame, region: Region, choice: Choice) -> SeenObjects | str:
+def _told_apart(frame: DepthFrame, region: Region, choice: Choice) -> DetectedObjects | str:
     if choice.colour is not None and frame.colour is None:
         return "the camera of this robot sees no colours"
-    seen = seen_objects(frame, region)
+    seen = segment_objects(frame, region)
     return "no depth was measured" if seen is None else seen
 
 
-def _with_kinds(frame: DepthFrame, objects: SeenObjects, choice: Choice) -> SeenObjects | str:
+def _with_kinds(
+    frame: DepthFrame, objects: DetectedObjects, choice: Choice
+) -> DetectedObjects | str:
     try:
-        return objects if choice.kind is None else with_kinds(frame, objects, choice.kind)
+        return objects if choice.kind is None else with_classes(frame, objects, choice.kind)
     except RecogniserError as error:
         return str(error)

@@ -13,7 +13,7 @@ from pinocchio import SE3
 from behaviours.vision import Vision
 from controller import Array, PointCloud, RobotModel
 from hw import DepthFrame, InlineExecutor, RobotState
-from perception import SeenSurfaces, SurfaceSettings, surface_cells
+from perception import SurfaceGrid, SurfaceSettings, surface_cells
 from robots import Box, Geom, RobotDescription, bounding_radius, from_rounded_boxes, rounded_box
 
 FRAME_INTERVAL = 0.1
@@ -50,7 +50,7 @@ class SeenObstacles:
         self._model = RobotModel(description)
         self._executor = executor or InlineExecutor()
         self._settings = settings or SurfaceSettings()
-        self._surfaces = SeenSurfaces(self._settings)
+        self._surfaces = SurfaceGrid(self._settings)
         self._states: deque[RobotState] = deque(maxlen=_MOST_STATES)
         self._since = -np.inf
         self._frame: DepthFrame | None = None
@@ -91,7 +91,7 @@ class SeenObstacles:
     def relocalise(self, now: float) -> None:
         """Forget all that frames from before session time `now` show: it is not where it was."""
         self._since = now
-        self._surfaces, self._work, self.cloud = SeenSurfaces(self._settings), None, _NOTHING
+        self._surfaces, self._work, self.cloud = SurfaceGrid(self._settings), None, _NOTHING
 
     def close(self) -> None:
         """End the thread."""
@@ -103,7 +103,7 @@ class SeenObstacles:
 
     def _refresh(
         self,
-        surfaces: SeenSurfaces,
+        surfaces: SurfaceGrid,
         frame: DepthFrame,
         then: RobotState,
         held: Sequence[Geom],

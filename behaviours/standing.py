@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from behaviours.log import Carried
 from hw import DepthFrame
-from perception import disc, seen_through
+from perception import disc, points_along_rays
 
 if TYPE_CHECKING:
     from behaviours.context import Context
@@ -96,7 +96,7 @@ class StandingWatch:
         eye = context.robot.description.camera.eTc.inverse().translation
         hand = float(frame.wTc.act(eye)[2])
         points = disc(self._centre, self._radius, len(self._bare))
-        seen = seen_through(frame, points)
+        seen = points_along_rays(frame, points)
         height = seen[:, 2] - self._centre[2]
         is_over = np.linalg.norm(seen[:, :2] - self._centre[:2], axis=1) < self._radius
         high = is_over & (height > self._bare + _HIGHER)

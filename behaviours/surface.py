@@ -13,7 +13,7 @@ from behaviours.aiming import camera_pose
 from behaviours.context import Context
 from behaviours.settings import SurfaceSettings
 from hw import DepthFrame
-from perception import disc, seen_through
+from perception import disc, points_along_rays
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -125,7 +125,7 @@ def look_at(
         settings: what counts as the surface, and how much of it has to be seen.
     """
     points = disc(centre, radius, settings.points)
-    seen = seen_through(frame, points)
+    seen = points_along_rays(frame, points)
     height = seen[:, 2] - centre[2]
     over_disc = np.linalg.norm(seen[:, :2] - centre[:2], axis=1) <= radius
     surface = np.abs(height) <= settings.tolerance

@@ -9,7 +9,7 @@ from behaviours.choice import Choice, Chosen, neighbours
 from behaviours.context import Context
 from behaviours.objects_in_sight import ObjectsInSight, look_once
 from behaviours.poses import Region
-from perception import GraspEstimate, SeenObject
+from perception import DetectedObject, GraspEstimate
 
 Array = npt.NDArray[np.float64]
 
@@ -27,7 +27,7 @@ class Target:
     def __init__(
         self,
         context: Context,
-        within: Region | SeenObject,
+        within: Region | DetectedObject,
         choice: Choice,
         *,
         neighbour: bool = False,
@@ -46,7 +46,7 @@ class Target:
         self._chosen: Chosen | None = None
         if self._sight is not None:
             self._sight.begin(since)
-        if isinstance(self._within, SeenObject):
+        if isinstance(self._within, DetectedObject):
             self._chosen = Chosen(objects=(self._within,))
 
     def track(self, now: float) -> GraspEstimate | None:

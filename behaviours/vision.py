@@ -17,7 +17,7 @@ from typing import NamedTuple
 from hw import Camera, DepthFrame, one_thread, stopwatch
 from perception import (
     Detection,
-    FrameJudge,
+    FrameChecker,
     GraspDetector,
     GraspEstimate,
     GraspTracker,
@@ -47,7 +47,7 @@ class Vision(ABC):
     def __init__(self, camera: Camera, detector: GraspDetector) -> None:
         self._camera = camera
         self._detector = detector
-        self._judge, self._mistake = FrameJudge(), ""
+        self._judge, self._mistake = FrameChecker(), ""
         self._delivered: DepthFrame | None = None
         self._newest: DepthFrame | None = None
         self._is_new = False

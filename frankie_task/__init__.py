@@ -54,7 +54,7 @@ from hw import (
     RobotState,
     TaskTime,
 )
-from perception import Labelled, Recogniser, SeenObjects
+from perception import DetectedObjects, Labelled, Recogniser
 from robots import RobotDescription, load_robot
 
 if TYPE_CHECKING:
@@ -79,6 +79,7 @@ __all__ = [
     "DepthCamera",
     "DepthFrame",
     "DepthImage",
+    "DetectedObjects",
     "Fault",
     "FaultKind",
     "Gripper",
@@ -100,7 +101,6 @@ __all__ = [
     "Robot",
     "RobotDescription",
     "RobotState",
-    "SeenObjects",
     "Status",
     "StepReport",
     "TaskTime",

@@ -11,60 +11,67 @@ from typing import TYPE_CHECKING
 from config import lazy_face
 
 if TYPE_CHECKING:
-    from perception.agreement import agreed
-    from perception.candidates import WITHOUT_NETWORK, Candidates, CandidateSource, Proposals
-    from perception.colours import COLOURS, ColourName, colour_name
-    from perception.cutting import SeamModel, logarithms, piece_of
-    from perception.detector import GraspDetector
-    from perception.footprint import Footprint
-    from perception.frame import Workspace
-    from perception.frame_mistakes import FrameJudge, mistake_in
-    from perception.geometry import disc, seen_through, world_points
+    from perception.frame import ColourFrame, Workspace
+    from perception.frame_check import FrameChecker, frame_problem
+    from perception.geometry import disc, points_along_rays, world_points
     from perception.grasp import Detection, GraspEstimate
-    from perception.grasp_feasibility import assess
-    from perception.grasp_patches import NUMBERS, GraspPatches, HoldProbability, joined_patches
-    from perception.hand_dimensions import hand_sizes
-    from perception.height_map import HeightMap, build_height_map
-    from perception.kinds import SHAPE_KINDS, known_kinds, with_kinds
-    from perception.network_io import (
+    from perception.grasps.candidates import WITHOUT_NETWORK, Candidates, CandidateSource, Proposals
+    from perception.grasps.detector import GraspDetector
+    from perception.grasps.feasibility import assess
+    from perception.grasps.hand_geometry import hand_sizes
+    from perception.grasps.height_map import HeightMap, build_height_map
+    from perception.grasps.network_input import METRES_PER_PIXEL, Crop, central_crop, prepare
+    from perception.grasps.network_io import (
         ANGLE_BINS,
         INPUT_SIZE,
         OUTPUT_STRIDE,
         WeightsError,
     )
-    from perception.objects import ColourFrame, seen_objects, standing
-    from perception.preprocess import METRES_PER_PIXEL, Crop, central_crop, prepare
-    from perception.recogniser import Labelled, Recogniser, RecogniserError
+    from perception.grasps.patches import NUMBERS, GraspPatches, HoldProbability, joined_patches
+    from perception.grasps.scene_memory import SceneMemory
+    from perception.grasps.table_plane import NoTableError, camera_above_table
+    from perception.grasps.tracker import GraspTracker, TrackerSettings
+    from perception.objects.agreement import consensus
+    from perception.objects.boundaries import (
+        BOUNDARY_FEATURES,
+        boundary_features,
+        candidate_boundaries,
+    )
+    from perception.objects.colours import COLOURS, ColourName, colour_name
+    from perception.objects.detected_object import DetectedObject, DetectedObjects
+    from perception.objects.footprint import Footprint
+    from perception.objects.kinds import SHAPE_CLASSES, known_classes, with_classes
+    from perception.objects.recogniser import Labelled, Recogniser, RecogniserError
+    from perception.objects.segmentation import raised_regions, segment_objects
+    from perception.objects.touching import BoundaryModel, blob_of, log_features
     from perception.region_map import WALL_MARGIN, RegionMap, Segment
-    from perception.samples import Labels, Sample, Shard
-    from perception.scene_memory import SceneMemory
-    from perception.seams import SEAM_MEASURES, measure_seam, seams_across
-    from perception.seen_object import SeenObject, SeenObjects
-    from perception.seen_surfaces import SeenSurfaces, SurfaceSettings, surface_cells
-    from perception.table_plane import NoTableError, camera_above_table
-    from perception.tracker import GraspTracker, TrackerSettings
+    from perception.surface_grid import SurfaceGrid, SurfaceSettings, surface_cells
+    from perception.training_samples import Labels, Sample, Shard
 else:
     __getattr__ = lazy_face(__name__)
 
 __all__ = [
     "ANGLE_BINS",
+    "BOUNDARY_FEATURES",
     "COLOURS",
     "INPUT_SIZE",
     "METRES_PER_PIXEL",
     "NUMBERS",
     "OUTPUT_STRIDE",
-    "SEAM_MEASURES",
-    "SHAPE_KINDS",
+    "SHAPE_CLASSES",
     "WALL_MARGIN",
     "WITHOUT_NETWORK",
+    "BoundaryModel",
     "CandidateSource",
     "Candidates",
     "ColourFrame",
     "ColourName",
     "Crop",
+    "DetectedObject",
+    "DetectedObjects",
     "Detection",
     "Footprint",
-    "FrameJudge",
+    "FrameChecker",
     "GraspDetector",
     "GraspEstimate",
     "GraspPatches",
@@ -80,36 +87,33 @@ __all__ = [
     "RegionMap",
     "Sample",
     "SceneMemory",
-    "SeamModel",
-    "SeenObject",
-    "SeenObjects",
-    "SeenSurfaces",
     "Segment",
     "Shard",
+    "SurfaceGrid",
     "SurfaceSettings",
     "TrackerSettings",
     "WeightsError",
     "Workspace",
-    "agreed",
     "assess",
+    "blob_of",
+    "boundary_features",
     "build_height_map",
     "camera_above_table",
+    "candidate_boundaries",
     "central_crop",
     "colour_name",
+    "consensus",
     "disc",
+    "frame_problem",
     "hand_sizes",
     "joined_patches",
-    "known_kinds",
-    "logarithms",
-    "measure_seam",
-    "mistake_in",
-    "piece_of",
+    "known_classes",
+    "log_features",
+    "points_along_rays",
     "prepare",
-    "seams_across",
-    "seen_objects",
-    "seen_through",
-    "standing",
+    "raised_regions",
+    "segment_objects",
     "surface_cells",
-    "with_kinds",
+    "with_classes",
     "world_points",
 ]

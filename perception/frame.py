@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -10,12 +10,21 @@ from pinocchio import SE3
 
 from robots import Intrinsics
 
+Array: TypeAlias = npt.NDArray[np.float64]
+"""Geometry in double precision."""
+Image: TypeAlias = npt.NDArray[np.float32]
+"""Depth, heights and network maps in single precision."""
+FloatArray: TypeAlias = npt.NDArray[np.floating]
+Mask: TypeAlias = npt.NDArray[np.bool_]
+Indices: TypeAlias = npt.NDArray[np.int64]
+Colours: TypeAlias = npt.NDArray[np.uint8]
+
 
 class Frame(Protocol):
     """A depth image with the camera's model and pose; `hw.DepthFrame` is one."""
 
     @property
-    def depth(self) -> npt.NDArray[np.float32]:
+    def depth(self) -> Image:
         """(H, W) depth along the optical axis [m]; NaN where missing."""
 
     @property
@@ -28,14 +37,22 @@ class Frame(Protocol):
 
     @property
     def stamp(self) -> float:
-        """When it was captured [s]."""
+        """Time of capture [s]."""
+
+
+class ColourFrame(Frame, Protocol):
+    """A frame of a camera that may have colour; `hw.DepthFrame` is one."""
+
+    @property
+    def colour(self) -> Colours | None:
+        """(H, W, 3) red, green and blue, 0 to 255."""
 
 
 class Workspace(Protocol):
     """A volume in which to grasp; `behaviours.Region` is one."""
 
-    def contains(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-        """Which of the (N, 3) world points [m] lie inside: (N,) booleans."""
+    def contains(self, points: Array) -> Mask:
+        """(N,) which of the (N, 3) world points [m] lie inside."""
 
     @property
     def floor(self) -> float:
@@ -43,13 +60,11 @@ class Workspace(Protocol):
 
 
 @runtime_checkable
-class Things(Workspace, Protocol):
-    """A workspace made of things that were told apart: only a grasp on one of them counts."""
+class ObjectRegion(Workspace, Protocol):
+    """A workspace made of segmented objects: only a grasp on one of them counts."""
 
-    def owns(
-        self, centres: npt.NDArray[np.float64], contacts: npt.NDArray[np.float64]
-    ) -> npt.NDArray[np.bool_]:
-        """Which grasps are on one of them, and close on nothing else: (N,) booleans.
+    def owns(self, centres: Array, contacts: Array) -> Mask:
+        """(N,) which grasps are on one of the objects and touch nothing else.
 
         Args:
             centres: (N, 3) in the world [m].

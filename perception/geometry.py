@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from pinocchio import SE3
 
-from perception.arrays import Array, FloatArray, Image
-from perception.frame import Frame
+from perception.frame import Array, FloatArray, Frame, Image
 from robots import Intrinsics
 
 
@@ -140,7 +139,7 @@ def disc(centre: Array, radius: float, count: int) -> Array:
     return flat + centre
 
 
-def seen_through(frame: Frame, points: Array) -> Array:
+def points_along_rays(frame: Frame, points: Array) -> Array:
     """(N, 3) what is seen on the rays through (N, 3) points, in the world [m]; else NaN."""
     seen = np.full(points.shape, np.nan)
     ahead = np.flatnonzero((points - frame.wTc.translation) @ frame.wTc.rotation[:, 2] > 0.0)

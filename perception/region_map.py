@@ -15,10 +15,9 @@ import cv2
 import numpy as np
 from pinocchio import SE3
 
-from perception.arrays import Array, Mask
-from perception.frame import Frame
+from perception.frame import Array, Frame, Mask
 from perception.geometry import world_points
-from perception.preprocess import valid_depth
+from perception.grasps.network_input import valid_depth
 
 WALL_MARGIN = 0.008
 """Smallest distance of a grasp or an object to the sides of the workspace [m]."""

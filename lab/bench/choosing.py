@@ -20,6 +20,7 @@ from rich.table import Table
 from app.core import Trial, VisionForm, set_up
 from behaviours import (
     Detect,
+    DetectedObjects,
     Grasp,
     Key,
     Leaf,
@@ -28,7 +29,6 @@ from behaviours import (
     Place,
     Recover,
     RetreatCheck,
-    SeenObjects,
     ToolPose,
 )
 from hw import Backend, SimClock, simulator
@@ -119,7 +119,7 @@ def take(seed: int, *, world_name: str = "kinematic") -> Taking:
     backend = Backend(robot=robot, clock=clock, truth=world, world=world_name)
     with set_up(backend, _detector(), VisionForm.STEP) as setup:
         trial = Trial(setup)
-        found: Key[SeenObjects] = Key("found")
+        found: Key[DetectedObjects] = Key("found")
         context = trial.context
         trial.run(Navigate("go", context, to=_ABOVE))
         trial.run(OpenGripper("open", context))

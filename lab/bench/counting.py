@@ -17,7 +17,7 @@ from lab.bench.choosing_scenes import (
     seen_from_above,
 )
 from lab.shared import percent, run_all
-from perception import seen_objects
+from perception import segment_objects
 
 SETS = ("household", "held out")
 """Classes of the objects: those of `bench choosing`, and those that nothing was fitted to."""
@@ -45,7 +45,7 @@ def count(seed: int) -> list[Counted]:
     counted = []
     for of, world in zip(SETS, (make_scene(seed)[0], others), strict=True):
         frame, _ = seen_from_above(world, np.random.default_rng((seed, 29)))
-        seen = seen_objects(frame, TRAY_REGION) or ()
+        seen = segment_objects(frame, TRAY_REGION) or ()
         counted.append(Counted(of, clutter, len(world.objects), len(seen)))
     return counted
 

@@ -11,7 +11,7 @@ from rich.table import Table
 from hw.sim import HELDOUT, HOUSEHOLD, MODELLED
 from lab.bench.choosing_scenes import CLUTTER, TRAY_REGION, make_world, seen_from_above
 from lab.shared import percent, run_all
-from perception import SHAPE_KINDS, seen_objects, with_kinds
+from perception import SHAPE_CLASSES, segment_objects, with_classes
 
 STRANGE = "among others"
 """Scenes in which most objects are of classes that are none of its kinds."""
@@ -42,8 +42,8 @@ def call(seed: int) -> list[Called]:
     else:
         world = make_world(scene, np.random.default_rng((seed, 23)), tuple(HOUSEHOLD))
     frame, _ = seen_from_above(world, np.random.default_rng((seed, 29)))
-    objects = seen_objects(frame, TRAY_REGION)
-    seen = () if objects is None else with_kinds(frame, objects, SHAPE_KINDS[0])
+    objects = segment_objects(frame, TRAY_REGION)
+    seen = () if objects is None else with_classes(frame, objects, SHAPE_CLASSES[0])
     called = []
     for one in world.objects:
         middle = one.pose.translation[:2]
@@ -72,7 +72,7 @@ def kinds_table(called: Sequence[Called]) -> Table:
         (scene, [one for one in called if one.scene == scene]) for scene in (*CLUTTER, STRANGE)
     ]
     for scene, group in groups:
-        for kind in (*SHAPE_KINDS, "") if scene == "all" else ("any",):
+        for kind in (*SHAPE_CLASSES, "") if scene == "all" else ("any",):
             wanted = [one for one in group if one.true == kind or (kind == "any" and one.true)]
             named = [one for one in group if one.called == kind or (kind == "any" and one.called)]
             table.add_row(

@@ -25,13 +25,13 @@ from hw.sim import HOUSEHOLD, MODELLED, TRAIN
 from lab.bench.choosing_scenes import CLUTTER, TRAY_REGION, make_world, seen_from_above
 from lab.shared import progress, run_all
 from perception import (
-    SEAM_MEASURES,
-    SeamModel,
-    logarithms,
-    measure_seam,
-    piece_of,
-    seams_across,
-    standing,
+    BOUNDARY_FEATURES,
+    BoundaryModel,
+    blob_of,
+    boundary_features,
+    candidate_boundaries,
+    log_features,
+    raised_regions,
 )
 from robots import Array
 
@@ -73,28 +73,28 @@ def scene_seams(seed: int) -> list[Seam]:
         obj.parts = tuple(replace(part, colour=colour) for part in obj.parts)
     off = (rng.uniform(-_OFF, _OFF), rng.uniform(-_OFF, _OFF))
     frame, owner = seen_from_above(world, rng, height=rng.uniform(*_HEIGHTS), off=off)
-    what = standing(frame, TRAY_REGION)
+    what = raised_regions(frame, TRAY_REGION)
     if what is None:
         return []
     found = []
     for number in range(1, int(what.of_point.max()) + 1):
         mine = what.of_point == number
-        piece, at = piece_of(what.points[mine], TRAY_REGION.floor, what.cell)
+        piece, at = blob_of(what.points[mine], TRAY_REGION.floor, what.cell)
         owners = owner[what.raised][mine]
         ones, counts = np.unique(owners[owners >= 0], return_counts=True)
         ones = ones[counts >= _LEAST * counts.sum()]
-        for parts in seams_across(piece):
+        for parts in candidate_boundaries(piece):
             inside = parts[0][at]
             shares = np.array([inside[owners == one].mean() for one in ones])
             through = bool((np.minimum(shares, 1.0 - shares) > _CUT_THROUGH).any())
             right = not through and len(set(shares > 0.5)) == 2
             if through or right:
                 many = len(ones) > 1
-                found.append(Seam((seed, number), many, right, measure_seam(piece, parts)))
+                found.append(Seam((seed, number), many, right, boundary_features(piece, parts)))
     return found
 
 
-def fit(seams: Sequence[Seam]) -> SeamModel:
+def fit(seams: Sequence[Seam]) -> BoundaryModel:
     """The model of some seams, for which even the unlikeliest is cut; always the same.
 
     Every piece counts as much as the root of the number of its seams.
@@ -104,8 +104,8 @@ def fit(seams: Sequence[Seam]) -> SeamModel:
 
     torch.manual_seed(0)
     measures = np.array([one.measures for one in seams])
-    logs = logarithms(measures)
-    model = SeamModel(
+    logs = log_features(measures)
+    model = BoundaryModel(
         middle=logs.mean(axis=0), spread=logs.std(axis=0) + 1e-9, layers=(), needed=0.0
     )
     of_piece = Counter(one.piece for one in seams)
@@ -138,7 +138,7 @@ def fit(seams: Sequence[Seam]) -> SeamModel:
     return replace(model, layers=layers)
 
 
-def mistakes(model: SeamModel, seams: Sequence[Seam]) -> dict[float, int]:
+def mistakes(model: BoundaryModel, seams: Sequence[Seam]) -> dict[float, int]:
     """By the likelihood that is needed: pieces cut wrongly, or not cut though they are many."""
     likely = model.likely(np.array([one.measures for one in seams]))
     best: dict[tuple[int, int], tuple[float, Seam]] = {}
@@ -167,7 +167,7 @@ def main() -> None:
     wrong = mistakes(model, [one for n in held_out for one in found[n]])
     print(f"mistakes in {len(held_out)} scenes, by the likelihood that is needed: {wrong}")
     told = {
-        "measures": SEAM_MEASURES,
+        "measures": BOUNDARY_FEATURES,
         "middle": _plain(model.middle),
         "spread": _plain(model.spread),
         "layers": [[_plain(each) for each in layer] for layer in model.layers],

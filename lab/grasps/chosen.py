@@ -8,7 +8,7 @@ from pinocchio import SE3
 from behaviours import BehaviourSettings, Region, straight_down
 from hw.sim import D435Noise, World
 from lab.grasps.scenes import noisy_frame
-from perception import GraspDetector, GraspEstimate, seen_objects
+from perception import GraspDetector, GraspEstimate, segment_objects
 
 
 def chosen_grasp(
@@ -41,7 +41,7 @@ def chosen_grasp(
             break
         if grasps:
             point = grasps[0].wTg.translation
-        elif things := seen_objects(frame, region):
+        elif things := segment_objects(frame, region):
             point = max(things, key=lambda one: one.area).position
         else:
             break

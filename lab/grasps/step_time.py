@@ -35,7 +35,7 @@ def _parts() -> Functions:
     assert detector is not None
     return {
         "prepare": ((detector, "prepare"),),
-        "height map": ((detector, "surroundings"),),
+        "height map": ((detector, "local_heights"),),
         "network": ((Proposer, "infer"),),
         "candidates": ((Proposer, "propose"),),
         "refine": ((detector.GraspSearch, "among"),),

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from perception.network_io import ANGLE_BINS
+from perception.grasps.network_io import ANGLE_BINS
 
 CHANNELS = (24, 40, 64)
 """Channels at 1/3, 1/6 and 1/12 of the image size."""

@@ -14,15 +14,15 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from perception.arrays import Array
-from perception.grasp_patches import (
+from perception.frame import Array
+from perception.grasps.hand_geometry import hand_sizes
+from perception.grasps.patches import (
     FAR_SHAPE,
     NEAR_SHAPE,
     NUMBERS,
     GraspPatches,
     HoldProbability,
 )
-from perception.hand_dimensions import hand_sizes
 from perception.networks.hold_measures import MEASURES, hold_measures
 from perception.networks.proposer import fused_form, one_thread
 from perception.networks.weights import read_metadata, read_state

@@ -13,8 +13,8 @@ from typing import TypeAlias
 import torch
 from torch import Tensor
 
-from perception.grasp_patches import FAR_CELL, FAR_SHAPE, NEAR_CELL, NEAR_SHAPE, NUMBERS
-from perception.hand_dimensions import hand_dimensions
+from perception.grasps.hand_geometry import hand_dimensions
+from perception.grasps.patches import FAR_CELL, FAR_SHAPE, NEAR_CELL, NEAR_SHAPE, NUMBERS
 from robots import GripperDescription, half_extents
 
 Measure: TypeAlias = Callable[[Tensor, Tensor], Tensor]

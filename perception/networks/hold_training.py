@@ -11,7 +11,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from perception.grasp_patches import GraspPatches
+from perception.grasps.patches import GraspPatches
 from perception.networks.hold import HoldNetwork, as_tensors
 from robots import GripperDescription
 

@@ -17,14 +17,14 @@ import torch
 from torch import Tensor, nn
 from torch.nn.utils.fusion import fuse_conv_bn_eval
 
-from perception.arrays import Image, Mask
-from perception.candidates import Proposals
-from perception.network_io import ANGLE_BINS, OUTPUT_STRIDE
+from perception.frame import Image, Mask
+from perception.grasps.candidates import Proposals
+from perception.grasps.network_io import ANGLE_BINS, OUTPUT_STRIDE
+from perception.grasps.refinement import ALL_DIRECTIONS
 from perception.networks.angle_bins import AngleBinNetwork
 from perception.networks.ggcnn import GGCNN, SubpixelKernels, evaluate, subpixel_form
+from perception.networks.output_maps import bin_candidates, find_candidates, grasp_maps
 from perception.networks.weights import Network, network_name
-from perception.postprocess import bin_candidates, find_candidates, grasp_maps
-from perception.refine import ALL_DIRECTIONS
 
 Forward: TypeAlias = Callable[[Tensor], Tensor]
 

@@ -20,11 +20,11 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from perception.network_io import ANGLE_BINS, OUTPUT_STRIDE
+from perception.grasps.network_io import ANGLE_BINS, OUTPUT_STRIDE
 from perception.networks.angle_bins import AngleBinNetwork
 from perception.networks.ggcnn import GGCNN, evaluate, subpixel_form
 from perception.networks.weights import Network
-from perception.samples import Batch, SampleStream
+from perception.training_samples import Batch, SampleStream
 
 _VALIDATION_BATCHES = 16
 _AVERAGE_DECAY = 0.998  # of the moving average of the weights, per step

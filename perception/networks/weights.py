@@ -20,8 +20,8 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 
-from perception.candidates import WITHOUT_NETWORK
-from perception.network_io import WeightsError
+from perception.grasps.candidates import WITHOUT_NETWORK
+from perception.grasps.network_io import WeightsError
 from perception.networks.angle_bins import AngleBinNetwork
 from perception.networks.ggcnn import GGCNN
 

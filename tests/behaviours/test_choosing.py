@@ -8,7 +8,7 @@ from harness import ON_TABLE, TABLE_TOP, Harness, block, looking_down, table_wor
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import Detect, Grasp, Key, Navigate, SeenObjects
+from behaviours import Detect, DetectedObjects, Grasp, Key, Navigate
 from behaviours.detect import LooksLike
 from behaviours.look_at import LookAt
 from robots import Geom
@@ -78,7 +78,7 @@ class Colourless:
 
 
 def test_what_is_detected_is_a_goal(three):
-    found, count = Key[SeenObjects]("found"), Key[int]("count")
+    found, count = Key[DetectedObjects]("found"), Key[int]("count")
     detect = Detect(
         "see", three.context, region=ON_TABLE, list=found, count=count, choose="largest"
     )
@@ -100,7 +100,7 @@ def test_what_is_detected_is_a_goal(three):
 
 
 def test_detect_finds_only_what_is_asked_for(three):
-    found = Key[SeenObjects]("found")
+    found = Key[DetectedObjects]("found")
     detect = Detect("see", three.context, region=ON_TABLE, list=found, colour="blue")
     assert three.run(detect) is Status.SUCCESS
     assert [one.colour for one in found.read()] == ["blue"]

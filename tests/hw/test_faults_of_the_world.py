@@ -10,7 +10,7 @@ from harness import TABLE_TOP, Harness, block, looking_down
 
 from hw import INJECTABLE, FaultInjection, InjectionError
 from hw.faults import Effect
-from perception import FrameJudge
+from perception import FrameChecker
 
 
 def frames(run: Faulty, count: int) -> list:
@@ -58,7 +58,7 @@ def test_frames_that_are_lost_frozen_black_empty_or_sparse():
     ],
 )
 def test_frames_that_are_not_what_they_claim_to_be_are_not_believed(name, why):
-    run, judge = Faulty(), FrameJudge()
+    run, judge = Faulty(), FrameChecker()
     assert [judge.mistake(frame) for frame in frames(run, 3)] == [""] * 3
     run.robot.inject(name)
     run.read()

@@ -2,7 +2,7 @@
 
 from lab.bench.choosing_scenes import CLUTTER
 from lab.bench.kinds import STRANGE, call, kinds_table, run_kinds
-from perception import SHAPE_KINDS
+from perception import SHAPE_CLASSES
 
 
 def test_every_object_is_counted_and_a_seed_is_a_scene():
@@ -10,10 +10,10 @@ def test_every_object_is_counted_and_a_seed_is_a_scene():
     assert called == [one for seed in range(4) for one in call(seed)]
     assert {one.scene for one in called} == {*CLUTTER, STRANGE}
     assert 20 <= len(called) <= 32
-    assert {one.true for one in called} <= {*SHAPE_KINDS, ""}
+    assert {one.true for one in called} <= {*SHAPE_CLASSES, ""}
     table = kinds_table(called)
     counts = [int(count) for count in table.columns[1].cells]
-    assert sum(counts[: len(SHAPE_KINDS) + 1]) == len(called)
+    assert sum(counts[: len(SHAPE_CLASSES) + 1]) == len(called)
 
 
 def test_what_is_called_wrongly_counts_against_it():

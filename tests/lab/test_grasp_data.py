@@ -23,9 +23,9 @@ from lab.grasps.training_data import (
     shard_path,
     write_shards,
 )
-from perception.network_io import ANGLE_BINS, GRID_SIZE
-from perception.preprocess import METRES_PER_PIXEL
-from perception.samples import Sample, Shard
+from perception.grasps.network_input import METRES_PER_PIXEL
+from perception.grasps.network_io import ANGLE_BINS, GRID_SIZE
+from perception.training_samples import Sample, Shard
 from robots import Box, Geom
 
 PERFECT = D435Noise(disparity_noise=0.0, edge_loss=0.0, speckle=0.0, disparity_step=1e-4)

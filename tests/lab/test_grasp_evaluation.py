@@ -18,7 +18,7 @@ from lab.grasps.recipe import read_recipe
 from lab.grasps.scenes import ROBOT
 from lab.shared import interval
 from perception import GraspDetector
-from perception.table_plane import NoTableError, camera_above_table
+from perception.grasps.table_plane import NoTableError, camera_above_table
 
 RUN = CliRunner()
 

@@ -14,7 +14,7 @@ from lab.grasps import outcomes
 from lab.grasps.outcomes import Outcomes, read_outcomes
 from lab.grasps.probability import auc, calibration_error, told_the_mass
 from perception import NUMBERS, GraspPatches
-from perception.grasp_patches import FAR_SHAPE, NEAR_SHAPE
+from perception.grasps.patches import FAR_SHAPE, NEAR_SHAPE
 from perception.networks import FitSettings, fit_hold, load_hold, probability_by
 from robots import load_robot
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from perception import WITHOUT_NETWORK, GraspDetector, WeightsError
-from perception.candidates import RandomPoints, SpreadPoints
+from perception.grasps.candidates import RandomPoints, SpreadPoints
 from robots import load_robot
 
 ALLOWED = np.zeros((300, 300), dtype=bool)

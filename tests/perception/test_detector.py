@@ -17,10 +17,9 @@ from perception import (
     Proposals,
     WeightsError,
 )
-from perception.arrays import Array, Image, Mask
-from perception.frame import Things
+from perception.frame import Array, Image, Mask, ObjectRegion
 from perception.geometry import closing_direction, grasp_pose
-from perception.grasp_feasibility import DEPTHS
+from perception.grasps.feasibility import DEPTHS
 from robots import Box, Geom, load_robot
 
 ROBOT = load_robot("frankie")
@@ -195,8 +194,8 @@ def test_on_what_is_meant_the_check_looks_everywhere_if_no_proposal_fits() -> No
 def test_a_grasp_on_a_thing_closes_on_that_thing_alone(detector: GraspDetector) -> None:
     seen = frame(box_world(), looking_down(0.4))
     half = Half()
-    assert isinstance(half, Things)
-    assert not isinstance(WORKSPACE, Things)
+    assert isinstance(half, ObjectRegion)
+    assert not isinstance(WORKSPACE, ObjectRegion)
     grasps = detector.detect(seen, half).grasps
     assert grasps
     for one in grasps:

@@ -12,7 +12,7 @@ from pinocchio import SE3
 
 from hw import DepthFrame
 from hw.sim import D435Noise, DepthRenderer
-from perception import FrameJudge, GraspDetector, mistake_in
+from perception import FrameChecker, GraspDetector, frame_problem
 from robots import Box, Geom, Plane, load_robot
 
 FRANKIE = load_robot("frankie").camera
@@ -56,7 +56,7 @@ def test_a_wrong_image_is_not_believed_and_the_mistake_is_named(name: str) -> No
 
 @pytest.mark.parametrize("wrong", [{"wTc": SE3(DOWN, np.full(3, np.nan))}, {"stamp": np.nan}])
 def test_a_pose_or_stamp_that_is_not_finite_is_not_believed(wrong: dict) -> None:
-    assert "not finite" in mistake_in(replace(frame(GOOD), **wrong))
+    assert "not finite" in frame_problem(replace(frame(GOOD), **wrong))
 
 
 def test_what_a_camera_really_delivers_is_believed() -> None:
@@ -65,9 +65,9 @@ def test_what_a_camera_really_delivers_is_believed() -> None:
     holes = [np.where(rng.random(GOOD.shape) < 0.3, bad, GOOD) for bad in (0, np.nan, np.inf, 65.5)]
     nothing = np.full_like(GOOD, np.nan)
     for depth in (noisy, *holes, nothing, GOOD.astype(float)):
-        assert mistake_in(frame(depth)) == ""
+        assert frame_problem(frame(depth)) == ""
     level = SE3(np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]], dtype=float), np.array([0, 0, 1.0]))
-    assert mistake_in(frame(RENDER.render([PLANE, BOX], level), level)) == ""
+    assert frame_problem(frame(RENDER.render([PLANE, BOX], level), level)) == ""
 
 
 def moved(x: float) -> SE3:
@@ -77,7 +77,7 @@ def moved(x: float) -> SE3:
 @pytest.mark.parametrize("noise", [True, False])
 @pytest.mark.parametrize("turns", [True, False])
 def test_a_picture_that_does_not_change_while_the_hand_moves_is_a_fault(noise, turns) -> None:
-    rng, judge = np.random.default_rng(0), FrameJudge()
+    rng, judge = np.random.default_rng(0), FrameChecker()
 
     def picture(wTc: SE3) -> np.ndarray:
         depth = RENDER.render([PLANE, BOX], wTc)
@@ -96,7 +96,7 @@ def test_a_picture_that_does_not_change_while_the_hand_moves_is_a_fault(noise, t
 
 
 def test_from_rest_two_equal_pictures_are_a_fault_only_of_a_camera_with_noise() -> None:
-    judge = FrameJudge()
+    judge = FrameChecker()
     for k in range(5):
         assert judge.mistake(frame(GOOD.copy(), stamp=k / 30)) == ""
     rng = np.random.default_rng(0)
@@ -107,7 +107,7 @@ def test_from_rest_two_equal_pictures_are_a_fault_only_of_a_camera_with_noise() 
 
 
 def test_a_base_that_is_relocalised_is_no_hand_that_moves() -> None:
-    judge = FrameJudge()
+    judge = FrameChecker()
     assert judge.mistake(frame(GOOD)) == ""
     judge.relocalise()
     assert judge.mistake(frame(GOOD.copy(), moved(0.2), 0.1)) == ""
@@ -115,14 +115,14 @@ def test_a_base_that_is_relocalised_is_no_hand_that_moves() -> None:
 
 
 def test_an_empty_table_without_noise_looks_alike_from_everywhere() -> None:
-    judge = FrameJudge()
+    judge = FrameChecker()
     for k in range(5):
         depth = RENDER.render([PLANE], moved(0.1 * k))
         assert judge.mistake(frame(depth, moved(0.1 * k), k / 30)) == ""
 
 
 def test_a_frame_that_is_older_than_the_one_before_is_not_believed() -> None:
-    judge = FrameJudge()
+    judge = FrameChecker()
     assert judge.mistake(frame(GOOD, stamp=1.0)) == ""
     assert "clock jumps" in judge.mistake(frame(GOOD + 0.01, stamp=0.9))
     assert judge.mistake(frame(GOOD, stamp=0.93)) == ""

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from pinocchio import SE3
 
-from perception.grasp_feasibility import DEPTHS, FLOOR_CLEARANCE, assess
-from perception.hand_dimensions import hand_dimensions
-from perception.height_map import CELL, HeightMap, build_height_map
-from perception.lever_arm import LeverArms
-from perception.refine import refine
+from perception.grasps.feasibility import DEPTHS, FLOOR_CLEARANCE, assess
+from perception.grasps.hand_geometry import hand_dimensions
+from perception.grasps.height_map import CELL, HeightMap, build_height_map
+from perception.grasps.object_centroids import ObjectCentroids
+from perception.grasps.refinement import refine
 from robots import Box, Geom, GripperDescription, Intrinsics, load_robot
 
 GRIPPER = load_robot("frankie").gripper
@@ -239,7 +239,7 @@ def test_height_maps_of_a_tilted_camera_are_level() -> None:
 def test_of_equal_grasps_the_one_in_the_middle_comes_first() -> None:
     """A bar with a heavy head: its ends and its middle are as good to the fingers."""
     where = scene(box(0.0, 0.0, 0.24, 0.02, 0.03), box(0.10, 0.0, 0.04, 0.06, 0.05))
-    levers = LeverArms(where, FLOOR + 0.008, None)
+    levers = ObjectCentroids(where, FLOOR + 0.008, None)
     at = np.array([-0.09, -0.02, 0.03])
     two = (at, 0 * at, np.full(3, np.pi / 2), np.full(3, 0.8), FLOOR, GRIPPER)
     first = refine(where, *two, directions=1, levers=levers).x[0]
@@ -250,7 +250,7 @@ def test_of_equal_grasps_the_one_in_the_middle_comes_first() -> None:
 
 def test_lever_arms_are_those_of_one_thing_and_none_beside_it() -> None:
     where = scene(box(-0.1, 0.0, 0.06, 0.04, 0.03), box(0.1, 0.0, 0.06, 0.04, 0.06))
-    levers = LeverArms(where, FLOOR + 0.008, None)
+    levers = ObjectCentroids(where, FLOOR + 0.008, None)
     arms = levers.at(np.array([-0.1, 0.12, 0.0]), np.zeros(3))
     assert arms == pytest.approx([0.0, 0.02, 0.0], abs=0.003)
     assert levers.preference(np.array([-0.1, 0.12]), np.zeros(2)) == pytest.approx(
@@ -264,7 +264,7 @@ def test_of_what_the_image_cuts_off_nobody_knows_the_middle() -> None:
     y = np.linspace(-0.1, 0.1, 50)
     x = np.full_like(y, X.max())
     border = np.stack([x, y, where.at(x, y)], axis=1)
-    levers = LeverArms(where, FLOOR + 0.008, None, border)
+    levers = ObjectCentroids(where, FLOOR + 0.008, None, border)
     at = np.array([0.1, 0.16, -0.1, 0.0]), np.zeros(4)
     assert levers.shows_all(*at).tolist() == [False, False, True, True]
-    assert LeverArms(where, FLOOR + 0.008, None).shows_all(*at).all()
+    assert ObjectCentroids(where, FLOOR + 0.008, None).shows_all(*at).all()

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from perception import NUMBERS, GraspPatches, WeightsError
-from perception.arrays import Array
-from perception.grasp_patches import NEAR_CELL, NEAR_SHAPE, grasp_patches
-from perception.height_map import CELL, HeightMap
-from perception.lever_arm import LeverArms
+from perception.frame import Array
+from perception.grasps.height_map import CELL, HeightMap
+from perception.grasps.object_centroids import ObjectCentroids
+from perception.grasps.patches import NEAR_CELL, NEAR_SHAPE, grasp_patches
+from perception.grasps.refinement import RefinedGrasps, refine
 from perception.networks import load_hold, shipped_hold
 from perception.networks.hold import as_tensors
 from perception.networks.hold_measures import MEASURES
-from perception.refine import RefinedGrasps, refine
 from robots import load_robot
 
 GRIPPER = load_robot("frankie").gripper
@@ -37,7 +37,7 @@ def seen_at(scene: HeightMap, x: float, direction: float = np.pi / 2) -> GraspPa
     one = np.ones(1)
     found = refine(scene, x * one, 0.0 * one, direction * one, one, FLOOR, GRIPPER, directions=1)
     assert len(found.score) == 1
-    levers = LeverArms(scene, FLOOR + 0.008, None)
+    levers = ObjectCentroids(scene, FLOOR + 0.008, None)
     return grasp_patches(scene, found, levers, CAMERA, FLOOR)
 
 

@@ -7,7 +7,7 @@ from test_detector import FLOOR, GRIPPER, WORKSPACE, box_world, frame, looking_d
 
 from hw.sim import SimObject
 from perception import NUMBERS, Candidates, GraspDetector, GraspPatches, Proposals
-from perception.arrays import Array, Image, Mask
+from perception.frame import Array, Image, Mask
 from robots import Box, Geom
 
 MIDDLE = NUMBERS.index("middle_along")

@@ -9,7 +9,7 @@ from behaviours import Region
 from hw import DepthFrame
 from hw.sim import DepthRenderer
 from hw.sim.render import painted
-from perception import colour_name, seen_objects
+from perception import colour_name, segment_objects
 from robots import Box, Cylinder, Geom, Plane, Sphere, load_robot
 
 CAMERA = load_robot("frankie").camera.intrinsics
@@ -41,7 +41,7 @@ def frame(*things, colour=True, height=0.45):
 
 def test_place_size_width_and_colour_are_measured():
     box = put(Box((0.05, 0.02, 0.02)), 0.05, -0.03, 0.04, RED, yaw=0.5)
-    (seen,) = seen_objects(frame(box), REGION)
+    (seen,) = segment_objects(frame(box), REGION)
     assert np.linalg.norm(seen.position - [0.05, -0.03, FLOOR + 0.02]) < 0.003
     assert seen.size == pytest.approx((0.1, 0.04, 0.04), abs=0.004)
     assert seen.area == pytest.approx(0.004, rel=0.06)
@@ -52,7 +52,10 @@ def test_place_size_width_and_colour_are_measured():
 def test_things_of_two_colours_that_touch_are_two():
     left = put(Box((0.02, 0.03, 0.02)), -0.02, 0.0, 0.04, RED)
     right = put(Box((0.02, 0.03, 0.02)), 0.02, 0.0, 0.04, BLUE)
-    assert sorted(one.colour for one in seen_objects(frame(left, right), REGION)) == ["blue", "red"]
+    assert sorted(one.colour for one in segment_objects(frame(left, right), REGION)) == [
+        "blue",
+        "red",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -64,34 +67,34 @@ def test_things_of_two_colours_that_touch_are_two():
 )
 def test_round_things_of_one_colour_that_touch_are_two(right):
     left = put(Sphere(0.025), 0.0, 0.0, 0.05, RED)
-    assert len(seen_objects(frame(left, right), REGION)) == 2
+    assert len(segment_objects(frame(left, right), REGION)) == 2
 
 
 def test_boxes_of_one_colour_face_to_face_are_one():
     """What cannot be told is not guessed."""
     left = put(Box((0.02, 0.03, 0.02)), -0.02, 0.0, 0.04, RED)
     right = put(Box((0.02, 0.03, 0.02)), 0.02, 0.0, 0.04, RED)
-    assert len(seen_objects(frame(left, right), REGION)) == 1
+    assert len(segment_objects(frame(left, right), REGION)) == 1
 
 
 def test_without_colours_heights_tell_things_apart():
     low = put(Box((0.03, 0.03, 0.01)), -0.03, 0.0, 0.02, RED)
     high = put(Box((0.03, 0.03, 0.04)), 0.03, 0.0, 0.08, BLUE)
-    seen = seen_objects(frame(low, high, colour=False), REGION)
+    seen = segment_objects(frame(low, high, colour=False), REGION)
     assert [one.colour for one in seen] == ["", ""]
 
 
 def test_what_stands_outside_or_is_cut_off_is_not_taken_for_whole():
     outside = put(Box((0.02, 0.02, 0.02)), 0.3, 0.0, 0.04, RED)
     cut_off = put(Box((0.05, 0.02, 0.02)), -0.17, 0.0, 0.04, BLUE)
-    (seen,) = seen_objects(frame(outside, cut_off, height=0.2), REGION)
+    (seen,) = segment_objects(frame(outside, cut_off, height=0.2), REGION)
     assert seen.colour == "blue"
     assert not seen.whole
 
 
 def test_no_depth_is_no_answer_and_an_empty_region_has_nothing():
     empty = frame()
-    assert seen_objects(empty, REGION) == ()
+    assert segment_objects(empty, REGION) == ()
     blind = DepthFrame(
         depth=np.full_like(empty.depth, np.nan),
         intrinsics=CAMERA,
@@ -99,7 +102,7 @@ def test_no_depth_is_no_answer_and_an_empty_region_has_nothing():
         stamp=0.0,
         paint=empty.paint,
     )
-    assert seen_objects(blind, REGION) is None
+    assert segment_objects(blind, REGION) is None
 
 
 @pytest.mark.parametrize(

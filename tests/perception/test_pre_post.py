@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from pinocchio import SE3, exp3
 
-from perception.network_io import ANGLE_BINS, WIDTH_SCALE
-from perception.postprocess import bin_candidates, find_candidates, grasp_maps
-from perception.preprocess import METRES_PER_PIXEL, Crop, central_crop, fill, prepare
+from perception.grasps.network_input import METRES_PER_PIXEL, Crop, central_crop, fill, prepare
+from perception.grasps.network_io import ANGLE_BINS, WIDTH_SCALE
+from perception.networks.output_maps import bin_candidates, find_candidates, grasp_maps
 from robots import Intrinsics
 
 CAMERA = Intrinsics(width=640, height=480, fx=383.0, fy=383.0, cx=319.5, cy=239.5)

@@ -11,7 +11,7 @@ from test_unknown import seen_from, unknown_at
 from hw import DepthFrame
 from hw.sim import World
 from perception import GraspDetector, GraspEstimate, HeightMap, SceneMemory
-from perception.scene_memory import OLDEST, completed
+from perception.grasps.scene_memory import OLDEST, completed
 from robots import Box, Geom
 
 __all__ = ["detector"]  # a fixture

@@ -1,4 +1,4 @@
-"""Things of one colour that touch are told apart by their outlines and heights."""
+"""ObjectRegion of one colour that touch are told apart by their outlines and heights."""
 
 import numpy as np
 import pytest
@@ -17,8 +17,8 @@ from hw.sim import (
     build_world,
     painted,
 )
-from perception import seams_across, seen_objects
-from perception.seams import Piece
+from perception import candidate_boundaries, segment_objects
+from perception.objects.boundaries import Blob
 from robots import Box, Cylinder, Geom, Plane, load_robot
 
 CAMERA = load_robot("frankie").camera
@@ -48,7 +48,7 @@ def count(*things, seed=0):
     frame = DepthFrame(
         depth=depth, intrinsics=CAMERA.intrinsics, wTc=wTc, stamp=0.0, paint=lambda: colours
     )
-    return len(seen_objects(frame, REGION))
+    return len(segment_objects(frame, REGION))
 
 
 @pytest.mark.parametrize(
@@ -86,8 +86,8 @@ def test_one_thing_of_many_parts_is_one(name):
 def test_a_seam_parts_a_piece_wholly():
     cells = np.zeros((60, 60), dtype=bool)
     cells[10:50, 10:20] = cells[10:20, 10:50] = True
-    piece = Piece(above=np.where(cells, 0.03, 0.0).astype(np.float32), cells=cells, cell=0.0015)
-    found = list(seams_across(piece))
+    piece = Blob(above=np.where(cells, 0.03, 0.0).astype(np.float32), cells=cells, cell=0.0015)
+    found = list(candidate_boundaries(piece))
     assert found
     for one, other in found:
         assert not (one & other).any()
@@ -97,5 +97,5 @@ def test_a_seam_parts_a_piece_wholly():
 def test_a_round_thing_of_one_height_has_no_seam():
     row, column = np.mgrid[:60, :60]
     cells = (row - 30) ** 2 + (column - 30) ** 2 < 25**2
-    piece = Piece(above=np.where(cells, 0.03, 0.0).astype(np.float32), cells=cells, cell=0.0015)
-    assert list(seams_across(piece)) == []
+    piece = Blob(above=np.where(cells, 0.03, 0.0).astype(np.float32), cells=cells, cell=0.0015)
+    assert list(candidate_boundaries(piece)) == []

@@ -9,7 +9,7 @@ from pinocchio import SE3
 
 from hw.sim.noise import D435Noise
 from hw.sim.render import DepthRenderer
-from perception import SeenSurfaces, SurfaceSettings, surface_cells
+from perception import SurfaceGrid, SurfaceSettings, surface_cells
 from robots import Box, Geom, Intrinsics, Plane, from_rounded_boxes, load_robot, rounded_box
 
 CAMERA = load_robot("frankie").camera
@@ -67,8 +67,8 @@ def of(points, shape) -> np.ndarray:
 
 
 @pytest.fixture
-def surfaces() -> SeenSurfaces:
-    return SeenSurfaces(SETTINGS)
+def surfaces() -> SurfaceGrid:
+    return SurfaceGrid(SETTINGS)
 
 
 def test_noise_makes_no_ghosts(surfaces):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from perception.smoothing import smoothed
+from perception.grasps.smoothing import smoothed
 
 FX, BASELINE = 385.0, 0.05
 

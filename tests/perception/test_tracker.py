@@ -7,7 +7,7 @@ import pytest
 from pinocchio import SE3, exp3
 
 from perception import Detection, GraspEstimate, GraspTracker
-from perception.tracker import TrackerSettings
+from perception.grasps.tracker import TrackerSettings
 
 SETTINGS = TrackerSettings()
 DOWN = np.diag([1.0, -1.0, -1.0])

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import torch
 
-from perception.network_io import ANGLE_BINS, GRID_SIZE, INPUT_SIZE, OUTPUT_STRIDE
+from perception.grasps.network_io import ANGLE_BINS, GRID_SIZE, INPUT_SIZE, OUTPUT_STRIDE
 from perception.networks.angle_bins import AngleBinNetwork
 from perception.networks.ggcnn import GGCNN
 from perception.networks.training import RoundReport, TrainingSettings, train
-from perception.samples import WINDOW, Labels, Sample, SampleStream, Shard
+from perception.training_samples import WINDOW, Labels, Sample, SampleStream, Shard
 
 SETTINGS = TrainingSettings(seed=1, rounds=2, steps=3, batch=2, in_memory=1)
 

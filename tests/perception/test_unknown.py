@@ -10,12 +10,12 @@ from test_grasp_feasibility import FLOOR as MAP_FLOOR
 from test_grasp_feasibility import HAND, X, box, scene
 
 from hw.sim import World
-from perception.grasp_feasibility import assess
-from perception.height_map import HeightMap
-from perception.lever_arm import LeverArms
-from perception.preprocess import central_crop
-from perception.surroundings import surroundings
-from perception.unknown import BASELINE, unknown_pixels
+from perception.grasps.feasibility import assess
+from perception.grasps.height_map import HeightMap
+from perception.grasps.local_heights import local_heights
+from perception.grasps.network_input import central_crop
+from perception.grasps.object_centroids import ObjectCentroids
+from perception.grasps.stereo import BASELINE, unknown_pixels
 from robots import Box, Geom
 
 FX = 400.0
@@ -62,7 +62,7 @@ def seen_from(wTc: SE3, hole: int = 0) -> HeightMap:
     rows, columns = (slice(n // 2 - hole // 2, n // 2 + hole // 2) for n in depth.shape)
     depth[rows, columns] = np.nan
     support = float((FLOOR - wTc.translation[2]) / wTc.rotation[2, 2])
-    return surroundings(seen, depth, central_crop(depth.shape, CAMERA, support), support).scene
+    return local_heights(seen, depth, central_crop(depth.shape, CAMERA, support), support).scene
 
 
 def unknown_at(found: HeightMap, x: float, y: float) -> bool:
@@ -89,7 +89,7 @@ def test_a_thing_does_not_go_on_beyond_the_image() -> None:
     turned.translation[:2] -= 0.12 * turned.rotation[:2, 1]  # the box is at the image's edge
     at = np.array([3.0]), np.zeros(1)
     cut, whole = (
-        LeverArms(seen_from(wTc), FLOOR + 0.008, None) for wTc in (turned, looking_down(0.3))
+        ObjectCentroids(seen_from(wTc), FLOOR + 0.008, None) for wTc in (turned, looking_down(0.3))
     )
     assert cut.at(*at)[0] < 0.02
     assert cut.volume(*at)[0] == pytest.approx(whole.volume(*at)[0], rel=0.2)
@@ -103,8 +103,8 @@ def test_what_the_hand_hides_is_cut_off(below: int, whole: bool) -> None:
     seen = frame(box_world(yaw=0.0, x=3.0, y=0.0), wTc)
     depth = np.array(seen.depth)
     depth[-below:] = np.nan
-    around = surroundings(seen, depth, central_crop(depth.shape, CAMERA, 0.3), 0.3)
-    levers = LeverArms(around.scene, FLOOR + 0.008, None, around.border)
+    around = local_heights(seen, depth, central_crop(depth.shape, CAMERA, 0.3), 0.3)
+    levers = ObjectCentroids(around.scene, FLOOR + 0.008, None, around.border)
     assert levers.shows_all(np.array([3.0]), np.zeros(1)).tolist() == [whole]
 
 
@@ -115,8 +115,8 @@ def test_the_middle_is_not_known_of_what_stands_beside_something_unknown() -> No
     hidden[:, hidden.shape[1] // 2 + 12 :] = np.nan
     here = np.array([2.99]), np.zeros(1)
     for depth, shown in ((np.array(seen.depth), True), (hidden, False)):
-        around = surroundings(seen, depth, central_crop(depth.shape, CAMERA, 0.3), 0.3)
-        levers = LeverArms(around.scene, FLOOR + 0.008, None, around.border)
+        around = local_heights(seen, depth, central_crop(depth.shape, CAMERA, 0.3), 0.3)
+        levers = ObjectCentroids(around.scene, FLOOR + 0.008, None, around.border)
         assert levers.at(*here)[0] < 0.05
         assert levers.shows_middle(*here).tolist() == [shown]
         assert levers.shows_middle(np.array([3.1]), np.zeros(1)).tolist() == [False]  # nothing
@@ -146,7 +146,7 @@ def beside_a_column(height: float) -> tuple[HeightMap, float]:
     wTc = looking_down(0.3)
     wTc.translation[1] -= 0.02  # so that the side of the column is seen
     seen = frame(World([floor, *boxes], []), wTc)
-    around = surroundings(seen, np.array(seen.depth), central_crop((480, 640), CAMERA, 0.3), 0.3)
+    around = local_heights(seen, np.array(seen.depth), central_crop((480, 640), CAMERA, 0.3), 0.3)
     at = 3.0 * np.ones(1), np.zeros(1), 0.5 * np.pi * np.ones(1)
     return around.scene, float(assess(around.scene, *at, FLOOR, GRIPPER).score[0])
 

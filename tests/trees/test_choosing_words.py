@@ -5,7 +5,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from tree_toys import ToyContext
 
-from behaviours import Key, SeenObjects
+from behaviours import DetectedObjects, Key
 from trees.language import build, check, load
 
 HEAD = """\
@@ -95,7 +95,7 @@ class Noted(Behaviour):
     def update(self) -> Status:
         for value in self.arguments.values():
             if isinstance(value, Key):
-                value.write(SeenObjects(self.seen))
+                value.write(DetectedObjects(self.seen))
         return self.outcomes.pop(0) if self.outcomes else Status.SUCCESS
 
 

@@ -19,7 +19,7 @@ from py_trees.common import Status
 from tree_toys import ToyContext
 
 import trees
-from behaviours import SeenObjects
+from behaviours import DetectedObjects
 from behaviours.key import Key
 from config import Diagnostic
 from trees.language import (
@@ -237,7 +237,7 @@ def run(task: Task, rng: random.Random) -> None:
             node.name,
             rng,
             {
-                key: SeenObjects([1, 2]) if node.type.outputs[name].type == SEEN_LIST else 1
+                key: DetectedObjects([1, 2]) if node.type.outputs[name].type == SEEN_LIST else 1
                 for name, key in arguments.items()
                 if isinstance(key, Key)
             },

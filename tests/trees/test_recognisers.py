@@ -8,8 +8,8 @@ import pytest
 from harness import ON_TABLE, TABLE_TOP, Harness, block, looking_down, table_world
 from py_trees.common import Status
 
-from behaviours import Detect, Grasp, Key, SeenObjects
-from perception import known_kinds
+from behaviours import Detect, DetectedObjects, Grasp, Key
+from perception import known_classes
 from robots import Cylinder, Geom
 from trees.language import check
 
@@ -36,7 +36,7 @@ tree: {grasp: {within: box, kind: KIND}}
 def install(tmp_path, monkeypatch):
     """Installs a package with one module, as the metadata of pip describe it."""
     monkeypatch.syspath_prepend(str(tmp_path))
-    known_kinds.cache_clear()
+    known_classes.cache_clear()
 
     def install(source: str) -> None:
         module = f"recogniser_{next(NUMBERS)}"
@@ -46,10 +46,10 @@ def install(tmp_path, monkeypatch):
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n")
         offer = f"[frankie_task.recognisers]\nfruit = {module}:Apples\n"
         (info / "entry_points.txt").write_text(offer)
-        known_kinds.cache_clear()
+        known_classes.cache_clear()
 
     yield install
-    known_kinds.cache_clear()
+    known_classes.cache_clear()
     for name in [name for name in sys.modules if name.startswith("recogniser_")]:
         del sys.modules[name]
 
@@ -78,7 +78,7 @@ def table() -> Harness:
 
 
 def kinds_seen(harness: Harness, kind: str) -> dict[str, tuple[float, ...]]:
-    found = Key[SeenObjects]("found")
+    found = Key[DetectedObjects]("found")
     detect = Detect("see", harness.context, region=ON_TABLE, list=found, kind=kind)
     assert harness.run(detect) is Status.SUCCESS, detect.feedback_message
     return {one.kind: tuple(np.round(one.position[:2], 2)) for one in found.read()}

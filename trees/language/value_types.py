@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Annotated, Literal, TypeAlias, Union, get_args, get_origin
 
-from behaviours import BasePose, Bounds, Posture, Region, SeenObject, SeenObjects, ToolPose
+from behaviours import BasePose, Bounds, DetectedObject, DetectedObjects, Posture, Region, ToolPose
 from config import Plain, written
 
 NamedValue: TypeAlias = ToolPose | BasePose | Posture | Region
@@ -25,8 +25,8 @@ NAMED_TYPES: Mapping[type, str] = {
     Region: "region",
 }
 SEEN_TYPES: Mapping[type, str] = {
-    SeenObject: "a detected object",
-    SeenObjects: "a list of detected objects",
+    DetectedObject: "a detected object",
+    DetectedObjects: "a list of detected objects",
 }
 """Those whose values only leaves can make: a task file has them by their keys."""
 _PLAIN_TYPES: Mapping[type, str] = {
@@ -138,9 +138,9 @@ PARAMETER_TYPES: Mapping[str, ValueType] = {
     "base_pose": ValueType(types=(BasePose,)),
     "posture": ValueType(types=(Posture,)),
     "region": ValueType(types=(Region,)),
-    "object": ValueType(types=(SeenObject,)),
+    "object": ValueType(types=(DetectedObject,)),
 }
 """What may stand after `type:` in the section `params`; a list of choices may too."""
 
-SEEN_ONE = ValueType(types=(SeenObject,))
-SEEN_LIST = ValueType(types=(SeenObjects,))
+SEEN_ONE = ValueType(types=(DetectedObject,))
+SEEN_LIST = ValueType(types=(DetectedObjects,))

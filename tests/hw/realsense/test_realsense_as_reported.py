@@ -14,7 +14,7 @@ from hw import DepthFrame, HardwareError
 from hw.clock import stopwatch
 from hw.emulators.realsense import AS_REPORTED, RealSenseEmulator, Shot, still
 from hw.emulators.reported import NotReportedError
-from perception import FrameJudge
+from perception import FrameChecker
 
 pytestmark = needs_library
 DOWN = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 2.0]))
@@ -50,7 +50,7 @@ class Noisy:
 @pytest.mark.parametrize("way", sorted(AS_REPORTED.keys() - REFUSED.keys()))
 def test_what_is_believed_is_true_and_what_is_wrong_is_said(way):
     """Every image is stamped with its capture, or not believed; the camera is well in the end."""
-    source, judge, said = Noisy(), FrameJudge(), set()
+    source, judge, said = Noisy(), FrameChecker(), set()
     judge.mistake(_frame(source().depth, 0.0))  # there is noise
     judge.mistake(_frame(source().depth, 0.0))
     with plugged_in(source, as_reported=(way,)) as (emulator, camera, clock):

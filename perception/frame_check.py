@@ -1,0 +1,143 @@
+"""Whether a depth frame is what it claims to be: its shape, type, scale, pose, stamp and picture.
+
+What is said is the mistake and its probable cause, in one line without a number that changes.
+"""
+
+from __future__ import annotations
+
+from math import inf, isfinite
+
+import numpy as np
+
+from perception.frame import FloatArray, Frame
+from perception.geometry import world_maps
+
+_EVERY = 16
+"""Scale and picture are judged by every so many-th row and column [px]."""
+_NEAREST, _FARTHEST = 0.1, 20.0
+"""No depth camera of a wrist measures less or more than this in the middle of an image [m]."""
+_BELOW_FLOOR = 0.3
+"""What lies lower than this is not in a world whose floor is at 0 [m]."""
+_MOST = 0.5
+"""Share of the pixels that no noise makes and no hole leaves."""
+_STILL, _STILL_TURN = 0.5e-3, 2e-3
+"""A camera that moves less than this stands still [m, rad]."""
+_MOVED, _TURNED = 3e-3, 0.01
+"""A camera that moves more than this sees something else [m, rad]."""
+_NOISY = 0.3
+"""Share of the pixels that change from one image of a still camera to the next, by noise alone."""
+_LEVEL = 1e-3
+"""Heights of a picture of nothing but a level plane differ by less than this [m]."""
+
+
+def frame_problem(frame: Frame) -> str:
+    """What of one frame cannot be as it is, and its probable cause; empty if all can.
+
+    A mirrored or upside-down image, depth of half or twice its scale, and a pose that is another
+    one cannot be told from one image.
+    """
+    depth, camera = np.asarray(frame.depth), frame.intrinsics
+    if mistake := _mistake_in_shape(depth.shape, (camera.height, camera.width)):
+        return mistake
+    if not np.issubdtype(depth.dtype, np.floating):
+        hint = ": is it in millimetres?" if np.issubdtype(depth.dtype, np.integer) else ""
+        return f"the depth image holds {depth.dtype}, not metres as floating-point numbers{hint}"
+    if not np.isfinite(frame.wTc.homogeneous).all():
+        return "the camera's pose is not finite"
+    if not isfinite(frame.stamp):
+        return "the frame's stamp is not finite"
+    seen = _sample(depth)
+    middle = np.median(seen) if len(seen := seen[(seen > 0.0) & (seen < inf)]) else 1.0
+    if middle > _FARTHEST:
+        return "the depth is far beyond what a camera measures: millimetres given as metres?"
+    if middle < _NEAREST:
+        return "the depth is nearer than a camera measures: metres divided by 1000?"
+    heights = _heights(frame)
+    if len(heights) and np.mean(heights < -_BELOW_FLOOR) > _MOST:
+        return "the depth leads below the floor: a wrong scale (0.1 mm as mm), or a wrong pose?"
+    return ""
+
+
+class FrameChecker:
+    """Judges the frames of one camera, one after the other, each once."""
+
+    def __init__(self) -> None:
+        self._stamp = -inf
+        self._picture: Frame | None = None
+        """The first frame that showed what the newest one shows."""
+        self._is_noisy = False
+        """Whether no two images of this camera are the same."""
+
+    def mistake(self, frame: Frame) -> str:
+        """Why not to believe a frame, see `frame_problem`; empty if it is believed."""
+        if mistake := frame_problem(frame):
+            return mistake
+        goes_back, self._stamp = frame.stamp < self._stamp, frame.stamp
+        if goes_back:
+            return "the frame is stamped before the one that came earlier: the camera's clock jumps"
+        before = self._picture
+        if before is None or not _same(before.depth, frame.depth):
+            self._is_noisy = self._is_noisy or (before is not None and _is_noise(before, frame))
+            self._picture = frame
+            return ""
+        if _moves(before, frame, _MOVED, _TURNED) and not _both_level(before, frame):
+            return "the picture has not changed while the hand moved: the camera hangs"
+        return "the picture does not change, not even its noise: the camera hangs" * self._is_noisy
+
+    def relocalise(self) -> None:
+        """The camera has not moved, but its poses have."""
+        if not self._is_noisy:
+            self._picture = None
+
+
+def _mistake_in_shape(shape: tuple[int, ...], wanted: tuple[int, int]) -> str:
+    if shape == wanted:
+        return ""
+    is_not = f"the depth image has shape {shape}, not (H, W) = {wanted} of its intrinsics"
+    if len(shape) == 3:
+        channels = shape[2]
+        return f"{is_not}: " + ("take its only channel" if channels == 1 else "is it in colour?")
+    if shape == wanted[::-1]:
+        return f"{is_not}: is it transposed?"
+    return f"{is_not}: was it scaled or cut without them?"
+
+
+def _same(one: FloatArray, other: FloatArray) -> bool:
+    return np.array_equal(_sample(one), _sample(other), equal_nan=True) and np.array_equal(
+        one, other, equal_nan=True
+    )
+
+
+def _is_noise(before: Frame, frame: Frame) -> bool:
+    """Whether two images differ nearly everywhere though the camera has not moved."""
+    if _moves(before, frame, _STILL, _STILL_TURN):
+        return False
+    one, other = _sample(before.depth), _sample(frame.depth)
+    both = (one > 0.0) & (other > 0.0)
+    return bool(both.any() and np.mean(one[both] != other[both]) > _NOISY)
+
+
+def _moves(before: Frame, frame: Frame, distance: float, angle: float) -> bool:
+    motion = before.wTc.actInv(frame.wTc)
+    turn = np.arccos(np.clip((np.trace(motion.rotation) - 1.0) / 2.0, -1.0, 1.0))
+    return bool(np.linalg.norm(motion.translation) > distance or turn > angle)
+
+
+def _both_level(before: Frame, frame: Frame) -> bool:
+    """Whether both show one level plane, without noise: it looks alike from everywhere above it."""
+    heights = np.concatenate([_heights(before), _heights(frame)])
+    return len(heights) == 0 or bool(np.ptp(heights) < _LEVEL)
+
+
+def _heights(frame: Frame) -> FloatArray:
+    """(N,) height in the world of what a sample of the pixels shows [m]."""
+    depth = _sample(frame.depth).astype(float)
+    rows, columns = (np.arange(0, side, _EVERY, dtype=float) for side in frame.depth.shape)
+    u, v = columns[None, :], rows[:, None]
+    (heights,) = world_maps(depth, frame.intrinsics, frame.wTc, u, v, axes=(2,))
+    return heights[(depth > 0.0) & (depth < inf)]
+
+
+def _sample(depth: FloatArray) -> FloatArray:
+    sample: FloatArray = np.asarray(depth)[::_EVERY, ::_EVERY]
+    return sample

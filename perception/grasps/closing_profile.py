@@ -1,0 +1,72 @@
+"""The profile of a scene along lines in the closing direction: runs, free space and edges.
+
+A line is sampled every `STEP` from -63 mm to 63 mm about the grasp centre, past an open finger.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from perception.frame import Array, Image, Mask
+
+STEP = 0.0015
+"""Between the samples of a line [m]."""
+ALONG = np.arange(-42, 43, dtype=np.float32) * np.float32(STEP)
+"""(S,) offsets of the samples along the closing direction [m]."""
+
+_CENTRE = len(ALONG) // 2
+_CONTACT_ZONE = 0.003  # edge points this near to the outermost one belong to the contact [m]
+
+
+def runs(occupied: Mask) -> tuple[Array, Array, Mask]:
+    """Ends of the solid run around the middle of each line [m], and whether there is one.
+
+    A run that reaches the end of the line ends there.
+    """
+    free = ~occupied
+    to_right = free[..., _CENTRE:]
+    right = np.where(to_right.any(-1), to_right.argmax(-1), to_right.shape[-1])
+    to_left = free[..., _CENTRE::-1]
+    left = np.where(to_left.any(-1), to_left.argmax(-1), to_left.shape[-1])
+    return -(left - 0.5) * STEP, (right - 0.5) * STEP, occupied[..., _CENTRE]
+
+
+def free_distances(
+    blocked: Mask, body_first: Array, body_last: Array, centre: Array
+) -> tuple[Array, Array]:
+    """Distances from the centre to the first obstacle beyond the body, to either side [m].
+
+    Args:
+        blocked: (N, along) whether anything is in the way of the fingers.
+        body_first: (N,) start of the body along the closing direction [m].
+        body_last: (N,) its end [m].
+        centre: (N,) origin of the distances [m].
+    """
+    beyond = np.where(blocked & (body_last[:, None] < ALONG), ALONG, np.inf).min(axis=1)
+    before = np.where(blocked & (body_first[:, None] > ALONG), ALONG, -np.inf).max(axis=1)
+    return beyond - 0.5 * STEP - centre, centre - before - 0.5 * STEP
+
+
+def contact_edge(
+    ends: Array, solid: Mask, outermost: Array, across: Image
+) -> tuple[Array, Array, Array]:
+    """Slope of a contact edge [rad], the number of lines it is on, its offset across [m]."""
+    weight = (solid & (np.abs(ends - outermost[:, None]) < _CONTACT_ZONE)).astype(float)
+    lines = weight.sum(axis=1)
+    total = np.maximum(lines, 1.0)
+    centre = (weight * across).sum(axis=1) / total
+    mean = (weight * ends).sum(axis=1) / total
+    spread = (weight * (across - centre[:, None]) ** 2).sum(axis=1)
+    slope = (weight * (across - centre[:, None]) * (ends - mean[:, None])).sum(axis=1)
+    slope = np.where(lines >= 2, slope / np.maximum(spread, 1e-9), 0.0)
+    return np.arctan(slope), lines, centre
+
+
+def flare(above: Mask, first: Array, last: Array) -> Array:
+    """Excess of the body at the tips over its extent higher up, on the worse side [m]."""
+    left, right, solid = runs(above)
+    left = np.where(solid, left, np.inf).min(axis=1)
+    right = np.where(solid, right, -np.inf).max(axis=1)
+    some = solid.any(axis=1)
+    excess = np.maximum(left - first, last - right)
+    return np.where(some, excess, 1.0)

@@ -1,0 +1,297 @@
+"""Grasp feasibility: whether the hand fits and the fingers hold, on a height map.
+
+For a grasp from straight above, the scene is sampled along lines in the closing direction, spread
+over the width of the fingers. On each line the solid run around the grasp centre is the body that
+the pads close on. Everything else above the finger tips must leave room for the fingers, and
+everything above the palm must leave room for the palm. What the image does not show is in the way
+of the fingers.
+
+The same check labels training scenes, where heights are exact, and refines the candidates of a
+network, where they are measured.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+
+import cv2
+import numpy as np
+
+from perception.frame import Array, Image, Mask
+from perception.grasps.closing_profile import ALONG, contact_edge, flare, free_distances, runs
+from perception.grasps.hand_geometry import PALM_SPACING, HandDimensions, hand_dimensions
+from perception.grasps.height_map import CELL, HeightMap, look_up
+from perception.grasps.stereo import TALLEST
+from robots import GripperDescription
+
+DEPTHS = (0.014, 0.022, 0.030)
+"""Depths of the grasp centre below the surface that are tried, at most half the height [m]."""
+FLOOR_CLEARANCE = 0.011
+"""Smallest height of the grasp centre above the floor [m]."""
+FRICTION = 0.5
+"""Coefficient of friction that a grasp may rely on."""
+
+_PALM_CELLS = ceil(PALM_SPACING / CELL)  # side of the square around each palm point [cells]
+
+_CONTACT_BELOW = 0.006  # the body is measured this far below the grasp centre, near the tips [m]
+_CONTACT_ABOVE = 0.004  # ... and this far above it, to see how it widens towards the tips [m]
+_FINGER_CLEARANCE = 0.002  # between an open finger and its neighbour [m]
+_PALM_CLEARANCE = 0.003  # between the palm and what is under it [m]
+_MIN_ROOM = 0.004  # on either side of the object before closing, for errors of the arm [m]
+_EXTRA_ROOM = 0.008  # beyond that, where it is free [m]
+_OPENING_RESERVE = 0.002  # of the full opening that is not used [m]
+_MIN_WIDTH = 0.003  # of an object; less is noise [m]
+_DEPTH_COST = 0.03  # a deeper grasp must be better by this share: the map hides what is below
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Ramp:
+    """A factor of the score: 0 below `worst`, from there `least` rising to 1 at `good`."""
+
+    worst: float
+    good: float
+    least: float = 0.0
+
+    def __call__(self, value: Array) -> Array:
+        rising = self.least + (1.0 - self.least) * (value - self.worst) / (self.good - self.worst)
+        return np.where(value < self.worst, 0.0, np.minimum(rising, 1.0))
+
+
+_CONE = float(np.arctan(FRICTION))  # half angle of the friction cone [rad]
+_ENGAGEMENT = _Ramp(worst=0.006, good=0.014, least=0.3)  # height of the object beside the pads [m]
+_LIFT = _Ramp(worst=-0.016, good=-0.003, least=0.1)  # by which the palm raises the grasp, < 0 [m]
+_OPENING_LEFT = _Ramp(worst=0.0, good=0.006, least=0.2)  # full opening less the width [m]
+_ROOM_LEFT = _Ramp(worst=0.0, good=0.006, least=0.5)  # beyond what the open fingers need [m]
+_SLOPE = _Ramp(worst=-1.5 * _CONE, good=-0.3 * _CONE)  # of the steeper contact edge, < 0 [rad]
+_TAPER = _Ramp(worst=-_CONE, good=-0.3 * _CONE)  # half the angle between the edges, < 0 [rad]
+_SKEW = _Ramp(worst=-_CONE, good=-0.5 * _CONE)  # of the line through the contacts, < 0 [rad]
+_FLARE = _Ramp(worst=-1.2 * FRICTION, good=-0.25 * FRICTION)  # widening towards the tips, < 0
+_CONTACT_LINES = _Ramp(worst=1.0, good=3.0, least=0.1)  # lines that the smaller contact is on
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Assessment:
+    """The feasibility of N grasps. Where `score` is 0 the other values are undefined."""
+
+    score: Array
+    """(N,) 0 is infeasible, 1 is best."""
+    x: Array
+    """(N,) grasp centre, midway between the contacts, in the world [m]."""
+    y: Array
+    """(N,) [m]."""
+    z: Array
+    """(N,) height of the grasp centre [m]."""
+    top: Array
+    """(N,) height of the surface at the grasp [m]."""
+    width: Array
+    """(N,) distance between the contacts along the closing direction [m]."""
+    opening: Array
+    """(N,) distance between the pads for the descent, at which the fingers touch nothing [m]."""
+    offset: Array
+    """(N,) displacement of the centre along the closing direction [m]."""
+    turn: Array
+    """(N,) turn of the closing direction that makes it normal to the contacts [rad]."""
+
+
+def assess(
+    scene: HeightMap,
+    x: Array,
+    y: Array,
+    direction: Array,
+    floor: float,
+    gripper: GripperDescription,
+) -> Assessment:
+    """Assess grasps from straight above, each at the best of `DEPTHS`.
+
+    Args:
+        scene: heights, measured or exact.
+        x: (N,) grasp centres in the world [m].
+        y: (N,) [m].
+        direction: (N,) closing direction in the world, from x towards y [rad].
+        floor: height of the support surface [m].
+        gripper: the hand.
+    """
+    hand = hand_dimensions(gripper)
+    cosine, sine = np.cos(direction), np.sin(direction)
+    top = scene.at(x, y).astype(float)
+    along, across = ALONG[None, None, :], hand.lines[None, :, None]
+    c, s = (a.astype(np.float32)[:, None, None] for a in (cosine, sine))
+    east, north = (a.astype(np.float32)[:, None, None] for a in (x, y))
+    cells = scene.cells(east + c * along - s * across, north + s * along + c * across)
+    heights = scene.heights.ravel().take(cells)
+    unknown = np.zeros((len(x), len(ALONG)), dtype=np.bool_)
+    if scene.unknown is not None:
+        unknown = np.asarray(scene.unknown.ravel().take(cells).any(axis=1))
+    lowest = _lowest(scene, hand, x, y, cosine, sine, floor)
+    deepest = np.maximum(0.5 * (top + floor), floor + FLOOR_CLEARANCE)
+    # All depths at once: with so few grasps the overhead of numpy's calls dominates.
+    n = len(DEPTHS)
+    found = _assess_at(
+        np.concatenate([heights] * n),
+        np.tile(unknown, (n, 1)),
+        np.tile(top, n),
+        np.concatenate([np.maximum(top - depth, deepest) for depth in DEPTHS]),
+        np.tile(lowest, n),
+        hand,
+    )
+    scores = found.score.reshape(n, -1) * (1.0 - _DEPTH_COST * np.arange(n))[:, None]
+    best = scores.argmax(axis=0), np.arange(len(top))
+
+    def chosen(name: str) -> Array:
+        values: Array = getattr(found, name).reshape(n, -1)[best]
+        return values
+
+    offset = chosen("offset")
+    return Assessment(
+        score=chosen("score"),
+        x=x + cosine * offset,
+        y=y + sine * offset,
+        z=chosen("z"),
+        top=top,
+        width=chosen("width"),
+        opening=chosen("opening"),
+        offset=offset,
+        turn=chosen("turn"),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _AtDepth:
+    """The fields of `Assessment` at one depth each; all (N,)."""
+
+    score: Array
+    z: Array
+    width: Array
+    opening: Array
+    offset: Array
+    turn: Array
+
+
+def _assess_at(
+    heights: Image, unknown: Mask, top: Array, deep: Array, lowest: Array, hand: HandDimensions
+) -> _AtDepth:
+    """Assess grasps at one depth each.
+
+    Args:
+        heights: (N, across, along) around each grasp, in the world [m].
+        unknown: (N, along) where the image does not show all that is in the way of the fingers.
+        top: (N,) height of the surface at the grasp [m].
+        deep: (N,) desired height of the grasp centre [m].
+        lowest: (N,) height below which palm or camera would collide [m].
+        hand: dimensions of the hand.
+    """
+    z = np.maximum(deep, lowest)
+    engagement = top - (z - hand.tip)
+    level = z.astype(np.float32)[:, None, None]
+    low = heights > level - np.float32(_CONTACT_BELOW)
+    left, right, solid = runs(low)
+    body_first = np.where(solid, left, np.inf).min(axis=1)
+    body_last = np.where(solid, right, -np.inf).max(axis=1)
+    pads = hand.pad_lines
+    left, right, solid = left[:, pads], right[:, pads], solid[:, pads]
+    first = np.where(solid, left, np.inf).min(axis=1)
+    last = np.where(solid, right, -np.inf).max(axis=1)
+    whole = solid[:, solid.shape[1] // 2] & (body_first > ALONG[0]) & (body_last < ALONG[-1])
+    first, last, body_first, body_last = (
+        np.where(whole, end, 0.0) for end in (first, last, body_first, body_last)
+    )
+    width, offset = last - first, 0.5 * (first + last)
+
+    high = heights > level + np.float32(hand.finger)
+    spare, opening = _room(low, high, unknown, body_first, body_last, offset, hand)
+
+    across = hand.lines[None, pads]
+    turn_left, lines_left, at_left = contact_edge(left, solid, first, across)
+    turn_right, lines_right, at_right = contact_edge(right, solid, last, across)
+    above = np.minimum(z + _CONTACT_ABOVE, top - 0.002)
+    widening = flare(heights[:, pads] > above.astype(np.float32)[:, None, None], first, last)
+    widening /= np.maximum(above - (z - _CONTACT_BELOW), 1e-3)
+
+    skew = np.arctan2(np.abs(at_right - at_left), np.maximum(width, 1e-3))
+    steepest = np.maximum(np.abs(turn_left), np.abs(turn_right))
+    taper = 0.5 * np.abs(turn_left - turn_right)
+    factors = (
+        _ENGAGEMENT(engagement),
+        _LIFT(deep - z),
+        _OPENING_LEFT(hand.opening - _OPENING_RESERVE - width),
+        _ROOM_LEFT(spare),
+        _SLOPE(-steepest),
+        _TAPER(-taper),
+        _SKEW(-skew),
+        _FLARE(-widening),
+        _CONTACT_LINES(np.minimum(lines_left, lines_right)),
+        whole & (width > _MIN_WIDTH),
+    )
+    return _AtDepth(
+        score=np.prod(np.stack([np.asarray(f, dtype=float) for f in factors]), axis=0),
+        z=z,
+        width=width,
+        opening=opening,
+        offset=offset,
+        turn=-0.5 * (turn_left + turn_right),
+    )
+
+
+def _lowest(
+    scene: HeightMap,
+    hand: HandDimensions,
+    x: Array,
+    y: Array,
+    cosine: Array,
+    sine: Array,
+    floor: float,
+) -> Array:
+    """(N,) height of the grasp centre below which palm or camera would meet something [m].
+
+    What is unknown is as high as `TALLEST`, or as the camera.
+    """
+    heights = scene.heights
+    if scene.unknown is not None:
+        tallest = np.where(scene.unknown, np.float32(floor + TALLEST), np.float32(-np.inf))
+        if scene.rising is not None:
+            tallest[scene.rising] = np.inf
+        heights = np.maximum(heights, tallest)
+    square = np.ones((_PALM_CELLS, _PALM_CELLS), dtype=np.uint8)
+    highest = np.asarray(cv2.dilate(heights, square), dtype=np.float32)
+    x, y, c, s = (each[:, None] for each in (x, y, cosine, sine))
+    lowest = np.full(len(x), -np.inf)
+    for height, along, across in hand.overhead:
+        at = x + c * along - s * across, y + s * along + c * across
+        under = look_up(highest, scene.origin, scene.cell, *at).max(axis=1)
+        lowest = np.maximum(lowest, under + _PALM_CLEARANCE - height)
+    return lowest
+
+
+def _room(
+    low: Mask,
+    high: Mask,
+    unknown: Mask,
+    body_first: Array,
+    body_last: Array,
+    centre: Array,
+    hand: HandDimensions,
+) -> tuple[Array, Array]:
+    """The room of each finger beyond what it needs, and the opening for the descent [m].
+
+    Args:
+        low: (N, across, along) what is in the way of the pads.
+        high: (N, across, along) what is in the way of the fingers above them.
+        unknown: (N, along) where anything may be in the way of both.
+        body_first: (N,) start of the body between the fingers, along the closing direction [m].
+        body_last: (N,) its end [m].
+        centre: (N,) middle between the fingers [m].
+        hand: dimensions of the hand.
+    """
+    needed = np.maximum(body_last - centre, centre - body_first) + _MIN_ROOM
+    free = np.minimum.reduce(
+        [
+            distance - thickness
+            for occupied, thickness in ((low, hand.pad_thickness), (high, hand.finger_thickness))
+            for distance in free_distances(
+                unknown | np.asarray(occupied.any(axis=1)), body_first, body_last, centre
+            )
+        ]
+    )
+    spare = np.minimum(free - _FINGER_CLEARANCE, 0.5 * hand.opening) - needed
+    return spare, 2.0 * (needed + np.minimum(0.5 * spare, _EXTRA_ROOM))

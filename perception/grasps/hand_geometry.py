@@ -1,0 +1,118 @@
+"""The dimensions of a gripper in the feasibility check, and the margins added to them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from functools import cache
+from math import ceil, floor
+from typing import NamedTuple
+
+import numpy as np
+
+from perception.frame import Array, Image
+from robots import GripperDescription, half_extents
+
+TIP_MARGIN = 0.0004
+"""Added to the reach of the finger tips [m]."""
+FINGER_MARGIN = 0.00005
+"""Added to the thickness of the fingers [m]."""
+FINGER_END_MARGIN = 0.002
+"""Added to the fingers at their lower end, below which only the pads reach [m]."""
+PALM_ALLOWANCE = 0.0001
+"""Subtracted from the reach of the palm, which the check keeps clear by more than this [m]."""
+PALM_MARGIN = 0.004
+"""Added to the palm on all sides, for errors of the arm [m]."""
+LINE_SPACING = 0.0035
+"""Between the lines along which the scene is sampled, across the fingers [m]."""
+PALM_SPACING = 0.016
+"""Between the points at which the scene is sampled under the palm [m]."""
+
+
+class Overhead(NamedTuple):
+    """A part of the hand that stays above what is grasped and what stands around it."""
+
+    height: float
+    """Above the grasp centre [m]."""
+    along: Array
+    """(P,) offset along of points under it, each for `PALM_SPACING` around it [m]."""
+    across: Array
+    """(P,) their offset across [m]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HandDimensions:
+    """A parallel gripper above the scene: `along` the closing direction and `across` it."""
+
+    opening: float
+    """Distance between the pads when fully open [m]."""
+    tip: float
+    """Height of the grasp centre above the finger tips [m]."""
+    palm: float
+    """Height of the palm above the grasp centre [m]."""
+    finger: float
+    """Height above the grasp centre from which on the fingers are as thick as
+    `finger_thickness` [m]."""
+    pad_thickness: float
+    """From the inner face of a pad outwards [m]."""
+    finger_thickness: float
+    """From the inner face of a pad to the outer face of its finger [m]."""
+    lines: Image
+    """(L,) offset across of each line, over the width of the fingers [m]."""
+    pad_lines: slice
+    """Those over the width of the pads."""
+    overhead: tuple[Overhead, ...]
+    """The palm, and the camera if it has one: on both sides, as a hand may be turned round."""
+
+
+def hand_sizes(gripper: GripperDescription) -> dict[str, float]:
+    """The lengths by which one hand differs from another, by name [m]."""
+    sizes = asdict(hand_dimensions(gripper))
+    return {name: size for name, size in sizes.items() if isinstance(size, float)}
+
+
+@cache
+def hand_dimensions(gripper: GripperDescription) -> HandDimensions:
+    """The dimensions of a gripper."""
+    finger, pad = (half_extents(part.shape) for part in (gripper.finger, gripper.pad))
+    overhead = tuple(_overhead(gripper))
+    n_pad = floor(pad[0] / LINE_SPACING)
+    n_finger = ceil(finger[0] / LINE_SPACING)
+    millimetres = np.arange(-n_finger, n_finger + 1, dtype=np.float32) * np.float32(
+        1e3 * LINE_SPACING
+    )
+    return HandDimensions(
+        opening=gripper.opening,
+        tip=_rounded(gripper.tip + TIP_MARGIN),
+        palm=overhead[0].height,
+        finger=_rounded(-gripper.finger.pose.translation[2] - finger[2] - FINGER_END_MARGIN),
+        pad_thickness=_rounded(gripper.pad.pose.translation[1] + pad[1]),
+        finger_thickness=_rounded(gripper.finger.pose.translation[1] + finger[1] + FINGER_MARGIN),
+        lines=millimetres * np.float32(1e-3),
+        pad_lines=slice(n_finger - n_pad, n_finger + n_pad + 1),
+        overhead=overhead,
+    )
+
+
+def _overhead(gripper: GripperDescription) -> Iterator[Overhead]:
+    """The palm first."""
+    for part in (gripper.palm, gripper.camera):
+        if part is not None:
+            aside, ahead, up = part.pose.translation
+            across, along, high = half_extents(part.shape)
+            sides = _points(across + PALM_MARGIN)
+            sides = np.unique(np.concatenate([sides + aside, sides - aside]))
+            grid = np.meshgrid(_points(along + abs(ahead) + PALM_MARGIN), sides)
+            height = _rounded(-up - high + PALM_ALLOWANCE)
+            yield Overhead(height, grid[0].ravel(), grid[1].ravel())
+
+
+def _points(half: float) -> Array:
+    """(P,) points that cover a length, each half of `PALM_SPACING` to either side [m]."""
+    last = _rounded(half - 0.5 * PALM_SPACING)
+    return np.linspace(-last, last, ceil(2.0 * half / PALM_SPACING))
+
+
+def _rounded(length: float) -> float:
+    """To a micrometre: sums of decimal lengths then have no error in the last bit."""
+    return round(float(length), 6)

@@ -1,0 +1,164 @@
+"""From a depth image to the network's input: a crop of constant scale, levelled and filled.
+
+A network cannot infer scale: its widths are in pixels and the mean depth is subtracted. The crop is
+therefore sized so that one input pixel always covers the same length at the depth of the support
+surface, as far as the image is large enough. Nor can it infer the camera's tilt: depth is replaced
+by the vertical distance below the camera, which equals the depth if the camera looks straight down.
+
+A stereo camera mostly misses the shadow of a nearer surface. The background lies hidden there, so a
+hole takes the farther of its two neighbours in the row. Which holes are no shadows is told apart
+where it matters to the hand (`unknown.py`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from pinocchio import SE3
+
+from perception.frame import Array, Image, Mask
+from perception.geometry import world_maps
+from perception.grasps.network_io import INPUT_SIZE
+from robots import Intrinsics
+
+METRES_PER_PIXEL = 0.0015
+"""Length that one input pixel covers at the depth of the support surface [m]."""
+MAX_DEPTH = 5.0
+"""Larger readings are taken as missing [m]."""
+
+
+class NoDepthError(ValueError):
+    """No pixel has a depth."""
+
+
+def valid_depth(depth: Image) -> Mask:
+    """Which pixels of a depth image [m] hold a usable depth; NaN is none."""
+    valid: Mask = (depth > 0.0) & (depth < MAX_DEPTH)
+    return valid
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crop:
+    """A square part of the full image."""
+
+    u0: int
+    """Left column [px]."""
+    v0: int
+    """Top row [px]."""
+    size: int
+    """Side [px]."""
+
+    @property
+    def scale(self) -> float:
+        """Full-image pixels per input pixel."""
+        return self.size / INPUT_SIZE
+
+    def to_image(self, pixel: Array) -> Array:
+        """Full-image (u, v) of input pixels (..., 2)."""
+        image: Array = (pixel + 0.5) * self.scale - 0.5 + np.array([self.u0, self.v0])
+        return image
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Prepared:
+    """A crop of a depth image, ready for the network."""
+
+    crop: Crop
+    depth: Image
+    """(300, 300) depth without holes [m]."""
+    below: Image
+    """(300, 300) vertical distance below the camera [m]."""
+    missing: Mask
+    """(300, 300) where `depth` was filled in."""
+
+    @property
+    def network_input(self) -> Image:
+        """(300, 300) `below` less its mean, clipped to [-1, 1] [m]."""
+        clipped: Image = np.clip(self.below - self.below.mean(), -1.0, 1.0)
+        return clipped
+
+
+def central_crop(shape: tuple[int, int], intrinsics: Intrinsics, depth: float) -> Crop:
+    """The crop about the image centre that has the network's scale at a depth.
+
+    Args:
+        shape: (H, W) of the image.
+        intrinsics: the camera's pinhole model.
+        depth: of the support surface, along the optical axis [m].
+    """
+    height, width = shape
+    wanted = INPUT_SIZE * METRES_PER_PIXEL * intrinsics.fx / max(depth, 1e-3)
+    size = int(np.clip(round(wanted), min(INPUT_SIZE // 2, height, width), min(height, width)))
+    return Crop(u0=(width - size) // 2, v0=(height - size) // 2, size=size)
+
+
+def prepare(depth: Image, crop: Crop, intrinsics: Intrinsics, wTc: SE3) -> Prepared:
+    """Crop a depth image, fill its holes, resize it to the network's input and level it.
+
+    Args:
+        depth: (H, W) depth [m]; pixels without `valid_depth` are missing.
+        crop: which part of it.
+        intrinsics: the camera's pinhole model.
+        wTc: camera in the world.
+
+    Raises:
+        NoDepthError: no pixel of the crop has a depth.
+    """
+    part = depth[crop.v0 : crop.v0 + crop.size, crop.u0 : crop.u0 + crop.size]
+    missing = ~valid_depth(part)
+    native = fill(part, missing)
+    interpolation = cv2.INTER_AREA if crop.size > INPUT_SIZE else cv2.INTER_LINEAR
+    resized: Image = np.asarray(
+        cv2.resize(native, (INPUT_SIZE, INPUT_SIZE), interpolation=interpolation), dtype=np.float32
+    )
+    pixels = np.arange(INPUT_SIZE, dtype=float)
+    u, v = crop.to_image(np.stack([pixels, pixels], axis=1)).T
+    camera = SE3(wTc.rotation, np.zeros(3))
+    (up,) = world_maps(resized, intrinsics, camera, u[None, :], v[:, None], axes=(2,))
+    return Prepared(
+        crop=crop,
+        depth=resized,
+        below=-up,
+        missing=cv2.resize(
+            missing.astype(np.uint8), (INPUT_SIZE, INPUT_SIZE), interpolation=cv2.INTER_NEAREST
+        ).astype(np.bool_),
+    )
+
+
+def fill(depth: Image, missing: Mask) -> Image:
+    """Fill each missing pixel with the larger of its nearest neighbours left and right.
+
+    Args:
+        depth: (H, W).
+        missing: (H, W) which pixels to fill.
+
+    Returns:
+        A copy without holes. A row without a value is copied from the nearest row with one.
+
+    Raises:
+        NoDepthError: all pixels are missing.
+    """
+    if missing.all():
+        raise NoDepthError("no pixel of the depth image has a depth")
+    filled: Image = np.array(depth, dtype=np.float32)
+    pixel = np.flatnonzero(missing)
+    if len(pixel) == 0:
+        return filled
+    width = depth.shape[1]
+    follows = (np.diff(pixel) == 1) & (pixel[1:] % width != 0)
+    begin = np.flatnonzero(np.concatenate([[True], ~follows]))  # of each hole in its row
+    end = np.append(begin[1:], len(pixel))
+    first, last = pixel[begin], pixel[end - 1]
+    value = np.maximum(
+        np.where(first % width > 0, filled.ravel()[first - 1], -np.inf),
+        np.where((last + 1) % width > 0, filled.ravel()[(last + 1) % filled.size], -np.inf),
+    )
+    filled.ravel()[pixel] = np.repeat(value, end - begin)
+    empty = np.asarray(missing.all(axis=1))
+    if empty.any():
+        rows = np.flatnonzero(~empty)
+        nearest = np.abs(np.arange(len(empty))[:, None] - rows[None, :]).argmin(axis=1)
+        filled = filled[rows[nearest]]
+    return filled

@@ -1,0 +1,139 @@
+"""What is seen around grasps, in their own frames: what a network needs to tell whether they hold.
+
+Two maps of heights, one as large as the open hand and one as large as long objects, rows across the
+closing direction and columns along it; and a few numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from perception.frame import Array, Image, Indices, Mask
+from perception.grasps.height_map import HeightMap
+from perception.grasps.object_centroids import ObjectCentroids
+from perception.grasps.refinement import RefinedGrasps
+
+NEAR_CELL, NEAR_SHAPE = 0.0025, (32, 48)
+"""Side of a cell [m] and rows and columns of the map as large as the hand."""
+FAR_CELL, FAR_SHAPE = 0.010, (32, 32)
+"""The same of the map as large as long objects."""
+NUMBERS = (
+    "score",
+    "width",
+    "opening",
+    "depth",
+    "height",
+    "middle_along",
+    "middle_across",
+    "volume",
+    "whole",
+    "camera_distance",
+    "camera_cosine",
+)
+"""Names of the columns of `GraspPatches.numbers`."""
+_FARTHEST = 0.3  # heights are clipped to this above and below the grasp [m]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GraspPatches:
+    """What is seen around N grasps."""
+
+    near: npt.NDArray[np.float16]
+    """(N, 32, 48) heights relative to the grasp [m]."""
+    near_unknown: Mask
+    """(N, 32, 48) where something may stand that the image does not show."""
+    far: npt.NDArray[np.float16]
+    """(N, 32, 32) as `near`."""
+    far_unknown: Mask
+    """(N, 32, 32) as `near_unknown`."""
+    numbers: Image
+    """(N, 11) see `NUMBERS`: the score of the check; lengths in m, of the grasp over the floor and
+    below the surface, from it to the middle of the thing along and across the closing direction,
+    and to the camera; the volume of the thing in m^3; whether the image shows all of it; the cosine
+    between the way to the camera and the vertical."""
+
+    def only(self, which: Indices) -> GraspPatches:
+        """Those of some grasps."""
+        return GraspPatches(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
+
+
+def joined_patches(parts: Sequence[GraspPatches]) -> GraspPatches:
+    """All of several, one after the other."""
+    return GraspPatches(
+        **{
+            f.name: np.concatenate([getattr(part, f.name) for part in parts])
+            for f in fields(GraspPatches)
+        }
+    )
+
+
+HoldProbability: TypeAlias = Callable[[GraspPatches], Array]
+"""(N,) how likely each of N grasps holds without a hard contact."""
+
+
+def grasp_patches(
+    scene: HeightMap, found: RefinedGrasps, levers: ObjectCentroids, camera: Array, floor: float
+) -> GraspPatches:
+    """What a frame shows around grasps.
+
+    Args:
+        scene: measured heights.
+        found: the grasps.
+        levers: of the scene.
+        camera: (3,) in the world [m].
+        floor: height of the support surface [m].
+    """
+    cosine, sine = np.cos(found.direction), np.sin(found.direction)
+    near, near_unknown = _around(scene, found, cosine, sine, NEAR_CELL, NEAR_SHAPE)
+    far, far_unknown = _around(scene, found, cosine, sine, FAR_CELL, FAR_SHAPE)
+    x, y = levers.to_middle(found.x, found.y)
+    to_camera = camera - np.stack([found.x, found.y, found.z], axis=1)
+    distance = np.linalg.norm(to_camera, axis=1)
+    columns = {
+        "score": found.score,
+        "width": found.width,
+        "opening": found.opening,
+        "depth": found.top - found.z,
+        "height": found.z - floor,
+        "middle_along": cosine * x + sine * y,
+        "middle_across": cosine * y - sine * x,
+        "volume": levers.volume(found.x, found.y),
+        "whole": levers.shows_all(found.x, found.y),
+        "camera_distance": distance,
+        "camera_cosine": to_camera[:, 2] / distance,
+    }
+    return GraspPatches(
+        near=near,
+        near_unknown=near_unknown,
+        far=far,
+        far_unknown=far_unknown,
+        numbers=np.stack([columns[name] for name in NUMBERS], axis=1).astype(np.float32),
+    )
+
+
+def _around(
+    scene: HeightMap,
+    found: RefinedGrasps,
+    cosine: Array,
+    sine: Array,
+    cell: float,
+    shape: tuple[int, int],
+) -> tuple[npt.NDArray[np.float16], Mask]:
+    """Heights relative to each grasp on a grid in its frame [m], and what is unknown there."""
+    rows, columns = shape
+    across = (np.arange(rows) - 0.5 * (rows - 1))[None, :, None] * cell
+    along = (np.arange(columns) - 0.5 * (columns - 1))[None, None, :] * cell
+    c, s = cosine[:, None, None], sine[:, None, None]
+    x = found.x[:, None, None] + c * along - s * across
+    y = found.y[:, None, None] + s * along + c * across
+    cells = scene.cells(x, y)
+    heights = scene.heights.ravel().take(cells) - found.z[:, None, None]
+    unknown: Mask = np.zeros(heights.shape, dtype=np.bool_)
+    if scene.unknown is not None:
+        unknown = scene.unknown.ravel().take(cells)
+    return np.clip(heights, -_FARTHEST, _FARTHEST).astype(np.float16), unknown

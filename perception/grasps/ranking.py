@@ -1,0 +1,165 @@
+"""From candidates in an image to grasps in the world, best first."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from perception.frame import Array, Frame, Mask, ObjectRegion, Workspace
+from perception.geometry import Camera, closing_direction, grasp_pose, world_points
+from perception.grasp import GraspEstimate
+from perception.grasps.candidates import Proposals
+from perception.grasps.feasibility import Assessment
+from perception.grasps.local_heights import LocalHeights
+from perception.grasps.network_input import Prepared
+from perception.grasps.network_io import INPUT_SIZE
+from perception.grasps.object_centroids import ObjectCentroids
+from perception.grasps.patches import HoldProbability, grasp_patches
+from perception.grasps.refinement import ALL_DIRECTIONS, RefinedGrasps, refine
+from robots import GripperDescription
+
+MIN_OBJECT_HEIGHT = 0.008
+"""Surfaces lower than this above the floor are not grasped [m]."""
+LEAST_HOLD = 0.25
+"""A grasp that is told to hold less likely than this is none."""
+ROOMY = 0.045
+"""What is wider than this leaves the hand, which is a few millimetres off, little room [m] ..."""
+LOSS_BY_WIDTH = 1.5
+"""... and loses this against what is as likely to hold [1/m]: 3 % at 65 mm."""
+LOSS_BY_LEVER = 0.3
+"""The same against one that is nearer to the middle of the object [1/m]."""
+_ANGLE_STEP = 0.005  # to either side of a grasp, to see its direction in the image [m]
+
+
+class GraspRanking:
+    """Assesses candidates on the heights that one frame shows.
+
+    Args:
+        frame: with the camera's model and pose.
+        prepared: its crop.
+        around: its heights.
+        workspace: where to grasp; None is everywhere.
+        floor: height of the support surface [m].
+        gripper: the hand.
+        hold: how likely grasps hold, which then is their quality; None leaves that to check and
+            network.
+        lever_arm: whether grasps near the middle of things come first.
+    """
+
+    def __init__(
+        self,
+        frame: Frame,
+        prepared: Prepared,
+        around: LocalHeights,
+        workspace: Workspace | None,
+        floor: float,
+        gripper: GripperDescription,
+        hold: HoldProbability | None = None,
+        *,
+        lever_arm: bool = True,
+    ) -> None:
+        self._frame, self._prepared, self._scene = frame, prepared, around.scene
+        self._hold = hold
+        self._workspace, self._floor, self._gripper = workspace, floor, gripper
+        self.unlikely = False
+        """Whether the hand fits somewhere, but is not likely to hold anything there."""
+        lowest = floor + MIN_OBJECT_HEIGHT
+        self._levers = ObjectCentroids(around.scene, lowest, workspace, around.border)
+        self._preferring = self._levers if lever_arm else None
+
+    def among(self, proposals: Proposals) -> tuple[GraspEstimate, ...]:
+        """The feasible grasps at the candidates, in all directions if the wanted ones have none."""
+        candidates = proposals.candidates
+        if len(candidates.quality) == 0:
+            return ()
+        x, y, direction = self._in_world(candidates.pixel, candidates.angle)
+        for directions in sorted({proposals.directions, ALL_DIRECTIONS}):
+            found = self._refine(x, y, direction, directions, proposals)
+            if len(found.score):
+                return self._estimates(self._judged(found))
+        return ()
+
+    def _judged(self, found: RefinedGrasps) -> RefinedGrasps:
+        """Those inside the workspace; if it is told how likely they hold, the likely ones first."""
+        if self._workspace is not None:
+            centres = np.stack([found.x, found.y, found.top], axis=1)
+            found = found.only(self._workspace.contains(centres))
+        if self._hold is None or not len(found.score):
+            return found
+        camera = self._frame.wTc.translation
+        likely = self._hold(grasp_patches(self._scene, found, self._levers, camera, self._floor))
+        self.unlikely = self.unlikely or bool((likely < LEAST_HOLD).all())
+        loss = LOSS_BY_LEVER * self._levers.at(found.x, found.y)
+        loss += LOSS_BY_WIDTH * np.maximum(found.width - ROOMY, 0.0)
+        ranked = found.ranked(likely, likely - loss)
+        return ranked.only(ranked.score >= LEAST_HOLD)
+
+    def _in_world(self, at: Array, angle: Array) -> tuple[Array, Array, Array]:
+        """x, y [m] and closing directions [rad] of (N, 2) input pixels and (N,) angles in it."""
+        frame, prepared = self._frame, self._prepared
+        pixel = prepared.crop.to_image(at)
+        column, row = np.clip(np.rint(at).astype(np.int64), 0, INPUT_SIZE - 1).T
+        depth = prepared.depth[row, column]
+        points = world_points(depth, frame.intrinsics, frame.wTc, pixel[:, 0], pixel[:, 1])
+        height = points[:, 2]
+        turned = closing_direction(frame.intrinsics, frame.wTc, pixel, angle, height)
+        return points[:, 0], points[:, 1], turned
+
+    def _refine(
+        self, x: Array, y: Array, direction: Array, directions: int, proposals: Proposals
+    ) -> RefinedGrasps:
+        return refine(
+            self._scene,
+            x,
+            y,
+            direction,
+            proposals.candidates.quality,
+            self._floor,
+            self._gripper,
+            directions=directions,
+            turn_cost=proposals.turn_cost,
+            count=proposals.most,
+            levers=self._preferring,
+            owned=self._owned if isinstance(self._workspace, ObjectRegion) else None,
+        )
+
+    def _owned(self, found: Assessment, direction: Array) -> Mask:
+        """Which grasps close on what is meant alone; their contacts are half a width aside."""
+        assert isinstance(self._workspace, ObjectRegion)
+        centres = np.stack([found.x, found.y, found.z], axis=1)
+        aside = np.stack([np.cos(direction), np.sin(direction), np.zeros(len(direction))], axis=1)
+        aside *= 0.5 * found.width[:, None]
+        return self._workspace.owns(centres, np.stack([centres - aside, centres + aside], axis=1))
+
+    def _estimates(self, found: RefinedGrasps) -> tuple[GraspEstimate, ...]:
+        frame = self._frame
+        camera = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc)
+        centre = np.stack([found.x, found.y, found.top], axis=1)
+        along = _ANGLE_STEP * np.stack(
+            [np.cos(found.direction), np.sin(found.direction), np.zeros(len(found.x))], axis=1
+        )
+        pixel = camera.project(centre)
+        line = camera.project(centre + along) - camera.project(centre - along)
+        whole = self._levers.shows_all(found.x, found.y)
+        is_middle = self._levers.shows_middle(found.x, found.y)
+        lever = self._levers.at(found.x, found.y)
+        to_x, to_y = self._levers.to_middle(found.x, found.y)
+        volume = self._levers.volume(found.x, found.y)
+        return tuple(
+            GraspEstimate(
+                wTg=grasp_pose(found.x[i], found.y[i], found.z[i], found.direction[i], frame.wTc),
+                width=float(found.width[i]),
+                opening=float(found.opening[i]),
+                quality=float(found.score[i]),
+                whole=bool(whole[i]),
+                depth=float(found.top[i] - found.z[i]),
+                lever=float(lever[i]),
+                volume=float(volume[i]),
+                middle=(float(found.x[i] + to_x[i]), float(found.y[i] + to_y[i]))
+                if is_middle[i]
+                else None,
+                stamp=frame.stamp,
+                pixel=(float(pixel[i, 0]), float(pixel[i, 1])),
+                angle=float(np.arctan2(line[i, 1], line[i, 0])),
+            )
+            for i in range(len(centre))
+        )

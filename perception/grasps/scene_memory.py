@@ -1,0 +1,130 @@
+"""What earlier images showed, for where the newest shows nothing.
+
+From near, an image is narrower than the hand, and a wall beside an object hides what is behind it.
+Mostly the camera has seen that on its way there. Where the newest image shows what stands, it alone
+counts.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import replace
+from math import ceil
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from perception.frame import Array, Indices
+from perception.grasp import GraspEstimate
+from perception.grasps.height_map import HeightMap, hide_outside
+from perception.grasps.ranking import MIN_OBJECT_HEIGHT
+
+OLDEST = 2.0
+"""What an image showed longer ago may have changed [s]."""
+_APART = 0.4  # images that are remembered [s]
+_AROUND = 0.12  # of the newest image: a hand that grasps in it reaches no farther [m]
+_NEAR = 0.015  # what is that near to a grasp, along x or y, may be what it is on [m]
+
+
+class _Shown(NamedTuple):
+    stamp: float
+    scene: HeightMap
+
+
+class SceneMemory:
+    """What the images of the last seconds showed of what stands still."""
+
+    def __init__(self) -> None:
+        self._shown: deque[_Shown] = deque()
+
+    def completed(self, scene: HeightMap, stamp: float) -> HeightMap:
+        """The map of the newest image, completed by what those before it showed.
+
+        Args:
+            scene: the map; it is remembered.
+            stamp: when the image was captured [s].
+        """
+        while self._shown and not 0.0 <= stamp - self._shown[-1].stamp <= OLDEST:
+            self._shown.pop()
+        earlier = [shown.scene for shown in self._shown]
+        if not self._shown or stamp - self._shown[0].stamp >= _APART:
+            self._shown.appendleft(_Shown(stamp, scene))
+        return completed(scene, earlier)
+
+    def without(self, moving: GraspEstimate, floor: float) -> SceneMemory:
+        """The same, but for the object at a grasp, which is not where these images showed it.
+
+        Args:
+            moving: the grasp, and how fast the object moves.
+            floor: height of the support surface [m].
+        """
+        left, lowest = SceneMemory(), floor + MIN_OBJECT_HEIGHT
+        for stamp, scene in self._shown:
+            then = moving.wTg_at(stamp).translation
+            left._shown.append(_Shown(stamp, _without(scene, then, lowest)))
+        return left
+
+
+def _without(scene: HeightMap, point: Array, lowest: float) -> HeightMap:
+    """A map in which what stands at or near a point is unknown."""
+    if scene.unknown is None:
+        return scene
+    reach = np.arange(-_NEAR, _NEAR + scene.cell, scene.cell)
+    near = scene.cells(point[0] + reach[None, :], point[1] + reach[:, None])
+    if not ((scene.heights.ravel()[near] > lowest) & ~scene.unknown.ravel()[near]).any():
+        return scene
+    raised = (scene.heights > lowest) & ~scene.unknown
+    _, things = cv2.connectedComponents(raised.astype(np.uint8), connectivity=8)
+    there = np.setdiff1d(things.ravel()[near], [0])
+    gone = cv2.dilate(np.isin(things, there).astype(np.uint8), np.ones((5, 5), dtype=np.uint8))
+    return replace(scene, unknown=scene.unknown | (gone > 0))
+
+
+def completed(scene: HeightMap, earlier: Iterable[HeightMap]) -> HeightMap:
+    """A map in and around which every unknown cell is that of the first other map that shows it.
+
+    Args:
+        scene: the map.
+        earlier: others of the same world.
+    """
+    if scene.unknown is None:
+        return scene
+    others = [
+        (other, other.unknown, _corner(scene, other))
+        for other in earlier
+        if other.unknown is not None
+    ]
+    shape = np.array(scene.heights.shape)
+    first, end = np.zeros(2, dtype=np.int64), shape
+    for other, _, corner in others:
+        first = np.minimum(first, corner)
+        end = np.maximum(end, corner + other.heights.shape)
+    reach = ceil(_AROUND / scene.cell)
+    first, end = np.maximum(first, -reach), np.minimum(end, shape + reach)
+    wider = tuple(zip(-first, end - shape, strict=True))
+    heights = np.pad(scene.heights, wider, mode="edge")
+    unknown = np.pad(scene.unknown, wider, constant_values=True)
+    for other, hidden, corner in others:
+        begin = np.maximum(corner - first, 0)
+        stop = np.maximum(np.minimum(corner - first + other.heights.shape, end - first), begin)
+        here = tuple(map(slice, begin, stop))
+        there = tuple(map(slice, begin + first - corner, stop + first - corner))
+        shown = unknown[here] & ~hidden[there]
+        heights[here][shown] = other.heights[there][shown]
+        unknown[here][shown] = False
+    hide_outside(unknown)
+    rising = None if scene.rising is None else np.pad(scene.rising, wider) & unknown
+    return replace(
+        scene,
+        heights=heights,
+        origin=scene.origin + scene.cell * first[::-1],
+        unknown=unknown,
+        rising=rising,
+    )
+
+
+def _corner(scene: HeightMap, other: HeightMap) -> Indices:
+    """(2,) row and column of a map in which cell (0, 0) of another lies."""
+    return np.rint((other.origin - scene.origin) / scene.cell).astype(np.int64)[::-1]

@@ -1,0 +1,142 @@
+"""What a depth image does not show, and where on the ground that may stand.
+
+A hole in a stereo image has a cause. In the *shadow* of a nearer surface, which only one of the two
+imagers sees, lies the background; no shadow is wider than the difference of the disparities. Every
+other wide hole may be anything: a thing within the minimum range, one that gives no return. Nor
+does the image tell what is beyond its border.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from pinocchio import SE3
+
+from perception.frame import Array, Image, Indices, Mask
+from perception.geometry import world_points
+from robots import Intrinsics
+
+BASELINE = 0.05
+"""Between the imagers of the camera; that of a RealSense D435 [m]."""
+NEAREST = 0.175
+"""The camera measures nothing nearer than this; that of a RealSense D435 [m]."""
+TALLEST = 0.08
+"""What is unknown may be as high above the ground as this, under the palm [m]."""
+_MARGIN = 8  # a shadow with the lost pixels of its edges is at most so much wider [px]
+_SMALLEST = 5  # narrower holes are speckles, along rows and columns [px]
+_RISING = 0.02  # what is farther than `NEAREST` by less than this may come nearer [m]
+_BESIDE = 7  # a surface that ends so near to a hole goes on in it [px]
+_TOUCHING = 10  # pixels of a hole beside such a surface that are no chance
+_NEARER = np.linspace(0.06, NEAREST, 11)  # depths at which what is nearer is looked for [m]
+
+
+def unknown_pixels(depth: Image, missing: Mask, fx: float, farthest: float) -> Mask:
+    """Which of the missing pixels are not in the shadow of a nearer surface.
+
+    Args:
+        depth: (H, W) [m].
+        missing: (H, W) which pixels have no depth.
+        fx: focal length along the rows [px].
+        farthest: depth of the background where a hole reaches the border of the image [m].
+    """
+    width = depth.shape[1]
+    pixel = np.flatnonzero(missing)
+    unknown = np.zeros(depth.shape, dtype=np.uint8)
+    if len(pixel) == 0:
+        return unknown.astype(np.bool_)
+    column = pixel % width
+    starts = np.concatenate([[True], (np.diff(pixel) > 1) | (column[1:] == 0)])
+    first = np.flatnonzero(starts)  # of each hole in its row
+    last = np.append(first[1:], len(pixel)) - 1
+    values = depth.ravel()
+    left = np.where(column[first] > 0, values[pixel[first] - 1], farthest)
+    after = np.minimum(pixel[last] + 1, depth.size - 1)
+    right = np.where(column[last] + 1 < width, values[after], farthest)
+    shadow = fx * BASELINE * np.abs(1.0 / left - 1.0 / right)
+    wide = last + 1 - first > shadow + _MARGIN
+    unknown.ravel()[pixel[wide[np.cumsum(starts) - 1]]] = 1
+    square = np.ones((_SMALLEST, _SMALLEST), dtype=np.uint8)
+    opened: Mask = np.asarray(cv2.morphologyEx(unknown, cv2.MORPH_OPEN, square)) > 0
+    return opened
+
+
+def rising_holes(depth: Image, missing: Mask, unknown: Mask) -> Mask:
+    """Which of the unknown pixels may show something within the minimum range of the camera.
+
+    They are those of a hole beside which something measured is about as near as `NEAREST`: a tall
+    thing whose upper part the camera does not measure.
+
+    Args:
+        depth: (H, W) [m].
+        missing: (H, W) which pixels have no depth.
+        unknown: (H, W) see `unknown_pixels`.
+    """
+    rising = ~missing & (depth < NEAREST + _RISING)
+    if not rising.any() or not unknown.any():
+        return np.zeros(depth.shape, dtype=np.bool_)
+    count, holes = cv2.connectedComponents(unknown.astype(np.uint8))
+    beside = cv2.dilate(rising.astype(np.uint8), np.ones((_BESIDE, _BESIDE), dtype=np.uint8)) > 0
+    is_rising = np.bincount(holes[beside], minlength=count) >= _TOUCHING
+    is_rising[0] = False
+    return np.asarray(is_rising[holes])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Occlusion:
+    """What a crop of a depth image does not show, above the ground."""
+
+    pixels: Mask
+    """(H, W) which pixels of the crop show nothing, and are no shadow; see `unknown_pixels`."""
+    corner: tuple[int, int]
+    """(u, v) of the crop's first pixel in the full image [px]."""
+    ground: float
+    """Height of the ground in the world [m]."""
+    rising: Mask
+    """(H, W) which of the pixels may show something nearer than `NEAREST`; see `rising_holes`."""
+
+    def within_range(self, intrinsics: Intrinsics, wTc: SE3) -> Array:
+        """(N, 2) x and y in the world [m] of where something nearer than `NEAREST` may be."""
+        row, column = (each[:, None] for each in np.nonzero(self.rising))
+        points = world_points(
+            np.broadcast_to(_NEARER, (len(row), len(_NEARER))),
+            intrinsics,
+            wTc,
+            (column + self.corner[0]).astype(float),
+            (row + self.corner[1]).astype(float),
+        )
+        return points[..., :2].reshape(-1, 2)
+
+    def hides(self, x: Array, y: Array, intrinsics: Intrinsics, wTc: SE3) -> Mask:
+        """At which (N,) positions in the world [m] something unknown may stand.
+
+        Whatever stands on the ground hides the ground below itself. So the ground is projected into
+        the image: outside, or in a hole, something unknown may stand there. Where a measured thing
+        hides the ground, nothing else is supposed to; but that thing itself may be taller where the
+        image ends below `TALLEST`.
+        """
+        cTw = wTc.inverse()
+        inside = self._inside(*self._pixel(x, y, self.ground + TALLEST, intrinsics, cTw))
+        column, row = self._pixel(x, y, self.ground, intrinsics, cTw)
+        inside &= self._inside(column, row)
+        hidden: Mask = ~inside
+        hidden[inside] = self.pixels[row[inside], column[inside]]
+        return hidden
+
+    def _pixel(
+        self, x: Array, y: Array, height: float, intrinsics: Intrinsics, cTw: SE3
+    ) -> tuple[Indices, Indices]:
+        """Columns and rows of the crop (N,) at which positions at a height are seen."""
+        level = cTw.rotation[:, 2] * height + cTw.translation
+        along_x, along_y, along_z = (
+            cTw.rotation[axis, 0] * x + cTw.rotation[axis, 1] * y + level[axis] for axis in range(3)
+        )
+        u = intrinsics.fx * along_x / along_z + (intrinsics.cx - self.corner[0])
+        v = intrinsics.fy * along_y / along_z + (intrinsics.cy - self.corner[1])
+        return np.rint(u).astype(np.int32), np.rint(v).astype(np.int32)
+
+    def _inside(self, column: Indices, row: Indices) -> Mask:
+        rows, columns = self.pixels.shape
+        inside: Mask = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+        return inside

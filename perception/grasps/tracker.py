@@ -1,0 +1,203 @@
+"""Tracks one grasp over frames, in the world, until the camera is so near that it is locked.
+
+The tracker is empty, following or locked. While following, the grasp is smoothed with the candidate
+nearest to it, whatever its rank, so that changes of the ranking do not move the goal. It switches
+only to a candidate that is clearly better for several frames in a row, and not to one on something
+that the image cuts off: nearer to the camera the visible part of it looks better than it is. What
+moves is expected where it will have come (`grasp_motion`), also once its grasp is locked.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import isinf
+
+import numpy as np
+from pinocchio import SE3, exp3, log3
+
+from perception.grasp import Detection, GraspEstimate
+from perception.grasps.velocity import GraspVelocity
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackerSettings:
+    """When a candidate is the tracked grasp, and when the tracker switches."""
+
+    near_distance: float = 0.03
+    """Largest horizontal distance of a candidate that is the tracked grasp [m]."""
+    near_angle: float = float(np.radians(30.0))
+    """Largest angle between such a candidate and the tracked grasp [rad]."""
+    smoothing: float = 0.4
+    """Weight of the newest frame in the tracked grasp, 0 to 1."""
+    lost_after: int = 15
+    """Frames in a row without such a candidate until the grasp is lost."""
+    switch_ratio: float = 1.4
+    """A better candidate has at least this times the quality of the tracked grasp, or ..."""
+    switch_odds: float = 2.5
+    """... this times the odds to hold: 0.93 where the tracked grasp has 0.84 ..."""
+    switch_after: int = 4
+    """... in this many frames in a row, until the tracker switches to it."""
+    rejected_distance: float = 0.015
+    """Largest horizontal distance of a candidate to a failed grasp for it to be avoided [m]."""
+    rejected_angle: float = float(np.radians(20.0))
+    """Largest angle between such a candidate and the failed grasp [rad]."""
+    remembered: int = 32
+    """Number of failed grasps that are remembered."""
+
+
+_DEFAULT = TrackerSettings()
+_TURN_WEIGHT = 0.2 / np.pi  # a right angle counts as much as a distance of 0.1 m [m/rad]
+_HALF_TURN = SE3(np.diag([-1.0, -1.0, 1.0]), np.zeros(3))
+
+
+class GraspTracker:
+    """Tracks one grasp.
+
+    Args:
+        lock_distance: distance of the camera to the grasp below which the grasp is locked, as soon
+            as it was seen for long enough to tell whether it moves; infinite locks it at once [m].
+        settings: of following, switching and rejecting.
+    """
+
+    def __init__(self, lock_distance: float = 0.25, settings: TrackerSettings = _DEFAULT) -> None:
+        self.lock_distance = lock_distance
+        self.settings = settings
+        self.reason = ""
+        """Why the last `update` returned None; empty when it returned a grasp."""
+        self._rejected: deque[SE3] = deque(maxlen=settings.remembered)
+        self.reset()
+
+    @property
+    def locked(self) -> bool:
+        """Whether the tracked grasp is locked."""
+        return self._locked
+
+    def reset(self) -> None:
+        """Drop the tracked grasp; failed grasps stay remembered."""
+        self._tracked: GraspEstimate | None = None
+        self._locked = False
+        self._motion = GraspVelocity()
+        self._frames_missed = 0
+        self._frames_outdone = 0
+
+    def reject(self, wTg: SE3) -> None:
+        """Remember a failed grasp; similar candidates are avoided from now on."""
+        self._rejected.append(wTg)
+
+    def forget(self) -> None:
+        """Forget the failed grasps."""
+        self._rejected.clear()
+
+    def update(self, detection: Detection, wTc: SE3) -> GraspEstimate | None:
+        """Update with one frame.
+
+        Args:
+            detection: the grasps found in it.
+            wTc: camera in the world at capture.
+
+        Returns:
+            The tracked grasp; None if there is none, and `reason` says why.
+        """
+        if not self._locked:
+            self._follow([g for g in detection.grasps if not self._is_rejected(g)], detection)
+        if self._tracked is None:
+            return None
+        self.reason = ""
+        seen = self._tracked.wTg_at(detection.stamp)
+        distance = np.linalg.norm(seen.translation - wTc.translation)
+        is_known = self._motion.is_known or isinf(self.lock_distance)
+        self._locked = self._locked or (is_known and bool(distance < self.lock_distance))
+        return self._tracked
+
+    def _follow(self, candidates: Sequence[GraspEstimate], detection: Detection) -> None:
+        if self._tracked is None:
+            if candidates:
+                self._track(candidates[0])
+            else:
+                self.reason = detection.reason or "all grasps in sight have failed before"
+            return
+        s, tracked = self.settings, self._tracked
+        tracked = replace(tracked, wTg=tracked.wTg_at(detection.stamp), stamp=detection.stamp)
+        near = [c for c in candidates if _alike(c.wTg, tracked.wTg, s.near_distance, s.near_angle)]
+        if near:
+            self._frames_missed = 0
+            nearest = min(near, key=lambda c: _difference(c.wTg, tracked.wTg))
+            velocity = self._motion(nearest.middle, nearest.stamp)
+            tracked = replace(_blend(tracked, nearest, s.smoothing), velocity=velocity)
+            self._tracked = tracked
+        else:
+            self._frames_missed += 1
+            if self._frames_missed >= s.lost_after:
+                motion = self._motion
+                self.reset()
+                if tracked.velocity.any():  # it goes on while it is not seen
+                    self._motion = motion
+                self.reason = f"the grasp was not seen again in {s.lost_after} frames"
+                return
+        best = next((c for c in candidates if c.whole), None)
+        if best is None or best in near or not self._is_better(best.quality, tracked.quality):
+            self._frames_outdone = 0
+            return
+        self._frames_outdone += 1
+        if self._frames_outdone >= s.switch_after:
+            self._track(best)
+
+    def _is_better(self, quality: float, than: float) -> bool:
+        s = self.settings
+        odds = quality * (1.0 - than) >= s.switch_odds * than * (1.0 - quality)
+        return quality >= s.switch_ratio * than or odds
+
+    def _track(self, grasp: GraspEstimate) -> None:
+        if grasp.middle is None:
+            is_same = self._motion.has_brought(grasp.wTg.translation[:2], grasp.stamp)
+        else:
+            is_same = self._motion.may_be_at(grasp.middle, grasp.stamp)
+        if not is_same:
+            self._motion = GraspVelocity()  # it is of another object
+        velocity = self._motion(grasp.middle, grasp.stamp)
+        self._tracked = replace(grasp, velocity=velocity)
+        self._frames_missed = self._frames_outdone = 0
+
+    def _is_rejected(self, grasp: GraspEstimate) -> bool:
+        s = self.settings
+        return any(
+            _alike(grasp.wTg, failed, s.rejected_distance, s.rejected_angle)
+            for failed in self._rejected
+        )
+
+
+def _blend(tracked: GraspEstimate, newest: GraspEstimate, weight: float) -> GraspEstimate:
+    """The newest estimate with pose, width and quality smoothed exponentially by its weight."""
+    target = _same_way_round(newest.wTg, tracked.wTg)
+    start = tracked.wTg
+    turn = log3(start.rotation.T @ target.rotation)
+    wTg = SE3(
+        start.rotation @ exp3(weight * turn),
+        start.translation + weight * (target.translation - start.translation),
+    )
+    width = tracked.width + weight * (newest.width - tracked.width)
+    quality = tracked.quality + weight * (newest.quality - tracked.quality)
+    return replace(newest, wTg=wTg, width=width, quality=quality)
+
+
+def _same_way_round(wTg: SE3, reference: SE3) -> SE3:
+    """A grasp or its equivalent with the fingers exchanged, whichever is turned less."""
+    exchanged = wTg * _HALF_TURN
+    return min((wTg, exchanged), key=lambda pose: _turn(pose, reference))
+
+
+def _turn(a: SE3, b: SE3) -> float:
+    return float(np.linalg.norm(log3(a.rotation.T @ b.rotation)))
+
+
+def _alike(a: SE3, b: SE3, distance: float, angle: float) -> bool:
+    apart = np.linalg.norm((a.translation - b.translation)[:2])
+    return bool(apart <= distance) and _turn(_same_way_round(a, b), b) <= angle
+
+
+def _difference(a: SE3, b: SE3) -> float:
+    """Distance of two grasps, turns included [m]."""
+    apart = float(np.linalg.norm(a.translation - b.translation))
+    return apart + _TURN_WEIGHT * _turn(_same_way_round(a, b), b)

@@ -1,0 +1,1 @@
+"""Objects in a region: segmentation of a depth image, colours and classes."""

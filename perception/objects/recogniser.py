@@ -1,0 +1,160 @@
+"""Recognisers say what kind of thing an object is; packages may offer more of them.
+
+A recogniser is a class without arguments, offered as an entry point of `frankie_task.recognisers`.
+The shipped one goes by shape. A package is imported only for a kind that the shipped one does not
+know, and a broken one breaks only the tasks that ask for such a kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib import metadata
+from typing import Protocol
+
+from config import PluginError, entries, imported
+from perception.frame import ColourFrame
+from perception.objects.detected_object import DetectedObjects
+
+ENTRY_POINTS = "frankie_task.recognisers"
+"""Entry-point group in which other packages offer their recognisers."""
+PATIENCE = 20.0
+"""How long the import of a package may take [s]."""
+OVERLAP = 0.5
+"""A label belongs to an object if their boxes share this much of what they cover together."""
+
+Box = tuple[int, int, int, int]
+"""Left, top, right and bottom in the image, inclusive [px]."""
+
+
+class RecogniserError(Exception):
+    """A recogniser does not do what it should; the text says which, and why."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Labelled:
+    """A part of the image, and what it shows."""
+
+    kind: str
+    box: Box
+    score: float
+    """How sure the recogniser is, from 0 to 1."""
+
+
+class Recogniser(Protocol):
+    """Knows some kinds of things."""
+
+    @property
+    def kinds(self) -> Sequence[str]:
+        """What it can tell, as words that a task uses."""
+
+    def recognise(self, frame: ColourFrame, objects: DetectedObjects) -> Sequence[Labelled]:
+        """What an image shows.
+
+        Args:
+            frame: depth, colours if the camera has them, and where it was taken from.
+            objects: what stands in the region, told apart; need not be looked at.
+        """
+
+
+@dataclass(frozen=True, kw_only=True)
+class KnownClasses:
+    """All kinds that this installation knows."""
+
+    recognisers: Mapping[str, tuple[str, Recogniser]]
+    """By the kind: who tells it, and the recogniser. The first who offers a kind tells it."""
+    problems: tuple[str, ...] = ()
+    """Of packages that cannot be used, a line each."""
+
+
+def labelled(
+    frame: ColourFrame, objects: DetectedObjects, name: str, recogniser: Recogniser
+) -> DetectedObjects:
+    """The objects, with their kinds as a recogniser says.
+
+    Args:
+        frame: that shows them.
+        objects: told apart.
+        name: of the recogniser, for messages.
+        recogniser: that is asked.
+
+    Raises:
+        RecogniserError: the recogniser raised an exception, or answered something else than labels.
+    """
+    try:
+        labels = [_checked(label) for label in recogniser.recognise(frame, objects)]
+    except Exception as error:  # of a package that anybody may have written
+        why = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        raise RecogniserError(f"recogniser `{name}` failed: {why}") from error
+    kinds = (
+        max(
+            (label for label in labels if _shared(label.box, one.box) >= OVERLAP),
+            key=lambda label: label.score,
+            default=None,
+        )
+        for one in objects
+    )
+    return DetectedObjects(
+        replace(one, kind=label.kind if label else "")
+        for one, label in zip(objects, kinds, strict=True)
+    )
+
+
+def _checked(label: Labelled) -> Labelled:
+    left, top, right, bottom = map(float, label.box)
+    if not (isinstance(label.kind, str) and 0.0 <= label.score <= 1.0):
+        raise ValueError(f"a label has a kind and a score from 0 to 1, not {label!r}")
+    if not (left <= right and top <= bottom):
+        raise ValueError(f"a box is left, top, right, bottom, not {label.box!r}")
+    return label
+
+
+def _shared(one: Box, other: Box) -> float:
+    """What two boxes share, in what they cover together."""
+
+    def area(left: int, top: int, right: int, bottom: int) -> int:
+        return max(0, right - left + 1) * max(0, bottom - top + 1)
+
+    both = area(
+        max(one[0], other[0]), max(one[1], other[1]), min(one[2], other[2]), min(one[3], other[3])
+    )
+    return both / (area(*one) + area(*other) - both)
+
+
+def installed(shipped: Mapping[str, Recogniser], wanted: str) -> KnownClasses:
+    """What is known; packages are looked at only if the shipped recognisers do not know a kind.
+
+    Args:
+        shipped: recognisers of the project, by name.
+        wanted: a kind.
+    """
+    recognisers = {kind: (name, one) for name, one in shipped.items() for kind in one.kinds}
+    problems: list[str] = []
+    for entry in [] if wanted in recognisers else entries(ENTRY_POINTS):
+        offered = _offered(entry)
+        if isinstance(offered, str):
+            problems.append(offered)
+        else:
+            recognisers = {kind: (entry.name, offered) for kind in offered.kinds} | recognisers
+    return KnownClasses(recognisers=recognisers, problems=tuple(problems))
+
+
+@cache
+def _offered(entry: metadata.EntryPoint) -> Recogniser | str:
+    """The recogniser of an entry point, made once in a process; or what is wrong with it."""
+    try:
+        made = imported(entry, PATIENCE)
+        recogniser: Recogniser = made() if isinstance(made, type) else made  # type: ignore[assignment]
+        words = list(recogniser.kinds)
+        if not words or not all(isinstance(word, str) and word for word in words):
+            raise PluginError("its `kinds` are no words")
+        if not callable(recogniser.recognise):
+            raise PluginError("its `recognise` is no method")
+    except Exception as error:  # of a package that anybody may have written
+        why = str(error) if isinstance(error, PluginError) else f"{type(error).__name__}: {error}"
+        return (
+            f"recogniser `{entry.name}` of `{entry.value}` cannot be used: "
+            f"{' '.join(why.split())[:200]}; fix or uninstall its package"
+        )
+    return recogniser

@@ -1,0 +1,101 @@
+"""What kind of thing an object is, by its measured shape: the recogniser that needs no network.
+
+Four numbers tell simple bodies apart: how much of the rectangle around its outline an object fills,
+how much of it is near its top, and the ratios of its edges and of its height. A score is how near
+the measured numbers are to those of a body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import astuple, dataclass
+from math import nan
+from typing import ClassVar
+
+import numpy as np
+
+from perception.frame import Array, ColourFrame, Mask
+from perception.geometry import world_points
+from perception.grasps.network_input import valid_depth
+from perception.objects.detected_object import DetectedObject, DetectedObjects
+from perception.objects.recogniser import Labelled
+
+TOP = 0.85
+"""What is higher than this share of an object's height is its top."""
+LEAST = 0.15
+"""A score below this is no answer."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """The shape of an object seen from above, in numbers without units; NaN is any."""
+
+    fill: float
+    """The area that it covers, in that of the smallest rectangle around it."""
+    top: float
+    """How much of that area is near its highest."""
+    squareness: float
+    """The rectangle's shorter edge, in longer ones."""
+    tallness: float
+    """Its height, in shorter edges."""
+
+
+KINDS: Mapping[str, Form] = {
+    "box": Form(fill=0.92, top=0.87, squareness=nan, tallness=nan),
+    "can": Form(fill=0.76, top=0.85, squareness=1.0, tallness=nan),
+    "ball": Form(fill=0.76, top=0.54, squareness=1.0, tallness=1.0),
+    "roll": Form(fill=0.88, top=0.65, squareness=nan, tallness=1.0),
+}
+"""What geometry says of each (1 and 1; 0.79 and 1; 0.79 and 0.51; 1 and 0.71), less what the noise
+of a camera takes from edges. A can stands; a roll is round and lies, a cylinder or a capsule."""
+
+SPREAD = Form(fill=0.06, top=0.12, squareness=0.08, tallness=0.15)
+"""How far the measured numbers of one kind are from these, about."""
+
+
+class ShapeClasses:
+    """Names boxes, cans, balls and rolls by what the depth camera measures of them."""
+
+    kinds: ClassVar[tuple[str, ...]] = tuple(KINDS)
+
+    def recognise(self, frame: ColourFrame, objects: DetectedObjects) -> list[Labelled]:
+        """The label of each object that is like one of these bodies."""
+        valid = valid_depth(frame.depth)
+        labels = []
+        for one in objects:
+            form = np.array(astuple(measured(frame, one, valid)))
+            scores = {kind: _score(form, kinds_form) for kind, kinds_form in KINDS.items()}
+            kind = max(scores, key=lambda name: scores[name])
+            if one.whole and scores[kind] >= LEAST:
+                labels.append(Labelled(kind=kind, box=one.box, score=scores[kind]))
+        return labels
+
+
+def _score(form: Array, body: Form) -> float:
+    """1 for the numbers of the body itself, and less the more spreads they are away."""
+    spreads = (form - np.array(astuple(body))) / np.array(astuple(SPREAD))
+    return float(np.exp(-0.5 * np.nansum(spreads**2)))
+
+
+def measured(frame: ColourFrame, one: DetectedObject, valid: Mask) -> Form:
+    """The form of an object.
+
+    Args:
+        frame: that shows it.
+        one: what is known of it.
+        valid: (H, W) which pixels have a depth.
+    """
+    left, above, right, below = one.box
+    v, u = np.nonzero(valid[above : below + 1, left : right + 1])
+    v, u = v + above, u + left
+    points = world_points(
+        frame.depth[v, u], frame.intrinsics, frame.wTc, u.astype(float), v.astype(float)
+    )
+    points = points[one.footprint.holds(points[:, 0], points[:, 1])]
+    length, width, height = one.size
+    return Form(
+        fill=one.area / (length * width),
+        top=float(np.mean(points[:, 2] - one.floor > TOP * height)) if len(points) else 0.0,
+        squareness=width / length,
+        tallness=height / width,
+    )

@@ -1,0 +1,184 @@
+"""From depth frames to points of surfaces that are really there, remembered for a while.
+
+Points are collected in the cells of a grid. A cell counts when it was hit twice, so that no single
+wrong pixel becomes an obstacle. It is emptied when the camera sees what is behind it, and forgotten
+some time after it was seen last if it is far away: what is near stays until it is seen to be gone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from perception.frame import Array, Frame
+from perception.geometry import Camera, world_points
+
+
+@dataclass(frozen=True, kw_only=True)
+class SurfaceSettings:
+    """What is believed, and for how long."""
+
+    stride: int = 8
+    """Only every n-th pixel is used, along rows and columns."""
+    farthest: float = 2.0
+    """Depths beyond this are too noisy [m]."""
+    neighbour: int = 2
+    """A point needs neighbours this far beside it [px] ..."""
+    slope: float = 0.03
+    """... whose depths differ by no more than this, per depth."""
+    floor: float = 0.06
+    """What is lower than this is taken for the floor [m]."""
+    cell: float = 0.03
+    """Side of a cell [m]."""
+    least_hits: int = 2
+    """A cell that was hit less often counts for nothing ..."""
+    doubtful: float = 1.0
+    """... and is forgotten this long after the hit [s]."""
+    most_hits: int = 8
+    """More hits make a cell no more certain."""
+    seen_through: int = 2
+    """Hits that a cell loses in every frame that sees what is behind it."""
+    behind: float = 0.03
+    """What is seen is behind a cell if it is farther away by more than this, and by more than the
+    noise [m]."""
+    memory: float = 20.0
+    """A cell is forgotten this long after it was seen last [s] ..."""
+    near: float = 1.3
+    """... unless it is nearer than this to the camera, seen from above: robots that wait before
+    something for long must not run into it [m]."""
+    around: float = 2.0
+    """Cells that are farther away than this are forgotten at once [m]."""
+
+
+_NOISE = 0.015
+"""Three standard deviations of the depth at 1 m; they grow with its square [m]."""
+
+
+class Cells(NamedTuple):
+    """N cells of a grid in the world, in order."""
+
+    keys: npt.NDArray[np.int64]
+    """(N,) their numbers, ascending."""
+    points: Array
+    """(N, 3) the mean of what was seen in each, in the world [m]."""
+    hits: npt.NDArray[np.int64]
+    """(N,) how often each was hit."""
+
+    def of(self, kept: npt.NDArray[np.bool_]) -> Cells:
+        """Some of them."""
+        return Cells(self.keys[kept], self.points[kept], self.hits[kept])
+
+
+def surface_cells(frame: Frame, settings: SurfaceSettings) -> Cells:
+    """Where a frame shows surfaces, without the floor.
+
+    At the edge of a surface a depth camera sees things that are not there: between near and far.
+    A point counts only if at least three of the four beside it are about as far away.
+    """
+    s, depth, n = settings, frame.depth, settings.neighbour
+    rows, columns = depth.shape
+    v = np.arange(s.stride // 2, rows - n, s.stride)
+    u = np.arange(s.stride // 2, columns - n, s.stride)
+    here = depth[np.ix_(v, u)]
+    most = s.slope * here
+    agree = np.zeros(here.shape, dtype=np.int8)
+    for dv, du in ((-n, 0), (n, 0), (0, -n), (0, n)):
+        agree += np.abs(depth[np.ix_(v + dv, u + du)] - here) <= most
+    j, i = np.nonzero((agree >= 3) & (here <= s.farthest))
+    points = world_points(here[j, i], frame.intrinsics, frame.wTc, u[i], v[j])
+    points = points[points[:, 2] > s.floor]
+    x, y, z = np.floor(points / s.cell).astype(np.int64).T + _OFFSET
+    keys, which, hits = np.unique(
+        (x << 42) + (y << 21) + z, return_inverse=True, return_counts=True
+    )
+    sums = [np.bincount(which, axis, len(keys)) for axis in points.T]
+    return Cells(keys, np.stack(sums, axis=1) / hits[:, None], hits)
+
+
+class SurfaceGrid:
+    """What was seen around the robot lately.
+
+    Args:
+        settings: what is believed, and for how long.
+    """
+
+    def __init__(self, settings: SurfaceSettings) -> None:
+        self._settings = settings
+        self._keys = np.zeros(0, dtype=np.int64)
+        self._points = np.zeros((0, 3))
+        self._hits = np.zeros(0, dtype=np.int64)
+        self._stamps = np.zeros(0)
+
+    @property
+    def points(self) -> Array:
+        """(N, 3) in the world, one for every cell in which there is something [m]."""
+        return self._points[self._hits >= self._settings.least_hits]
+
+    def keep(self, kept: npt.NDArray[np.bool_]) -> None:
+        """Forget all other cells, (N,) in the order of `all_points`."""
+        self._keys, self._points = self._keys[kept], self._points[kept]
+        self._hits, self._stamps = self._hits[kept], self._stamps[kept]
+
+    @property
+    def all_points(self) -> Array:
+        """(N, 3) one for every cell, doubtful ones included [m]."""
+        return self._points
+
+    def update(self, frame: Frame, seen: Cells) -> None:
+        """Take a newer frame.
+
+        Args:
+            frame: empties cells.
+            seen: what it shows; fills cells.
+        """
+        s = self._settings
+        self._hits -= s.seen_through * self._seen_through(frame)
+        age = frame.stamp - self._stamps
+        away = np.abs(self._points[:, :2] - frame.wTc.translation[:2]).max(axis=1, initial=0.0)
+        certain = self._hits >= s.least_hits
+        lasts = np.where(certain, np.where(away <= s.near, np.inf, s.memory), s.doubtful)
+        self.keep((self._hits > 0) & (age <= lasts) & (away <= s.around))
+        self._add(seen, frame.stamp)
+
+    def _seen_through(self, frame: Frame) -> npt.NDArray[np.bool_]:
+        """Cells whose pixel, and those around it, show something farther away."""
+        s = self._settings
+        z = (self._points - frame.wTc.translation) @ frame.wTc.rotation[:, 2]
+        through = np.zeros(len(z), dtype=bool)
+        (ahead,) = np.nonzero(z > s.behind)
+        pixels = Camera(intrinsics=frame.intrinsics, wTc=frame.wTc).project(self._points[ahead])
+        u, v = np.rint(pixels).astype(np.int64).T
+        rows, columns = frame.depth.shape
+        n = s.neighbour
+        inside = (u >= n) & (u < columns - n) & (v >= n) & (v < rows - n)
+        u, v, ahead = u[inside], v[inside], ahead[inside]
+        least = z[ahead] + s.behind + _NOISE * z[ahead] ** 2
+        beyond = [
+            frame.depth[v + dv, u + du] > least
+            for dv, du in ((0, 0), (-n, 0), (n, 0), (0, -n), (0, n))
+        ]
+        through[ahead] = np.all(beyond, axis=0)
+        return through
+
+    def _add(self, seen: Cells, stamp: float) -> None:
+        at = np.searchsorted(self._keys, seen.keys)
+        known = at < len(self._keys)
+        known[known] = self._keys[at[known]] == seen.keys[known]
+        at, old, new, most = at[known], seen.of(known), seen.of(~known), self._settings.most_hits
+        hits = np.minimum(self._hits[at] + old.hits, most)
+        share = np.minimum(old.hits / hits, 1.0)[:, None]
+        self._points[at] += share * (old.points - self._points[at])
+        self._hits[at], self._stamps[at] = hits, stamp
+        keys = np.concatenate([self._keys, new.keys])
+        order = np.argsort(keys, kind="stable")
+        self._keys = keys[order]
+        self._points = np.concatenate([self._points, new.points])[order]
+        self._hits = np.concatenate([self._hits, np.minimum(new.hits, most)])[order]
+        self._stamps = np.concatenate([self._stamps, np.full(len(new.keys), stamp)])[order]
+
+
+_OFFSET = 1 << 20
+"""Makes the numbers of cells positive."""
