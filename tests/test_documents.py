@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 import shlex
 from pathlib import Path
@@ -22,6 +21,7 @@ PAGES = [
     for page in sorted(ROOT.glob(f"{folder}*.md"))
     if page.name != "CHANGELOG.md"
 ]
+COMMANDS = get_group(app)
 CODE = re.compile(r"^```\w*\n(.*?)^```$|`([^`\n]+)`", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 FILE = re.compile(r"[a-z_]+/[\w/.-]*")
@@ -35,7 +35,7 @@ def pieces(page: Path) -> list[str]:
     found = []
     for block, inline in CODE.findall(page.read_text(encoding="utf-8")):
         found += block.splitlines() if block else [inline]
-    return [piece.removeprefix("$ ") for piece in found]
+    return [piece.removeprefix("$ ").removeprefix(".venv/bin/") for piece in found]
 
 
 def command_lines(page: Path, program: str) -> list[list[str]]:
@@ -54,7 +54,7 @@ def parse(words: list[str]) -> tuple[str, dict[str, object]]:
 
     A line without arguments may be the mention of a command that requires some.
     """
-    command, context, rest = get_group(app), None, words
+    command, context, rest = COMMANDS, None, words
     path = ["frankie-task"]
     while hasattr(command, "commands") and rest:
         context = command.context_class(command, info_name=path[-1], parent=context)
@@ -88,6 +88,19 @@ def test_every_command_line_parses(page):
             assert is_left_to_the_reader(given["name"]) or given["name"] in ("grasp", "wave")
 
 
+def options(command) -> set[str]:
+    """The options of a command and of those below it."""
+    own = {name for parameter in command.params for name in parameter.opts}
+    return own.union(*(options(below) for below in getattr(command, "commands", {}).values()))
+
+
+@each_page
+def test_every_option_that_is_named_alone_exists(page):
+    known = options(COMMANDS) | {"--help"}
+    named = [piece.split()[0] for piece in pieces(page) if piece.startswith("--")]
+    assert [name for name in named if name not in known] == []
+
+
 def test_a_command_line_that_is_wrong_would_be_noticed():
     for line in ("run pick_place --sead 3", "rum", "bench reach --count x", "explain --html"):
         with pytest.raises(Exception, match=r"No such|valid integer|requires an argument"):
@@ -102,8 +115,8 @@ def test_every_other_command_names_what_is_there(page):
     for words in command_lines(page, "pytest"):
         for word in words:
             assert not word.startswith("tests/") or (ROOT / word).exists(), word
-    for words in command_lines(page, "python"):
-        assert words[0] != "-m" or importlib.util.find_spec(words[1]), words
+    for _, module in (words[:2] for words in command_lines(page, "python")):
+        assert (ROOT / module.replace(".", "/")).with_suffix(".py").is_file(), module
 
 
 @each_page
