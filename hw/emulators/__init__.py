@@ -1,1 +1,1 @@
-"""Emulators: servers that speak the wire protocols of the real machines, for drivers to prove."""
+"""Emulators: servers that speak the wire protocols of the real machines, to test the drivers."""

@@ -1,8 +1,7 @@
 """The process that holds the camera.
 
 Some calls of the vendor's library keep Python's interpreter lock (`pipeline.start` does), and
-some are known to hang when a camera is unplugged. Here they hold up nobody: a process that hangs is
-ended by the system, and a new one is started.
+some hang when a camera is unplugged. A process that hangs is ended by the system and replaced.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from dataclasses import asdict
+from dataclasses import replace
 from math import inf
 from typing import Any
 
@@ -19,64 +18,62 @@ import numpy as np
 from hw.clock import epoch, stopwatch
 from hw.processes.child import Parent, claim, leave, still_alive
 from hw.processes.mailbox import PAGE, Mailbox, open_memory
-from hw.realsense.album import Album
-from hw.realsense.images import Filters, Rectifier, Wanted, metres
-from hw.realsense.records import STATUS, Status
-from hw.realsense.settings import RealSenseSettings
-from hw.realsense.stamps import CameraClock
-from hw.realsense.stream import EndedError, HangsError, Stream, open_stream
+from hw.realsense.image_buffer import ImageBuffer
+from hw.realsense.rectifier import ImageSpec, Rectifier, metres
+from hw.realsense.settings import STATUS, RealSenseSettings, Status
+from hw.realsense.stream import HangsError, Stream, open_stream
+from hw.realsense.timestamps import CameraClock
 
 _STARTING = 30.0
-"""What the library may take to start or stop a camera [s]."""
+"""Longest time that the library may take to start or stop a camera [s]."""
 _HUNG = 5.0
-"""A camera from which nothing comes, not even that nothing comes, hangs [s]."""
-_AGAIN = 0.2
-"""Between two attempts to open a camera that is lost [s]."""
-_AFTER_HANGING = (0.1, 0.5, 1.0, 2.0)
-"""Before a camera that hung once, twice, ... is opened again; from the second time on it is reset
-before. After all of them a person is asked [s]."""
+"""Longest time that the library may block while the camera streams [s]."""
+_REOPEN = 0.2
+"""Pause before a lost camera is opened again [s]."""
+_REOPEN_HUNG = (0.1, 0.5, 1.0, 2.0)
+"""The same for a camera that hung once, twice, ... [s]; from the second time on it is reset first.
+After all of them the user has to act."""
 _AT_FIRST = 2
-"""A camera that never sent anything may hang so often."""
+"""How often a camera may hang before its first image."""
 _RESETTING = 6.0
-"""A camera that is reset is back within this [s]."""
+"""A reset camera is back within this time [s]."""
 
 
 class CameraProcess:
-    """Opens the camera, again and again if need be, and puts its images into shared memory.
+    """Opens the camera, repeatedly if necessary, and puts its images into shared memory.
 
     Args:
         library: of the vendor.
         settings: of the camera.
-        wanted: images.
+        spec: the images to deliver.
         memory: descriptor of the shared memory.
-        parent: whom the images are for.
+        parent: process that the images are for.
     """
 
     def __init__(
         self,
         library: Any,
         settings: RealSenseSettings,
-        wanted: Wanted,
+        spec: ImageSpec,
         memory: int,
         parent: Parent,
     ) -> None:
-        self._library, self._settings, self._wanted = library, settings, wanted
+        self._library, self._settings, self._spec = library, settings, spec
         self._parent = parent
         shared = open_memory(memory)
         self._status = Mailbox(shared, 0, STATUS)
-        self._album = Album(shared, PAGE, wanted.width, wanted.height)
+        self._buffer = ImageBuffer(shared, PAGE, spec.width, spec.height)
         self._has_begun = False
         self._frames = 0
         self._hung, self._reset = 0, -inf
-        self._told = -inf
-        """Stamp of the last image, as the camera gave it [ms]."""
+        self._last = -inf
+        """Camera stamp of the last image [ms]."""
 
     def run(self) -> None:
-        """Until nobody wants images any more.
+        """Deliver images until the parent ends.
 
         Raises:
             RuntimeError: the camera cannot be opened at first.
-            EndedError: the recording is over.
         """
         while self._parent.commands():
             still_alive(_STARTING)
@@ -93,8 +90,8 @@ class CameraProcess:
                 if is_resetting and not hangs:
                     trouble = f"it was reset and is not back yet ({trouble})"
                 if self._has_begun:
-                    self._tell(Status(trouble=trouble))
-                pauses = _AFTER_HANGING[: self._hung] if hangs else (_AGAIN,)
+                    self._publish(Status(trouble=trouble))
+                pauses = _REOPEN_HUNG[: self._hung] if hangs else (_REOPEN,)
                 self._wait(pauses[-1])
 
     def _wait(self, pause: float) -> None:
@@ -103,19 +100,18 @@ class CameraProcess:
             time.sleep(0.05)
 
     def _next(self, stream: Stream) -> Any:
-        """The next set of frames of a camera; one that hangs is helped, and then a person asked.
+        """The next set of frames; a camera that hangs is reopened, then reset.
 
         Raises:
-            LostError: none comes; the text says what is done about it, or what is to be done.
-            EndedError: the recording is over.
+            LostError: none comes; the text says what is done or what the user has to do.
         """
         try:
-            frames = stream.next(self._told)
+            frames = stream.next(self._last)
         except HangsError as error:
             self._hung += 1
             if self._hung == 1:
                 raise HangsError(f"{error}: it is opened again") from error
-            if self._hung > (len(_AFTER_HANGING) if self._has_begun else _AT_FIRST):
+            if self._hung > (len(_REOPEN_HUNG) if self._has_begun else _AT_FIRST):
                 text = f"{error}, and a reset does not help: unplug it and plug it in again"
                 raise HangsError(text) from error
             stream.reset()  # before the pipeline is stopped, which may never return
@@ -125,12 +121,11 @@ class CameraProcess:
         return frames
 
     def _deliver(self, stream: Stream) -> None:
-        rs, settings, wanted = self._library, self._settings, self._wanted
-        told = stream.intrinsics(rs.stream.depth)
-        rectifier, filters = Rectifier(told, wanted), Filters(rs, settings)
-        clock, scale = CameraClock(settings.delay), stream.depth_scale
-        status: Status | None = Status(
-            **asdict(stream.identity), intrinsics=(told.fx, told.fy, told.ppx, told.ppy)
+        rs, settings, spec = self._library, self._settings, self._spec
+        camera, scale = stream.depth_intrinsics, stream.depth_scale
+        rectifier, clock = Rectifier(camera, spec), CameraClock(settings.delay)
+        status: Status | None = replace(
+            stream.identity, intrinsics=(camera.fx, camera.fy, camera.ppx, camera.ppy)
         )
         first = None
         while self._parent.commands():
@@ -140,41 +135,38 @@ class CameraProcess:
             depth = frames.get_depth_frame()
             grey = frames.get_infrared_frame(1) if settings.infrared else None
             if settings.infrared and not grey:
-                continue  # a set that lacks one
-            self._told = depth.get_timestamp()
+                continue  # an incomplete set
+            self._last = depth.get_timestamp()
             number = depth.get_frame_number()
             if first is None:
                 first = number - self._frames - 1
             self._frames = max(self._frames + 1, number - first)
-            has_calendar = not settings.file and (
-                depth.get_frame_timestamp_domain() != rs.timestamp_domain.hardware_clock
-            )
+            has_calendar = depth.get_frame_timestamp_domain() != rs.timestamp_domain.hardware_clock
             stamp = clock.stamp(
-                self._told / 1e3 - _exposed_before(rs, depth),
+                self._last / 1e3 - _exposure_age(rs, depth),
                 arrived,
                 calendar if has_calendar else None,
             )
-            pixels = np.asanyarray(filters.apply(depth).get_data())
-            self._album.put(
+            self._buffer.put(
                 self._frames,
                 stamp,
                 arrived,
-                metres(rectifier.depth(pixels), scale, wanted),
+                metres(rectifier.depth(np.asanyarray(depth.get_data())), scale, spec),
                 rectifier.grey(np.asanyarray(grey.get_data())) if grey else None,
             )
             if status is not None:
-                self._tell(status)
+                self._publish(status)
                 status = None
 
-    def _tell(self, status: Status) -> None:
+    def _publish(self, status: Status) -> None:
         status.put(self._status)
         if not self._has_begun:
             self._has_begun = True
             self._parent.tell(ready=True)
 
 
-def _exposed_before(rs: Any, frame: Any) -> float:
-    """How long before its stamp, which is that of the readout, a frame was exposed [s]."""
+def _exposure_age(rs: Any, frame: Any) -> float:
+    """Time from the exposure of a frame to its stamp, which is that of the readout [s]."""
     kind = rs.frame_metadata_value
     both = (kind.frame_timestamp, kind.sensor_timestamp)
     if not all(frame.supports_frame_metadata(one) for one in both):
@@ -186,21 +178,17 @@ def _exposed_before(rs: Any, frame: Any) -> float:
 
 def main() -> None:
     """Serve one parent; arguments: address, settings as JSON, descriptor of the shared memory."""
-    address, told, memory = sys.argv[1], json.loads(sys.argv[2]), int(sys.argv[3])
-    settings, wanted = RealSenseSettings(**told["settings"]), Wanted(**told["wanted"])
+    address, values, memory = sys.argv[1], json.loads(sys.argv[2]), int(sys.argv[3])
+    settings, spec = RealSenseSettings(**values["settings"]), ImageSpec(**values["spec"])
     parent = Parent()
     try:
         import pyrealsense2
 
         parent.tell(loaded=True)
-        is_shared = bool(settings.file or settings.emulator)
-        if not is_shared and (other := claim("RealSense", address)):
+        if not settings.emulator and (other := claim("RealSense", address)):
             parent.tell(error=other)
             leave(1)
-        CameraProcess(pyrealsense2, settings, wanted, memory, parent).run()
-    except EndedError:
-        parent.tell(error="its recording is over")
-        leave(1)
+        CameraProcess(pyrealsense2, settings, spec, memory, parent).run()
     except Exception as error:
         parent.tell(error=str(error) or type(error).__name__)
         leave(1)

@@ -1,42 +1,80 @@
-"""What a person tells about one RealSense: which it is, and how it is set up."""
+"""Settings and status of one RealSense, and whether the vendor's library is installed."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+import struct
+from ctypes import CDLL
+from dataclasses import asdict, dataclass
+from importlib.util import find_spec
+from typing import Self
+
+from hw.processes.mailbox import Mailbox
+
+WIDTH, HEIGHT = 640, 480
+"""Of the images that the camera delivers, before they are rectified [px]."""
+SILENCE = 0.5
+"""Without an image for this long the camera is lost [s]."""
+STATUS = struct.Struct("<900s")
+_USB = "libusb-1.0.so.0"
 
 
 @dataclass(frozen=True, kw_only=True)
 class RealSenseSettings:
-    """One camera of the D400 series. Without serial number, file and emulator: the only one."""
+    """One camera of the D400 series; without serial number and emulator the only one plugged in."""
 
     serial: str = ""
-    """Of the camera, where there are several."""
-    file: str = ""
-    """A recording (.db3, or .bag of older libraries) instead of a camera."""
-    repeat: bool = True
-    """Whether a recording begins again at its end."""
     emulator: str = ""
-    """HOST:PORT of an emulated camera instead of a camera."""
-    width: int = 640
-    """Of the images that it delivers; they are brought to the intrinsics of the description."""
-    height: int = 480
+    """HOST:PORT of an emulated camera, used instead of a real one."""
     rate: int = 30
-    """Frames per second [Hz]."""
+    """Frame rate [Hz]."""
     infrared: bool = False
     """Whether the left infrared image is delivered as well; calibration needs it."""
     emitter: bool = True
     """Whether the projector is on; its dots disturb infrared images."""
     preset: str = "High Density"
-    """Of the stereo matching, as the camera names it; empty: as it is set."""
-    spatial: bool = False
-    """Whether depth is smoothed within an image, edges kept; delays by about 10 ms."""
-    temporal: bool = False
-    """Whether depth is smoothed over images: for a camera that stands still."""
+    """Stereo preset, by the camera's name for it; empty: leave as it is."""
     delay: float = 0.0
-    """How old an image is at the stamp that the camera gives it [s]."""
-    silence: float = 0.5
-    """Without an image for this long the camera is lost [s]."""
-    connecting: float = 10.0
-    """How long it may take to the first image [s]."""
-    recovering: float = 5.0
-    """How long a recovery waits for an image [s]."""
+    """Age of an image at the time stamp that the camera gives it [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Status:
+    """Which camera is connected, or why there are no images."""
+
+    trouble: str = ""
+    """Why there are no images; empty while there are."""
+    name: str = ""
+    serial: str = ""
+    firmware: str = ""
+    recommended: str = ""
+    """Firmware that the library recommends; empty if it does not say."""
+    usb: str = ""
+    """USB version; empty without a cable."""
+    intrinsics: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    """fx, fy, cx, cy of the camera itself [px]."""
+
+    def put(self, mailbox: Mailbox) -> None:
+        """Publish it."""
+        values = asdict(self) | {"trouble": self.trouble[:400]}
+        mailbox.put(json.dumps(values, ensure_ascii=True).encode()[: STATUS.size])
+
+    @classmethod
+    def get(cls, mailbox: Mailbox) -> Self | None:
+        """The newest one; None if none was published."""
+        record = mailbox.get()
+        if record is None:
+            return None
+        values = json.loads(record[0].rstrip(b"\0"))
+        return cls(**values | {"intrinsics": tuple(values["intrinsics"])})
+
+
+def missing() -> str:
+    """Why the vendor's library cannot be loaded; empty if it can."""
+    if find_spec("pyrealsense2") is None:
+        return 'the driver of the RealSense is not installed: pip install "frankie-task[hardware]"'
+    try:
+        CDLL(_USB)
+    except OSError:
+        return f"the driver of the RealSense needs {_USB}: on Debian, apt install libusb-1.0-0"
+    return ""

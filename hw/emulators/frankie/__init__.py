@@ -5,7 +5,7 @@ what can be done to them, `serving` the port at which that is said and at which 
 `link` the other end of it.
 """
 
-from hw.emulators.errors import PortTakenError
+from hw.emulators.common import PortTakenError
 from hw.emulators.frankie.emulator import AS_REPORTED, EmulatedPlaces, FrankieEmulator
 from hw.emulators.frankie.link import EmulatorLink, RemoteTruth, SilentEmulatorError
 from hw.emulators.frankie.serving import serve

@@ -15,12 +15,12 @@ from typing import Any, Self
 
 from config import UserError
 from hw.emulators import omron, panda, realsense
+from hw.emulators.common import Reported, chosen
 from hw.emulators.frankie.world import EmulatedWorld
 from hw.emulators.omron import OmronEmulator, Options, Teleop
 from hw.emulators.panda import ArmLink
 from hw.emulators.realsense import Options as CameraOptions
 from hw.emulators.realsense import RealSenseEmulator, Shot
-from hw.emulators.reported import Reported, chosen
 from robots import FullScaleFile, load_real_robot
 
 _TIMEOUT = 0.14

@@ -8,10 +8,9 @@ import sys
 import threading
 from collections.abc import Callable, Iterable
 
-from hw.emulators.errors import PortTakenError
+from hw.emulators.common import PortTakenError, be_prompt
 from hw.emulators.frankie.emulator import FrankieEmulator
 from hw.emulators.frankie.words import act
-from hw.emulators.promptness import be_prompt
 
 _PRIORITY = 5
 """Below that of the emulated arm."""

@@ -7,7 +7,7 @@ offered, `controller` the on-board controller, `drive` the seam behind which a w
 `emulator` the whole.
 """
 
-from hw.emulators.errors import NoFaultError, PortTakenError
+from hw.emulators.common import NoFaultError, PortTakenError
 from hw.emulators.omron.controller import Motion, Teleop
 from hw.emulators.omron.drive import Drive, Unicycle
 from hw.emulators.omron.emulator import OmronEmulator

@@ -13,7 +13,7 @@ from math import radians
 from typing import Self
 
 from hw.clock import stopwatch
-from hw.emulators.errors import listen
+from hw.emulators.common import listen
 from hw.emulators.omron.arcl_client import ArclClient
 from hw.emulators.omron.client import Client, GoneError
 from hw.emulators.omron.controller import Controller

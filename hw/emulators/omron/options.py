@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from math import inf
 from types import MappingProxyType
 
-from hw.emulators.errors import NoFaultError
+from hw.emulators.common import NoFaultError
 from hw.emulators.omron.controller import Motion, Teleop
 
 EVERYTHING = frozenset({"Movement", "Stop", "RobotInfo", "SensorInfo", "UnsafeMovement", "Config"})

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
+from hw.emulators.common import Reported, chosen
 from hw.emulators.omron.options import Options
-from hw.emulators.reported import Reported, chosen
 
 _ARIA = "source of the open library ARIA 2.9 (ArNetworking)"
 

@@ -6,7 +6,7 @@ are `Joints` and `Fingers`: a simulated world can take their place. `ACTIONS` is
 it while it runs.
 """
 
-from hw.emulators.errors import PortTakenError
+from hw.emulators.common import PortTakenError
 from hw.emulators.panda.arm import EmulatedArm, Seen
 from hw.emulators.panda.console import ACTIONS
 from hw.emulators.panda.hand import EmulatedHand

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from hw.emulators.reported import Reported
+from hw.emulators.common import Reported
 
 AS_REPORTED: Mapping[str, Reported] = {
     # the hand

@@ -14,6 +14,7 @@ from pinocchio import SE3
 
 from controller import robot_model
 from hw.clock import stopwatch
+from hw.emulators.common import chosen
 from hw.emulators.panda import wire
 from hw.emulators.panda.arm import EmulatedArm
 from hw.emulators.panda.connection import Connection, Request
@@ -21,7 +22,6 @@ from hw.emulators.panda.hand import EmulatedHand
 from hw.emulators.panda.parts import OPENING, PERIOD, Fingers, Joints
 from hw.emulators.panda.reported import AS_REPORTED
 from hw.emulators.panda.wire import Command, HandCommand, HandStatus, MotionCommand, MoveStatus
-from hw.emulators.reported import chosen
 from hw.panda import PANDA, Mode
 
 _GENERATORS = (wire.JOINT_POSITION, wire.JOINT_VELOCITY)

@@ -6,12 +6,11 @@ import queue
 import threading
 from collections.abc import Callable, Iterable, Sequence
 
-from hw.emulators.errors import PortTakenError
+from hw.emulators.common import PortTakenError, be_prompt
 from hw.emulators.panda.console import act, dumps
 from hw.emulators.panda.parts import Fingers, FreeFingers, Joints, LaggedJoints
 from hw.emulators.panda.server import PandaServer
 from hw.emulators.panda.wire import VERSION
-from hw.emulators.promptness import be_prompt
 
 _PRIORITY = 10
 

@@ -1,17 +1,14 @@
-"""A RealSense D435 that is not there: images from a source, over a socket, to the driver.
+"""Emulated RealSense D435: sends images of a source over a socket to the driver.
 
-The vendor has no protocol that a server could speak: a camera hangs on USB. What stands in for it
-is a software device of the vendor's library, which lives in the process that uses it. So this
-emulator sends images, and the driver feeds such a device with them; pipeline, formats, filters and
-intrinsics are then the vendor's, and firmware, cable and exposure are not there. `emulator` is the
-whole, `sources` where images come from, `options` what can be set and go wrong, `reported` how real
-cameras were reported to behave.
+A USB camera has no network protocol to emulate. The driver feeds a software device of the vendor's
+library with the images: pipeline, formats and intrinsics are the vendor's; firmware, cable and
+exposure are not emulated. `emulator` is the server, `sources` where images come from, `options`
+what can be set, go wrong, and behave as reported of real cameras.
 """
 
-from hw.emulators.errors import NoFaultError, PortTakenError
+from hw.emulators.common import NoFaultError, PortTakenError
 from hw.emulators.realsense.emulator import RealSenseEmulator
-from hw.emulators.realsense.options import FAULTS, Options
-from hw.emulators.realsense.reported import AS_REPORTED
+from hw.emulators.realsense.options import AS_REPORTED, FAULTS, Options
 from hw.emulators.realsense.sources import Shot, Source, of_camera, of_scene, still
 
 __all__ = [

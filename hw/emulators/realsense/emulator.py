@@ -1,4 +1,4 @@
-"""The emulated camera: a thread that takes images from its source and sends them."""
+"""Server of the emulated camera: one thread accepts drivers, one takes and sends images."""
 
 from __future__ import annotations
 
@@ -14,25 +14,22 @@ import numpy as np
 import numpy.typing as npt
 
 from hw.clock import epoch, stopwatch
-from hw.emulators.errors import listen
-from hw.emulators.realsense.options import Options, with_fault
-from hw.emulators.realsense.reported import AS_REPORTED
+from hw.emulators.common import chosen, listen
+from hw.emulators.realsense.options import AS_REPORTED, Options, add_fault
 from hw.emulators.realsense.sources import Shot, Source
-from hw.emulators.reported import chosen
 from hw.realsense import HEAD, RESET, Introduction
 
 _PATIENCE = 0.5
-"""For a driver that does not take an image [s]."""
+"""Timeout of sending an image [s]."""
 _NAP = 0.005
-"""Longest pause between two looks at what is to be sent [s]."""
+"""Longest pause of the sending loop [s]."""
 _RESETTING = 0.3
-"""A camera that is reset is away for so long [s]."""
+"""Time that a reset takes [s]."""
 _BEGINS = 3
-"""What a camera does after a while it does after this [s]."""
+"""When a reported behaviour begins that needs a while [s]."""
 _ON_ITS_WAY = 0.035
-"""An image takes so long where stamps may be those of its arrival [s]."""
+"""Latency of images whose stamps may be those of their arrival [s]."""
 _FIFTY_YEARS = 50 * 365.25 * 86400.0
-"""[s]"""
 
 Pixels: TypeAlias = npt.NDArray[np.uint16]
 Message: TypeAlias = tuple[int, float, Pixels]
@@ -40,19 +37,16 @@ Message: TypeAlias = tuple[int, float, Pixels]
 
 
 class RealSenseEmulator:
-    """A D435 that is not there; use it in a `with` statement.
-
-    It is what a cable leads to. The driver connects, and feeds with the images a software device of
-    the vendor's library in its own process.
+    """An emulated D435; use it in a `with` statement.
 
     Args:
         source: of its images.
-        options: how it is set up; may be changed while it runs.
+        options: may be changed while it runs.
         faults: names of `FAULTS` that it begins with.
-        as_reported: names of `AS_REPORTED`: ways of real cameras.
+        as_reported: names of `AS_REPORTED`.
 
     Raises:
-        UserError: nothing is called so.
+        UserError: a name is unknown.
     """
 
     def __init__(
@@ -64,7 +58,7 @@ class RealSenseEmulator:
     ) -> None:
         self.options = options = options or Options()
         for fault in faults:
-            with_fault(options, fault)
+            add_fault(options, fault)
         options.as_reported = ways = chosen(as_reported, AS_REPORTED, "camera")
         options.rate = min(options.rate, 15) if "usb2" in ways else options.rate
         options.firmware = "05.08.15.00" if "old-firmware" in ways else options.firmware
@@ -72,7 +66,7 @@ class RealSenseEmulator:
         self._hangs, self._away_until = False, 0.0
         self._last: Message | None = None
         self._first = 0
-        """Number of the first image that somebody wanted."""
+        """Number of the first image with a client."""
         self._source = source
         self._rng = np.random.default_rng(self.options.seed)
         self._clients: list[socket.socket] = []
@@ -80,13 +74,13 @@ class RealSenseEmulator:
         self._over = threading.Event()
         self._threads: list[threading.Thread] = []
         self.taken = self.resets = 0
-        """Images that it has taken, and how often it was reset."""
+        """Numbers of images and resets."""
 
     def __enter__(self) -> Self:
         """Listen.
 
         Raises:
-            PortTakenError: somebody else does.
+            PortTakenError: another program does.
         """
         options = self.options
         self._listener = listen(options.host, options.port)
@@ -112,20 +106,20 @@ class RealSenseEmulator:
         return f"{host}:{port}"
 
     def unplug(self) -> None:
-        """Pull the cable."""
+        """Close connections and refuse new ones."""
         self.options.unplugged = True
         self._hang_up()
 
     def plug_in(self) -> None:
-        """Put it back."""
+        """Accept connections again."""
         self.options.unplugged = self._hangs = False
 
     def freeze(self, frozen: bool = True) -> None:
-        """Have it send nothing, or go on."""
+        """Send nothing, or go on."""
         self.options.frozen = frozen
 
     def reset(self) -> None:
-        """Start anew, as the vendor's library may ask for."""
+        """Restart, as the vendor's library may request."""
         self._hangs &= "hangs-until-reset" not in self.options.as_reported
         self.resets += 1
         self._away_until = stopwatch() + _RESETTING
@@ -204,7 +198,7 @@ class RealSenseEmulator:
         outbox.append((shot.stamp + options.delay + options.jitter * late, message))
 
     def _as_reported(self, number: int, captured: float, depth: Pixels) -> Message:
-        """An image in the ways of real cameras."""
+        """Apply the reported behaviours to an image."""
         ways, last = self.options.as_reported, self._last or (number, captured, depth)
         if not self._first and self._clients:
             self._first = number

@@ -1,4 +1,4 @@
-"""How an emulated camera is set up, and what can be made to go wrong with it."""
+"""Options, faults and reported behaviours of an emulated camera."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from hw.emulators.errors import NoFaultError
+from hw.emulators.common import NoFaultError, Reported
 from robots import Intrinsics
 
 
@@ -16,23 +16,23 @@ def _d435() -> Intrinsics:
 
 @dataclass(kw_only=True)
 class Options:
-    """Of one emulated camera; what concerns faults may be changed while it runs."""
+    """Of one emulated camera; fault options may be changed while it runs."""
 
     host: str = "127.0.0.1"
     port: int = 0
-    """0: one that is free."""
+    """0: any free one."""
     name: str = "Emulated RealSense D435"
     serial: str = "000000000001"
     rate: int = 30
-    """Images per second [Hz]."""
+    """Frame rate [Hz]."""
     intrinsics: Intrinsics = field(default_factory=_d435)
     """Of the images that its source gives."""
     infrared: bool = False
     """Whether its source gives infrared images, too."""
     depth_units: float = 1e-3
-    """[m]"""
+    """One unit of a depth image [m]."""
     baseline: float = 0.05
-    """Between its imagers [m]."""
+    """Between the imagers [m]."""
     seed: int = 0
     """Of lost images and jitter."""
     drop: float = 0.0
@@ -40,11 +40,11 @@ class Options:
     delay: float = 0.0
     """From the capture of an image until it is sent [s]."""
     jitter: float = 0.0
-    """Images are sent up to so much later [s]."""
+    """Largest additional delay [s]."""
     frozen: bool = False
-    """Whether no images come, over a connection that stands."""
+    """Whether no images come over an open connection."""
     unplugged: bool = False
-    """Whether there is no connection, nor a new one."""
+    """Whether connections are closed and refused."""
     firmware: str = "05.16.00.01"
     as_reported: frozenset[str] = frozenset()
     """Names of `AS_REPORTED`."""
@@ -59,24 +59,73 @@ FAULTS: Mapping[str, str] = MappingProxyType(
         "unplugged": "the cable is not plugged in",
     }
 )
-"""What can be wrong from the beginning, by name."""
+"""Initial faults by name."""
+_VALUES = {"drops": ("drop", 0.1), "delay": ("delay", 0.05), "jitter": ("jitter", 0.04)}
 
 
-def with_fault(options: Options, name: str) -> Options:
-    """The same options with something wrong.
+def add_fault(options: Options, name: str) -> None:
+    """Add an initial fault.
 
     Raises:
-        NoFaultError: nothing is called so.
+        NoFaultError: there is no such fault.
     """
-    match name:
-        case "frozen" | "unplugged":
-            setattr(options, name, True)
-        case "drops":
-            options.drop = 0.1
-        case "delay":
-            options.delay = 0.05
-        case "jitter":
-            options.jitter = 0.04
-        case _:
-            raise NoFaultError(name, FAULTS)
-    return options
+    if name not in FAULTS:
+        raise NoFaultError(name, FAULTS)
+    option, value = _VALUES.get(name, (name, True))
+    setattr(options, option, value)
+
+
+_LIBREALSENSE = "realsenseai/librealsense issue"
+
+AS_REPORTED: Mapping[str, Reported] = MappingProxyType(
+    {
+        "stamps-back": Reported(
+            "stamps go back by 0.3 s, for a second out of three",
+            f"{_LIBREALSENSE}s 11320, 7922: whenever the camera's clock of 32 bits wraps",
+        ),
+        "stamps-future": Reported(
+            "stamps are 0.2 s in the future, for a second out of three",
+            f"{_LIBREALSENSE}s 13122, 10775",
+        ),
+        "stamps-far": Reported(
+            "after a while stamps are 50 years in the future, for good", f"{_LIBREALSENSE} 4505"
+        ),
+        "metadata-lost": Reported(
+            "after a while stamps are those of the arrival",
+            "librealsense, rs_frame.h: RS2_TIMESTAMP_DOMAIN_SYSTEM_TIME, without metadata",
+        ),
+        "hangs-until-reset": Reported(
+            "it stops sending and begins again after a hardware reset",
+            f"{_LIBREALSENSE}s 6628, 7252",
+        ),
+        "hangs-until-replugged": Reported(
+            "it stops sending, and a hardware reset does not help", f"{_LIBREALSENSE} 14242"
+        ),
+        "repeats-images": Reported(
+            "every third image comes twice, number and stamp too", f"{_LIBREALSENSE}s 1686, 14932"
+        ),
+        "freezes": Reported(
+            "one image again and again, number and stamp too, for a second out of three",
+            f"{_LIBREALSENSE} 3906",
+        ),
+        "picture-frozen": Reported(
+            "one picture with new numbers and stamps, for a second out of three",
+            f"{_LIBREALSENSE} 14932: frames whose contents are those of the one before",
+        ),
+        "zero-depth": Reported(
+            "depth is 0 nearly everywhere, for a second out of three", f"{_LIBREALSENSE} 5209"
+        ),
+        "incomplete": Reported(
+            "the lower half of an image is missing, one in five", f"{_LIBREALSENSE} 5154: by USB 2"
+        ),
+        "usb2": Reported(
+            "it offers 15 images a second at most",
+            f"{_LIBREALSENSE} 10837; the vendor's data sheet of the D400 series",
+        ),
+        "old-firmware": Reported(
+            "its firmware is older than the library",
+            f"{_LIBREALSENSE} 5154: what an update changes",
+        ),
+    }
+)
+"""Reported behaviours by name, for `emulate realsense --as-reported`."""

@@ -1,4 +1,4 @@
-"""Where the images of an emulated camera come from."""
+"""Sources of images for an emulated camera."""
 
 from __future__ import annotations
 
@@ -19,40 +19,34 @@ from robots import load_robot
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shot:
-    """One image as its source gives it."""
+    """One image of a source."""
 
     depth: npt.NDArray[np.float32]
     """(H, W) depth along the optical axis [m]; NaN where missing."""
     stamp: float
-    """When it was captured, of `stopwatch` [s]."""
+    """Capture time, of `stopwatch` [s]."""
     infrared: npt.NDArray[np.uint8] | None = None
-    """(H, W) brightness; None where the camera has no such image."""
+    """(H, W) brightness; None without infrared."""
 
 
 Source: TypeAlias = Callable[[], Shot | None]
-"""The image of this moment, asked for once a period; None if there is none. An image that was given
-before is not sent again."""
+"""The current image, called once a period; None if there is none. An object is sent once."""
 
 
 def of_camera(camera: DepthCamera, clock: Clock) -> Source:
-    """The images of a camera, for example that of a simulated robot.
-
-    Args:
-        camera: whose.
-        clock: that it stamps with; it runs in real time.
-    """
+    """The images of a (simulated) camera that stamps with a real-time clock."""
     return _shots(camera.latest, clock)
 
 
 def of_scene(scene: str, seed: int = 0) -> Source:
-    """What a robot sees that stands in a simulated scene, in its ready posture.
+    """The view of a robot in its ready posture in a simulated scene.
 
     Args:
         scene: a shipped scene or a scene file.
         seed: of its objects and of the noise.
 
     Raises:
-        UserError: there is no such scene, or its file has a mistake.
+        UserError: the scene is unknown or its file is wrong.
     """
     description, clock = load_robot("frankie"), WallClock()
     world = load_scene(scene, seed, description.base.size[:2])
@@ -61,7 +55,7 @@ def of_scene(scene: str, seed: int = 0) -> Source:
 
 
 def still(depth: npt.NDArray[np.float32], infrared: npt.NDArray[np.uint8] | None = None) -> Source:
-    """One image again and again, captured anew each time."""
+    """The same image again and again, with new stamps."""
     return lambda: Shot(depth=depth, stamp=stopwatch(), infrared=infrared)
 
 

@@ -9,9 +9,9 @@ import pytest
 from emulated import base_of, connected, drive, is_at_rest, wait_for, wait_for_fault
 
 from hw import FaultKind, HardwareError
+from hw.emulators.common import NotReportedError
 from hw.emulators.omron import AS_REPORTED, OmronEmulator, Options
 from hw.emulators.omron.controller import Teleop
-from hw.emulators.reported import NotReportedError
 from hw.omron import Site
 from hw.state import Fault
 

@@ -12,9 +12,9 @@ import pytest
 from emulated_panda import connected, drive, emulated, moves, needs_library, until
 
 from hw import FaultKind, HardwareError, WallClock
+from hw.emulators.common import NotReportedError
 from hw.emulators.frankie import EmulatedPlaces, FrankieEmulator
 from hw.emulators.panda import AS_REPORTED, serve
-from hw.emulators.reported import NotReportedError
 from hw.panda import ArmSettings, PandaArm, PandaHand
 
 BLOCK, OPENING, FORCE = 0.031, 0.08, 20.0

@@ -12,8 +12,8 @@ from pinocchio import SE3
 
 from hw import DepthFrame, HardwareError
 from hw.clock import stopwatch
+from hw.emulators.common import NotReportedError
 from hw.emulators.realsense import AS_REPORTED, RealSenseEmulator, Shot, still
-from hw.emulators.reported import NotReportedError
 from perception import FrameChecker
 
 pytestmark = needs_library
@@ -47,7 +47,13 @@ class Noisy:
         return round((float(depth[0, 0]) - 0.5) * 1000.0) - 1
 
 
-@pytest.mark.parametrize("way", sorted(AS_REPORTED.keys() - REFUSED.keys()))
+@pytest.mark.parametrize(
+    "way",
+    [
+        pytest.param(way, marks=() if way == "stamps-back" else pytest.mark.slow)
+        for way in sorted(AS_REPORTED.keys() - REFUSED.keys())
+    ],
+)
 def test_what_is_believed_is_true_and_what_is_wrong_is_said(way):
     """Every image is stamped with its capture, or not believed; the camera is well in the end."""
     source, judge, said = Noisy(), FrameChecker(), set()

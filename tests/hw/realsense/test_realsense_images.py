@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from emulated_camera import D435, Counting, needs_library, new_images, picture, plugged_in, until
 
-from hw import HardwareError, WallClock
+from hw import WallClock
 from hw.clock import stopwatch
 from hw.emulators.realsense import Options, still
 from hw.realsense import RealSenseCamera, RealSenseSettings
@@ -43,15 +43,10 @@ def test_the_infrared_image_belongs_to_the_depth_image():
         assert any(depth.stamp == image.stamp for depth, image in images)
 
 
-def test_images_come_at_the_rate_of_the_camera_and_as_new_objects():
-    with plugged_in(Counting()) as (_, camera, _):
-        images = new_images(camera, 2.0)
-        assert 40 <= len(images) <= 62
-        stamps = [image.stamp for image in images]
-        assert stamps == sorted(set(stamps))
-
-
-@pytest.mark.parametrize("fault", [None, "delay", "jitter", "drops"])
+@pytest.mark.parametrize(
+    "fault",
+    [None, *(pytest.param(one, marks=pytest.mark.slow) for one in ("delay", "jitter", "drops"))],
+)
 def test_a_stamp_is_that_of_the_capture_however_late_the_image_comes(fault):
     source = Counting()
     faults = () if fault is None else (fault,)
@@ -59,6 +54,9 @@ def test_a_stamp_is_that_of_the_capture_however_late_the_image_comes(fault):
         offset = clock.now() - stopwatch()
         before = camera.report()
         images = new_images(camera, 1.5)
+        assert len(images) >= 30
+        stamps = [image.stamp for image in images]
+        assert stamps == sorted(set(stamps))
         for image in images:
             taken = source.stamps[source.number(image.depth)] + offset
             assert image.stamp == pytest.approx(taken, abs=5e-3)
@@ -88,19 +86,6 @@ def test_another_camera_is_brought_to_the_intrinsics_of_the_description():
         assert camera.report().status.intrinsics == pytest.approx((388.1, 387.6, 314.2, 244.9))
 
 
-def test_the_filters_of_the_vendor_smooth_noise_and_keep_edges():
-    rng = np.random.default_rng(0)
-    depth = np.full((480, 640), 0.6, np.float32)
-    depth[:, 320:] = 0.9
-    depth += rng.normal(0.0, 0.004, depth.shape).astype(np.float32)
-    left, right = (slice(50, 430), slice(50, 270)), (slice(50, 430), slice(370, 590))
-    with plugged_in(still(depth), spatial=True) as (_, camera, _):
-        smooth = camera.latest().depth
-        assert np.nanstd(smooth[left]) < 0.5 * np.std(depth[left])
-        assert np.nanmedian(smooth[left]) == pytest.approx(0.6, abs=2e-3)
-        assert np.nanmedian(smooth[right]) == pytest.approx(0.9, abs=2e-3)
-
-
 def test_a_description_of_another_size_is_served_too():
     small = replace(
         D435, intrinsics=Intrinsics(width=320, height=240, fx=191.5, fy=191.5, cx=159.5, cy=119.5)
@@ -126,8 +111,3 @@ def test_asking_never_waits():
                 slowest = max(slowest, stopwatch() - begun)
                 until(lambda begun=begun: stopwatch() - begun > 2e-3)
         assert slowest < 0.05
-
-
-def test_one_camera_is_named_in_one_way():
-    with pytest.raises(HardwareError, match="one of these, not all"):
-        RealSenseCamera(D435, WallClock(), RealSenseSettings(serial="1", file="a.db3"))

@@ -1,8 +1,7 @@
-"""The newest images of the camera's process, for another that never waits for it.
+"""Lock-free ring buffer of the newest images in memory that two processes share.
 
-Both processes share the memory. The writer goes from page to page and says last which is the
-newest; a reader that is overtaken while it copies sees that by the number on the page, and takes
-the newer one.
+The writer fills the pages in turn and stores the number of the newest one last. A reader that is
+overtaken while it copies sees that by the number on the page, and takes the newer one.
 """
 
 from __future__ import annotations
@@ -16,9 +15,9 @@ import numpy.typing as npt
 
 _NEWEST = struct.Struct("<Q")
 """Number of the newest image. `struct` clears before it writes, so where another process may look
-at any moment it is stored at once."""
+at any moment it is stored at once (through numpy)."""
 _PAGE = struct.Struct("<QQdd")
-"""Number of the image here, frames that the camera has numbered, stamp and arrival [s]."""
+"""Number of the image on this page, frames counted by the camera, stamp and arrival [s]."""
 _PAGES = 3
 _TRIES = 10
 
@@ -27,32 +26,31 @@ Grey = npt.NDArray[np.uint8]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Picture:
-    """One image of a camera, on the clock of the computer, which all its processes share."""
+class BufferedImage:
+    """One image; times are those of `stopwatch`, which all processes of a computer share."""
 
     number: int
     """Counted by the driver, from 1."""
     frames: int
-    """How many images the camera has taken since the first one; more than `number`: some are
-    lost."""
+    """Counted by the camera, from 1; the difference to `number` was lost."""
     stamp: float
-    """When it was captured, of `stopwatch` [s]."""
+    """Capture time [s]."""
     arrived: float
-    """When the driver was given it, of `stopwatch` [s]."""
+    """When the driver received it [s]."""
     depth: Depth
     """(H, W) depth along the optical axis [m]; NaN where missing."""
     infrared: Grey | None
-    """(H, W) image of the left imager; None if it is not switched on."""
+    """(H, W) image of the left imager; None if it is switched off."""
 
 
-class Album:
+class ImageBuffer:
     """Images of one size in shared memory; one process puts, others get.
 
     Args:
-        memory: that they share.
-        offset: of the album in it [bytes].
-        width: of the images.
-        height: of the images.
+        memory: shared by the processes.
+        offset: of the buffer in it [bytes].
+        width: of the images [px].
+        height: of the images [px].
     """
 
     def __init__(self, memory: mmap, offset: int, width: int, height: int) -> None:
@@ -69,10 +67,10 @@ class Album:
     def put(
         self, frames: int, stamp: float, arrived: float, depth: Depth, infrared: Grey | None
     ) -> None:
-        """Add an image; see `Picture`."""
+        """Add an image; see `BufferedImage`."""
         self._count += 1
         at = self._page(self._count)
-        _NEWEST.pack_into(self._memory, at, 0)  # nothing whole is here now
+        _NEWEST.pack_into(self._memory, at, 0)  # marks the page as incomplete
         pixels = at + _PAGE.size
         self._depth(pixels)[...] = depth
         if infrared is not None:
@@ -81,7 +79,7 @@ class Album:
         self._newest[0] = self._count
 
     def arrival(self) -> float | None:
-        """When the newest image arrived, of `stopwatch` [s]; None before the first."""
+        """When the newest image arrived [s]; None before the first."""
         for _ in range(_TRIES):
             newest = self.newest_number()
             if newest == 0:
@@ -92,14 +90,14 @@ class Album:
         return None
 
     def newest_number(self) -> int:
-        """Of the newest image; 0 before the first."""
+        """Number of the newest image; 0 before the first."""
         return int(self._newest[0])
 
-    def get(self, *, infrared: bool) -> Picture | None:
+    def get(self, *, infrared: bool) -> BufferedImage | None:
         """A copy of the newest image; None before the first.
 
         Args:
-            infrared: whether there is such an image.
+            infrared: whether there are infrared images.
         """
         for _ in range(_TRIES):
             newest = self.newest_number()
@@ -112,7 +110,7 @@ class Album:
             grey = self._grey(pixels).copy() if infrared else None
             (after,) = _NEWEST.unpack_from(self._memory, at)
             if number == newest == after:
-                return Picture(
+                return BufferedImage(
                     number=newest,
                     frames=frames,
                     stamp=stamp,
@@ -124,8 +122,8 @@ class Album:
 
     def _page(self, number: int) -> int:
         height, width = self._shape
-        place = number % _PAGES
-        return self._offset + _NEWEST.size + place * (_PAGE.size + 5 * width * height)
+        page = _PAGE.size + 5 * width * height
+        return self._offset + _NEWEST.size + number % _PAGES * page
 
     def _depth(self, at: int) -> Depth:
         height, width = self._shape

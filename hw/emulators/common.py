@@ -1,0 +1,71 @@
+"""Shared by all emulators: user errors, sockets, real-time priority, reported behaviours."""
+
+from __future__ import annotations
+
+import gc
+import os
+import socket
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from typing import NamedTuple
+
+from config import UserError, suggest
+
+
+class PortTakenError(UserError):
+    """Another program listens at the port."""
+
+
+class NoFaultError(UserError):
+    """There is no fault of this name."""
+
+    def __init__(self, name: str, faults: Iterable[str]) -> None:
+        super().__init__(f"no fault is called `{name}`; {suggest(name, faults)}")
+
+
+class NotReportedError(UserError):
+    """There is no reported behaviour of this name."""
+
+
+class Reported(NamedTuple):
+    """Behaviour of a real machine that a public issue tracker reports."""
+
+    what: str
+    source: str
+
+
+def chosen(names: Sequence[str], table: Mapping[str, Reported], part: str) -> frozenset[str]:
+    """The names as a set; each may hold several, separated by commas.
+
+    Raises:
+        NotReportedError: the table of the part has no such name.
+    """
+    flat = [name.strip() for text in names for name in text.split(",") if name.strip()]
+    for name in flat:
+        if name not in table:
+            raise NotReportedError(
+                f"the emulated {part} has no way called `{name}`; {suggest(name, table)}"
+            )
+    return frozenset(flat)
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A listening socket.
+
+    Raises:
+        PortTakenError: another program listens there.
+    """
+    try:
+        return socket.create_server((host, port))
+    except OSError as error:
+        raise PortTakenError(
+            f"port {port} of {host}: {error.strerror}; choose another one"
+        ) from error
+
+
+def be_prompt(priority: int) -> None:
+    """Ask for real-time priority, if it is granted, and keep the garbage collector short."""
+    with suppress(OSError):
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    gc.collect()
+    gc.freeze()

@@ -1,0 +1,89 @@
+"""Rectification of depth and infrared images to the intrinsics of the robot description."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from hw.realsense.image_buffer import Depth, Grey
+from hw.realsense.stream import LostError
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImageSpec:
+    """The images to deliver: pinhole model [px] and valid depth range [m]."""
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    near: float
+    far: float
+
+    @property
+    def matrix(self) -> npt.NDArray[np.float64]:
+        """(3, 3) camera matrix [px]."""
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+
+class Rectifier:
+    """Maps images of one pinhole camera to another one at the same place.
+
+    The depth along the optical axis does not change.
+
+    Args:
+        camera: intrinsics of the camera, from the vendor's library.
+        spec: the images to deliver.
+
+    Raises:
+        LostError: the camera has a distortion, which depth streams of the D400 series have not.
+    """
+
+    def __init__(self, camera: Any, spec: ImageSpec) -> None:
+        if any(camera.coeffs):
+            raise LostError(f"its depth images are distorted ({camera.model}): not a D400 camera?")
+        own = np.array([[camera.fx, 0.0, camera.ppx], [0.0, camera.fy, camera.ppy], [0, 0, 1.0]])
+        size = (spec.width, spec.height)
+        same = np.allclose(own, spec.matrix, atol=1e-3) and size == (camera.width, camera.height)
+        self._maps = None if same else _maps(own, spec)
+
+    def depth(self, image: npt.NDArray[np.uint16]) -> npt.NDArray[np.uint16]:
+        """(H, W) depth by nearest neighbour; 0 beyond the edges."""
+        nearest: npt.NDArray[np.uint16] = self._remap(image, cv2.INTER_NEAREST)
+        return nearest
+
+    def grey(self, image: Grey) -> Grey:
+        """(H, W) grey values, interpolated; 0 beyond the edges."""
+        linear: Grey = self._remap(image, cv2.INTER_LINEAR)
+        return linear
+
+    def _remap(self, image: Any, interpolation: int) -> Any:
+        if self._maps is None:
+            return image
+        return cv2.remap(image, *self._maps, interpolation, borderMode=cv2.BORDER_CONSTANT)
+
+
+def _maps(own: npt.NDArray[np.float64], spec: ImageSpec) -> tuple[Depth, Depth]:
+    u = (np.arange(spec.width) - spec.cx) / spec.fx * own[0, 0] + own[0, 2]
+    v = (np.arange(spec.height) - spec.cy) / spec.fy * own[1, 1] + own[1, 2]
+    x, y = np.meshgrid(u.astype(np.float32), v.astype(np.float32))
+    return x, y
+
+
+def metres(depth: npt.NDArray[np.uint16], scale: float, spec: ImageSpec) -> Depth:
+    """Depth in metres; NaN where it is missing or outside of the valid range.
+
+    Args:
+        depth: (H, W) in units of the camera; 0 where missing.
+        scale: one unit [m].
+        spec: with the valid range.
+    """
+    far: Depth = depth * np.float32(scale)
+    far[(far < np.float32(spec.near)) | (far > np.float32(spec.far))] = np.nan
+    return far
