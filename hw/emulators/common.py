@@ -7,6 +7,7 @@ import os
 import socket
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from types import MappingProxyType
 from typing import NamedTuple
 
 from config import UserError, suggest
@@ -32,6 +33,8 @@ class Reported(NamedTuple):
 
     what: str
     source: str
+    values: Mapping[str, object] = MappingProxyType({})
+    """Of the options, where these describe it, see `set_options`."""
 
 
 def chosen(names: Sequence[str], table: Mapping[str, Reported], part: str) -> frozenset[str]:
@@ -47,6 +50,16 @@ def chosen(names: Sequence[str], table: Mapping[str, Reported], part: str) -> fr
                 f"the emulated {part} has no way called `{name}`; {suggest(name, table)}"
             )
     return frozenset(flat)
+
+
+def set_options(options: object, values: Mapping[str, object]) -> None:
+    """Set options by name; one of a part is named PART.NAME."""
+    for name, value in values.items():
+        target = options
+        *parts, last = name.split(".")
+        for part in parts:
+            target = getattr(target, part)
+        setattr(target, last, value)
 
 
 def listen(host: str, port: int) -> socket.socket:

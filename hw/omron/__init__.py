@@ -1,29 +1,20 @@
-"""The Omron LD-60 over the network: ArNetworking for motion, ARCL for motors and emergency stop.
+"""Driver of the Omron LD-60: motion over ArNetworking; motors and emergency stop over ARCL.
 
-`packet` and `fields` are the bytes; `handshake`, `connection` and `first_readings` how it begins;
-`telemetry` and `config` what the base tells; `site` what a velocity is to it; `commander` what is
-written when; `link` the thread that does it; `guardian` the process that stops the base when that
-thread cannot; `arcl` the text interface; `faults` what keeps the base from moving; and `base` the
-whole as a `Base`.
-docs/hardware.md says what of all this was verified, and what is inferred.
+`packet` is the wire format, `handshake` and `connection` open a connection, `telemetry` and
+`teleop_settings` decode what the base sends, `site` converts velocities to its ratios, `commander`
+decides what is sent, `link` is the thread that sends it, `guardian` the process that stops the base
+when that thread cannot. `arcl` is the text interface, `faults` what keeps the base from moving,
+`base` the part of a robot. docs/hardware.md says which parts were verified on hardware.
 """
 
-from hw.omron.arcl import Arcl
-from hw.omron.arcl_text import ArclState, Motors
 from hw.omron.base import OmronBase
-from hw.omron.config import TIMEOUT, Values
-from hw.omron.handshake import PROTOCOLS, Catalogue
 from hw.omron.settings import ArclSettings, OmronSettings
 from hw.omron.site import Site, Velocity
+from hw.omron.teleop_settings import TIMEOUT, Values
 
 __all__ = [
-    "PROTOCOLS",
     "TIMEOUT",
-    "Arcl",
     "ArclSettings",
-    "ArclState",
-    "Catalogue",
-    "Motors",
     "OmronBase",
     "OmronSettings",
     "Site",

@@ -1,24 +1,47 @@
-"""ARCL, the text interface: motors, emergency stop, faults, dock and goals.
+"""ARCL, the text interface of the base: motors, emergency stop and faults.
 
-Lines, answers to what is asked and events that come by themselves, in any case of letters. What is
-in Omron's manual (I617-E-01) is marked [M], what was read in drivers [D]. Velocities cannot be
-streamed here.
+Lines, answers and events, in any case of letters, as in Omron's manual (I617-E-01). Velocities
+cannot be streamed here.
 """
 
 from __future__ import annotations
 
 import socket
 import threading
-from collections.abc import Callable
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from enum import Enum
 
 from hw.clock import stopwatch
-from hw.omron.arcl_text import ArclState, Lines, Reader, setting_of, tells_setting
-from hw.omron.config import Values
 from hw.omron.settings import ArclSettings
+from hw.omron.teleop_settings import Values
 from hw.robot import HardwareError
 
 _POLLS = ("queryMotors", "status", "faultsGet")
+_LONGEST_LINE = 65536
+_PATIENCE = 3.0
+"""For an answer [s]."""
+
+
+class Motors(Enum):
+    """State of the motors, by the beginning of the line that reports it."""
+
+    ENABLED = "motors enabled"
+    DISABLED = "motors disabled"
+    PRESSED = "estop pressed"
+    RELIEVED = "estop relieved"
+
+
+@dataclass(frozen=True)
+class ArclState:
+    """The newest state that the text interface reported."""
+
+    motors: Motors | None = None
+    faults: tuple[str, ...] = ()
+    score: float | None = None
+    """Localisation score, 0 to 1."""
+    lost: str = ""
+    """Why the connection is lost; empty while connected."""
 
 
 class Arcl:
@@ -33,7 +56,7 @@ class Arcl:
         self._settings = settings
         self._where = f"Omron text interface at {host}:{settings.port}"
         self._address = (host, settings.port)
-        self._reader = Reader()
+        self._parser = _StateParser()
         self._changed = threading.Condition()
         self._listeners: list[list[str]] = []
         self._closing = threading.Event()
@@ -42,8 +65,8 @@ class Arcl:
 
     @property
     def state(self) -> ArclState:
-        """The newest."""
-        return self._reader.state
+        """The newest state."""
+        return self._parser.state
 
     def connect(self, patience: float) -> None:
         """Log in, and wait until the state of the motors is known.
@@ -60,13 +83,13 @@ class Arcl:
             raise HardwareError(
                 f"{self._where}: {error.strerror or error}; is ARCL switched on in MobilePlanner?"
             ) from error
-        lines = Lines()
+        lines = _LineSplitter()
         try:
             self._log_in(connection, lines, stopwatch() + patience)
         except (OSError, HardwareError) as error:
             connection.close()
             raise HardwareError(f"{self._where}: {error}") from error
-        self._reader, self._closing = Reader(), threading.Event()
+        self._parser, self._closing = _StateParser(), threading.Event()
         self._socket = connection
         self._thread = threading.Thread(
             target=self._run, args=(connection, lines), name="omron arcl", daemon=True
@@ -78,44 +101,23 @@ class Arcl:
             self.close()
             raise HardwareError(f"{self._where}: it does not tell the state of the motors")
 
-    def ask(self, command: str, until: Callable[[str], bool], patience: float) -> list[str]:
-        """Say a command; the lines from then on, up to the first for which `until` holds.
-
-        Raises:
-            HardwareError: there is none within `patience` [s], or no connection.
-        """
-        heard: list[str] = []
-        with self._changed:
-            self._listeners.append(heard)
-            try:
-                self._say(command)
-                found = self._changed.wait_for(
-                    lambda: self.state.lost or any(map(until, heard)), patience
-                )
-            finally:
-                self._listeners.remove(heard)
-            if not found or self.state.lost:
-                why = self.state.lost or f"no answer to `{command}` within {patience:g} s"
-                raise HardwareError(f"{self._where}: {why}")
-            return heard
-
     def stop(self) -> None:
-        """Stop the base, without waiting for the answer [M].
+        """Stop the base, without waiting for the answer.
 
         Raises:
-            HardwareError: there is no connection.
+            HardwareError: not connected.
         """
         with self._changed:
-            self._say("stop")
+            self._send(("stop",))
 
-    def enable_motors(self, patience: float = 3.0) -> None:
-        """Switch the motors on [M].
+    def enable_motors(self) -> None:
+        """Switch the motors on.
 
         Raises:
             HardwareError: they stay off, for example because the emergency stop is pressed.
         """
         try:
-            lines = self.ask("enableMotors", _tells_of_motors, patience)
+            lines = self._ask("enableMotors", ("motors enabled", "estop pressed"), _PATIENCE)
         except HardwareError:
             if self.state.lost:
                 raise
@@ -125,52 +127,25 @@ class Arcl:
         if not lines:
             raise HardwareError("the motors stay off: push the motor button of the base")
 
-    def section(self, name: str, patience: float = 3.0) -> Values:
-        """The values of a section of the configuration, by their names [M].
+    def section(self, name: str, patience: float) -> Values:
+        """The values of a section of the configuration, by name.
 
         Raises:
-            HardwareError: it does not answer, or does not tell its configuration (`ArclConfig`).
+            HardwareError: no answer within `patience` [s], or no access (`ArclConfig`).
         """
-        command, ends = f"getConfigSectionValues {name}", ("commanderror", "unknown command")
-        end = "endofgetconfigsectionvalues"
-        lines = self.ask(command, lambda line: _is(line, end, *ends), patience)
-        refused = [line for line in lines if _is(line, *ends)]
+        command, refusals = f"getConfigSectionValues {name}", ("commanderror", "unknown command")
+        lines = self._ask(command, ("endofgetconfigsectionvalues", *refusals), patience)
+        refused = [line for line in lines if _is(line, *refusals)]
         if refused:
             raise HardwareError(f"{self._where}: `{command}`: {refused[0]}; see ArclConfig")
-        return dict(map(setting_of, filter(tells_setting, lines)))
-
-    def goals(self, patience: float = 3.0) -> list[str]:
-        """The names of the goals on the robot's map [M].
-
-        Raises:
-            HardwareError: it does not answer.
-        """
-        lines = self.ask("getGoals", lambda line: _is(line, "end of goals"), patience)
-        return [line.partition(":")[2].strip() for line in lines if _is(line, "goal:")]
-
-    def go_to(self, goal: str, patience: float = 300.0) -> None:
-        """Drive to a goal by the robot's own navigation [M]; returns on arrival.
-
-        Raises:
-            HardwareError: it does not arrive.
-        """
-        self._until_done(f"goto {goal}", (f"arrived at {goal.lower()}",), patience)
-
-    def dock(self, patience: float = 180.0) -> None:
-        """Go and charge [M]; returns when docked.
-
-        Raises:
-            HardwareError: it does not dock.
-        """
-        self._until_done("dock", ("dockingstate: docked",), patience)
-
-    def undock(self, patience: float = 60.0) -> None:
-        """Leave the dock [M].
-
-        Raises:
-            HardwareError: it does not.
-        """
-        self._until_done("undock", ("dockingstate: undocked",), patience)
+        values: Values = {}
+        for line in lines:
+            if _is(line, "getconfigsectionvalue:"):
+                key, _, value = line.partition(":")[2].strip().partition(" ")
+                values[key] = value.strip()
+                with suppress(ValueError):
+                    values[key] = float(value)
+        return values
 
     def close(self) -> None:
         """End the connection."""
@@ -178,17 +153,29 @@ class Arcl:
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(2.0)
 
-    def _until_done(self, command: str, done: tuple[str, ...], patience: float) -> None:
-        ends = (*done, "error:", "interrupted:", "unknown command", "commanderror")
-        lines = self.ask(command, lambda line: _is(line, *ends), patience)
-        failed = [line for line in lines if _is(line, *ends) and not _is(line, *done)]
-        if failed:
-            raise HardwareError(f"{self._where}: `{command}`: {failed[0]}")
+    def _ask(self, command: str, ends: tuple[str, ...], patience: float) -> list[str]:
+        """Send a command; the lines up to the first that begins with one of `ends`."""
 
-    def _log_in(self, connection: socket.socket, lines: Lines, until: float) -> None:
-        said = False
-        while (left := until - stopwatch()) > 0.0:
-            connection.settimeout(left)
+        def is_done() -> bool:
+            return bool(self.state.lost) or any(_is(line, *ends) for line in heard)
+
+        heard: list[str] = []
+        with self._changed:
+            self._listeners.append(heard)
+            try:
+                self._send((command,))
+                found = self._changed.wait_for(is_done, patience)
+            finally:
+                self._listeners.remove(heard)
+            if not found or self.state.lost:
+                why = self.state.lost or f"no answer to `{command}` within {patience:g} s"
+                raise HardwareError(f"{self._where}: {why}")
+            return heard
+
+    def _log_in(self, connection: socket.socket, lines: _LineSplitter, until: float) -> None:
+        sent = False
+        while (remaining := until - stopwatch()) > 0.0:
+            connection.settimeout(remaining)
             try:
                 data = connection.recv(4096)
             except TimeoutError:
@@ -196,18 +183,18 @@ class Arcl:
             if not data:
                 raise HardwareError(
                     "it refuses the password; see ARCL server setup in MobilePlanner"
-                    if said
+                    if sent
                     else "it closed the connection; close other programs that use ARCL"
                 )
             complete = lines.feed(data)
-            if not said and any(map(_asks_for_password, (*complete, lines.rest))):
+            if not sent and any("password" in one.lower() for one in (*complete, lines.rest)):
                 connection.sendall(f"{self._settings.password}\n".encode())
-                said = True
+                sent = True
             if any(_is(line, "end of commands") for line in complete):
                 return
         raise HardwareError("no greeting with its commands; check the port (7171 is usual)")
 
-    def _run(self, connection: socket.socket, lines: Lines) -> None:
+    def _run(self, connection: socket.socket, lines: _LineSplitter) -> None:
         """Read and poll until closed or lost."""
         why = ""
         try:
@@ -217,11 +204,11 @@ class Arcl:
         finally:
             with self._changed:
                 self._socket = None
-                self._reader.state = replace(self._reader.state, lost=why or "closed")
+                self._parser.state = replace(self._parser.state, lost=why or "closed")
                 self._changed.notify_all()
             connection.close()
 
-    def _serve(self, connection: socket.socket, lines: Lines) -> None:
+    def _serve(self, connection: socket.socket, lines: _LineSplitter) -> None:
         heard = polled = stopwatch()
         polled -= self._settings.poll
         while not self._closing.is_set():
@@ -231,8 +218,7 @@ class Arcl:
             if now - polled >= self._settings.poll:
                 polled = now
                 with self._changed:
-                    for poll in _POLLS:
-                        self._say(poll)
+                    self._send(_POLLS)
             connection.settimeout(max(0.005, polled + self._settings.poll - now))
             try:
                 data = connection.recv(65536)
@@ -243,24 +229,59 @@ class Arcl:
             heard = stopwatch()
             with self._changed:
                 for line in lines.feed(data):
-                    self._reader.take(line)
+                    self._parser.take(line)
                     for listener in self._listeners:
                         listener.append(line)
                 self._changed.notify_all()
 
-    def _say(self, line: str) -> None:
-        if self._socket is None:
-            raise HardwareError(f"{self._where}: not connected")
-        self._socket.sendall(f"{line}\r\n".encode())
+    def _send(self, commands: tuple[str, ...]) -> None:
+        for command in commands:
+            if self._socket is None:
+                raise HardwareError(f"{self._where}: not connected")
+            self._socket.sendall(f"{command}\r\n".encode())
+
+
+class _LineSplitter:
+    """Splits a stream of bytes into lines."""
+
+    def __init__(self) -> None:
+        self._buffer = b""
+
+    def feed(self, data: bytes) -> list[str]:
+        """The lines that are complete with these bytes."""
+        *lines, self._buffer = (self._buffer + data).split(b"\n")
+        self._buffer = self._buffer[-_LONGEST_LINE:]
+        return [line.decode("utf-8", "replace").strip() for line in lines]
+
+    @property
+    def rest(self) -> str:
+        """The incomplete line: a prompt."""
+        return self._buffer.decode("utf-8", "replace").strip()
+
+
+class _StateParser:
+    """Builds the state from lines."""
+
+    def __init__(self) -> None:
+        self.state = ArclState()
+        self._listed: list[str] = []
+
+    def take(self, line: str) -> None:
+        key, _, value = line.partition(":")
+        match key.lower():
+            case "faultlist":
+                self._listed.append(" ".join(value.split()[:2]))
+            case "end of faultlist":
+                self.state = replace(self.state, faults=tuple(self._listed))
+                self._listed = []
+            case "localizationscore":
+                with suppress(ValueError):
+                    self.state = replace(self.state, score=float(value))
+            case _:
+                for motors in Motors:
+                    if _is(line, motors.value):
+                        self.state = replace(self.state, motors=motors)
 
 
 def _is(line: str, *beginnings: str) -> bool:
     return line.lower().startswith(beginnings)
-
-
-def _tells_of_motors(line: str) -> bool:
-    return _is(line, "motors enabled", "estop pressed")
-
-
-def _asks_for_password(line: str) -> bool:
-    return "password" in line.lower()

@@ -4,44 +4,38 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from math import atan2, degrees
-from struct import pack
 
 import numpy as np
-from pinocchio import SE3
 
 from hw.clock import Clock, stopwatch
-from hw.omron.arcl import Arcl
-from hw.omron.arcl_text import Motors
-from hw.omron.commander import is_at_rest
-from hw.omron.config import SECTIONS, TELEOP, Values, site_of
-from hw.omron.connection import open_connection, said_of
+from hw.omron.arcl import Arcl, Motors
+from hw.omron.connection import first_readings, named_errors, open_connection
 from hw.omron.faults import connection_lost
-from hw.omron.first_readings import first_readings
 from hw.omron.handshake import Catalogue
 from hw.omron.link import Link
 from hw.omron.settings import OmronSettings
-from hw.omron.site import REST, Site, Velocity, is_finite
-from hw.omron.telemetry import carried_on
+from hw.omron.site import REST, Site, Velocity, is_at_rest, is_finite
+from hw.omron.telemetry import OLDEST_POSE, extrapolate
+from hw.omron.teleop_settings import SECTIONS, TELEOP, Values, site_of
 from hw.robot import HardwareError
 from hw.state import Array, BaseState
 
-_LOOK = 0.01  # how often something that is waited for is looked at [s]
-_RECOVERY = 3.0  # for each step of a recovery [s]
-_PAUSES = (0.0, 0.5, 2.0, 8.0)  # before a recovery, the longer the more came before [s]
-_FORGOTTEN = 30.0  # a recovery so long after the last is the first again [s]
+_POLL = 0.01  # polling interval of recoveries [s]
+_RECOVERY = 3.0  # timeout of each step of a recovery [s]
+_READING = 3.0  # timeout of reading the configuration [s]
+_PAUSES = (0.0, 0.5, 2.0, 8.0)  # before successive recoveries [s]
+_FORGOTTEN = 30.0  # a recovery this long after the last is the first again [s]
 
 
 class OmronBase:
     """An Omron LD-60, or another base with the same server.
 
-    The world is the map of the base. The pose between two messages is carried on with the measured
-    velocity, so that a reading is of the moment at which it is asked for. Without a message for
-    `oldest_pose` the pose stands still and the reading has a fault; its stamp goes on, so that a
-    recovery gets its chance.
+    The world is the map of the base. The pose between two messages is extrapolated with the
+    measured velocity. Without a message for `OLDEST_POSE` the pose stands still and the reading has
+    a fault; its stamp goes on, so that a recovery gets its chance.
 
     Args:
-        settings: where the base is, and how it is set up.
+        settings: address, account and setup.
         clock: session time, for the stamps.
     """
 
@@ -49,21 +43,12 @@ class OmronBase:
         self._settings, self._clock = settings, clock
         self._arcl: Arcl | None = None
         self._link: Link | None = None
-        self._catalogue = Catalogue()
         self._recoveries, self._recovered_at = 0, -_FORGOTTEN
         self._closing = threading.Event()
+        self.catalogue = Catalogue()
+        """Requests that the base offers to this account."""
         self.protocol = ""
-        """Version that the base announces; empty before it is connected."""
-
-    @property
-    def catalogue(self) -> Catalogue:
-        """What the base offers to this account."""
-        return self._catalogue
-
-    @property
-    def arcl(self) -> Arcl | None:
-        """The text interface: dock and goals."""
-        return self._arcl
+        """Protocol version of the base; empty before it is connected."""
 
     @property
     def guardian_pid(self) -> int:
@@ -72,12 +57,12 @@ class OmronBase:
 
     @property
     def localisation_score(self) -> float | None:
-        """0 to 1; None where it is not told, or its scale is not known."""
+        """0 to 1; None where it is not sent, or its scale is unknown."""
         return self._connected.score
 
     @property
     def pose_age(self) -> float:
-        """How long ago the newest pose arrived [s]."""
+        """Time since the newest pose arrived [s]."""
         pose = self._connected.telemetry.pose
         assert pose is not None  # `connect` waited for it
         return stopwatch() - pose.at
@@ -86,8 +71,8 @@ class OmronBase:
         """Log in, and wait for the first readings.
 
         Raises:
-            HardwareError: wrong address, account, protocol version or rights; or the base moves or
-                is in a mode that does not let go of it: somebody else commands it.
+            HardwareError: wrong address, account, protocol version or rights; or another program
+                commands the base.
         """
         self._closing.clear()
         if self._settings.arcl is not None:
@@ -113,18 +98,18 @@ class OmronBase:
             pose, velocity = telemetry.pose, telemetry.velocity
             battery = telemetry.battery
         assert pose is not None  # `connect` waited for it
-        age = min(now - pose.at, self._settings.oldest_pose) + self._settings.pose_delay
-        told = REST if link.lost else velocity
+        age = min(now - pose.at, OLDEST_POSE) + self._settings.pose_delay
+        measured = REST if link.lost else velocity
         return BaseState(
             stamp=self._clock.now(),
-            wTb=carried_on(pose, velocity, age),
-            twist=np.array([told.v, 0.0, told.w]),
+            wTb=extrapolate(pose, velocity, age),
+            twist=np.array([measured.v, 0.0, measured.w]),
             battery=battery,
             faults=faults,
         )
 
     def send(self, twist: Array) -> Array:
-        """Drive; returns what the base can make of it in the mean, nothing while there is a fault.
+        """Drive; returns the mean velocity that the base can follow, zero while there is a fault.
 
         A velocity inside a dead zone is driven in pulses of the slowest one outside.
 
@@ -144,48 +129,39 @@ class OmronBase:
             link.commander.command(applied, now)
         return np.array([applied.v, 0.0, applied.w])
 
-    def localise(self, wTb: SE3) -> None:
-        """Tell the base where it is on its map; a reading tells when it believes it.
-
-        Raises:
-            HardwareError: it was never connected, or does not offer this.
-        """
-        x, y, _ = (round(1000.0 * one) for one in wTb.translation)
-        heading = round(degrees(atan2(wTb.rotation[1, 0], wTb.rotation[0, 0])))
-        self._say("localizeToPose", pack("<iii", x, y, heading))
-
-    def read_site(self, patience: float = 3.0) -> Site:
-        """The values of "Teleop settings" that the base itself keeps; what it lacks, as told.
+    def read_site(self) -> Site:
+        """Full-scale values and dead zones of the base; missing ones are those of the settings.
 
         Raises:
             HardwareError: as for `read_teleop`.
         """
-        return site_of(self.read_teleop(patience), self._settings.site)
+        return site_of(self.read_teleop(), self._settings.site)
 
-    def read_teleop(self, patience: float = 3.0) -> Values:
-        """The section "Teleop settings" of the base, by its own names and in its own units.
+    def read_teleop(self) -> Values:
+        """The section "Teleop settings" of the base, in its own names and units.
 
         Bases of version 6MTX do not offer it here; the text interface is asked then.
 
         Raises:
-            HardwareError: it does not offer its configuration to this account, or does not answer.
+            HardwareError: this account has no access, or the base does not answer.
         """
-        sections = self._connected.telemetry.sections
-        if self._catalogue.has(SECTIONS):
-            self._say(SECTIONS, b"\x09")
-            if self._wait(lambda: TELEOP in sections, patience):
+        link = self._connected
+        sections = link.telemetry.sections
+        if self.catalogue.has(SECTIONS):
+            link.send(self.catalogue.command(SECTIONS, b"\x09"))
+            if self._wait(lambda: TELEOP in sections, _READING):
                 return sections[TELEOP]
         elif self._arcl is None:
             raise HardwareError(f"the base does not offer {SECTIONS} to this account")
         if self._arcl is not None:
-            return self._arcl.section(TELEOP, patience)
+            return self._arcl.section(TELEOP, _READING)
         raise HardwareError(f"the base does not tell its section {TELEOP!r}")
 
     def recover(self) -> None:
-        """Connect again, switch the motors on, take the base back from whoever had it.
+        """Connect again, switch the motors on, take the base back from another program.
 
-        Where there is nothing to do it returns at once. Recoveries that follow each other begin
-        after pauses that grow, unless all is well by then.
+        Returns at once where there is no fault. Successive recoveries begin after pauses that grow,
+        unless the fault is gone by then.
 
         Raises:
             HardwareError: that does not help; the text says what does.
@@ -195,13 +171,13 @@ class OmronBase:
             return
         if self._arcl is not None and self._arcl.state.lost:
             self._arcl.connect(self._settings.connect_patience)
-        if link.lost or not self._wait(lambda: not self._is_stale(link), _RECOVERY):
+        if link.lost or not self._wait(lambda: self.pose_age <= OLDEST_POSE, _RECOVERY):
             link.close()
             self._open(claim=True)
             link = self._connected
         if self._arcl is not None and self._arcl.state.motors is not Motors.ENABLED:
             self._arcl.enable_motors()
-        finding = link.obedience.finding
+        finding = link.monitor.finding
         if finding is not None and not finding.clearable:
             raise HardwareError(finding.text)
         if finding is not None or link.telemetry.locked or self._clearable_faults(link):
@@ -209,7 +185,7 @@ class OmronBase:
             if not self._wait(lambda: is_at_rest(link.telemetry.velocity), _RECOVERY):
                 raise HardwareError("the base still moves under somebody else's command")
             with link.lock:
-                link.obedience.clear()
+                link.monitor.clear()
         if not self._wait(lambda: not self._clearable_faults(link), _RECOVERY):
             raise HardwareError(self._clearable_faults(link)[0])
 
@@ -234,17 +210,11 @@ class OmronBase:
             raise HardwareError(f"Omron base at {self._settings.host}: not connected")
         return self._link
 
-    def _say(self, name: str, payload: bytes) -> None:
-        link = self._connected
-        if not self._catalogue.has(name):
-            raise HardwareError(f"the base does not offer {name} to this account")
-        link.say(self._catalogue.command(name, payload))
-
     def _open(self, *, claim: bool) -> None:
-        """A new connection at work.
+        """Open a new connection.
 
         Args:
-            claim: whether a base that moves is stopped; else it is left to whoever moves it.
+            claim: whether a moving base is stopped; otherwise it is left to its commander.
 
         Raises:
             HardwareError: as for `connect`.
@@ -252,8 +222,8 @@ class OmronBase:
         settings = self._settings
         connection = open_connection(settings)
         try:
-            with said_of(settings):
-                self._catalogue, self.protocol = connection.catalogue, connection.protocol
+            with named_errors(settings):
+                self.catalogue, self.protocol = connection.catalogue, connection.protocol
                 telemetry = first_readings(connection, settings, claim=claim)
                 self._link = Link(connection, telemetry, settings, self._arcl)
         except BaseException:
@@ -262,7 +232,7 @@ class OmronBase:
         self._link.start()
 
     def _pause(self) -> float:
-        """Before a recovery: the longer, the more came before [s]."""
+        """Pause before a recovery; it grows with their number [s]."""
         is_new = stopwatch() - self._recovered_at > _FORGOTTEN
         self._recoveries = 0 if is_new else min(self._recoveries + 1, len(_PAUSES) - 1)
         pause = _PAUSES[self._recoveries]
@@ -270,7 +240,7 @@ class OmronBase:
         return pause
 
     def _is_sound(self, link: Link) -> bool:
-        """Whether there is nothing to recover from.
+        """Whether there is no fault.
 
         Raises:
             HardwareError: the base was closed meanwhile.
@@ -280,21 +250,17 @@ class OmronBase:
         with link.lock:
             return not link.lost and not link.faults(stopwatch())
 
-    def _is_stale(self, link: Link) -> bool:
-        pose = link.telemetry.pose
-        return pose is None or stopwatch() - pose.at > self._settings.oldest_pose
-
     def _clearable_faults(self, link: Link) -> list[str]:
-        """The texts of faults that a recovery should have cleared."""
+        """Texts of the faults that a recovery should have cleared."""
         with link.lock:
             return [fault.text for fault in link.faults(stopwatch()) if fault.clearable]
 
     @staticmethod
     def _wait(done: Callable[[], bool], patience: float) -> bool:
-        """Whether something has come true within a time [s]."""
+        """Whether a condition becomes true within a time [s]."""
         until, pause = stopwatch() + patience, threading.Event()
         while not done():
             if stopwatch() > until:
                 return False
-            pause.wait(_LOOK)
+            pause.wait(_POLL)
         return True

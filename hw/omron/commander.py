@@ -1,48 +1,46 @@
-"""What is written to the base in each cycle, decided from the newest command and its age."""
+"""What is sent to the base in each cycle: ratios or a stop, from the newest command and its age."""
 
 from __future__ import annotations
 
-from math import hypot, inf
+from math import copysign, inf
 from typing import Literal
 
-from hw.omron.pulses import Pulses
 from hw.omron.settings import OmronSettings
-from hw.omron.site import REST, Ramp, Ratios, Velocity
+from hw.omron.site import REST, Ratios, Site, Velocity, is_at_rest
 
+ZERO_AFTER = 0.1
+"""A command older than this counts as a velocity of zero [s]."""
+STOP_AFTER = 0.2
+"""A command older than this is a stop, repeated until the base is at rest [s]."""
 _STOP_EVERY = 0.1
 """A stop is repeated after this time until the base is at rest [s]."""
 _ON_ITS_WAY = 0.03
-"""A velocity that comes sooner after a stop may be from before it [s]."""
-_AT_REST = 0.01
-"""A base slower than this stands [m/s, rad/s]."""
+"""A velocity that arrives sooner after a stop may be from before it [s]."""
 _LONGEST_STEP = 0.05
 """Velocities grow for this long at most between two cycles [s]."""
 _HALT = Ratios(0.0, 0.0, 100.0)
+_PULSE = 0.2
+"""Two cycles of a base that takes a velocity every 0.1 s [s]."""
 
 Order = Ratios | Literal["stop"] | None
-
-
-def is_at_rest(velocity: Velocity) -> bool:
-    """Whether a base of this measured velocity stands."""
-    return hypot(velocity.v, velocity.w) < _AT_REST
 
 
 class Commander:
     """Turns commands that come at any rate into orders at a fixed one.
 
-    A young command is driven, with velocities that grow no faster than the base can. One that is
-    older than `zero_after` counts as zero, which lets motion resume at once. When it is older than
-    `stop_after`, when somebody says so, or when the base may not move, the order is `stop`,
-    repeated until the base is at rest; then there is none, until the next command.
+    A recent command is driven, with velocities that grow no faster than the base can. One that is
+    older than `ZERO_AFTER` counts as zero, which lets motion resume at once. When it is older than
+    `STOP_AFTER`, after `stop`, or when the base may not move, the order is `stop`, repeated until
+    the base is at rest; then there is none until the next command.
 
     Args:
         settings: of the base.
     """
 
     def __init__(self, settings: OmronSettings) -> None:
-        self._settings = settings
-        self._ramp = Ramp(settings.acceleration, settings.turn_acceleration)
-        self._pulses = Pulses(settings.site)
+        self._site = settings.site
+        self._ramp = _Ramp(settings.acceleration, settings.turn_acceleration)
+        self._pulses = _Pulses(settings.site)
         self._target = REST
         self._given: float | None = None
         """When the newest command came; None after a stop."""
@@ -52,7 +50,7 @@ class Commander:
         self._stepped = 0.0
 
     def command(self, velocity: Velocity, now: float) -> None:
-        """Drive at a velocity from a moment of the computer's clock on [s]."""
+        """Drive at a velocity from a time of `stopwatch` on [s]."""
         self._target, self._given = velocity, now
         self._stopping = False
 
@@ -62,8 +60,8 @@ class Commander:
         self._stopping, self._stopped_at = True, None
 
     @property
-    def told(self) -> Velocity | None:
-        """What the base was told last; None where nothing is ordered."""
+    def commanded(self) -> Velocity | None:
+        """Velocity in force; None where nothing is ordered."""
         return None if self.is_idle else self._ramp.now
 
     @property
@@ -74,22 +72,22 @@ class Commander:
     def order(
         self, now: float, measured: Velocity, *, may_move: bool, measured_at: float = inf
     ) -> Order:
-        """What to write now.
+        """What to send now.
 
         Args:
-            now: on the computer's clock [s].
+            now: of `stopwatch` [s].
             measured: velocity of the base.
-            may_move: whether nothing keeps it from moving.
-            measured_at: when that velocity came [s].
+            may_move: whether there is no fault.
+            measured_at: when that velocity arrived [s].
         """
         gap, self._stepped = now - self._stepped, now
-        if gap > self._settings.stop_after:  # suspended: the base has been stopped meanwhile
+        if gap > STOP_AFTER:  # suspended: the base has been stopped meanwhile
             self._halt()
         dt = min(gap, _LONGEST_STEP)
         if self._given is not None:
             age = now - self._given
-            if may_move and age <= self._settings.stop_after:
-                target = REST if age > self._settings.zero_after else self._target
+            if may_move and age <= STOP_AFTER:
+                target = REST if age > ZERO_AFTER else self._target
                 return self._ratios(target, measured.v, dt)
             self.stop()
         self._halt()
@@ -97,10 +95,10 @@ class Commander:
 
     def _ratios(self, target: Velocity, measured: float, dt: float) -> Ratios:
         now = self._pulses.step(self._ramp.step(target, dt), target, measured, dt)
-        return _HALT if now == REST else self._settings.site.ratios(now, measured)
+        return _HALT if now == REST else self._site.ratios(now, measured)
 
     def _halt(self) -> None:
-        self._ramp.halt()
+        self._ramp.now = REST
         self._pulses.halt()
 
     def _stop(self, now: float, measured: Velocity, measured_at: float) -> Order:
@@ -116,3 +114,77 @@ class Commander:
             return None
         self._stopped_at = now
         return "stop"
+
+
+class _Ramp:
+    """Velocities towards a target that grow no faster than at given accelerations.
+
+    The base decelerates within its own limits. A reversal begins at rest.
+
+    Args:
+        acceleration: [m/s^2].
+        turn_acceleration: [rad/s^2].
+    """
+
+    def __init__(self, acceleration: float, turn_acceleration: float) -> None:
+        self._acceleration, self._turn_acceleration = acceleration, turn_acceleration
+        self.now = REST
+
+    def step(self, target: Velocity, dt: float) -> Velocity:
+        """The velocity after `dt` [s]; both axes take the same share of their way."""
+        start = Velocity(_start(self.now.v, target.v), _start(self.now.w, target.w))
+        way = Velocity(target.v - start.v, target.w - start.w)
+        needed = max(abs(way.v) / self._acceleration, abs(way.w) / self._turn_acceleration)
+        share = min(1.0, dt / needed) if needed > 0.0 else 1.0
+        self.now = Velocity(start.v + share * way.v, start.w + share * way.w)
+        return self.now
+
+
+def _start(now: float, target: float) -> float:
+    """Where growing begins: as much of `now` as the target still wants."""
+    return copysign(min(abs(now), abs(target)), target) if now * target > 0.0 else 0.0
+
+
+class _Pulses:
+    """Velocities inside the dead zones, as pulses of the slowest one outside.
+
+    `ratioDrive` ignores ratios inside a dead zone. Where the throttle does not help, the base is
+    driven at its slowest velocity for a moment whenever the distance that it lags behind makes up
+    for a pulse: never faster than that, and as far as commanded in the mean.
+    """
+
+    def __init__(self, site: Site) -> None:
+        self._site = site
+        self.halt()
+
+    def halt(self) -> None:
+        """Begin at rest again."""
+        self._lag, self._remaining = [0.0, 0.0], [0.0, 0.0]
+
+    def step(self, now: Velocity, target: Velocity, measured: float, dt: float) -> Velocity:
+        """The velocity to be sent.
+
+        Args:
+            now: wanted at this moment, on its way to the target.
+            target: as commanded.
+            measured: speed of the base [m/s].
+            dt: since the step before [s].
+        """
+        kept, least = self._site.kept(now, measured), self._site.least(now)
+        passes = self._site.kept(target, measured)
+        sent = []
+        for axis, (one, slow) in enumerate(zip(now, least, strict=True)):
+            if kept[axis] or passes[axis]:  # or on its way through the dead zone
+                self._lag[axis] = self._remaining[axis] = 0.0
+                sent.append(one if kept[axis] else copysign(slow, one))
+            else:
+                sent.append(copysign(slow, one) if self._is_pulse(axis, abs(one), slow, dt) else 0)
+        return Velocity(*sent) if any(sent) else REST
+
+    def _is_pulse(self, axis: int, wanted: float, slow: float, dt: float) -> bool:
+        self._remaining[axis] -= dt
+        self._lag[axis] += wanted * dt
+        if self._remaining[axis] <= 0.0 and self._lag[axis] >= slow * _PULSE / 2.0:
+            self._remaining[axis] = _PULSE
+            self._lag[axis] -= slow * _PULSE
+        return self._remaining[axis] > 0.0

@@ -1,4 +1,4 @@
-"""Opening a connection, step by step; each that fails says in one line why, and what to do."""
+"""Connecting to the base: handshake, list of requests, first readings, and errors as one line."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from math import remainder, tau
 
 from hw.clock import stopwatch
-from hw.omron.fields import LayoutError
 from hw.omron.handshake import (
     PROTOCOLS,
     Catalogue,
@@ -17,33 +17,34 @@ from hw.omron.handshake import (
     read_greeting,
     read_rejection,
 )
-from hw.omron.packet import Packet, PacketStream
+from hw.omron.packet import LayoutError, Packet, PacketStream
 from hw.omron.settings import OmronSettings
-from hw.omron.telemetry import POSE
+from hw.omron.site import is_at_rest
+from hw.omron.telemetry import POSE, Telemetry
 from hw.robot import HardwareError
 
-NEEDED = ("ratioDrive", "stop", "updateNumbers")
-"""What the driver cannot do without."""
+_NEEDED = ("ratioDrive", "stop", "updateNumbers")
+_POSES_AGREE = 0.1, 0.1
+"""Largest difference of fine and coarse pose of a base at rest [m, rad]."""
+_LEAVES, _GOES_BACK = 1.0, 0.4
+"""A stopped base leaves its mode within the first time [s]; if another program commands it, it is
+back in it within the second."""
 
 
 @dataclass(eq=False)
 class Connection:
-    """A socket past its handshake, and what the server offers."""
+    """A socket past its handshake, and the requests that the server offers."""
 
     socket: socket.socket
     stream: PacketStream = field(default_factory=PacketStream)
     catalogue: Catalogue = field(default_factory=Catalogue)
     pending: list[Packet] = field(default_factory=list)
-    """Packets that have arrived and were not looked at."""
+    """Packets that have arrived and were not processed."""
     protocol: str = ""
-    """Version that the server announces."""
-
-    def send(self, frames: bytes) -> None:
-        """While connecting: waits until the system has taken them."""
-        self.socket.sendall(frames)
+    """Protocol version of the server."""
 
     def packets(self, until: float) -> Iterator[Packet]:
-        """What arrives until a moment of the computer's clock [s].
+        """Packets that arrive until a time of `stopwatch` [s].
 
         Raises:
             HardwareError: the server has closed the connection.
@@ -51,10 +52,10 @@ class Connection:
         while True:
             while self.pending:
                 yield self.pending.pop(0)
-            left = until - stopwatch()
-            if left <= 0.0:
+            remaining = until - stopwatch()
+            if remaining <= 0.0:
                 return
-            self.socket.settimeout(left)
+            self.socket.settimeout(remaining)
             try:
                 data = self.socket.recv(65536)
             except TimeoutError:
@@ -65,7 +66,7 @@ class Connection:
 
 
 @contextmanager
-def said_of(settings: OmronSettings) -> Iterator[None]:
+def named_errors(settings: OmronSettings) -> Iterator[None]:
     """Errors name the base; those of the system become `HardwareError`."""
     where = f"Omron base at {settings.host}:{settings.port}"
     try:
@@ -75,12 +76,12 @@ def said_of(settings: OmronSettings) -> Iterator[None]:
 
 
 def open_connection(settings: OmronSettings) -> Connection:
-    """A connection that may be used.
+    """Connect, introduce ourselves, and read the list of requests.
 
     Raises:
-        HardwareError: there is none, with cause and hint.
+        HardwareError: with cause and hint.
     """
-    with said_of(settings):
+    with named_errors(settings):
         address = (settings.host, settings.port)
         connection = Connection(
             socket.create_connection(address, timeout=settings.connect_patience)
@@ -96,11 +97,10 @@ def open_connection(settings: OmronSettings) -> Connection:
 
 
 def _introduce(connection: Connection, settings: OmronSettings) -> None:
-    """Greeting, introduction, verdict."""
     packet = _expect(
         connection,
         settings,
-        lambda packet: packet.command == FromServer.INTRODUCTION,
+        (FromServer.INTRODUCTION,),
         "it does not greet as ArNetworking does; check the port (7272 is usual), and whether the "
         "base has started",
     )
@@ -114,40 +114,40 @@ def _introduce(connection: Connection, settings: OmronSettings) -> None:
             f"it speaks protocol version {greeting.protocol!r}; this driver knows {known}"
         )
     connection.protocol = greeting.protocol
-    connection.send(introduction(greeting, settings.user, settings.password))
+    connection.socket.sendall(introduction(greeting, settings.user, settings.password))
     verdict = _expect(
         connection,
         settings,
-        lambda packet: packet.command in (FromServer.CONNECTED, FromServer.REJECTED),
+        (FromServer.CONNECTED, FromServer.REJECTED),
         "it does not answer the introduction; is the user name alphanumeric?",
     )
-    if verdict.command == FromServer.REJECTED:  # final, whatever comes after it
+    if verdict.command == FromServer.REJECTED:  # final, whatever follows
         raise HardwareError(f"refused: {read_rejection(verdict)}")
 
 
 def _expect(
     connection: Connection,
     settings: OmronSettings,
-    wanted: Callable[[Packet], bool],
+    commands: tuple[FromServer, ...],
     complaint: str,
 ) -> Packet:
     for packet in connection.packets(stopwatch() + settings.connect_patience):
-        if wanted(packet):
+        if packet.command in commands:
             return packet
     raise HardwareError(complaint)
 
 
 def _read_lists(connection: Connection, settings: OmronSettings) -> None:
-    """Learn the names, until all that the driver uses are there."""
+    """Read the catalogue until it has everything that the driver uses."""
     catalogue = connection.catalogue
     for packet in connection.packets(stopwatch() + settings.lists_patience):
         try:
             is_list = catalogue.take(packet)
         except LayoutError as error:
             raise HardwareError(f"its list of requests cannot be read: {error}") from error
-        if is_list and catalogue.has(*NEEDED, *POSE) and catalogue.groups:
+        if is_list and catalogue.has(*_NEEDED, *POSE) and catalogue.is_complete:
             return
-    missing = [name for name in NEEDED if not catalogue.has(name)]
+    missing = [name for name in _NEEDED if not catalogue.has(name)]
     if missing:
         raise HardwareError(
             f"it does not offer {', '.join(missing)} to user {settings.user!r}; give the user the "
@@ -156,7 +156,6 @@ def _read_lists(connection: Connection, settings: OmronSettings) -> None:
 
 
 def _cause(error: Exception) -> str:
-    """In words, with a hint."""
     match error:
         case HardwareError():
             return str(error)
@@ -170,3 +169,90 @@ def _cause(error: Exception) -> str:
             return "it broke off the connection; look whether it has restarted"
         case _:
             return f"{error.__class__.__name__}: {error}".replace("\n", " ")
+
+
+def first_readings(connection: Connection, settings: OmronSettings, *, claim: bool) -> Telemetry:
+    """Subscribe to all readings, and check that the base is at rest and free.
+
+    Args:
+        connection: past its handshake.
+        settings: of the base.
+        claim: whether a moving base is stopped; otherwise it is left to its commander.
+
+    Raises:
+        HardwareError: it moves, is in a locked mode, or does not tell where it is.
+        OSError: the connection is lost.
+    """
+    catalogue, patience = connection.catalogue, settings.connect_patience
+    telemetry = Telemetry(catalogue, settings.score_scale)
+    if claim:
+        connection.socket.sendall(catalogue.command("stop"))
+    connection.socket.sendall(b"".join(telemetry.requests(catalogue)))
+    _listen(connection, telemetry, patience, lambda: _is_known(connection, telemetry))
+    if claim:
+        _listen(connection, telemetry, patience, lambda: is_at_rest(telemetry.velocity))
+    _check_free(telemetry)
+    if not claim and telemetry.mode and not telemetry.mode.lower().startswith("stop"):
+        _check_not_commanded(connection, telemetry)
+    _check_poses_agree(telemetry)
+    return telemetry
+
+
+def _listen(
+    connection: Connection, telemetry: Telemetry, patience: float, enough: Callable[[], bool]
+) -> None:
+    """Take packets until there is enough, or for `patience` [s]."""
+    for packet in connection.packets(stopwatch() + patience):
+        telemetry.take(packet, stopwatch())
+        if enough():
+            return
+
+
+def _is_known(connection: Connection, telemetry: Telemetry) -> bool:
+    has = connection.catalogue.has
+    is_mode_known = bool(telemetry.mode) or not has("getModeInfo")
+    is_place_known = telemetry.localisation is not None or not has("getLocState")
+    return telemetry.is_complete and is_mode_known and is_place_known
+
+
+def _check_free(telemetry: Telemetry) -> None:
+    if not telemetry.is_complete:
+        raise HardwareError("it is connected but tells no pose; has it a map, is it localised?")
+    if telemetry.locked:
+        raise HardwareError(
+            f"it is in mode {telemetry.mode!r} ({telemetry.status}) and does not let go of it; "
+            "undock it, or end that in MobilePlanner"
+        )
+    if not is_at_rest(telemetry.velocity):
+        raise HardwareError(
+            f"it moves already, in mode {telemetry.mode!r}: somebody else commands it; "
+            "stop it first"
+        )
+
+
+def _check_not_commanded(connection: Connection, telemetry: Telemetry) -> None:
+    """A stopped base leaves its mode, and returns to it if another program sends velocities."""
+    mode = telemetry.mode
+    connection.socket.sendall(connection.catalogue.command("stop"))
+    _listen(connection, telemetry, _LEAVES, lambda: telemetry.mode != mode)
+    if telemetry.mode != mode:
+        _listen(connection, telemetry, _GOES_BACK, lambda: telemetry.mode == mode)
+    if telemetry.mode == mode:
+        raise HardwareError(
+            f"it stays in mode {mode!r} although it was told to stop: another program commands it; "
+            "close that first"
+        )
+
+
+def _check_poses_agree(telemetry: Telemetry) -> None:
+    """The layout of the fine pose was never verified on a robot."""
+    fine, coarse = telemetry.pose, telemetry.coarse
+    assert fine is not None
+    assert coarse is not None
+    away = max(abs(fine.x - coarse.x), abs(fine.y - coarse.y))
+    turned = abs(remainder(fine.theta - coarse.theta, tau))
+    if away > _POSES_AGREE[0] or turned > _POSES_AGREE[1]:
+        raise HardwareError(
+            f"its two poses differ by {away:.2f} m and {turned:.2f} rad: the fine one "
+            "(DataStore_RobotPoseInterpolated) is not what this driver takes it for"
+        )

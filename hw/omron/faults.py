@@ -1,4 +1,4 @@
-"""What keeps the base from moving, seen from what it tells and from what it does."""
+"""Faults of the base, from its readings and from commanded against measured motion."""
 
 from __future__ import annotations
 
@@ -6,26 +6,24 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import degrees
 
-from hw.omron.arcl_text import ArclState, Motors
-from hw.omron.commander import is_at_rest
-from hw.omron.settings import OmronSettings
-from hw.omron.site import Site, Velocity
-from hw.omron.telemetry import Docking, Localisation, Telemetry
+from hw.omron.arcl import ArclState, Motors
+from hw.omron.site import Site, Velocity, is_at_rest
+from hw.omron.telemetry import OLDEST_POSE, Docking, Localisation, Telemetry
 from hw.state import Fault, FaultKind
 
 _STANDS, _OWED = 0.6, Velocity(0.04, 0.06)
-"""A base that stands so long [s], and was to go so far meanwhile [m, rad], does not follow."""
+"""A base at rest for this long [s] that should have gone this far [m, rad] does not follow."""
 _SURPLUS, _SHARE = Velocity(0.04, 0.1), 0.1
-"""A base that is faster than told by more than this [m/s, rad/s] and this share of it ..."""
+"""A base that is faster than commanded by more than this [m/s, rad/s] plus this share of it ..."""
 _TOO_FAST = 0.2
-"""... for this long is stopped [s]."""
-_SLOWS = Velocity(0.3, 0.8)
-"""It may take its time to slow down: what it is told counts on, and fades so [m/s^2, rad/s^2]."""
+"""... for this long [s] is stopped."""
+_DECELERATION = Velocity(0.3, 0.8)
+"""Assumed of the base: earlier commands are allowed for with this decay [m/s^2, rad/s^2]."""
 
 
 @dataclass
-class Obedience:
-    """Compares what the base is told with what it does; a finding stays until it is cleared.
+class MotionMonitor:
+    """Compares commanded with measured velocities; a finding stays until it is cleared.
 
     Args:
         site: of the base.
@@ -37,17 +35,17 @@ class Obedience:
     _stands_since: float | None = None
     _fast_since: float | None = None
     _least: tuple[float, float] = (0.0, 0.0)
-    """Of what it may do now [m/s, rad/s]."""
+    """Lowest and highest allowed velocities now [m/s, rad/s]."""
     _most: tuple[float, float] = (0.0, 0.0)
     _at: float = 0.0
 
-    def watch(self, told: Velocity | None, measured: Velocity, now: float) -> None:
-        """Look at what is told (None: nothing) and measured at a moment [s]."""
+    def update(self, commanded: Velocity | None, measured: Velocity, now: float) -> None:
+        """Compare velocities (commanded None: nothing is ordered) at a time [s]."""
         dt, self._at = min(now - self._at, 0.1), now
-        if told is None or self.finding is not None:
+        if commanded is None or self.finding is not None:
             self._forget()
             return
-        self._allow(told, dt)
+        self._allow(commanded, dt)
         is_fast = any(
             not low - surplus - _SHARE * abs(low) <= one <= high + surplus + _SHARE * abs(high)
             for one, low, high, surplus in zip(
@@ -55,12 +53,12 @@ class Obedience:
             )
         )
         self._fast_since = _since(self._fast_since, is_fast, now)
-        stands = is_at_rest(measured) and not is_at_rest(told)
+        stands = is_at_rest(measured) and not is_at_rest(commanded)
         self._stands_since = _since(self._stands_since, stands, now)
         v, w = self._owed if stands else (0.0, 0.0)
-        self._owed = (v + abs(told.v) * dt, w + abs(told.w) * dt)
+        self._owed = (v + abs(commanded.v) * dt, w + abs(commanded.w) * dt)
         if self._fast_since is not None and now - self._fast_since >= _TOO_FAST:
-            self.finding = _moves_otherwise(told, measured, throttle=self.site.throttle)
+            self.finding = _too_fast(commanded, measured, throttle=self.site.throttle)
         elif (
             self._stands_since is not None
             and now - self._stands_since > _STANDS
@@ -77,15 +75,15 @@ class Obedience:
         self._stands_since = self._fast_since = None
         self._owed = self._least = self._most = (0.0, 0.0)
 
-    def _allow(self, told: Velocity, dt: float) -> None:
-        """What is told now, pulses included, and what was told and fades."""
-        pulse = Velocity(0.0, 0.0) if self.site.throttle else self.site.least(told)
+    def _allow(self, commanded: Velocity, dt: float) -> None:
+        """Allow the command, pulses included, and earlier ones with their decay."""
+        pulse = Velocity(0.0, 0.0) if self.site.throttle else self.site.least(commanded)
         low, high = [], []
-        for axis, one in enumerate(told):
+        for axis, one in enumerate(commanded):
             may = max(abs(one), pulse[axis]) if one else 0.0
-            fades = _SLOWS[axis] * dt
-            high.append(max(may if one > 0.0 else 0.0, self._most[axis] - fades))
-            low.append(min(-may if one < 0.0 else 0.0, self._least[axis] + fades))
+            decay = _DECELERATION[axis] * dt
+            high.append(max(may if one > 0.0 else 0.0, self._most[axis] - decay))
+            low.append(min(-may if one < 0.0 else 0.0, self._least[axis] + decay))
         self._least, self._most = (low[0], low[1]), (high[0], high[1])
 
 
@@ -104,38 +102,34 @@ _STANDS_STILL = Fault(
 )
 
 
-def _moves_otherwise(told: Velocity, measured: Velocity, *, throttle: bool) -> Fault:
-    """The base is faster than it was told; the numbers are those of the moment it is noticed."""
-    if is_at_rest(told):
+def _too_fast(commanded: Velocity, measured: Velocity, *, throttle: bool) -> Fault:
+    if is_at_rest(commanded):
         return Fault(
             kind=FaultKind.NOT_READY,
-            text=f"the base moves at {_said(measured)} although it is told to rest: somebody else "
+            text=f"the base moves at {_text(measured)} although it is told to rest: somebody else "
             "commands it; close MobilePlanner's drive mode or the other program",
             clearable=True,
         )
-    if any(one * other < -(_SURPLUS.v**2) for one, other in zip(told, measured, strict=True)):
+    if any(one * other < -(_SURPLUS.v**2) for one, other in zip(commanded, measured, strict=True)):
         cause = "it goes the other way: look how its drive is set up"
     elif throttle:
         cause = "it may not heed the throttle: set `throttle: false`, and compare `full_scale`"
     else:
         cause = "`full_scale` is not that of its Teleop settings; frankie-task doctor compares them"
-    return Fault(
-        kind=FaultKind.NOT_READY,
-        text=f"the base moves at {_said(measured)}, told {_said(told)}, and was stopped: {cause}",
-        clearable=False,
-    )
+    text = f"the base moves at {_text(measured)}, told {_text(commanded)}, and was stopped: {cause}"
+    return Fault(kind=FaultKind.NOT_READY, text=text, clearable=False)
 
 
-def _said(velocity: Velocity) -> str:
+def _text(velocity: Velocity) -> str:
     return f"{velocity.v:.2f} m/s and {degrees(velocity.w):.0f} deg/s"
 
 
 _BUMPED = ("Bumped", "Stalled")
-"""What the base says of itself when it has run into something [read in the source]."""
+"""Status of a base that has hit something [read in the source]."""
 
 
 def connection_lost(cause: str) -> Fault:
-    """The connection is gone; the base stops by its own timeout if nothing else reaches it."""
+    """The connection is lost; the base stops by its own timeout."""
     return Fault(
         kind=FaultKind.CONNECTION,
         text=f"connection to the base lost: {cause}; check cable, WLAN and that the base is on",
@@ -144,26 +138,26 @@ def connection_lost(cause: str) -> Fault:
 
 
 def telemetry_faults(
-    telemetry: Telemetry, settings: OmronSettings, pose_age: float, score: float | None
+    telemetry: Telemetry, least_score: float | None, pose_age: float, score: float | None
 ) -> Iterator[Fault]:
-    """What ArNetworking tells.
+    """Faults in the readings of ArNetworking.
 
     Args:
         telemetry: the newest readings.
-        settings: of the base.
+        least_score: a lower localisation score is a fault; None: none is.
         pose_age: of the newest pose [s].
-        score: of the localisation, 0 to 1; None where it is not known.
+        score: of the localisation, 0 to 1; None where it is unknown.
     """
-    if pose_age > settings.oldest_pose:
+    if pose_age > OLDEST_POSE:
         yield Fault(
             kind=FaultKind.STALE_POSE,
-            text=f"no pose of the base for {settings.oldest_pose:g} s; is its network overloaded?",
+            text=f"no pose of the base for {OLDEST_POSE:g} s; is its network overloaded?",
             clearable=True,
         )
     if telemetry.localisation in (Localisation.LOST, Localisation.INITIALISING):
         yield _unlocalised("the base does not know where it is on its map")
-    elif score is not None and settings.least_score is not None and score < settings.least_score:
-        yield _unlocalised(f"its localisation score is below {settings.least_score:g}")
+    elif score is not None and least_score is not None and score < least_score:
+        yield _unlocalised(f"its localisation score is below {least_score:g}")
     if telemetry.status in _BUMPED:
         yield Fault(
             kind=FaultKind.BUMPER,
@@ -179,8 +173,14 @@ def telemetry_faults(
         )
 
 
+def _unlocalised(cause: str) -> Fault:
+    return Fault(
+        kind=FaultKind.STALE_POSE, text=f"{cause}; localise it in MobilePlanner", clearable=False
+    )
+
+
 def arcl_faults(arcl: ArclState) -> Iterator[Fault]:
-    """What the text interface tells."""
+    """Faults that the text interface reports."""
     if arcl.lost:
         yield Fault(
             kind=FaultKind.CONNECTION,
@@ -206,17 +206,3 @@ def arcl_faults(arcl: ArclState) -> Iterator[Fault]:
             text=f"the base reports {name}; see MobilePlanner",
             clearable=False,
         )
-
-
-def obedience_faults(obedience: Obedience) -> Iterator[Fault]:
-    """What its motion tells."""
-    if obedience.finding is not None:
-        yield obedience.finding
-
-
-def _unlocalised(what: str) -> Fault:
-    return Fault(
-        kind=FaultKind.STALE_POSE,
-        text=f"{what}; localise it in MobilePlanner",
-        clearable=False,
-    )

@@ -1,9 +1,8 @@
-"""A process of its own that tells the base to stop when the driver is killed or suspended.
+"""Watchdog process that stops the base when the driver is killed or suspended.
 
-A broken connection alone does not stop the base: it drives on until its own timeout, 2 s unless
-somebody has set another. So the driver's thread writes a byte to a pipe in every cycle, and this
-process, which shares the socket, sends `stop` when none comes. It is run as a script and imports
-next to nothing, so that it is there in a moment.
+A broken connection does not stop the base before its own timeout, 2 s by default. So the driver's
+thread writes a byte to a pipe in every cycle, and this process, which shares the socket, sends
+`stop` when none comes. It is run as a script and imports little, so that it starts at once.
 """
 
 import os
@@ -17,16 +16,16 @@ from socket import socket
 
 _BEAT, _LEAVE = b".", b"q"
 _TIMES, _EVERY = 10, 0.05
-"""How often a stop is repeated, and the time between two of them [s]."""
+"""Number of stops that are sent, and the time between two of them [s]."""
 
 
 class Guardian:
-    """The driver's end: starts the process, and tells it that all is well.
+    """The driver's end: starts the process and sends heartbeats.
 
     Args:
         connection: the socket that both share.
         stop: the frame that stops the base.
-        patience: the process acts after this time without a `beat` [s].
+        patience: longest time between two heartbeats [s].
     """
 
     def __init__(self, connection: socket, stop: bytes, patience: float) -> None:
@@ -36,7 +35,7 @@ class Guardian:
         self._process = subprocess.Popen(
             [sys.executable, "-I", "-S", str(Path(__file__)), *arguments],
             pass_fds=(connection.fileno(), reads),
-            start_new_session=True,  # Ctrl-C and the end of a terminal are not for it
+            start_new_session=True,  # not ended by Ctrl-C or with the terminal
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -45,21 +44,21 @@ class Guardian:
 
     @property
     def pid(self) -> int:
-        """Of the process."""
+        """Process id."""
         return self._process.pid
 
     @property
-    def is_there(self) -> bool:
-        """Whether it still watches."""
+    def is_running(self) -> bool:
+        """Whether the process runs."""
         return self._process.poll() is None
 
     def beat(self) -> None:
-        """All is well; where the process has ended, `is_there` tells."""
+        """Send a heartbeat; where the process has ended, `is_running` is False."""
         with suppress(BlockingIOError, BrokenPipeError):
             os.write(self._pipe, _BEAT)
 
     def leave(self) -> None:
-        """It is not needed any more: it lets go of the socket without a word."""
+        """End the process without a stop."""
         with suppress(BlockingIOError, BrokenPipeError):
             os.write(self._pipe, _LEAVE)
         os.close(self._pipe)
@@ -71,15 +70,15 @@ class Guardian:
 
 
 def watch(connection: int, pipe: int, stop: bytes, patience: float) -> None:
-    """Until told to leave, or the driver is no more: stop the base when no beat comes.
+    """Send stops while no heartbeat comes, until the driver leaves or has ended.
 
     Args:
-        connection: the socket's descriptor.
-        pipe: the descriptor that beats come from.
+        connection: descriptor of the socket.
+        pipe: descriptor that heartbeats come from.
         stop: the frame that stops the base.
-        patience: longest time between two beats [s].
+        patience: longest time between two heartbeats [s].
     """
-    stops_left, wait = 0, None  # the first beat tells that the driver is ready
+    stops_left, wait = 0, None  # the driver is ready with the first heartbeat
     while True:
         if select.select([pipe], [], [], wait)[0]:
             beats = os.read(pipe, 4096)

@@ -1,7 +1,7 @@
-"""How a connection begins: greeting, introduction, verdict, and the names of what can be asked for.
+"""Handshake of ArNetworking: greeting, introduction, rejection, and the catalogue of requests.
 
-The numbers of requests are handed out anew whenever the robot starts, so they are looked up by name
-in every connection [verified].
+The numbers of requests change whenever the robot starts, so they are looked up by name in every
+connection [verified].
 """
 
 from __future__ import annotations
@@ -11,15 +11,14 @@ from enum import IntEnum
 from hashlib import md5
 from typing import NamedTuple
 
-from hw.omron.fields import Fields, text_field
-from hw.omron.packet import Packet, encode
+from hw.omron.packet import Fields, Packet, encode, text_field
 
 PROTOCOLS = ("5MTX", "6MTX", "D6MTX")
-"""Names of the protocol versions that real bases were seen to announce [reported]."""
+"""Protocol versions that real bases were seen to announce [reported]."""
 
 
 class FromServer(IntEnum):
-    """Commands of the server below the numbers of requests."""
+    """Commands of the server."""
 
     SHUTDOWN = 1
     INTRODUCTION = 2
@@ -34,16 +33,15 @@ class FromServer(IntEnum):
 
 
 class FromClient(IntEnum):
-    """Commands of the client below the numbers of requests."""
+    """Commands of the client."""
 
     SHUTDOWN = 1
     INTRODUCTION = 2
     TCP_ONLY = 5
     REQUEST = 129
-    REQUEST_STOP = 130
 
 
-REASONS = {
+_REASONS = {
     1: "it refuses the user or the password; check both in MobilePlanner",
     2: "it wants its clients at a central server",
     3: "it holds our protocol for the wrong one",
@@ -51,32 +49,32 @@ REASONS = {
     5: "it has too many clients already; close MobilePlanner or another program",
     6: "it wants another type of client",
 }
-"""What REJECTED means, by its number."""
+"""Of REJECTED, by number."""
 
 
 class Greeting(NamedTuple):
-    """What the server says first."""
+    """First message of the server."""
 
     password_key: str
-    """Of this connection; the password is hashed with it."""
+    """The password is hashed with it; another one in each connection."""
     protocol: str
-    """The version that it enforces."""
+    """Protocol version."""
 
 
 def read_greeting(packet: Packet) -> Greeting:
-    """Of an INTRODUCTION.
+    """Decode an INTRODUCTION.
 
     Raises:
-        LayoutError: it is none.
+        LayoutError: it is damaged.
     """
     fields = Fields(packet.payload)
     fields.text()  # version, "alpha"
-    fields.integers("HII")  # UDP port and keys, for those who want UDP
+    fields.integers("HII")  # UDP port and keys
     return Greeting(password_key=fields.text(), protocol=fields.text())
 
 
 def password_hash(password_key: str, password: str) -> bytes:
-    """What stands in for the password (16 bytes); the server's own key is empty [reported]."""
+    """The hash that is sent instead of the password (16 bytes); the server's key is empty."""
     return md5((password_key + password).encode("latin-1")).digest()
 
 
@@ -93,31 +91,23 @@ def introduction(greeting: Greeting, user: str, password: str) -> bytes:
 
 
 def read_rejection(packet: Packet) -> str:
-    """Why, for people."""
+    """The reason of a rejection, as a message."""
     fields = Fields(packet.payload)
-    reason = fields.integer("h")
-    text = fields.text() if fields.left else ""
-    said = REASONS.get(reason, f"it gives reason {reason}")
-    return f"{said} ({text})" if text else said
-
-
-@dataclass(frozen=True, kw_only=True)
-class Offer:
-    """One thing that can be asked for, as the server describes it."""
-
-    number: int
-    description: str
+    number = fields.integer("h")
+    text = fields.text() if fields.remaining else ""
+    reason = _REASONS.get(number, f"it gives reason {number}")
+    return f"{reason} ({text})" if text else reason
 
 
 @dataclass
 class Catalogue:
-    """All that the account may ask for, by name."""
+    """The requests that the account may use, by name."""
 
-    offers: dict[str, Offer] = field(default_factory=dict)
+    numbers: dict[str, int] = field(default_factory=dict)
     arguments: dict[int, tuple[str, str]] = field(default_factory=dict)
-    """Of a number: what its request takes and what it returns, in words."""
-    groups: dict[int, str] = field(default_factory=dict)
-    """Of a number: the access group that may ask for it."""
+    """By number: arguments and reply of the request, in words."""
+    is_complete: bool = False
+    """Whether the last list, that of the access groups, has come."""
 
     def take(self, packet: Packet) -> bool:
         """Learn from a packet; whether it was one of a list.
@@ -138,37 +128,31 @@ class Catalogue:
             first, second = fields.text(), fields.text()
             match packet.command:
                 case FromServer.LIST | FromServer.LIST_SINGLE:
-                    self.offers[first] = Offer(number=number, description=second)
+                    self.numbers[first] = number
                 case FromServer.ARGUMENTS | FromServer.ARGUMENTS_SINGLE:
                     self.arguments[number] = (first, second)
                 case _:
-                    self.groups[number] = first
+                    self.is_complete = True
         return True
 
     def has(self, *names: str) -> bool:
         """Whether all of these are offered."""
-        return all(name in self.offers for name in names)
-
-    def number(self, name: str) -> int | None:
-        """Of a name, None where it is not offered."""
-        offer = self.offers.get(name)
-        return None if offer is None else offer.number
+        return all(name in self.numbers for name in names)
 
     def command(self, name: str, payload: bytes = b"") -> bytes:
-        """The frame that asks for something once, or commands it.
+        """The frame that requests something once, or commands it.
 
         Raises:
             KeyError: it is not offered.
         """
-        return encode(self.offers[name].number, payload)
+        return encode(self.numbers[name], payload)
 
     def request(self, name: str, interval: float | None) -> bytes:
-        """The frame that asks for something again and again [s], or (None) whenever it changes.
+        """The frame that requests something every `interval` [s], or (None) on change.
 
         Raises:
             KeyError: it is not offered.
         """
-        number = self.offers[name].number.to_bytes(2, "little")
         milliseconds = -1 if interval is None else round(interval * 1000.0)
-        payload = number + milliseconds.to_bytes(4, "little", signed=True)
-        return encode(FromClient.REQUEST, payload)
+        payload = self.numbers[name].to_bytes(2, "little")
+        return encode(FromClient.REQUEST, payload + milliseconds.to_bytes(4, "little", signed=True))

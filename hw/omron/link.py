@@ -1,7 +1,7 @@
-"""The thread that owns the socket: it reads, watches and writes at a fixed rate.
+"""The thread that owns the socket: it reads, checks and writes at a fixed rate.
 
-Whoever commands or reads never waits for the network: they leave and take numbers under a lock that
-is held for moments only.
+Commands and readings never wait for the network: they are exchanged under a lock that is held only
+briefly.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from struct import pack
 
 from hw.clock import stopwatch
 from hw.omron.arcl import Arcl
-from hw.omron.commander import Commander
+from hw.omron.commander import STOP_AFTER, Commander
 from hw.omron.connection import Connection, open_connection
-from hw.omron.faults import Obedience, arcl_faults, obedience_faults, telemetry_faults
+from hw.omron.faults import MotionMonitor, arcl_faults, telemetry_faults
 from hw.omron.guardian import Guardian
 from hw.omron.handshake import FromClient, FromServer
 from hw.omron.packet import encode
@@ -28,18 +28,20 @@ from hw.omron.telemetry import Telemetry, drive_payload
 from hw.robot import HardwareError
 from hw.state import Fault
 
-_ANOTHER = 0.5
-"""For each step of a new connection that is to stop the base [s]."""
-_LEAVING = 2.0
+_CYCLE = 0.025
+"""Interval at which the velocity is sent [s]."""
+_RECONNECTING = 0.5
+"""Timeout of each step of a new connection to stop the base [s]."""
+_CLOSING = 2.0
 """Longest time that closing waits for the base to come to rest [s]."""
 
 
 class Link:
-    """One connection at work, from `start` until it is lost or closed.
+    """One open connection, from `start` until it is lost or closed.
 
     Args:
         connection: past its handshake.
-        telemetry: made from its catalogue.
+        telemetry: of its catalogue.
         settings: of the base.
         arcl: the text interface, where there is one.
     """
@@ -52,76 +54,76 @@ class Link:
         arcl: Arcl | None,
     ) -> None:
         self.lock = threading.Lock()
-        """Of all that follows."""
+        """Protects all attributes."""
         self.telemetry = telemetry
         self.commander = Commander(settings)
-        self.obedience = Obedience(settings.site)
+        self.monitor = MotionMonitor(settings.site)
         self.lost = ""
-        """Why the connection is gone; empty while it is there."""
+        """Why the connection is lost; empty while connected."""
         self._settings = settings
         self._arcl = arcl
         self._stream, self._pending = connection.stream, connection.pending
         self._catalogue = connection.catalogue
         self._socket = connection.socket
         self._stop_frame = self._catalogue.command("stop")
-        self._guardian = Guardian(self._socket, self._stop_frame, settings.stop_after)
+        self._guardian = Guardian(self._socket, self._stop_frame, STOP_AFTER)
         self._waker, self._wakes = socket.socketpair()
-        self._sayings: list[bytes] = []
+        self._frames: list[bytes] = []
         self._close_by: float | None = None
         self._thread = threading.Thread(target=self._run, name="omron link", daemon=True)
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         for one in (self._socket, self._waker, self._wakes):
             one.setblocking(False)
         self._thread.start()
 
     def wake(self) -> None:
-        """Have the next order written at once."""
+        """Send the next order at once."""
         with suppress(OSError):
             self._waker.send(b".")
 
-    def say(self, frame: bytes) -> None:
-        """Have something else written, too."""
+    def send(self, frame: bytes) -> None:
+        """Send another frame with the next order."""
         with self.lock:
-            self._sayings.append(frame)
+            self._frames.append(frame)
         self.wake()
 
     def close(self) -> None:
-        """Stop the base if it was commanded, wait until it is at rest, and let go of it."""
+        """Stop the base if it was commanded, wait until it is at rest, and log out."""
         with self.lock:
             if self._close_by is None:
-                self._close_by = stopwatch() + _LEAVING
+                self._close_by = stopwatch() + _CLOSING
                 if not self.commander.is_idle:
                     self.commander.stop()
         self.wake()
-        self._thread.join(_LEAVING + 2.0)
+        self._thread.join(_CLOSING + 2.0)
 
     @property
     def guardian_pid(self) -> int:
-        """Process that stops the base when this one cannot."""
+        """Process id of the guardian."""
         return self._guardian.pid
 
     @property
     def is_closing(self) -> bool:
-        """Whether it takes no commands any more."""
+        """Whether it accepts no more commands."""
         return self._close_by is not None or bool(self.lost)
 
     @property
     def score(self) -> float | None:
-        """Of the localisation, 0 to 1; None where nobody tells it on a scale that is known."""
+        """Localisation score, 0 to 1; None where it is not sent, or its scale is unknown."""
         if self.telemetry.score is not None or self._arcl is None:
             return self.telemetry.score
         return self._arcl.state.score
 
     def faults(self, now: float) -> tuple[Fault, ...]:
-        """What keeps the base from moving at a moment [s]; the caller holds the lock."""
+        """What keeps the base from moving now [s]; the caller holds the lock."""
         pose = self.telemetry.pose
         age = now - pose.at if pose is not None else self._settings.silence
         return (
-            *telemetry_faults(self.telemetry, self._settings, age, self.score),
+            *telemetry_faults(self.telemetry, self._settings.least_score, age, self.score),
             *(arcl_faults(self._arcl.state) if self._arcl is not None else ()),
-            *obedience_faults(self.obedience),
+            *((self.monitor.finding,) if self.monitor.finding is not None else ()),
         )
 
     def _run(self) -> None:
@@ -130,41 +132,41 @@ class Link:
             self._serve()
         except (OSError, HardwareError) as error:
             why = str(error)
-        except Exception as error:  # a mistake in the driver must not leave the base driving
+        except Exception as error:  # a bug in the driver must not leave the base driving
             why = f"the driver failed: {error!r}"
         with self.lock:
             self.lost = why or "closed"
-        if why:  # what the system has not sent yet must not reach the base later
+        if why:  # discard what the system has not sent yet
             with suppress(OSError):
                 self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, pack("ii", 1, 0))
         self._guardian.leave()
         for one in (self._socket, self._waker, self._wakes):
             one.close()
         if why:
-            self._stop_by_another_way()
+            self._stop_without_connection()
 
-    def _stop_by_another_way(self) -> None:
-        """Try what is left when the connection is gone: the text interface, and a new connection.
+    def _stop_without_connection(self) -> None:
+        """Try to stop the base over the text interface, and over a new connection.
 
-        The base drives on by itself until its own timeout.
+        Otherwise it drives on until its own timeout.
         """
         with suppress(OSError, HardwareError):
             if self._arcl is not None:
                 self._arcl.stop()
         with suppress(OSError, HardwareError):
-            patience = min(_ANOTHER, self._settings.connect_patience)
+            patience = min(_RECONNECTING, self._settings.connect_patience)
             connection = open_connection(
                 replace(self._settings, connect_patience=patience, lists_patience=patience)
             )
             with closing(connection.socket):
-                connection.send(connection.catalogue.command("stop"))
-                connection.send(encode(FromClient.SHUTDOWN))
+                connection.socket.sendall(connection.catalogue.command("stop"))
+                connection.socket.sendall(encode(FromClient.SHUTDOWN))
 
     def _serve(self) -> None:
-        """Until it is closed.
+        """Run until closed.
 
         Raises:
-            HardwareError: it is lost.
+            HardwareError: the connection is lost.
             OSError: likewise.
         """
         poll = select.poll()
@@ -185,13 +187,13 @@ class Link:
                 raise HardwareError(f"nothing heard for {self._settings.silence:g} s")
             if now < due and not is_woken:
                 continue
-            due = max(due + self._settings.resend, now)
+            due = max(due + _CYCLE, now)
             self._guardian.beat()
-            if not self._guardian.is_there:
+            if not self._guardian.is_running:
                 raise HardwareError("the process that guards it has ended")
             with self.lock:
-                frames = [*self._sayings, *self._order(now)]
-                self._sayings.clear()
+                frames = [*self._frames, *self._order(now)]
+                self._frames.clear()
                 may_leave = self._close_by is not None and (
                     self.commander.is_idle or now > self._close_by
                 )
@@ -201,7 +203,6 @@ class Link:
                 return
 
     def _take(self, data: bytes, at: float) -> None:
-        """Read what has arrived."""
         packets = [*self._pending, *self._stream.feed(data)]
         self._pending.clear()
         with self.lock:
@@ -211,9 +212,9 @@ class Link:
                 self.telemetry.take(packet, at)
 
     def _order(self, now: float) -> Iterator[bytes]:
-        """The frame of the newest order, if there is one; the caller holds the lock."""
+        """The frame of the newest order, if any; the caller holds the lock."""
         measured = self.telemetry.velocity
-        self.obedience.watch(self.commander.told, measured, now)
+        self.monitor.update(self.commander.commanded, measured, now)
         order = self.commander.order(
             now,
             measured,
@@ -226,7 +227,11 @@ class Link:
             yield self._catalogue.command("ratioDrive", drive_payload(order))
 
     def _write(self, frames: bytes) -> None:
-        """Hand frames to the system, whole or not at all."""
+        """Send frames at once.
+
+        Raises:
+            HardwareError: the system does not take all of them.
+        """
         try:
             if not frames or self._socket.send(frames) == len(frames):
                 return
@@ -249,6 +254,6 @@ def _available(source: socket.socket) -> tuple[bytes, bool]:
 
 
 def _acknowledge(source: socket.socket) -> None:
-    """Have the system confirm at once: the base waits for that before it sends more."""
+    """Acknowledge at once: the base waits for that before it sends more."""
     if hasattr(socket, "TCP_QUICKACK") and source.family != socket.AF_UNIX:
         source.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)

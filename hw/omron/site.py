@@ -1,6 +1,6 @@
-"""What the base makes of `ratioDrive` at one site, and the ratios that a velocity needs.
+"""Conversion between velocities and the ratios of `ratioDrive`, for the settings of one site.
 
-The command takes per cents of full-scale speeds that MobilePlanner keeps under "Teleop settings".
+The command takes percentages of full-scale speeds that MobilePlanner keeps under "Teleop settings".
 The formula and the dead zones were read in the open ARIA library and verified on its server; that
 the LD-60 keeps them is inferred. That 100 % are 1.0 m/s forwards, 0.25 m/s backwards and 50 deg/s
 is what drivers that ran on real LD bases use [reported].
@@ -9,12 +9,12 @@ is what drivers that ran on real LD bases use [reported].
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import copysign, inf, radians
+from math import hypot, inf, radians
 from typing import NamedTuple
 
 
 class Velocity(NamedTuple):
-    """Of a base that cannot move sideways."""
+    """Twist of a base that cannot move sideways."""
 
     v: float
     """Forwards [m/s]."""
@@ -26,7 +26,9 @@ REST = Velocity(0.0, 0.0)
 _BEYOND = 1.05
 """Ratios leave a dead zone by this factor."""
 _MOST_BEYOND = 3.0, 10.0
-"""Where two axes share a throttle, translation and rotation by no more than this times as much."""
+"""Largest factors of translation and rotation, where both share a throttle."""
+_AT_REST = 0.01
+"""A slower base is at rest [m/s, rad/s]."""
 
 
 class Ratios(NamedTuple):
@@ -48,24 +50,24 @@ class Site:
     turn: float = radians(50.0)
     """RotAtStopped [rad/s]."""
     turn_at_forward: float | None = None
-    """RotAtFullForwards [rad/s]; None: the same as at rest. ARIA's own default is 25 deg/s."""
+    """RotAtFullForwards [rad/s]; None: as at rest. ARIA's own default is 25 deg/s."""
     turn_at_reverse: float | None = None
-    """RotAtFullBackwards [rad/s]; None: the same as at rest."""
+    """RotAtFullBackwards [rad/s]; None: as at rest."""
     dead_translation: float = 10.0
     """TransDeadZone [%]: a ratio up to this one does not move the base."""
     dead_rotation: float = 5.0
     """RotDeadZone [%]: a ratio below this one does not turn the base."""
     throttle: bool = False
-    """Whether the base was seen to heed the third argument of `ratioDrive`: then what is inside the
-    dead zones is reached by larger ratios and a smaller throttle. Ratios grow no further than out
-    of the dead zones, so that a base which does not heed it after all goes slowly, too."""
+    """Whether the base obeys the third argument of `ratioDrive`: then velocities inside the dead
+    zones are reached by larger ratios and a smaller throttle. Ratios grow no further than out of
+    the dead zones, so that a base that does not obey it after all goes slowly, too."""
 
     def saturate(self, wanted: Velocity, measured: float) -> Velocity:
-        """The wanted velocity, slower along the same arc where it is above full scale.
+        """The wanted velocity, scaled down along the same arc where it is above full scale.
 
         Args:
             wanted: finite.
-            measured: speed of the base now [m/s]; what 100 % of turning are depends on it.
+            measured: current speed of the base [m/s]; full scale of turning depends on it.
         """
         straight = abs(wanted.v) / self._full_scale(wanted.v)
         turning = abs(wanted.w) / self._full_turn(wanted.v, measured)
@@ -73,7 +75,7 @@ class Site:
         return Velocity(wanted.v / share, wanted.w / share)
 
     def ratios(self, wanted: Velocity, measured: float) -> Ratios:
-        """The ratios that give a velocity within full scale; at rest those of a halt."""
+        """The ratios for a velocity within full scale."""
         translation = 100.0 * wanted.v / self._full_scale(wanted.v)
         rotation = 100.0 * wanted.w / self._full_turn(wanted.v, measured)
         throttle = 100.0
@@ -86,7 +88,7 @@ class Site:
         return Ratios(_percent(translation), _percent(rotation), throttle)
 
     def velocity(self, ratios: Ratios, measured: float) -> Velocity:
-        """What the base makes of ratios: the formula of ARIA."""
+        """The velocity that ratios give, by the formula of ARIA."""
         translation, rotation, throttle = ratios
         share = throttle / 100.0
         if abs(rotation) < self.dead_rotation:
@@ -97,12 +99,12 @@ class Site:
         return Velocity(v, rotation / 100.0 * self._full_turn(v, measured) * share)
 
     def kept(self, wanted: Velocity, measured: float) -> tuple[bool, bool]:
-        """Whether the base does what is wanted on each axis, and loses nothing in a dead zone."""
+        """Whether the velocity on each axis is not lost in a dead zone."""
         made = self.velocity(self.ratios(wanted, measured), measured)
         return (made.v != 0.0 or wanted.v == 0.0, made.w != 0.0 or wanted.w == 0.0)
 
     def least(self, direction: Velocity) -> Velocity:
-        """The slowest velocities, without a sign, that move the base without a smaller throttle."""
+        """The slowest speeds outside of the dead zones, without sign."""
         v = self._full_scale(direction.v) * self.dead_translation / 100.0
         return Velocity(_BEYOND * v, _BEYOND * self.turn * self.dead_rotation / 100.0)
 
@@ -110,7 +112,7 @@ class Site:
         return self.reverse if direction < 0.0 else self.forward
 
     def _full_turn(self, direction: float, measured: float) -> float:
-        """Of turning at a measured speed [rad/s]; the speed counts as a share of `forward`."""
+        """Full scale of turning at a measured speed [rad/s]; it counts as a share of `forward`."""
         at_full = self.turn_at_reverse if direction < 0.0 else self.turn_at_forward
         if at_full is None or direction == 0.0:
             return self.turn
@@ -118,7 +120,7 @@ class Site:
         return self.turn + (at_full - self.turn) * share
 
     def _larger(self, translation: float, rotation: float) -> float:
-        """The factor that brings ratios out of the dead zones, 1 at least.
+        """The factor, at least 1, that brings ratios out of the dead zones.
 
         With the throttle ignored the base goes at most `_MOST_BEYOND` times its slowest velocities.
         """
@@ -129,45 +131,10 @@ class Site:
         return max(1.0, min(wanted, most))
 
     def _loses(self, translation: float, rotation: float) -> bool:
-        """Whether something that is wanted is inside its dead zone."""
         return (
             0.0 < abs(translation) <= self.dead_translation
             or 0.0 < abs(rotation) < self.dead_rotation
         )
-
-
-@dataclass
-class Ramp:
-    """Velocities towards a target that grow no faster than at given accelerations.
-
-    Slowing down is left to the base, which does it within its own limits. A change of direction
-    begins at rest.
-    """
-
-    acceleration: float
-    """[m/s^2]"""
-    turn_acceleration: float
-    """[rad/s^2]"""
-    now: Velocity = REST
-
-    def step(self, target: Velocity, dt: float) -> Velocity:
-        """The velocity after `dt` [s]; both axes take the same share of their way."""
-        start = Velocity(_towards(self.now.v, target.v), _towards(self.now.w, target.w))
-        way = Velocity(target.v - start.v, target.w - start.w)
-        needed = max(abs(way.v) / self.acceleration, abs(way.w) / self.turn_acceleration)
-        share = min(1.0, dt / needed) if needed > 0.0 else 1.0
-        self.now = Velocity(start.v + share * way.v, start.w + share * way.w)
-        return self.now
-
-    def halt(self) -> None:
-        """Begin at rest again."""
-        self.now = REST
-
-
-def _towards(now: float, target: float) -> float:
-    """Where growing begins: as much of `now` as the target still wants."""
-    same = now * target > 0.0
-    return copysign(min(abs(now), abs(target)), target) if same else 0.0
 
 
 def _percent(ratio: float) -> float:
@@ -175,5 +142,10 @@ def _percent(ratio: float) -> float:
 
 
 def is_finite(velocity: Velocity) -> bool:
-    """Whether both numbers are."""
+    """Whether both numbers are finite."""
     return abs(velocity.v) < inf and abs(velocity.w) < inf
+
+
+def is_at_rest(velocity: Velocity) -> bool:
+    """Whether a base of this measured velocity is at rest."""
+    return hypot(velocity.v, velocity.w) < _AT_REST

@@ -1,9 +1,9 @@
-"""What the base tells: replies become readings, and three packets become one pose.
+"""Decoding of the readings of the base: pose, velocity, mode, localisation, battery.
 
 Positions are in mm and angles in degrees on the wire, in the frame of the robot's map. Layouts of
 `updateNumbers`, `updateStrings`, `batteryInfo` and `getModeInfo`: verified with a reference server.
 Of `getLocState` and `dockInfo`: read in the source. Of `DataStore_*`: reported by a driver that ran
-on an LD-60; nobody knows what their first byte means.
+on an LD-60; the meaning of their first byte is unknown.
 """
 
 from __future__ import annotations
@@ -16,22 +16,25 @@ from math import cos, radians, sin, tau
 import numpy as np
 from pinocchio import SE3
 
-from hw.omron.config import SECTIONS, Values, read_section
-from hw.omron.fields import Fields, LayoutError, number_field, parse_number
 from hw.omron.handshake import Catalogue
-from hw.omron.packet import Packet
+from hw.omron.packet import Fields, LayoutError, Packet, number_field, parse_number
 from hw.omron.site import REST, Ratios, Velocity
+from hw.omron.teleop_settings import SECTIONS, Values, read_section
 
 POSE = tuple(f"DataStore_RobotPoseInterpolated_{axis}" for axis in ("X", "Y", "Th"))
 """Fine poses; `updateNumbers` has whole millimetres and degrees."""
+OLDEST_POSE = 0.25
+"""Up to this age a pose is extrapolated with the measured velocity; then it is stale [s]."""
+_INTERVAL = 0.03
+"""Of poses [s]; real bases are said to send at most 37 a second."""
 _TOGETHER = 0.02
-"""Three values of one pose arrive within this [s]."""
-_RATHER_SKEWED = 0.1
-"""Without a pose for this long, one of values that did not arrive together is taken [s]."""
+"""The three values of one pose arrive within this time [s]."""
+_ACCEPT_SKEWED = 0.1
+"""Without a pose for this long, values that did not arrive together are accepted [s]."""
 
 
 class Docking(IntEnum):
-    """Where it is with its dock."""
+    """State of docking."""
 
     UNDOCKED = 0
     DOCKING = 1
@@ -40,7 +43,7 @@ class Docking(IntEnum):
 
 
 class Localisation(IntEnum):
-    """What the robot thinks of its own pose."""
+    """State of localisation."""
 
     GOOD = 0
     IDLE = 1
@@ -50,20 +53,17 @@ class Localisation(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Pose:
-    """In the map of the robot."""
+    """In the map of the robot [m, rad]."""
 
     x: float
-    """[m]"""
     y: float
-    """[m]"""
     theta: float
-    """[rad]"""
     at: float
-    """When it arrived, on the computer's clock [s]."""
+    """Time of arrival, of `stopwatch` [s]."""
 
 
-def carried_on(pose: Pose, velocity: Velocity, seconds: float) -> SE3:
-    """Where a base is so long after a pose, at a constant velocity."""
+def extrapolate(pose: Pose, velocity: Velocity, seconds: float) -> SE3:
+    """Pose of the base a time later [s], at a constant velocity."""
     turn = velocity.w * seconds
     heading = pose.theta + turn / 2.0
     way = velocity.v * seconds * float(np.sinc(turn / tau))
@@ -78,10 +78,10 @@ def drive_payload(ratios: Ratios) -> bytes:
 
 
 class PoseAssembly:
-    """Makes a pose of three values that come in packets of their own.
+    """Assembles a pose from its three values, which come in separate packets.
 
-    A pose is complete when each of the three has come since the pose before, and all within a
-    moment: they are produced in one pass of the server, back to back.
+    A pose is complete when each of the three has come since the previous pose, and all within
+    `_TOGETHER`: the server sends them back to back.
     """
 
     def __init__(self) -> None:
@@ -89,11 +89,11 @@ class PoseAssembly:
         self._last = -1.0
 
     def take(self, name: str, value: float, at: float) -> Pose | None:
-        """A value that arrived at a moment [s]; the pose that is complete with it."""
+        """Add a value that arrived at a time [s]; the pose that is complete with it."""
         if not self._values and self._last < 0.0:
             self._last = at
         self._values[name] = (value, at)
-        if at - self._last <= _RATHER_SKEWED:
+        if at - self._last <= _ACCEPT_SKEWED:
             self._values = {
                 key: kept for key, kept in self._values.items() if at - kept[1] <= _TOGETHER
             }
@@ -110,33 +110,29 @@ class Telemetry:
 
     Args:
         catalogue: of the connection.
-        score_scale: what a full localisation score is, None where it is not known.
+        score_scale: a full localisation score; None: unknown.
     """
 
     def __init__(self, catalogue: Catalogue, score_scale: float | None = None) -> None:
         self.pose: Pose | None = None
-        """The newest, fine where the robot offers it."""
+        """Fine where the robot offers it."""
         self.coarse: Pose | None = None
-        """The newest of `updateNumbers`."""
+        """Of `updateNumbers`."""
         self.velocity = REST
-        """As measured."""
         self.battery: float | None = None
-        """Charge, 0 to 1; None where the robot tells a voltage, or nothing."""
-        self.status = ""
-        """For people, in the robot's words."""
-        self.mode = ""
-        """Name of what commands the base, in the robot's words."""
+        """Charge, 0 to 1; None where the robot sends a voltage, or nothing."""
+        self.status = self.mode = ""
         self.locked = False
-        """Whether that does not let go of it."""
+        """Whether the mode is locked."""
         self.localisation: Localisation | None = None
         self.score: float | None = None
-        """Of the localisation, 0 to 1; None where its scale is not known."""
+        """Of the localisation, 0 to 1; None where its scale is unknown."""
         self.docking: Docking | None = None
         self.sections: dict[str, Values] = {}
-        """Of the base's configuration, where it was asked for."""
+        """Of the configuration, where requested."""
         self.damaged = 0
-        """Replies whose layout was not the expected one."""
-        self._charge_is_told = False
+        """Number of replies with an unexpected layout."""
+        self._has_charge = False
         self._score_scale = score_scale
         self._assembly = PoseAssembly()
         self._is_fine = catalogue.has(*POSE)
@@ -150,18 +146,16 @@ class Telemetry:
             "dockInfoChanged": self._dock_info,
             SECTIONS: self._section,
         }
-        self._names: dict[int, str] = {}
         self._takers: dict[int, Callable[[Fields, float], None]] = {}
         for name in (*takers, *POSE):
-            if (number := catalogue.number(name)) is not None:
-                self._names[number] = name
+            if (number := catalogue.numbers.get(name)) is not None:
                 self._takers[number] = takers.get(name) or self._axis(name)
 
-    def requests(self, catalogue: Catalogue, interval: float) -> Iterator[bytes]:
-        """The frames that ask for all this; a pose every `interval` [s]."""
+    def requests(self, catalogue: Catalogue) -> Iterator[bytes]:
+        """The frames that subscribe to all readings."""
         intervals: dict[str, float | None] = {
-            **dict.fromkeys(POSE if self._is_fine else (), interval),
-            "updateNumbers": 0.05 if self._is_fine else interval,
+            **dict.fromkeys(POSE if self._is_fine else (), _INTERVAL),
+            "updateNumbers": 0.05 if self._is_fine else _INTERVAL,
             "updateStrings": None,
             "getModeInfo": 0.2,
             "getLocState": 0.25,
@@ -175,7 +169,7 @@ class Telemetry:
                 yield catalogue.request(name, period)
 
     def take(self, packet: Packet, at: float) -> None:
-        """A packet that arrived at a moment of the computer's clock [s]; others are left alone."""
+        """Process a packet that arrived at a time of `stopwatch` [s]; unknown ones are ignored."""
         taker = self._takers.get(packet.command)
         if taker is None:
             return
@@ -186,21 +180,19 @@ class Telemetry:
 
     @property
     def is_complete(self) -> bool:
-        """Whether there is a pose, fine where there is one to be had, and a velocity."""
+        """Whether there are poses and a velocity."""
         return self.pose is not None and self.coarse is not None
 
     def _numbers(self, fields: Fields, at: float) -> None:
         battery, x, y, theta, v, w, _, _ = fields.integers("hiihhhhb")
         self.coarse = Pose(x=x / 1000.0, y=y / 1000.0, theta=radians(theta), at=at)
         self.velocity = Velocity(v / 1000.0, radians(w))
-        if self._charge_is_told:
+        if self._has_charge:
             self.battery = max(0.0, min(1.0, battery / 1000.0))
         if not self._is_fine:
             self.pose = self.coarse
 
     def _axis(self, name: str) -> Callable[[Fields, float], None]:
-        """Takes one value of the fine pose."""
-
         def take(fields: Fields, at: float) -> None:
             pose = self._assembly.take(name, _data_store_value(fields), at)
             self.pose = pose or self.pose
@@ -213,7 +205,7 @@ class Telemetry:
     def _battery_info(self, fields: Fields, at: float) -> None:
         fields.number()
         fields.number()
-        self._charge_is_told = fields.integer("B") == 1
+        self._has_charge = fields.integer("B") == 1
 
     def _mode_info(self, fields: Fields, at: float) -> None:
         mode, locked = fields.text(), fields.integer("B")
@@ -229,7 +221,7 @@ class Telemetry:
         self.score = None if self._score_scale is None else min(1.0, score / self._score_scale)
 
     def _section(self, fields: Fields, at: float) -> None:
-        if fields.left:
+        if fields.remaining:
             name, values = read_section(fields)
             self.sections[name] = values
 
@@ -241,11 +233,7 @@ class Telemetry:
 
 
 def _data_store_value(fields: Fields) -> float:
-    """A value of the data store: any one byte, then a number as text.
-
-    Raises:
-        LayoutError: no number; or the first byte could be part of it.
-    """
+    """A value of the data store: any byte that cannot be part of a number, then one as text."""
     kind, text = fields.raw(1), fields.text()
     if kind in b"0123456789+-.":
         raise LayoutError(f"the first byte of a value is {kind!r}")

@@ -1,18 +1,15 @@
-"""An Omron LD-60 that is not there: ArNetworking and ARCL over real sockets.
+"""Emulated Omron LD-60: ArNetworking and ARCL over real sockets.
 
 It is written from the protocol notes and shares no code with the driver, so that each checks the
-other. `wire` are the bytes, `client` and `arcl_client` one connection each, `requests` what is
-offered, `controller` the on-board controller, `drive` the seam behind which a world stands,
-`options` what can be set and go wrong, `reported` how real ones were reported to behave, and
-`emulator` the whole.
+other. `wire` is the wire format, `client` and `arcl_client` one connection each, `requests` what is
+offered, `controller` the on-board controller, `drive` the interface to a simulated world, `options`
+what can be set, go wrong, and behave as reported of real bases, `emulator` the server.
 """
 
 from hw.emulators.common import NoFaultError, PortTakenError
-from hw.emulators.omron.controller import Motion, Teleop
-from hw.emulators.omron.drive import Drive, Unicycle
+from hw.emulators.omron.controller import Drive, Motion, Teleop, Unicycle
 from hw.emulators.omron.emulator import OmronEmulator
-from hw.emulators.omron.options import EVERYTHING, FAULTS, Options
-from hw.emulators.omron.reported import AS_REPORTED
+from hw.emulators.omron.options import AS_REPORTED, EVERYTHING, FAULTS, Options
 
 __all__ = [
     "AS_REPORTED",

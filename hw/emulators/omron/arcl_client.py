@@ -1,22 +1,17 @@
-"""One client of the emulated text interface."""
+"""One client of the emulated text interface (ARCL)."""
 
 from __future__ import annotations
 
-import re
 import socket
-from collections.abc import Callable, Iterator
-from math import radians
+from collections.abc import Iterator, Sequence
 
+from hw.clock import stopwatch
 from hw.emulators.omron.client import GoneError
-from hw.emulators.omron.controller import Controller, Goal
+from hw.emulators.omron.controller import Controller
 from hw.emulators.omron.options import Options
-from hw.emulators.omron.requests import believe, reported_pose, settings, signed_degrees
+from hw.emulators.omron.requests import reported_pose, settings, signed_degrees
 
-NUMBER = re.compile(r"-?[0-9]{1,9}(\.[0-9]{1,9})?")
-GOALS = {"table": (1.0, 0.0, 0.0), "bin": (0.0, 1.0, 90.0)}
-"""On the map of the emulated base: x, y, heading [m, m, deg]."""
-_DOCKING = ("Undocked", "Docking", "Docked", "Undocking")
-_HELP = ("status", "stop", "goto", "dock", "undock", "queryMotors", "enableMotors", "faultsGet")
+_HELP = ("status", "stop", "queryMotors", "enableMotors", "faultsGet", "getConfigSectionValues")
 
 
 class ArclClient:
@@ -24,9 +19,9 @@ class ArclClient:
 
     Args:
         connection: not blocking.
-        controller: what is spoken about.
+        controller: of the base.
         options: of the base.
-        now: time [s].
+        faults: names that `faultsGet` lists.
     """
 
     def __init__(
@@ -34,31 +29,21 @@ class ArclClient:
         connection: socket.socket,
         controller: Controller,
         options: Options,
-        now: Callable[[], float],
+        faults: Sequence[str],
     ) -> None:
         self.socket = connection
-        self._controller, self._options, self._now = controller, options, now
-        self._waiting, self._since = b"", now()
+        self._controller, self._options, self._faults = controller, options, faults
+        self._waiting, self._since = b"", stopwatch()
         self.is_welcome = False
-        self.faults: list[str] = []
-        """Names that `faultsGet` lists."""
         self._write("Enter password:\r\n")
 
     def last(self, now: float) -> None:
-        """Close the connection when it has lasted for its time.
-
-        Raises:
-            GoneError: it has.
-        """
+        """Raise GoneError when the connection has lasted for its time."""
         if now - self._since > self._options.arcl_lasts:
             raise GoneError
 
     def hear(self) -> None:
-        """Read and answer.
-
-        Raises:
-            GoneError: it has left, or its password is wrong.
-        """
+        """Read and answer; raise GoneError when the client has left or its password is wrong."""
         try:
             data = self.socket.recv(65536)
         except BlockingIOError:
@@ -72,7 +57,7 @@ class ArclClient:
             self._heed(line.decode("utf-8", "replace").strip())
 
     def tell(self, line: str) -> None:
-        """An event, to those who are past the password."""
+        """Send an event, after the password."""
         if self.is_welcome:
             self._write(f"{line}\r\n")
 
@@ -103,23 +88,8 @@ class ArclClient:
             case "stop":
                 controller.stop()
                 yield "Stopping"
-            case "dock" | "undock":
-                controller.dock(self._now(), leave=command == "undock")
-                yield self._docking()
-            case "querydockstatus":
-                yield self._docking()
-            case "goto" | "dotask":
-                yield from self._goto(rest)
-            case "localizetopoint":
-                x, y, theta = _numbers(rest)
-                believe(controller, self._options, (x / 1000.0, y / 1000.0, radians(theta)))
-                yield "Localizing at point"
-                yield "Localized to point"
-            case "getgoals":
-                yield from (f"Goal: {name}" for name in GOALS)
-                yield "End of goals"
             case "faultsget":
-                for fault in self.faults:
+                for fault in self._faults:
                     yield f'FaultList: Fault_Driving {fault} "short" "long" true false false'
                 yield "End of FaultList"
             case "getconfigsectionvalues":
@@ -128,21 +98,6 @@ class ArclClient:
                 return
             case _:
                 yield f"Unknown command {command}"
-
-    def _goto(self, rest: str) -> Iterator[str]:
-        words = rest.split()
-        if words[:1] == ["gotoPoint"] and len(words) >= 3:
-            x, y, theta = _numbers(rest.partition(" ")[2])
-            goal = Goal(x / 1000.0, y / 1000.0, radians(theta) if len(words) > 3 else None)
-        elif rest in GOALS:
-            x, y, heading = GOALS[rest]
-            goal = Goal(x, y, radians(heading), rest)
-        else:
-            yield "CommandError: goto"
-            yield "CommandErrorDescription: No such goal"
-            return
-        if not self._controller.go_to(goal):
-            yield "Error: Failed going to goal"
 
     def _section(self, name: str) -> Iterator[str]:
         if name != "Teleop settings":  # in the right case of letters
@@ -171,20 +126,8 @@ class ArclClient:
         yield f"LocalizationScore: {score:.6f}"
         yield "Temperature: -128"
 
-    def _docking(self) -> str:
-        docking = self._controller.docking
-        charge = "Bulk" if docking == 2 else "Not"
-        return f"DockingState: {_DOCKING[docking]} ForcedState: Unforced ChargeState: {charge}"
-
     def _write(self, text: str) -> None:
         try:
             self.socket.send(text.encode())
         except OSError as error:
             raise GoneError from error
-
-
-def _numbers(text: str) -> tuple[float, float, float]:
-    """Three numbers, 0 where there is none."""
-    values = [float(word) if NUMBER.fullmatch(word) else 0.0 for word in text.split()[:3]]
-    x, y, theta = (*values, 0.0, 0.0, 0.0)[:3]
-    return x, y, theta

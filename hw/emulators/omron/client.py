@@ -1,4 +1,4 @@
-"""One client of the emulated server: its handshake, its requests, and what is on its way to it."""
+"""One client of the emulated server: handshake, requests and replies."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ _CHUNK = 12
 
 
 class GoneError(Exception):
-    """The client has left, or is sent away."""
+    """The client has left, or was rejected."""
 
 
 @dataclass
 class Subscription:
-    """A request that is answered again and again."""
+    """A request that is answered repeatedly."""
 
     entry: Entry
     interval: float
-    """[s]; negative: whenever the answer is another one."""
+    """[s]; negative: on change."""
     arguments: bytes
     due: float
     last: bytes | None = None
@@ -39,10 +39,10 @@ class Client:
 
     Args:
         connection: not blocking.
-        requests: what is offered.
+        requests: that are offered.
         options: of the base.
-        number: of the connection; seeds its chances.
-        is_full: whether there are too many clients already.
+        number: of the connection; seeds its random numbers.
+        is_full: whether there are too many clients.
     """
 
     def __init__(
@@ -64,27 +64,23 @@ class Client:
         self._is_full = is_full
         self._is_leaving = False
         self._out: list[tuple[float, bytes]] = []
-        """What is on its way, and when it may leave."""
+        """Frames on their way, and when they may leave."""
         self._leaves_at = 0.0
         self.is_welcome = False
-        """Whether it is past its introduction."""
+        """Whether the handshake is done."""
         body = Writer().string("alpha").integer(0, 2)
         body.integer(self._random.getrandbits(32), 4).integer(self._random.getrandbits(32), 4)
         self._send(seal(2, body.string(self._key).string(options.protocol).body), 0.0)
 
     def hear(self, now: float) -> None:
-        """Read and do what it says.
-
-        Raises:
-            GoneError: it has left.
-        """
+        """Read and process; raise GoneError when the client has left."""
         data = self._receive()
         for command, body in self._splitter.push(data):
             self._heed(command, Taker(body), now)
         self.write(now)
 
     def serve(self, now: float) -> None:
-        """Answer what is due; once a cycle."""
+        """Send the replies that are due; once a cycle."""
         for number, one in sorted(self._subscriptions.items()):
             if one.interval < 0.0:
                 answer = one.entry.answer(Taker(one.arguments))
@@ -96,11 +92,7 @@ class Client:
                 self._reply(number, one, now)
 
     def write(self, now: float) -> None:
-        """Send what may leave by now.
-
-        Raises:
-            GoneError: it has left, or all is said to one who is sent away.
-        """
+        """Send frames that may leave; raise GoneError when the client has left or is rejected."""
         ready = b"".join(data for at, data in self._out if at <= now)
         self._out = [(at, data) for at, data in self._out if at > now]
         try:
@@ -123,7 +115,7 @@ class Client:
         self.socket.close()
 
     def say_goodbye(self, now: float) -> None:
-        """Tell that the server shuts down."""
+        """Announce that the server shuts down."""
         self._send(seal(1), now)
         self._is_leaving = True
 
@@ -179,9 +171,6 @@ class Client:
             self._reject(1, now)
         elif protocol != self._options.protocol:
             self._reject(4, now)
-            if self._options.goes_on_after_rejecting:
-                self._is_leaving = False
-                self._welcome(groups, now)
         else:
             self._welcome(groups, now)
 

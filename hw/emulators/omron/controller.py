@@ -1,19 +1,20 @@
-"""The emulated on-board controller: modes, teleoperation by ratios, limits, emergency stop.
+"""Emulated on-board controller: modes, teleoperation by ratios, limits, emergency stop.
 
-`ratioDrive` as ARIA does it: full-scale values, dead zones, a time-out, a triple deceleration
-on a reversal. Accelerations are those of the LD's drive base. Calls come from one thread.
+`ratioDrive` as in ARIA: full-scale values, dead zones, a timeout, a triple deceleration on a
+reversal. Accelerations are those of the LD's drive base. Calls come from one thread.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import atan2, copysign, cos, hypot, inf, radians, remainder, sin, sqrt, tau
+from math import copysign, cos, inf, radians, sin, sqrt
+from typing import Protocol
 
-from hw.emulators.omron.drive import Drive
+from hw.clock import stopwatch
 
 BUMPED = "Bumped"
-"""Status of a base that has run into something."""
+"""Status of a base that has hit something."""
 
 
 @dataclass
@@ -30,12 +31,12 @@ class Teleop:
     dead_translation: float = 10.0
     dead_rotation: float = 5.0
     tells_forwards: float | None = None
-    """What it tells of `forwards`, if something else."""
+    """Reported value of `forwards`, if different."""
 
 
 @dataclass
 class Motion:
-    """Limits of the drive base, and how often it takes a new set-point."""
+    """Limits of the drive base, and the interval of set-points `latch` [s]."""
 
     acceleration: float = 0.5
     deceleration: float = 0.6
@@ -43,17 +44,57 @@ class Motion:
     turn_deceleration: float = radians(200.0)
     latch: float = 0.1
     docking: float = 1.0
-    """How long it takes to dock and to undock [s]."""
+    """Time to dock and to undock [s]."""
 
 
-@dataclass
-class Goal:
-    """Where a goto leads: a place, perhaps a heading, and what it is called."""
+class Drive(Protocol):
+    """Wheels and world; called every 10 ms from the emulator's thread."""
 
-    x: float
-    y: float
-    theta: float | None = None
-    name: str = "point"
+    def command(self, v: float, w: float) -> None:
+        """Move at these velocities from now on [m/s, rad/s]."""
+
+    def pose(self) -> tuple[float, float, float]:
+        """True x, y and heading in the world [m, m, rad]."""
+
+    def twist(self) -> tuple[float, float]:
+        """True velocities [m/s, rad/s]."""
+
+
+class Unicycle:
+    """An empty world with ideal wheels.
+
+    Args:
+        pose: initial x, y and heading [m, m, rad].
+        now: time [s].
+    """
+
+    def __init__(
+        self,
+        pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        now: Callable[[], float] = stopwatch,
+    ) -> None:
+        self._now = now
+        self._at = now()
+        self._pose = pose
+        self._twist = (0.0, 0.0)
+
+    def command(self, v: float, w: float) -> None:
+        """Move at these velocities from now on [m/s, rad/s]."""
+        self._pose = self.pose()
+        self._twist = (v, w)
+
+    def pose(self) -> tuple[float, float, float]:
+        """True x, y and heading [m, m, rad]."""
+        x, y, theta = self._pose
+        (v, w), now = self._twist, self._now()
+        dt, self._at = now - self._at, now
+        middle = theta + w * dt / 2.0
+        self._pose = (x + v * dt * cos(middle), y + v * dt * sin(middle), theta + w * dt)
+        return self._pose
+
+    def twist(self) -> tuple[float, float]:
+        """Commanded velocities [m/s, rad/s]."""
+        return self._twist
 
 
 @dataclass
@@ -64,7 +105,7 @@ class Controller:
     teleop: Teleop = field(default_factory=Teleop)
     motion: Motion = field(default_factory=Motion)
     say: Callable[[str], None] = lambda line: None
-    """Told the events that the text interface announces."""
+    """Receives the events that the text interface announces."""
     mode: str = "Stop"
     status: str = "Stopped"
     locked: bool = False
@@ -75,14 +116,13 @@ class Controller:
     """0 undocked, 1 docking, 2 docked, 3 undocking."""
     clearance: Callable[[], float] = lambda: inf
     """Free way in front, for safe driving [m]."""
-    safe_drive: bool = True
     heeds_throttle: bool = True
     direction: float = 1.0
     """-1: forwards is backwards."""
     needs_button: bool = False
     """Whether only `push_button` switches the motors on after an emergency stop."""
     wanted: tuple[float, float] = (0.0, 0.0)
-    """The set-point in force [m/s, rad/s]."""
+    """Current set-point [m/s, rad/s]."""
     moved_at: float = -inf
     """When the set-point was last not zero [s]."""
     v: float = 0.0
@@ -91,11 +131,10 @@ class Controller:
     _ratios_at: float = -inf
     _latched_at: float = -inf
     _stepped_at: float | None = None
-    _goal: Goal | None = None
     _docks_at: float = inf
 
     def ratio_drive(self, translation: float, rotation: float, throttle: float, now: float) -> None:
-        """The command; without effect in a locked mode, or while it comes to a stop."""
+        """Command ratios [%]; ignored in a locked mode, or while it comes to a stop."""
         if self.locked or not self.motors_on or self.status in ("Stopping", BUMPED):
             return
         self.ratios = (
@@ -105,76 +144,63 @@ class Controller:
         )
         self._ratios_at = now
         if self.mode != "Drive":
-            self._interrupt()
+            self.wanted = (0.0, 0.0)
             self.mode, self.status = "Drive", "Driving"
 
     def stop(self) -> None:
-        """The command."""
+        """Stop, unless the mode is locked."""
         if self.locked:
             return
-        self._interrupt()
+        self.wanted = (0.0, 0.0)
         self.mode, self.status = "Stop", "Stopping"
         self.ratios = (0.0, 0.0, 100.0)
 
-    def go_to(self, goal: Goal) -> bool:
-        """Drive somewhere by itself; whether it may."""
-        if self.locked or not self.motors_on:
-            return False
-        self._interrupt()
-        self._goal = goal
-        self.mode, self.status = f"Goto {goal.name}", f"Going to {goal.name}"
-        self.say(self.status)
-        return True
-
     def dock(self, now: float, *, leave: bool = False) -> None:
-        """Dock or undock, which takes a while and lets nobody else in."""
-        self._interrupt()
+        """Dock or undock, in a locked mode."""
+        self.wanted = (0.0, 0.0)
         self.docking = 3 if leave else 1
         self.mode, self.locked, self._docks_at = "Dock", True, now + self.motion.docking
         self.status = "Undocking" if leave else "Docking"
 
     def bump(self) -> None:
-        """It has run into something: wheels stand at once, until a `stop`."""
+        """Hit something: the wheels stand at once, until a `stop`."""
         if self.status != BUMPED:
-            self._interrupt()
+            self.wanted = (0.0, 0.0)
             self.v = self.w = 0.0
             self.ratios, self.status = (0.0, 0.0, 100.0), BUMPED
             self.drive.command(0.0, 0.0)
             self.say(BUMPED)
 
     def press(self) -> None:
-        """The emergency stop: wheels stand at once, motors are off."""
+        """Press the emergency stop: the wheels stand at once, the motors are off."""
         self.pressed, self.motors_on = True, False
         self.v = self.w = 0.0
-        self._interrupt()
+        self.wanted = (0.0, 0.0)
         self.mode, self.status = "Stop", "Estop pressed"
         self.drive.command(0.0, 0.0)
         self.say("EStop pressed")
         self.say("Motors disabled")
 
     def release(self) -> None:
-        """Of the emergency stop; motors stay off."""
+        """Release the emergency stop; the motors stay off."""
         self.pressed = False
         self.status = "Motors disabled"
         self.say("EStop relieved but motors still disabled")
 
     def push_button(self) -> None:
-        """A person switches the motors on."""
-        self._enable()
-
-    def enable_motors(self) -> bool:
-        """A program switches them on; whether they are."""
-        if not self.needs_button:
-            self._enable()
-        return self.motors_on
-
-    def _enable(self) -> None:
+        """Switch the motors on at the base."""
         if not self.pressed and not self.motors_on:
             self.motors_on, self.mode, self.status = True, "Stop", "Stopped"
             self.say("Motors enabled")
 
+    def enable_motors(self) -> bool:
+        """Switch the motors on by a program; whether they are."""
+        if not self.needs_button:
+            self.push_button()
+        return self.motors_on
+
     def step(self, now: float) -> None:
-        """Up to this moment."""
+        """Advance to a time [s]."""
         dt = 0.0 if self._stepped_at is None else min(now - self._stepped_at, 0.2)
         self._stepped_at = now
         self._dock(now)
@@ -192,17 +218,9 @@ class Controller:
             self.status = "Stopped"
             self.say("Stopped")
 
-    def _interrupt(self) -> None:
-        if self._goal is not None:
-            self.say(f"Interrupted: {self.status}")
-        self._goal = None
-        self.wanted = (0.0, 0.0)
-
     def _set_point(self, now: float) -> tuple[float, float]:
         if not self.motors_on or self.mode == "Stop":
             return (0.0, 0.0)
-        if self._goal is not None:
-            return self._towards(self._goal)
         if self.mode != "Drive":
             return (0.0, 0.0)
         if self.teleop.timeout and now - self._ratios_at > self.teleop.timeout:
@@ -221,7 +239,7 @@ class Controller:
             at_full = teleop.turn_forwards if forwards else teleop.turn_backwards
             turn += (at_full - turn) * abs(self.drive.twist()[0]) / teleop.forwards
         w = rotation * turn * throttle if abs(rotation) * 100.0 >= teleop.dead_rotation else 0.0
-        if self.safe_drive and v > 0.0:
+        if v > 0.0:
             free = max(0.0, self.clearance() - 0.1)
             v = min(v, sqrt(2.0 * self.motion.deceleration * free))
         return (self.direction * v, w)
@@ -237,20 +255,6 @@ class Controller:
             goal = wanted if now * wanted > 0.0 else 0.0
             return now + copysign(min(slower * dt, abs(goal - now)), goal - now)
         return now + copysign(min(faster * dt, abs(wanted - now)), wanted - now)
-
-    def _towards(self, goal: Goal) -> tuple[float, float]:
-        x, y, theta = self.drive.pose()
-        dx, dy = goal.x - x, goal.y - y
-        if hypot(dx, dy) > 0.03:
-            bearing = remainder(atan2(dy, dx) - theta, tau)
-            ahead = max(0.0, cos(bearing)) ** 4
-            return (min(0.5, hypot(dx, dy)) * ahead, max(-0.8, min(0.8, 2.0 * bearing)))
-        turn = 0.0 if goal.theta is None else remainder(goal.theta - theta, tau)
-        if abs(sin(turn)) < 0.02 and cos(turn) > 0.0:
-            self._goal, self.status = None, f"Arrived at {goal.name}"
-            self.say(self.status)
-            return (0.0, 0.0)
-        return (0.0, max(-0.5, min(0.5, 2.0 * turn)))
 
     def _dock(self, now: float) -> None:
         if now < self._docks_at:

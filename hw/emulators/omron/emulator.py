@@ -1,4 +1,4 @@
-"""The emulated base: one thread that steps its controller and serves both protocols."""
+"""Server of the emulated base: one thread steps its controller and serves both protocols."""
 
 from __future__ import annotations
 
@@ -16,10 +16,8 @@ from hw.clock import stopwatch
 from hw.emulators.common import listen
 from hw.emulators.omron.arcl_client import ArclClient
 from hw.emulators.omron.client import Client, GoneError
-from hw.emulators.omron.controller import Controller
-from hw.emulators.omron.drive import Drive, Unicycle
-from hw.emulators.omron.options import Options, with_fault
-from hw.emulators.omron.reported import behave
+from hw.emulators.omron.controller import Controller, Drive, Unicycle
+from hw.emulators.omron.options import Options, configure
 from hw.emulators.omron.requests import Requests
 
 _CYCLE = 0.01
@@ -28,41 +26,41 @@ _CYCLE = 0.01
 
 @dataclass(frozen=True)
 class Heard:
-    """A command to move, as it was received."""
+    """A received motion command."""
 
     at: float
-    """On the computer's clock [s]."""
+    """Of `stopwatch` [s]."""
     name: str
     values: tuple[float, ...]
     """Of `ratioDrive`: translation, rotation, throttle [%]."""
 
     @property
     def is_zero(self) -> bool:
-        """Whether it asks the base to rest."""
+        """Whether it is a stop, or of zero velocity."""
         return self.name == "stop" or 0.0 == self.values[0] == self.values[1]
 
 
 @dataclass(frozen=True)
 class Moved:
-    """What the base did in one cycle."""
+    """Motion of the base in one cycle [m/s, rad/s]."""
 
     at: float
-    """On the computer's clock [s]."""
+    """Of `stopwatch` [s]."""
     v: float
     w: float
 
 
 class OmronEmulator:
-    """An LD-60 that is not there; use it in a `with` statement.
+    """An emulated LD-60; use it in a `with` statement.
 
     Args:
-        options: how it is set up; may be changed while it runs.
-        drive: the wheels and the world; None for an empty one.
+        options: may be changed while it runs.
+        drive: wheels and world; None for an empty one.
         faults: names of `FAULTS` that it begins with.
-        as_reported: names of `AS_REPORTED`: ways of real bases.
+        as_reported: names of `AS_REPORTED`.
 
     Raises:
-        UserError: nothing is called so.
+        UserError: a name is unknown.
     """
 
     def __init__(
@@ -73,9 +71,7 @@ class OmronEmulator:
         as_reported: Sequence[str] = (),
     ) -> None:
         self.options = options or Options()
-        behave(self.options, as_reported)
-        for fault in faults:
-            with_fault(self.options, fault)
+        configure(self.options, faults, as_reported)
         self.controller = Controller(
             drive or Unicycle(),
             self.options.teleop,
@@ -92,12 +88,12 @@ class OmronEmulator:
         if "emergency stop" in faults:
             self.controller.press()
         self.heard: deque[Heard] = deque(maxlen=100_000)
-        """Commands to move, oldest first."""
+        """Motion commands, oldest first."""
         self.moved: deque[Moved] = deque(maxlen=100_000)
-        """What the base did, oldest first."""
+        """Motion of the base, oldest first."""
         self.text_faults: list[str] = []
-        """Names that `faultsGet` of the text interface lists."""
-        self._requests = Requests(self.controller, self.options, stopwatch, self._note)
+        """Names of faults on the text interface."""
+        self._requests = Requests(self.controller, self.options, self._note)
         self._clients: list[Client] = []
         self._arcl_clients: list[ArclClient] = []
         self._count = 0
@@ -112,7 +108,7 @@ class OmronEmulator:
         """Listen.
 
         Raises:
-            PortTakenError: somebody else does.
+            PortTakenError: another program does.
         """
         self._listen(self.options.port, self._accept)
         if self.options.arcl_password:
@@ -135,22 +131,22 @@ class OmronEmulator:
 
     @property
     def port(self) -> int:
-        """Of ArNetworking."""
+        """Port of ArNetworking."""
         return int(self._listeners[0].getsockname()[1])
 
     @property
     def arcl_port(self) -> int:
-        """Of the text interface."""
+        """Port of the text interface."""
         return int(self._listeners[1].getsockname()[1])
 
     @contextmanager
     def held(self) -> Iterator[Controller]:
-        """The controller, while its thread waits: to press the emergency stop, for example."""
+        """The controller, while its thread waits."""
         with self._lock:
             yield self.controller
 
     def freeze(self, frozen: bool = True) -> None:
-        """Have the server do nothing, or go on; the base itself drives on."""
+        """Let the server do nothing, or go on; the base itself drives on."""
         self.options.frozen = frozen
 
     def break_off(self) -> None:
@@ -161,7 +157,7 @@ class OmronEmulator:
                 client.break_off()
 
     def shut_down(self) -> None:
-        """Say goodbye to every client."""
+        """Announce to every client that the server shuts down."""
         with self._lock:
             for client in self._clients:
                 client.say_goodbye(stopwatch())
@@ -204,7 +200,7 @@ class OmronEmulator:
                 text_client.last(now)
 
     def _jump(self, now: float) -> None:
-        """Find itself elsewhere on the map, and back where it was, in turn."""
+        """Let the pose on the map jump away and back, in turn."""
         if self.options.jumps and now - self._jumped_at > self.options.jumps:
             self._jumped_at = now
             x, y, theta = self.options.offset
@@ -229,8 +225,7 @@ class OmronEmulator:
         if len(self._arcl_clients) >= self.options.arcl_clients:
             connection.close()
             return
-        client = ArclClient(connection, self.controller, self.options, stopwatch)
-        client.faults = self.text_faults
+        client = ArclClient(connection, self.controller, self.options, self.text_faults)
         self._arcl_clients.append(client)
 
         def hear() -> None:
@@ -251,7 +246,7 @@ class OmronEmulator:
     def _leaving(
         self, client: Client | ArclClient, all_of_them: list[Client] | list[ArclClient]
     ) -> Iterator[None]:
-        """A client that leaves is forgotten; the base drives on, as the real one does."""
+        """Forget a client that leaves; the base drives on, as the real one does."""
         try:
             yield
         except GoneError:

@@ -1,18 +1,19 @@
-"""What the emulated base offers: names, access groups, and how each request is answered."""
+"""Requests that the emulated base offers: names, access groups, and answers."""
 
 from __future__ import annotations
 
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import degrees, radians
+from math import degrees
 
-from hw.emulators.omron.controller import Controller, Goal, Teleop
+from hw.clock import stopwatch
+from hw.emulators.omron.controller import Controller, Teleop
 from hw.emulators.omron.options import Options
 from hw.emulators.omron.wire import Taker, Writer
 
 Answer = Callable[[Taker], "bytes | None"]
-"""Takes the arguments; returns a reply, or None where there is none."""
+"""From the arguments to the reply, if there is one."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,13 @@ class Entry:
 
 
 _OTHERS = (
+    "gotoPose",
+    "dock",
+    "undock",
+    "localizeToPose",
+    "physicalInfo",
+    "getSafeDrive",
+    "heartbeatTcp",
     "requestOnceReturnIsAlwaysTcp",
     "requestOnceReturnIsAlwaysUdp",
     "getModeDataList",
@@ -55,23 +63,16 @@ _OTHERS = (
     "Laser_2Current",
     "say",
 )
-"""Names that are on the list, and are not answered."""
+"""Requests that are listed and not answered."""
 _LONG_DESCRIPTION = "goal names, one after the other; " * 320
 """Descriptions of this length are seen on newer bases."""
 
 
 def reported_pose(controller: Controller, options: Options) -> tuple[float, float, float]:
-    """The pose that the base believes: the true one, and its offset [m, m, rad]."""
+    """The pose that the base reports: the true one plus an offset [m, m, rad]."""
     x, y, theta = controller.drive.pose()
     dx, dy, turn = options.offset
     return (x + dx, y + dy, theta + turn)
-
-
-def believe(controller: Controller, options: Options, pose: tuple[float, float, float]) -> None:
-    """Localise at a pose [m, m, rad]."""
-    x, y, theta = controller.drive.pose()
-    options.offset = (pose[0] - x, pose[1] - y, pose[2] - theta)
-    options.lost = False
 
 
 def signed_degrees(angle: float) -> float:
@@ -97,46 +98,38 @@ def settings(teleop: Teleop) -> tuple[tuple[str, bytes, float], ...]:
 
 
 class Requests:
-    """The requests of one emulated base, under numbers that are another permutation for each seed.
+    """The requests of one emulated base, with numbers that depend on the seed.
 
     Args:
-        controller: what the requests are about.
+        controller: of the base.
         options: of the base.
-        now: time [s].
-        note: told each command to move: name and numbers.
+        note: called with name and values of each motion command.
     """
 
     def __init__(
         self,
         controller: Controller,
         options: Options,
-        now: Callable[[], float],
         note: Callable[[str, tuple[float, ...]], None],
     ) -> None:
         self._controller, self._options = controller, options
-        self._now, self._note = now, note
+        self._note = note
         table: list[tuple[str, str, str, Answer]] = [
             ("ratioDrive", "Movement", "double: trans; double: rot", self._ratio_drive),
             ("stop", "Stop", "", self._stop),
-            ("gotoPose", "Movement", "byte4: x; byte4: y; byte4: th", self._goto_pose),
             ("gotoGoal", "Movement", _LONG_DESCRIPTION, lambda _: None),
-            ("dock", "Movement", "", lambda _: self._dock(leave=False)),
-            ("undock", "Movement", "", lambda _: self._dock(leave=True)),
-            ("localizeToPose", "RobotInfo", "byte4: x; byte4: y; byte4: th", self._localise),
             ("updateNumbers", "RobotInfo", "", self._numbers),
             ("updateStrings", "RobotInfo", "", self._strings),
             ("batteryInfo", "RobotInfo", "", self._battery_info),
-            ("physicalInfo", "RobotInfo", "", self._physical_info),
             ("getModeInfo", "RobotInfo", "", self._mode_info),
             ("getLocState", "RobotInfo", "", self._loc_state),
             ("dockInfo", "RobotInfo", "", self._dock_info),
             ("dockInfoChanged", "RobotInfo", "", self._dock_info),
-            ("getSafeDrive", "RobotInfo", "", self._safe_drive),
             ("getConfigBySectionsV4", "Config", "byte: priority", self._teleop_section),
-            ("heartbeatTcp", "RobotInfo", "", lambda _: b""),
-            ("DataStore_RobotPoseInterpolated_X", "RobotInfo", "", lambda _: self._stored(0)),
-            ("DataStore_RobotPoseInterpolated_Y", "RobotInfo", "", lambda _: self._stored(1)),
-            ("DataStore_RobotPoseInterpolated_Th", "RobotInfo", "", lambda _: self._stored(2)),
+            *(
+                (f"DataStore_RobotPoseInterpolated_{name}", "RobotInfo", "", self._stored(axis))
+                for axis, name in enumerate(("X", "Y", "Th"))
+            ),
             *((name, "SensorInfo", "", lambda _: None) for name in _OTHERS),
         ]
         table = [row for row in table if row[0] not in options.omit]
@@ -147,29 +140,17 @@ class Requests:
         }
 
     def of_groups(self, groups: frozenset[str]) -> dict[str, Entry]:
-        """What somebody with these access groups may ask for."""
+        """The requests that these access groups may use."""
         return {name: one for name, one in self.entries.items() if one.group in groups}
 
     def _ratio_drive(self, taker: Taker) -> None:
         trans, rot, throttle = taker.double(), taker.double(), taker.double()
         self._note("ratioDrive", (trans, rot, throttle))
-        self._controller.ratio_drive(trans, rot, throttle, self._now())
+        self._controller.ratio_drive(trans, rot, throttle, stopwatch())
 
     def _stop(self, _: Taker) -> None:
         self._note("stop", ())
         self._controller.stop()
-
-    def _goto_pose(self, taker: Taker) -> None:
-        x, y = taker.integer(4, signed=True) / 1000.0, taker.integer(4, signed=True) / 1000.0
-        theta = radians(taker.integer(4, signed=True)) if taker.left >= 4 else None
-        self._controller.go_to(Goal(x, y, theta))
-
-    def _dock(self, *, leave: bool) -> None:
-        self._controller.dock(self._now(), leave=leave)
-
-    def _localise(self, taker: Taker) -> None:
-        x, y, theta = (taker.integer(4, signed=True) for _ in range(3))
-        believe(self._controller, self._options, (x / 1000.0, y / 1000.0, radians(theta)))
 
     def _numbers(self, _: Taker) -> bytes:
         x, y, theta = reported_pose(self._controller, self._options)
@@ -188,10 +169,6 @@ class Requests:
     def _battery_info(self, _: Taker) -> bytes:
         return Writer().double(20.0).double(5.0).integer(1, 1).body
 
-    def _physical_info(self, _: Taker) -> bytes:
-        writer = Writer().string("emulated").string("LD-60")
-        return writer.integer(500, 2).integer(348, 2).integer(348, 2).integer(0, 1).body
-
     def _mode_info(self, _: Taker) -> bytes:
         controller = self._controller
         return Writer().string(controller.mode).integer(controller.locked, 1).integer(0, 1).body
@@ -205,11 +182,7 @@ class Requests:
     def _dock_info(self, _: Taker) -> bytes:
         return Writer().integer(self._controller.docking, 1).integer(0, 1).integer(0, 2).body
 
-    def _safe_drive(self, _: Taker) -> bytes:
-        return Writer().integer(self._controller.safe_drive, 1).body
-
     def _teleop_section(self, _: Taker) -> bytes:
-        """One section, as if it were the only one."""
         writer = Writer().raw(b"S").string("Teleop settings").string("").string("Robot")
         writer.integer(0, 2)
         for name, kind, value in settings(self._options.teleop):
@@ -221,7 +194,10 @@ class Requests:
             writer.string("").string("").integer(0, 1).integer(1, 1).string("")
         return writer.body
 
-    def _stored(self, axis: int) -> bytes:
-        x, y, theta = reported_pose(self._controller, self._options)
-        value = (x * 1000.0, y * 1000.0, signed_degrees(theta))[axis]
-        return self._options.data_store_kind + Writer().string(f"{value:.3f}").body
+    def _stored(self, axis: int) -> Answer:
+        def answer(_: Taker) -> bytes:
+            x, y, theta = reported_pose(self._controller, self._options)
+            value = (x * 1000.0, y * 1000.0, signed_degrees(theta))[axis]
+            return self._options.data_store_kind + Writer().string(f"{value:.3f}").body
+
+        return answer

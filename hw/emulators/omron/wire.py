@@ -1,7 +1,7 @@
-"""The bytes of ArNetworking as a server writes and reads them.
+"""Wire format of ArNetworking as a server writes and reads it.
 
-Written from the protocol notes by itself: the driver's codec is not used here, so that each is a
-check of the other. Like the robot, a server reads zeros and empty text where a payload has ended.
+Independent of the driver's codec, so that each checks the other. Like the robot, the server reads
+zeros and empty text where a payload has ended.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from math import isfinite
 
 
 def check_value(frame: bytes) -> int:
-    """The checksum of a frame that still has two bytes of any value at its end."""
+    """Checksum of a frame whose last two bytes do not matter."""
     total, at, left = 0, 3, len(frame) - 4
     while left > 3:
         total = (total + (frame[at] << 8 | frame[at + 1])) % 65536
@@ -20,7 +20,7 @@ def check_value(frame: bytes) -> int:
 
 
 def seal(command: int, body: bytes = b"") -> bytes:
-    """A frame."""
+    """A frame with its checksum."""
     length = len(body) + 8
     head = bytes((0x0F, 0x0C)) + length.to_bytes(2, "little")
     frame = head + command.to_bytes(2, "little") + body
@@ -28,18 +28,18 @@ def seal(command: int, body: bytes = b"") -> bytes:
 
 
 def spoiled(frame: bytes) -> bytes:
-    """The same frame with a checksum that does not fit."""
+    """The same frame with a wrong checksum."""
     return frame[:-1] + bytes((frame[-1] ^ 0x5A,))
 
 
 @dataclass
 class Splitter:
-    """Cuts what a client sends into messages."""
+    """Splits the bytes of a client into messages."""
 
     waiting: bytes = b""
 
     def push(self, data: bytes) -> list[tuple[int, bytes]]:
-        """The messages that these bytes complete: command and body."""
+        """The messages that are complete with these bytes: command and body."""
         self.waiting += data
         messages = []
         while len(self.waiting) >= 8:

@@ -41,7 +41,13 @@ def gone(emulator: OmronEmulator) -> float:
     return sum(before.v * (after.at - before.at) for before, after in moves)
 
 
-@pytest.mark.parametrize("way", AS_REPORTED)
+@pytest.mark.parametrize(
+    "way",
+    [
+        pytest.param(way, marks=() if way == "full-scale-is-top" else pytest.mark.slow)
+        for way in AS_REPORTED
+    ],
+)
 def test_whatever_a_base_does_it_never_runs_away_and_never_stands_in_silence(way):
     with emulator_of(way) as emulator:
         base = base_of(emulator, arcl="adept")
@@ -92,6 +98,7 @@ def test_a_throttle_that_is_ignored_after_all_is_slow_and_noticed(twist):
             wait_for_fault(base, FaultKind.NOT_READY, "may not heed the throttle")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["throttle-ignored", "pose-10-hz"])
 def test_by_default_slow_motion_does_not_depend_on_the_throttle(way):
     with emulator_of(way) as emulator, connected(emulator) as base:
@@ -128,20 +135,16 @@ def test_a_second_client_of_the_text_interface_is_told_why_it_gets_none():
 
 @pytest.mark.parametrize("ways", [(), ("no-config",)])
 def test_the_timeout_of_the_base_is_read_by_either_interface(ways):
+    if ways:
+        refused = pytest.raises(HardwareError, match="does not offer getConfigBySectionsV4")
+        with emulator_of(*ways) as emulator, connected(emulator) as base, refused:
+            base.read_teleop()
+    ways = (*ways, "full-scale-lower")
     with emulator_of(*ways) as emulator, connected(emulator, arcl="adept") as base:
         assert base.read_teleop()["Timeout"] == 0.3
         assert base.read_site() == Site(
-            turn_at_forward=np.radians(25.0), turn_at_reverse=np.radians(25.0)
+            forward=0.67, turn_at_forward=np.radians(25.0), turn_at_reverse=np.radians(25.0)
         )
-
-
-def test_where_neither_tells_it_that_is_said():
-    with (
-        emulator_of("no-config") as emulator,
-        connected(emulator) as base,
-        pytest.raises(HardwareError, match="does not offer getConfigBySectionsV4"),
-    ):
-        base.read_teleop()
 
 
 def test_an_unknown_way_is_refused():

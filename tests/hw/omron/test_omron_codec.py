@@ -9,16 +9,17 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from hw.emulators.omron import wire
-from hw.omron.fields import Fields, LayoutError, number_field, parse_number, text_field
-from hw.omron.handshake import (
-    Catalogue,
-    Offer,
-    introduction,
-    password_hash,
-    read_greeting,
-    read_rejection,
+from hw.omron.handshake import Catalogue, introduction, password_hash, read_greeting
+from hw.omron.packet import (
+    Fields,
+    LayoutError,
+    Packet,
+    PacketStream,
+    encode,
+    number_field,
+    parse_number,
+    text_field,
 )
-from hw.omron.packet import Packet, PacketStream, encode
 from hw.omron.site import Ratios, Velocity
 from hw.omron.telemetry import POSE, PoseAssembly, Telemetry, drive_payload
 
@@ -47,13 +48,12 @@ def test_numbers_are_looked_up_by_name():
     catalogue = Catalogue()
     (packet,) = PacketStream().feed(bytes.fromhex(LIST))
     assert catalogue.take(packet)
-    assert catalogue.number("ratioDrive") == 534
+    assert catalogue.numbers["ratioDrive"] == 534
     assert catalogue.command("stop").hex() == GOLDEN["stop by another number"][2]
     slow = drive_payload(Ratios(12.5, -3.25, 100.0))
     assert catalogue.command("ratioDrive", slow).hex() == GOLDEN["drive slowly"][2]
-    catalogue.offers["pose"] = Offer(number=852, description="")
+    catalogue.numbers |= {"pose": 852, "strings": 467}
     assert catalogue.request("pose", 0.03).hex() == GOLDEN["request every 30 ms"][2]
-    catalogue.offers["strings"] = Offer(number=467, description="")
     assert catalogue.request("strings", None).hex() == GOLDEN["request on change"][2]
     assert not catalogue.has("updateNumbers")
 
@@ -67,8 +67,7 @@ def test_the_emulator_writes_the_golden_numbers():
 
 
 def telemetry(**numbers: int) -> Telemetry:
-    offers = {name: Offer(number=number, description="") for name, number in numbers.items()}
-    return Telemetry(Catalogue(offers=offers))
+    return Telemetry(Catalogue(numbers=numbers))
 
 
 def test_the_golden_numbers_are_read():
@@ -83,15 +82,12 @@ def test_the_golden_numbers_are_read():
     assert base.velocity == pytest.approx(Velocity(0.25, -10 * pi / 180))
     assert base.localisation == 0
     assert base.score == pytest.approx(0.874)
-
-
-def test_a_voltage_is_no_charge_and_a_score_of_unknown_scale_is_none():
-    base = telemetry(updateNumbers=466, batteryInfo=266, getLocState=442)
-    base.take(Packet(266, number_field(24) + number_field(22) + b"\0"), 0.0)
-    base.take(Packet(466, bytes.fromhex(GOLDEN["numbers"][1])), 0.0)
-    base.take(Packet(442, b"\0\x57\0"), 0.0)  # 87: of 100 or of 1000?
-    assert base.battery is None
-    assert base.score is None
+    other = telemetry(updateNumbers=466, batteryInfo=266, getLocState=442)
+    other.take(Packet(266, number_field(24) + number_field(22) + b"\0"), 0.0)  # a voltage
+    other.take(Packet(466, bytes.fromhex(GOLDEN["numbers"][1])), 0.0)
+    other.take(Packet(442, b"\0\x57\0"), 0.0)  # 87: of 100 or of 1000?
+    assert other.battery is None
+    assert other.score is None
 
 
 @given(packets, st.data())
@@ -101,15 +97,10 @@ def test_any_split_of_the_stream_gives_the_same_packets(sent, data):
     cuts = sorted(data.draw(st.lists(st.integers(0, len(stream)), max_size=12)))
     pieces = [stream[a:b] for a, b in zip([0, *cuts], [*cuts, len(stream)], strict=True)]
     ours, theirs = PacketStream(), wire.Splitter()
+    assert stream == b"".join(wire.seal(*packet) for packet in sent)
     assert [packet for piece in pieces for packet in ours.feed(piece)] == sent
     assert [tuple(p) for piece in pieces for p in theirs.push(piece)] == sent
     assert ours.skipped == 0
-
-
-@given(st.integers(0, 65535), st.binary(max_size=80))
-@settings(derandomize=True, deadline=None)
-def test_the_two_codecs_agree(command, payload):
-    assert encode(command, payload) == wire.seal(command, payload)
 
 
 @given(packets, st.data())
@@ -169,15 +160,9 @@ def test_any_payload_is_read_whole_or_not_at_all(payload):
 @given(st.floats(allow_nan=False, allow_infinity=False, width=32))
 @settings(derandomize=True, deadline=None)
 def test_numbers_come_back_with_six_digits(value):
+    assert parse_number("1e+06") == 1e6
     assert Fields(number_field(value)).number() == pytest.approx(value, rel=1e-5, abs=1e-44)
     assert wire.Taker(number_field(value)).double() == pytest.approx(value, rel=1e-5, abs=1e-44)
-
-
-@pytest.mark.parametrize(
-    ("text", "value"), [("1e-05", 1e-5), ("100000", 1e5), ("1e+06", 1e6), ("-33.3333", -33.3333)]
-)
-def test_numbers_may_have_exponents(text, value):
-    assert parse_number(text) == value
 
 
 @pytest.mark.parametrize("text", ["", "INF", "-INF", "nan", "1e999", "1_000", "12a", "0x10", " 1"])
@@ -206,14 +191,8 @@ def test_any_one_byte_may_stand_before_a_value_of_the_data_store(kind, space):
         base.take(Packet(number, kind + space + value + b"\0"), 3.0)
     assert (base.pose.x, base.pose.y) == (1.2345, -5.25)
     assert base.pose.theta == pytest.approx(pi / 2)
-
-
-def test_a_value_whose_first_byte_may_be_a_digit_is_refused():
-    base = telemetry(**dict(zip(POSE, (7, 8, 9), strict=True)))
-    for number in (7, 8, 9):
-        base.take(Packet(number, b"1234.5\0"), 3.0)
-    assert base.pose is None
-    assert base.damaged == 3
+    base.take(Packet(7, b"1234.5\0"), 3.0)  # the first byte may be a digit of it
+    assert base.damaged == 1
 
 
 def test_a_pose_is_of_three_values_that_came_together():
@@ -234,9 +213,3 @@ def test_rather_a_skewed_pose_than_none():
     for step in range(30):  # three values that never come together
         poses.append(assembly.take(POSE[step % 3], 1.0, 5.0 + 0.03 * step))
     assert sum(pose is not None for pose in poses) >= 5
-
-
-def test_a_rejection_says_why():
-    assert "password" in read_rejection(Packet(6, b"\x01\0\0"))
-    assert "10.0.0.9" in read_rejection(Packet(6, b"\x02\x0010.0.0.9\0"))
-    assert "99" in read_rejection(Packet(6, b"\x63\0\0"))

@@ -53,25 +53,33 @@ def test_nothing_listens():
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
     refused(at(port), f"127.0.0.1:{port}", "nothing listens", "check the port")
+    refused(at(port, arcl=ArclSettings(password="adept", port=port)), "ARCL", f":{port}")
 
 
-def test_there_is_no_such_computer():
-    refused(at(7272, host="no-such-base.invalid"), "no computer has this name", "10.10.10.10")
+@pytest.mark.parametrize(
+    ("greeting", "why"),
+    [
+        (b"SSH-2.0-OpenSSH_9.2\r\n", "does not greet"),
+        (seal(2, b"alpha\0\1\2"), "greeting cannot be read"),
+    ],
+)
+def test_something_else_listens(greeting, why):
+    with server(greeting) as port:
+        refused(at(port), why)
 
 
-def test_something_else_listens():
-    with server(b"SSH-2.0-OpenSSH_9.2\r\n") as port:
-        refused(at(port), "does not greet", "7272")
-
-
-def test_nobody_speaks():
-    with OmronEmulator(faults=("frozen",)) as emulator:
-        refused(at(emulator.port), "does not greet")
-
-
-def test_a_greeting_that_cannot_be_read():
-    with server(seal(2, b"alpha\0\1\2")) as port:
-        refused(at(port), "greeting cannot be read")
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        ("new protocol", ("9MTX", "5MTX", "6MTX")),
+        ("full", ("too many clients",)),
+        ("locked", ("'Dock'", "undock")),
+        ("no movement", ("ratioDrive", "Movement", "frankie")),
+    ],
+)
+def test_a_base_that_cannot_be_commanded(fault, words):
+    with OmronEmulator(faults=(fault,)) as emulator:
+        refused(base_of(emulator, lists_patience=0.3), *words)
 
 
 @pytest.mark.parametrize("account", [{"password": "wrong"}, {"user": "nobody"}])
@@ -83,37 +91,12 @@ def test_a_wrong_account(account):
             assert base.read().faults == ()
 
 
-def test_a_protocol_version_that_nobody_knows():
-    with OmronEmulator(faults=("new protocol",)) as emulator:
-        refused(base_of(emulator), "9MTX", "5MTX", "6MTX")
-
-
-def test_a_newer_protocol_version_that_is_known():
-    with OmronEmulator(Options(protocol="6MTX")) as emulator, connected(emulator) as base:
-        assert base.read().faults == ()
-
-
 def test_a_rejection_is_final_whatever_comes_after_it():
     body = Writer().string("alpha").integer(0, 2).integer(1, 4).integer(2, 4)
     greeting = seal(2, body.string("key").string("5MTX").body)
     rejection = seal(6, Writer().integer(4, 2).string("").body)
     with server(greeting + rejection + seal(5) + seal(129, b"\0\0")) as port:
         refused(at(port), "refuses our protocol version")
-
-
-def test_rights_that_are_missing():
-    with OmronEmulator(faults=("no movement",)) as emulator:
-        refused(base_of(emulator, lists_patience=0.3), "ratioDrive", "Movement", "frankie")
-
-
-def test_too_many_clients():
-    with OmronEmulator(faults=("full",)) as emulator:
-        refused(base_of(emulator), "too many clients")
-
-
-def test_a_base_in_a_mode_that_is_locked():
-    with OmronEmulator(faults=("locked",)) as emulator:
-        refused(base_of(emulator), "'Dock'", "undock")
 
 
 def test_a_base_that_somebody_else_moves():
@@ -152,12 +135,6 @@ def test_no_pose_at_all():
 def test_the_text_interface_refuses_a_password():
     with OmronEmulator() as emulator:
         refused(base_of(emulator, arcl="wrong"), "text interface", "password", "MobilePlanner")
-
-
-def test_there_is_no_text_interface():
-    with OmronEmulator() as emulator:
-        settings = ArclSettings(password="adept", port=1)
-        refused(at(emulator.port, arcl=settings), "ARCL", ":1")
 
 
 def test_what_is_asked_of_an_unconnected_base():

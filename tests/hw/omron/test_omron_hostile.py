@@ -6,14 +6,13 @@ import socket
 import threading
 
 import numpy as np
-import pytest
 from emulated import base_of, connected, drive, is_at_rest, wait_for
 
 from hw.emulators.omron import OmronEmulator
 from hw.emulators.omron import client as emulated_client
 from hw.emulators.omron.wire import Writer, seal
-from hw.omron.config import read_section
-from hw.omron.fields import Fields, LayoutError
+from hw.omron.packet import Fields, LayoutError
+from hw.omron.teleop_settings import read_section
 
 
 def mutated(frame: bytes, rng: random.Random) -> bytes:
@@ -27,9 +26,8 @@ def mutated(frame: bytes, rng: random.Random) -> bytes:
     return whole if rng.random() < 0.8 else rng.randbytes(rng.randint(0, 60))
 
 
-@pytest.mark.parametrize("seed", [1, *(pytest.param(n, marks=pytest.mark.slow) for n in (2, 3))])
-def test_a_base_that_babbles_gives_faults_but_no_exception_and_no_nonsense(seed, monkeypatch):
-    rng = random.Random(seed)
+def test_a_base_that_babbles_gives_faults_but_no_exception_and_no_nonsense(monkeypatch):
+    rng = random.Random(1)
     babbling = threading.Event()
     sound = emulated_client.Client._send
 
@@ -66,7 +64,7 @@ def test_the_emulator_survives_what_clients_say():
                     rng.randbytes(rng.randint(0, 300)),
                     seal(rng.choice((1, 2, 5, 129, 130, 400)), rng.randbytes(rng.randint(0, 30))),
                     seal(entry.number, rng.randbytes(rng.randint(0, 30))),
-                    b"adept\r\nlocalizeToPoint x y z\r\ngoto\r\ndoTask gotoPoint a\r\n\xff\xfe\r\n",
+                    b"adept\r\ngetConfigSectionValues\r\nenableMotors\r\n\xff\xfe\r\n",
                 ):
                     try:
                         peer.sendall(saying)
@@ -78,17 +76,16 @@ def test_the_emulator_survives_what_clients_say():
 
 def test_ratios_that_are_no_numbers_do_not_move_the_base():
     with OmronEmulator() as emulator, connected(emulator) as base:
-        number = base.catalogue.number("ratioDrive")
+        number = base.catalogue.numbers["ratioDrive"]
         for text in ("nan", "INF", "x", ""):
             body = Writer().string(text).string(text).string("100").string("0").body
-            base._connected.say(seal(number, body))
+            base._connected.send(seal(number, body))
         wait_for(lambda: len(emulator.heard) == 4)
         assert all(one.is_zero for one in emulator.heard)
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_a_damaged_configuration_is_refused_or_read_but_nothing_else(seed):
-    rng = random.Random(seed)
+def test_a_damaged_configuration_is_refused_or_read_but_nothing_else():
+    rng = random.Random(0)
     with_all = Writer().raw(b"S").string("a").string("").string("").integer(0, 2)
     for kind, value in (
         (b"b", b"\1"),
@@ -101,7 +98,7 @@ def test_a_damaged_configuration_is_refused_or_read_but_nothing_else(seed):
         with_all.raw(b"P").string("name").string("about").raw(b"\1" + kind + value)
         with_all.raw(b"\0\0\0\0\0")
     assert len(read_section(Fields(with_all.body))[1]) == 1  # all have one name
-    for _ in range(50):
+    for _ in range(1000):
         try:
             read_section(Fields(mutated(seal(300, with_all.body), rng)[6:-2]))
         except LayoutError:

@@ -1,7 +1,7 @@
-"""The configuration that the base keeps, as packets tell it (5MTX): verified on a reference server.
+"""Decoding of the configuration of the base, section "Teleop settings" (5MTX).
 
-A section a packet: its name, then parameters, each with a type, a value and words for people. An
-empty packet ends it. On 6MTX bases this request is said to be gone.
+One packet holds one section: its name, then parameters, each with a type, a value and comments. An
+empty packet ends it. Verified on a reference server; 6MTX bases are said not to offer it.
 """
 
 from __future__ import annotations
@@ -9,17 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import radians
 
-from hw.omron.fields import Fields, LayoutError
+from hw.omron.packet import Fields, LayoutError
 from hw.omron.site import Site
 
 SECTIONS = "getConfigBySectionsV4"
-"""The request; its argument is the priority up to which parameters are told, 9 for all."""
+"""The request; its argument is the priority up to which parameters are sent, 9 for all."""
 TELEOP = "Teleop settings"
-"""The section that says what `ratioDrive` means."""
-
+"""The section with the full-scale values of `ratioDrive`."""
 TIMEOUT = "Timeout"
 """In that section: without a `ratioDrive` for this long the base stops by itself [s]; 0: never."""
-
 Values = dict[str, float | str]
 
 
@@ -27,7 +25,7 @@ def read_section(fields: Fields) -> tuple[str, Values]:
     """Name and values of a section.
 
     Raises:
-        LayoutError: it is none.
+        LayoutError: it is damaged.
     """
     if fields.raw(1) != b"S":
         raise LayoutError("no section of a configuration")
@@ -38,40 +36,43 @@ def read_section(fields: Fields) -> tuple[str, Values]:
     return name, dict(_parameters(fields, count=None))
 
 
-def site_of(values: Values, told: Site) -> Site:
-    """The site that a base keeps in its section `TELEOP` (mm/s and deg/s; units inferred).
+def site_of(values: Values, default: Site) -> Site:
+    """The site of the section `TELEOP` (mm/s and deg/s; units inferred).
 
-    A value of 0 stands for one that depends on others, and one that is missing is not known: both
-    are taken from what a person has told.
+    Values that are missing or 0 (which depend on others) are those of the default.
     """
 
-    def speed(name: str, otherwise: float) -> float:
+    def number(name: str) -> float | None:
         value = values.get(name)
-        return value / 1000.0 if isinstance(value, float) and value else otherwise
+        return value if isinstance(value, float) else None
+
+    def speed(name: str, otherwise: float) -> float:
+        value = number(name)
+        return value / 1000.0 if value else otherwise
 
     def turn(name: str) -> float | None:
-        value = values.get(name)
-        return radians(value) if isinstance(value, float) and value else None
+        value = number(name)
+        return radians(value) if value else None
 
     def share(name: str, otherwise: float) -> float:
-        value = values.get(name)
-        return value if isinstance(value, float) else otherwise
+        value = number(name)
+        return otherwise if value is None else value
 
     return Site(
-        forward=speed("FullThrottleForwards", told.forward),
-        reverse=speed("FullThrottleBackwards", told.reverse),
-        turn=turn("RotAtStopped") or told.turn,
-        turn_at_forward=turn("RotAtFullForwards") or told.turn_at_forward,
-        turn_at_reverse=turn("RotAtFullBackwards") or told.turn_at_reverse,
-        dead_translation=share("TransDeadZone", told.dead_translation),
-        dead_rotation=share("RotDeadZone", told.dead_rotation),
-        throttle=told.throttle,
+        forward=speed("FullThrottleForwards", default.forward),
+        reverse=speed("FullThrottleBackwards", default.reverse),
+        turn=turn("RotAtStopped") or default.turn,
+        turn_at_forward=turn("RotAtFullForwards") or default.turn_at_forward,
+        turn_at_reverse=turn("RotAtFullBackwards") or default.turn_at_reverse,
+        dead_translation=share("TransDeadZone", default.dead_translation),
+        dead_rotation=share("RotDeadZone", default.dead_rotation),
+        throttle=default.throttle,
     )
 
 
 def _parameters(fields: Fields, count: int | None) -> Iterator[tuple[str, float | str]]:
-    """As many parameters as told, or all to the end; those of lists have its name before theirs."""
-    while fields.left if count is None else count:
+    """`count` parameters, or all to the end; those of lists are named LIST/NAME."""
+    while fields.remaining if count is None else count:
         if fields.raw(1) != b"P":
             raise LayoutError("no parameter of a configuration")
         name = fields.text()
