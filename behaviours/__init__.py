@@ -1,7 +1,7 @@
-"""What a robot can do: one behaviour a file, each a leaf of a task tree.
+"""Behaviours: the leaves of task trees, each in the file of its key, conditions in `conditions`.
 
-Leaves read the state and leave one motion goal a tick in the `Context` that they share; they never
-command motion themselves. `LEAVES` has them by the key that a task file calls them by.
+Leaves read the state and set one motion goal a tick in the `Context` that they share; they never
+command motion themselves. `LEAVES` has them by key.
 """
 
 from typing import TYPE_CHECKING
@@ -9,42 +9,52 @@ from typing import TYPE_CHECKING
 from config import lazy_face
 
 if TYPE_CHECKING:
-    from behaviours.aiming import straight_down
-    from behaviours.approach import Approach
     from behaviours.context import Context
+    from behaviours.depth_obstacles import DepthObstacles
     from behaviours.detect import Detect
     from behaviours.errors import LeafCrashedError, TwoGoalsError
-    from behaviours.grasp import Grasp
-    from behaviours.gripper import OpenGripper
-    from behaviours.key import Key
+    from behaviours.grasp import DOUBTFUL, LOOK_HEIGHT, LOOKS, Grasp
     from behaviours.leaf import Condition, Leaf
     from behaviours.leaves import LEAVES
     from behaviours.log import Carried, TaskLog
+    from behaviours.motion import Approach, Progress
     from behaviours.navigate import Navigate
+    from behaviours.open_gripper import OpenGripper
+    from behaviours.parameter_types import (
+        BasePose,
+        Bounds,
+        Count,
+        Key,
+        NotNegative,
+        Percent,
+        Positive,
+        Posture,
+        Region,
+        ToolPose,
+    )
     from behaviours.place import Place
     from behaviours.places import slots
-    from behaviours.poses import BasePose, Posture, Region, ToolPose
-    from behaviours.progress import Progress
-    from behaviours.ranges import Bounds, Count, NotNegative, Percent, Positive
     from behaviours.recover import Recover
     from behaviours.retreat_check import RetreatCheck
-    from behaviours.seen import SeenObstacles
-    from behaviours.settings import BehaviourSettings
+    from behaviours.viewpoint import straight_down
     from behaviours.vision import Vision, VisionBeside, VisionInStep
     from perception import DetectedObject, DetectedObjects
 else:
     __getattr__ = lazy_face(__name__)
 
 __all__ = [
+    "DOUBTFUL",
     "LEAVES",
+    "LOOKS",
+    "LOOK_HEIGHT",
     "Approach",
     "BasePose",
-    "BehaviourSettings",
     "Bounds",
     "Carried",
     "Condition",
     "Context",
     "Count",
+    "DepthObstacles",
     "Detect",
     "DetectedObject",
     "DetectedObjects",
@@ -63,7 +73,6 @@ __all__ = [
     "Recover",
     "Region",
     "RetreatCheck",
-    "SeenObstacles",
     "TaskLog",
     "ToolPose",
     "TwoGoalsError",

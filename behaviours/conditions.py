@@ -1,4 +1,4 @@
-"""Conditions on the present state: the robot, where it is, and what the camera sees."""
+"""Conditions on the robot's state, on camera images, and on values."""
 
 from __future__ import annotations
 
@@ -11,10 +11,21 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Condition
-from behaviours.poses import BasePose, Posture, Region, ToolPose
-from behaviours.ranges import Area, Bounds, Deviation
-from behaviours.survey import map_of
+from behaviours.object_choice import Choice
+from behaviours.parameter_types import (
+    Area,
+    BasePose,
+    Bounds,
+    Deviation,
+    Millimetres,
+    Posture,
+    Region,
+    ToolPose,
+)
+from behaviours.survey import LEAST_SEEN, glance
+from behaviours.validation import validate_looks_like
 from hw import DepthFrame
+from perception import ColourName, DetectedObject
 
 
 class ArmHealthy(Condition):
@@ -24,8 +35,7 @@ class ArmHealthy(Condition):
 
     def update(self) -> Status:
         """One tick."""
-        fault = self.fault()
-        return self.failure(fault) if fault else self.success("no fault")
+        return self.failure(fault) if (fault := self.fault()) else self.success("no fault")
 
 
 class BatteryAbove(Condition):
@@ -117,6 +127,25 @@ class ArmAt(Condition):
         return self.success(text) if away <= self._within_deg else self.failure(text)
 
 
+class HoldingObject(Condition):
+    """Succeeds if the fingers rest on something.
+
+    They do if they have moved when they were told to close, and something stopped them before they
+    were closed.
+    """
+
+    key: ClassVar[str] = "holding_object"
+
+    def update(self) -> Status:
+        """One tick."""
+        state = self.context.state
+        width = f"{1000 * state.gripper_width:.0f} mm between the fingers"
+        reason = "the fingers still move" if state.gripper_moving else self.empty_hand
+        if reason is None:
+            return self.success(width)
+        return self.failure(f"nothing held, {width}: {reason}")
+
+
 class ObjectVisible(Condition):
     """Succeeds if the newest picture of the camera shows something that stands in a region.
 
@@ -147,14 +176,47 @@ class ObjectVisible(Condition):
         if vision.frame is not self._judged:
             self._judged = vision.frame
             with vision.timed():
-                seen = map_of(self._within, self.settings.glance, vision.frame)
+                seen = glance(self._within, vision.frame)
                 self._count, self._share = len(seen.segments(self._smallest)), seen.seen
         if self._share == 0.0:
             return self.failure(f"{self._within.name} is out of view")
         text = f"{self._count} objects seen in {self._within.name}"
-        if self._share < self.settings.view.least_seen:
+        if self._share < LEAST_SEEN:
             text += f", {100 * (1 - self._share):.0f} % of which is not seen"
         return self.success(text) if self._count else self.failure(text)
+
+
+class LooksLike(Condition):
+    """Succeeds if a detected object is what is asked for.
+
+    Args:
+        object: that `detect` found.
+        colour: it has this colour.
+        min_width_mm: its shorter edge, seen from above, is at least this [mm].
+        max_width_mm: its shorter edge is at most this [mm].
+    """
+
+    key: ClassVar[str] = "looks_like"
+    validate = staticmethod(validate_looks_like)
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        object: DetectedObject,
+        colour: ColourName | None = None,
+        min_width_mm: Millimetres | None = None,
+        max_width_mm: Millimetres | None = None,
+    ) -> None:
+        super().__init__(name, context)
+        self._object = object
+        self._choice = Choice.of("best", None, colour, min_width_mm, max_width_mm)
+
+    def update(self) -> Status:
+        """One tick."""
+        fits = self._choice.fitting([self._object], self.context.state.wTb.translation)
+        return (self.success if fits else self.failure)(str(self._object))
 
 
 class AllPlaced(Condition):
@@ -183,3 +245,57 @@ class AllPlaced(Condition):
         placed = log.placed - stock.placed_before
         text = f"{placed} of {stock.most} objects placed that were seen in {self._region}"
         return self.success(text) if placed >= stock.most else self.failure(text)
+
+
+class Equals(Condition):
+    """Succeeds if a value is another value.
+
+    Args:
+        value: for example a key, as in `value: $side`.
+        to: what it has to be.
+    """
+
+    key: ClassVar[str] = "equals"
+    needs_robot: ClassVar[bool] = False
+    comparable: ClassVar[tuple[str, ...]] = ("value", "to")
+
+    def __init__(
+        self,
+        name: str,
+        context: Context,
+        *,
+        value: bool | int | float | str,
+        to: bool | int | float | str,
+    ) -> None:
+        super().__init__(name, context)
+        self._value = value
+        self._to = to
+
+    def update(self) -> Status:
+        """One tick."""
+        # True is not 1 in a task file.
+        if self._value == self._to and isinstance(self._value, bool) is isinstance(self._to, bool):
+            return self.success(f"it is {self._to}")
+        return self.failure(f"it is {self._value}, not {self._to}")
+
+
+class AtLeast(Condition):
+    """Succeeds if a number is not smaller than another one.
+
+    Args:
+        value: for example a key, as in `value: $count`.
+        least: the smallest number that will do.
+    """
+
+    key: ClassVar[str] = "at_least"
+    needs_robot: ClassVar[bool] = False
+
+    def __init__(self, name: str, context: Context, *, value: float, least: float) -> None:
+        super().__init__(name, context)
+        self._value = value
+        self._least = least
+
+    def update(self) -> Status:
+        """One tick."""
+        text = f"{self._value:g} of at least {self._least:g}"
+        return self.success(text) if self._value >= self._least else self.failure(text)

@@ -1,4 +1,4 @@
-"""What the leaves of one tree share: what they read, and the one motion goal that they leave."""
+"""The context that the leaves of one tree share: inputs of the tick, and its motion goal."""
 
 from __future__ import annotations
 
@@ -7,15 +7,13 @@ from dataclasses import dataclass, field
 
 from pinocchio import SE3
 
+from behaviours.depth_obstacles import DepthObstacles
 from behaviours.fault_memory import FaultMemory
-from behaviours.held import Held
-from behaviours.key import Key
+from behaviours.held_object import HeldObject, SetDownObjects
 from behaviours.log import TaskLog
+from behaviours.parameter_types import Key
+from behaviours.placed_object import PlacedObjectWatch
 from behaviours.relocalisation import Relocalisation
-from behaviours.seen import SeenObstacles
-from behaviours.set_down import SetDown
-from behaviours.settings import BehaviourSettings
-from behaviours.standing import StandingWatch
 from behaviours.vision import Vision
 from controller import MotionGoal, Obstacle, PoseGoal, RobotModel, StepReport, Surroundings
 from hw import Robot, RobotState, TaskClock
@@ -24,7 +22,7 @@ from robots import Geom
 
 @dataclass(kw_only=True, eq=False)
 class Context:
-    """Handed to every leaf when the tree is built; the session keeps it up to date.
+    """Given to every leaf when the tree is built; the session updates it.
 
     The session writes `state` and `report` before a tick and takes `goal` after it. Leaves write
     `goal`; of the robot they use the fingers and the recovery from faults, never its motion.
@@ -33,69 +31,66 @@ class Context:
     robot: Robot
     model: RobotModel
     clock: TaskClock
-    """Of the task: it stands still while the task is paused."""
+    """Of the task: it stops while the task is paused."""
     vision: Vision
     state: RobotState
-    """This tick's reading."""
+    """Reading of this tick."""
     relocalised: str = ""
-    """That the localised pose of the base has jumped since the last tick of the tree, in words;
-    empty if it has not. What was known in the world before is not where it was."""
+    """A message if the localised base pose has jumped since the last tick, so that world positions
+    are outdated; else empty."""
     lost: bool = False
-    """Whether it has jumped by so much that it is not certain where the base is."""
+    """Whether the jump was too large to trust the pose of the base."""
     goal: MotionGoal | None = None
-    """Where to go in the coming period; None comes to rest."""
+    """For the coming period; None comes to rest."""
     goal_of: tuple[object, str] | None = None
-    """The leaf that left the goal, and its phase."""
+    """The leaf that set the goal, and its phase."""
     report: StepReport | None = None
-    """The report of the controller about the last goal."""
+    """Of the controller about the last goal."""
     report_of: tuple[object, str] | None = None
-    """The leaf whose goal the report is about, and its phase."""
+    """The leaf that set the last goal, and its phase."""
     fixtures: tuple[Geom, ...] = ()
-    """What is known to stand around the robot and never moves, in the world."""
+    """Static obstacles, in the world."""
     obstacles: Callable[[float], Sequence[Obstacle]] = lambda stamp: ()
-    """What moves by itself at a time on the session's clock [s]."""
-    seen: SeenObstacles | None = None
-    """What the camera has seen around the robot; None where that is not looked for."""
+    """Moving obstacles at a time of the session's clock [s]."""
+    depth_obstacles: DepthObstacles | None = None
+    """Obstacles seen by the camera; None where that is switched off."""
     follows_goals: bool = True
-    """Whether a goal that moves is followed; else the first grasp that is seen is gone for."""
-    set_down: SetDown = field(default_factory=SetDown)
-    """What the robot itself has put somewhere."""
-    standing: StandingWatch | None = None
-    """Looks whether what was let go last stands at its place."""
-    settings: BehaviourSettings = field(default_factory=BehaviourSettings)
+    """Whether a moving goal is followed; else the first grasp that is seen is kept."""
+    set_down: SetDownObjects = field(default_factory=SetDownObjects)
+    placed_object: PlacedObjectWatch | None = None
+    """Checks whether the last released object stands at its place."""
     log: TaskLog = field(default_factory=TaskLog)
     keys: dict[str, Key[object]] = field(default_factory=dict)
     """Every key of the tree, by its path: those of a subtree after the name of its node."""
 
     def __post_init__(self) -> None:
-        self._held = Held(self.log)
-        self._relocalisation = Relocalisation(self.settings.relocalisation)
+        self._held = HeldObject(self.log)
+        self._relocalisation = Relocalisation()
         self._jump = self._relocalisation.note(self.state)
-        self.fault_memory = FaultMemory(self.robot.description, self.settings.recover)
-        """What has stopped the robot so far, and when that may be cleared."""
+        self.fault_memory = FaultMemory(self.robot.description)
         self._joined = self.fixtures, self.fault_memory.hit, self.fixtures
 
     @property
     def surroundings(self) -> Surroundings:
-        """What the robot must not hit, as it is known this tick."""
+        """Obstacles and held object of this tick."""
         return Surroundings(
             fixtures=self._around(),
             moving=tuple(self.obstacles(self.state.stamp)),
             loose=self.set_down.shapes,
-            seen=None if self.seen is None else self.seen.cloud,
+            seen=None if self.depth_obstacles is None else self.depth_obstacles.cloud,
             held=self.held,
         )
 
     def _around(self) -> tuple[Geom, ...]:
-        """What is known to stand around, and what was hit; the same object as long as both are."""
-        known, hit = self.fixtures, self.fault_memory.hit
-        if self._joined[0] is not known or self._joined[1] is not hit:
-            self._joined = known, hit, (known + hit if hit else known)
+        """Fixtures and contacts; the same tuple until one of them changes."""
+        fixtures, hit = self.fixtures, self.fault_memory.hit
+        if self._joined[0] is not fixtures or self._joined[1] is not hit:
+            self._joined = fixtures, hit, (fixtures + hit if hit else fixtures)
         return self._joined[2]
 
     @property
     def held(self) -> tuple[Geom, ...]:
-        """The shapes of what the hand holds, in e; the same object as long as they are the same."""
+        """The shapes of the held object, in e; the same tuple until it changes."""
         return self._held.shape(self.state.gripper_width)
 
     @property
@@ -122,14 +117,14 @@ class Context:
             self.fault_memory.relocalise()
         self.goal, self.goal_of = None, None
         self.vision.begin_tick()
-        if self.seen is not None:
+        if self.depth_obstacles is not None:
             if self.relocalised:
-                self.seen.relocalise(state.stamp)
+                self.depth_obstacles.relocalise(state.stamp)
             moving = [one.geom for one in self.obstacles(state.stamp)]
-            self.seen.look(self.vision, state, self.held, moving)
-        if self.standing is not None:
-            self.standing.look(self)
+            self.depth_obstacles.look(self.vision, state, self.held, moving)
+        if self.placed_object is not None:
+            self.placed_object.look(self)
 
     def end_tick(self, report: StepReport) -> None:
-        """Take the report of the controller about the goal that the tick left."""
+        """Take the report of the controller about the goal of the tick."""
         self.report, self.report_of = report, self.goal_of

@@ -1,4 +1,4 @@
-"""Tell apart what stands in a region, for the nodes after it; and ask what one of it is like."""
+"""Behaviour `detect`: tell apart the objects in a region."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from behaviours import misfits
-from behaviours.choice import Choice, Choose
 from behaviours.context import Context
-from behaviours.key import Key
-from behaviours.leaf import Condition, Leaf
-from behaviours.objects_in_sight import ObjectsInSight
-from behaviours.poses import Region
-from behaviours.ranges import Millimetres, Seconds
-from perception import ColourName, DetectedObject, DetectedObjects
+from behaviours.leaf import Leaf
+from behaviours.object_choice import Choice, Choose
+from behaviours.object_detection import ObjectDetection
+from behaviours.parameter_types import Key, Millimetres, Region, Timeout
+from behaviours.validation import validate_choice
+from perception import ColourName, DetectedObjects
 
 
 class Detect(Leaf):
@@ -41,7 +39,7 @@ class Detect(Leaf):
     key: ClassVar[str] = "detect"
     moves: ClassVar[bool] = False
     surfaces: ClassVar[tuple[str, ...]] = ("region",)
-    misfit = staticmethod(misfits.of_choice)
+    validate = staticmethod(validate_choice)
 
     def __init__(
         self,
@@ -56,23 +54,23 @@ class Detect(Leaf):
         colour: ColourName | None = None,
         min_width_mm: Millimetres | None = None,
         max_width_mm: Millimetres | None = None,
-        patience_s: Seconds = 1.0,
+        patience_s: Timeout = 1.0,
     ) -> None:
         super().__init__(name, context)
         self._list, self._count = list, count
         self._choice = Choice.of(choose, kind, colour, min_width_mm, max_width_mm)
-        self._sight = ObjectsInSight(context, region, self._choice)
+        self._detection = ObjectDetection(context, region, self._choice)
         self._patience = patience_s
 
     def initialise(self) -> None:
         """Start to look."""
         self._begun = self.context.clock.now()
-        self._sight.begin(self.context.state.stamp)
+        self._detection.begin(self.context.state.stamp)
 
     def update(self) -> Status:
         """One tick; standing still, as no goal is left."""
         vision, state = self.context.vision, self.context.state
-        objects = self._sight.look()
+        objects = self._detection.update()
         if objects is None:
             if self.context.clock.now() - self._begun > self._patience:
                 return self.failure(vision.blindness(state.stamp) or "no camera frame")
@@ -80,43 +78,10 @@ class Detect(Leaf):
         if isinstance(objects, str):
             return self.failure(objects)
         found = DetectedObjects(self._choice.fitting(objects, state.wTb.translation))
-        if (self._count is not None or not found) and (unseen := self._sight.unseen):
+        if (self._count is not None or not found) and (unseen := self._detection.unseen):
             return self.failure(unseen)
         if self._list is not None:
             self._list.write(found)
         if self._count is not None:
             self._count.write(len(found))
         return self.success(f"{len(found)} of {len(objects)}: {found}")
-
-
-class LooksLike(Condition):
-    """Succeeds if a detected object is what is asked for.
-
-    Args:
-        object: that `detect` found.
-        colour: it has this colour.
-        min_width_mm: its shorter edge, seen from above, is at least this [mm].
-        max_width_mm: its shorter edge is at most this [mm].
-    """
-
-    key: ClassVar[str] = "looks_like"
-    misfit = staticmethod(misfits.of_question)
-
-    def __init__(
-        self,
-        name: str,
-        context: Context,
-        *,
-        object: DetectedObject,
-        colour: ColourName | None = None,
-        min_width_mm: Millimetres | None = None,
-        max_width_mm: Millimetres | None = None,
-    ) -> None:
-        super().__init__(name, context)
-        self._object = object
-        self._choice = Choice.of("best", None, colour, min_width_mm, max_width_mm)
-
-    def update(self) -> Status:
-        """One tick."""
-        found = self._choice.fitting([self._object], self.context.state.wTb.translation)
-        return self.success(str(self._object)) if found else self.failure(str(self._object))

@@ -1,4 +1,4 @@
-"""Drive the base alone: to a place on the floor, or some way from where it stands."""
+"""Behaviour `drive`: the base alone, to a pose or by a distance."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import misfits
-from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.poses import BasePose
-from behaviours.ranges import Seconds, Turn, Way
+from behaviours.motion import Approach
+from behaviours.parameter_types import BaseDistance, BasePose, Timeout, Turn
+from behaviours.validation import validate_drive
 from controller import BaseGoal
 
 
@@ -35,7 +34,7 @@ class Drive(Leaf):
 
     key: ClassVar[str] = "drive"
     goes_to: ClassVar[tuple[str, ...]] = ("to",)
-    misfit = staticmethod(misfits.of_way)
+    validate = staticmethod(validate_drive)
 
     def __init__(
         self,
@@ -43,12 +42,12 @@ class Drive(Leaf):
         context: Context,
         *,
         to: BasePose | None = None,
-        forward_m: Way = 0.0,
+        forward_m: BaseDistance = 0.0,
         turn_deg: Turn = 0.0,
-        timeout_s: Seconds = 60.0,
+        timeout_s: Timeout = 60.0,
     ) -> None:
         super().__init__(name, context)
-        if wrong := self.misfit({"to": to, "forward_m": forward_m, "turn_deg": turn_deg}):
+        if wrong := self.validate({"to": to, "forward_m": forward_m, "turn_deg": turn_deg}):
             raise ValueError(wrong)
         self._to = to
         self._forward = forward_m

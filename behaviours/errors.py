@@ -1,10 +1,10 @@
-"""What is wrong with the code of a leaf, not with a task."""
+"""Errors in the code of a leaf; apart from `leaf`, as `check` imports them without numpy."""
 
 from __future__ import annotations
 
 
 class LeafCrashedError(Exception):
-    """A leaf raised an exception: a mistake in its code, not in the task.
+    """A leaf raised an exception: an error in its code, not in the task.
 
     Args:
         leaf: name of the node.
@@ -17,4 +17,4 @@ class LeafCrashedError(Exception):
 
 
 class TwoGoalsError(Exception):
-    """Two leaves that run at the same time have left a goal in one tick."""
+    """Two leaves that run at the same time have set a goal in one tick."""

@@ -1,4 +1,4 @@
-"""What has stopped the robot: where, how often, when it is cleared again, and the way from it."""
+"""Memory of the robot's faults: places, counts, pauses before clearing, and ways out."""
 
 from __future__ import annotations
 
@@ -10,37 +10,42 @@ from math import atan2, cos, hypot, inf, sin
 import numpy as np
 from pinocchio import SE3
 
-from behaviours.settings import RecoverSettings
 from controller import Array, Obstacle
 from hw import Fault, FaultKind, RobotState, TaskTime
 from robots import Box, Cylinder, Geom, RobotDescription, half_extents
 
-_STEP = 0.01
-"""Base and hand are noted down every time they have come this far [m]."""
-_STEPS = 60
-"""So many places of theirs are kept."""
-_NEAR_MOVER = 0.2
-"""What moves by itself and is nearer than this to a contact is what was hit [m]."""
+_STEP = 0.01  # between the recorded poses of base and hand [m]
+_STEPS = 60  # recorded poses
+_NEAR_MOVER = 0.2  # a contact nearer than this to a moving obstacle is with that [m]
+_PAUSES = (0.5, 2.0, 8.0)  # before the first fault is cleared, the next one, and so on [s] ...
+_LATELY = 30.0  # ... as long as they follow each other faster than this [s]
+_MOST = 3  # recoveries at the same place, after which a person has to help
+_SAME_PLACE = 0.5  # of the base [m]
+_SAME_PLACE_OF_HAND = 0.1  # [m]
+_REMEMBERED = 300.0  # a contact counts and blocks this long: it may have been a person [s]
+_HIT_RADIUS = 0.08  # of the upright cylinder at a contact of the base [m]
+_HIT_HALF = 0.02  # half edge of the box at a contact of the hand [m]
+_WAY_BACK = 0.05  # along its path, before the hand rises [m]
 _WHAT = "what was hit"
-"""Name of what stands at a contact."""
+"""Name of the shape at a contact."""
 
 
 @dataclass(eq=False)
 class _Place:
-    """Where faults of one kind came; those that are no contacts have no place."""
+    """Where faults of one kind occurred."""
 
     kind: FaultKind
     point: Array | None
-    """(3,) in the world [m]."""
+    """(3,) in the world [m]; None if it was no contact."""
     last: TaskTime
     times: int = 0
     shapes: tuple[Geom, ...] = ()
-    """What stands there, in the world."""
+    """Obstacles there, in the world."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WayOut:
-    """How to get away from what was hit."""
+    """How to leave a contact."""
 
     base: Array | None
     """(2,) unit vector in the base frame; None if the base was not touched."""
@@ -49,36 +54,33 @@ class WayOut:
 
 
 class FaultMemory:
-    """Notes every fault of a run, whichever leaf clears it, and says when that may be.
+    """Records every fault of a run, whichever leaf clears it, and when that is allowed.
 
-    A contact is one of base (bumper) or arm (reflex). Where it was, something stands from then on:
-    an upright cylinder beside the base, a small box at the hand. That is so unless something that
-    is known to move was there, or the hand was at work, among what it may touch. It is gone when
-    the base is relocalised; count and all are forgotten after a time, and where a person
-    acknowledges.
+    A contact is one of the base (bumper) or the arm (reflex). It leaves an obstacle: an upright
+    cylinder beside the base, a small box at the hand; unless a moving obstacle was there, or the
+    hand was allowed to touch. A relocalisation removes the obstacles; after five minutes, and when
+    a person acknowledges, everything is forgotten.
 
     Args:
         robot: its description.
-        settings: times, distances and numbers.
     """
 
-    def __init__(self, robot: RobotDescription, settings: RecoverSettings) -> None:
+    def __init__(self, robot: RobotDescription) -> None:
         self._robot = robot
-        self._settings = settings
         self._places: list[_Place] = []
         self._present: set[FaultKind] = set()
-        """Of the faults that are there now."""
+        """Kinds of the present faults."""
         self._since: TaskTime | None = None
         self._cleared: list[TaskTime] = []
         self._is_tried = False
-        """Whether the faults that are there now, or were last, have been cleared."""
+        """Whether the present or last faults have been cleared."""
         self._bases: deque[SE3] = deque(maxlen=_STEPS)
         self._hands: deque[SE3] = deque(maxlen=_STEPS)
         self._way_out: tuple[WayOut, SE3] | None = None
         self.given_up = ""
-        """What has come back too often, for people; empty as long as a program may clear it."""
+        """The fault that came back too often; empty as long as a program may clear it."""
         self.hit: tuple[Geom, ...] = ()
-        """What was hit, in the world; the same object as long as nothing has changed."""
+        """Obstacles at contacts, in the world; the same tuple until it changes."""
 
     def note(
         self,
@@ -95,10 +97,10 @@ class FaultMemory:
             state: the reading.
             wTe: of the end effector then.
             now: the task's time.
-            moving: what is known to move by itself.
-            at_work: whether the hand was to go among what it may touch.
+            moving: obstacles.
+            at_work: whether the hand was allowed to touch.
         """
-        kept = [one for one in self._places if now.since(one.last) < self._settings.remembered]
+        kept = [one for one in self._places if now.since(one.last) < _REMEMBERED]
         if len(kept) < len(self._places):
             self._keep(kept)
         if not state.faults:
@@ -125,28 +127,27 @@ class FaultMemory:
                 self._count(fault, now, where, radius, shape, is_again=is_again)
 
     def wait(self, now: TaskTime) -> float:
-        """How long to wait until the faults that are there may be cleared [s]."""
-        pauses, since = self._settings.pauses, self._since or now
-        self._cleared = [one for one in self._cleared if now.since(one) < self._settings.lately]
-        wait = pauses[0] - now.since(since)
+        """How long to wait before the present faults may be cleared [s]."""
+        self._cleared = [one for one in self._cleared if now.since(one) < _LATELY]
+        wait = _PAUSES[0] - now.since(self._since or now)
         if self._cleared:
-            pause = pauses[min(len(self._cleared), len(pauses) - 1)]
+            pause = _PAUSES[min(len(self._cleared), len(_PAUSES) - 1)]
             wait = max(wait, pause - now.since(self._cleared[-1]))
         return max(0.0, wait)
 
     def clear(self, now: TaskTime) -> None:
-        """The faults that are there are being cleared."""
+        """Note that the present faults are being cleared."""
         self._cleared.append(now)
         self._is_tried = True
 
     def acknowledge(self) -> None:
-        """A person has seen to what came back too often."""
+        """A person has removed the cause: forget everything."""
         self.given_up = ""
         self._is_tried, self._cleared = True, []
         self._keep([])
 
     def relocalise(self) -> None:
-        """Nothing stands where it was; how often something was hit is not forgotten."""
+        """Forget the obstacles, whose places are no longer known, but not the counts."""
         for place in self._places:
             place.shapes = ()
         self._keep(self._places)
@@ -157,36 +158,35 @@ class FaultMemory:
             self._way_out = WayOut(base=way.base, hand=None), wTb
 
     def take_way_out(self, wTb: SE3) -> WayOut | None:
-        """The way from the last contact, once; None if the base, now at wTb, has left it."""
+        """The way out of the last contact, once; None if the base, now at wTb, has left it."""
         found, self._way_out = self._way_out, None
         if found is None:
             return None
         way, wTb_then = found
         gone = np.linalg.norm(wTb.translation - wTb_then.translation)
-        return way if gone < self._settings.same_place else None
+        return way if gone < _SAME_PLACE else None
 
     def _contact(
         self, fault: Fault, state: RobotState, wTe: SE3
     ) -> tuple[Array | None, float, Geom | None]:
-        """Where base or hand were (3,), how far from there is the same place [m], what was hit.
+        """Place (3,), radius of the same place [m] and obstacle of a contact; sets the way out.
 
-        A contact has a way out besides. The base may turn between two contacts, or touch something
-        behind it on its way out: what counts is where it was.
+        The place of a contact of the base is that of the base, which may turn between two contacts.
         """
-        settings, wTb = self._settings, state.wTb
+        wTb = state.wTb
         before = WayOut(base=None, hand=None) if self._way_out is None else self._way_out[0]
         if fault.kind is FaultKind.BUMPER:
             away = self._away(fault.bearing, wTb)
             side = atan2(-away[1], -away[0]) if fault.bearing is None else fault.bearing
             cylinder = self._beside_base(side, wTb)
             self._way_out = WayOut(base=away, hand=before.hand), wTb
-            return wTb.translation, settings.same_place, cylinder
+            return wTb.translation, _SAME_PLACE, cylinder
         if fault.kind is FaultKind.REFLEX:
-            back = _back(self._hands, wTe, settings.way_back)
+            back = _back(self._hands, wTe, _WAY_BACK)
             self._way_out = WayOut(base=before.base, hand=wTe if back is None else back), wTb
             here = wTe.translation
-            box = Geom(Box((settings.hit_half,) * 3), SE3(np.eye(3), here), _WHAT)
-            return here, settings.same_place_of_hand, box
+            box = Geom(Box((_HIT_HALF,) * 3), SE3(np.eye(3), here), _WHAT)
+            return here, _SAME_PLACE_OF_HAND, box
         return None, inf, None
 
     def _count(
@@ -199,17 +199,17 @@ class FaultMemory:
         *,
         is_again: bool,
     ) -> None:
-        """Note down a fault that was not there before, or still is after it was cleared."""
+        """Count a fault that is new, or was cleared and is still present."""
         self._present.add(fault.kind)
-        alike = (one for one in self._places if _is_same(one, fault.kind, point, radius))
-        place = next(alike, None) or _Place(fault.kind, point, now)
+        same = (one for one in self._places if _is_same(one, fault.kind, point, radius))
+        place = next(same, None) or _Place(fault.kind, point, now)
         if shape is not None:
             place.shapes += (shape,)
         if is_again or point is not None or place.times == 0:
             place.times, place.last = place.times + 1, now
         self._keep([*(one for one in self._places if one is not place), place])
-        if place.times > self._settings.most:
-            self.given_up = f"came back {self._settings.most} times: {fault.text}"
+        if place.times > _MOST:
+            self.given_up = f"came back {_MOST} times: {fault.text}"
 
     def _keep(self, places: list[_Place]) -> None:
         self._places = places
@@ -218,11 +218,11 @@ class FaultMemory:
             self.hit = hit
 
     def _away(self, bearing: float | None, wTb: SE3) -> Array:
-        """(2,) unit vector in the base frame: from the side that was touched.
+        """(2,) unit vector in the base frame: away from the touched side.
 
-        Where that is not told, or the base cannot drive there, back along where it came from.
+        If that is not known, or the base cannot drive there, back along its path.
         """
-        came = _back(self._bases, wTb, self._settings.way_back)
+        came = _back(self._bases, wTb, _WAY_BACK)
         x, y = (-1.0, 0.0)
         if came is not None:
             x, y, _ = wTb.actInv(came.translation).tolist()
@@ -237,16 +237,16 @@ class FaultMemory:
         return len(self._robot.base.axes[0]) == 3
 
     def _beside_base(self, side: float, wTb: SE3) -> Geom:
-        """What stands beside the base on a side [rad], in the world."""
+        """The obstacle beside the base on a side [rad], in the world."""
         length, width, height = self._robot.base.size
-        c, s, radius = cos(side), sin(side), self._settings.hit_radius
+        c, s, radius = cos(side), sin(side), _HIT_RADIUS
         edge = min(half / max(abs(part), 1e-9) for half, part in ((length, c), (width, s))) / 2.0
         there = np.array([(edge + radius) * c, (edge + radius) * s, height / 2.0])
         return Geom(Cylinder(radius, height / 2.0), SE3(np.eye(3), wTb.act(there)), _WHAT)
 
 
 def _trace(trail: deque[SE3], here: SE3) -> None:
-    """Go on with a trail; what is gone back along it is no longer a part of it."""
+    """Append to a trail, without the part that was gone back along."""
     while len(trail) > 1 and _gap(here, trail[-2]) < _gap(here, trail[-1]):
         trail.pop()
     if not trail or _gap(here, trail[-1]) > _STEP:
@@ -254,7 +254,7 @@ def _trace(trail: deque[SE3], here: SE3) -> None:
 
 
 def _back(trail: deque[SE3], here: SE3, distance: float) -> SE3 | None:
-    """Where it was last that was this far away [m]; None if that is not known."""
+    """The last pose that was this far away [m]; None if there is none."""
     return next((place for place in reversed(trail) if _gap(place, here) > distance), None)
 
 
@@ -263,7 +263,7 @@ def _gap(a: SE3, b: SE3) -> float:
 
 
 def _is_near(moving: Geom, point: Array | None) -> bool:
-    """Whether what moves by itself, seen from above, reaches as far as a point (3,)."""
+    """Whether a moving obstacle, seen from above, is near a point (3,)."""
     if point is None:
         return False
     away = hypot(*(moving.pose.translation - point)[:2].tolist())

@@ -1,26 +1,27 @@
-"""Keep over an object that moves, as the camera sees it, until it stands still."""
+"""Behaviour `follow`: keep the hand over a moving object."""
 
 from __future__ import annotations
 
-from math import atan2
-from typing import ClassVar, TypeAlias
+from typing import ClassVar
 
 import numpy as np
-import numpy.typing as npt
-import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.poses import Region
-from behaviours.progress import Progress
-from behaviours.ranges import Distance, Pause, Seconds
-from behaviours.survey import map_of
-from controller import PoseGoal
+from behaviours.motion import Progress
+from behaviours.parameter_types import Distance, Duration, Region, Timeout
+from behaviours.survey import glance
+from behaviours.viewpoint import looking_down
+from controller import Array, PoseGoal
 from perception import Segment
 
-Array: TypeAlias = npt.NDArray[np.float64]
+_SPEED = 0.5  # [m/s]
+_SMALLEST_AREA = 2e-4  # of an object that is followed, seen from above [m^2]
+_SAME_OBJECT = 0.10  # an object farther from its place in the last picture is another one [m]
+_STILL_RADIUS = 0.01  # an object that does not leave this circle stands still [m]
+_KEEPING_UP = 0.05  # position error below which the hand keeps up [m]
 
 
 class Follow(Leaf):
@@ -46,8 +47,8 @@ class Follow(Leaf):
         *,
         within: Region,
         height_m: Distance = 0.3,
-        still_s: Pause | None = 2.0,
-        patience_s: Seconds = 1.5,
+        still_s: Duration | None = 2.0,
+        patience_s: Timeout = 1.5,
     ) -> None:
         super().__init__(name, context)
         self._within = within
@@ -56,21 +57,19 @@ class Follow(Leaf):
         self._patience = patience_s
 
     def initialise(self) -> None:
-        """Start to look; the hand keeps the turn about the vertical that it has."""
+        """Start to look; the hand keeps its turn about the vertical."""
         context = self.context
         self._seen = self._still_since = context.clock.now()
         self._object: Array | None = None
         self._anchor = np.full(3, np.inf)
         self._progress = Progress(context)
-        x_axis = context.wTe.rotation[:, 0]
-        self._rotation = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
+        self._rotation = looking_down(context.wTe.rotation[:, 0])
 
     def update(self) -> Status:
         """One tick."""
         if fault := self.fault():
             return self.failure(fault)
         context, now = self.context, self.context.clock.now()
-        settings = self.settings.follow
         self._look()
         if now - self._seen > self._patience:
             reason = context.vision.blindness(context.state.stamp) or "nothing to follow"
@@ -78,12 +77,12 @@ class Follow(Leaf):
         if self._object is None:
             return self.running("looking for something to follow")
         above = SE3(self._rotation, self._object + np.array([0.0, 0.0, self._height]))
-        report = self.pursue(PoseGoal(wTe=above, speed=settings.speed, straight=True))
-        if np.linalg.norm(self._object - self._anchor) > settings.still_radius:
+        report = self.pursue(PoseGoal(wTe=above, speed=_SPEED, straight=True))
+        if np.linalg.norm(self._object - self._anchor) > _STILL_RADIUS:
             self._anchor, self._still_since = self._object, now
         if report is None:
             return self.running("seen, setting out")
-        keeps_up = report.position_error < settings.keeping_up
+        keeps_up = report.position_error < _KEEPING_UP
         if keeps_up:
             self._progress = Progress(context)
         elif self._progress.is_stuck(report):
@@ -95,17 +94,15 @@ class Follow(Leaf):
         return self.running(f"following, {report.position_error:.3f} m behind")
 
     def _look(self) -> None:
-        """See in a new frame where the object is now."""
+        """Find the object in a new frame."""
         vision = self.context.vision
         frame = vision.new_frame()
         if frame is None or vision.is_blind(self.context.state.stamp):
             return
-        settings = self.settings.follow
         with vision.timed():
-            around = map_of(self._within, self.settings.glance, frame)
-            seen = around.segments(settings.smallest_area)
+            seen = glance(self._within, frame).segments(_SMALLEST_AREA)
         before = self.context.wTe.translation if self._object is None else self._object
-        reach = np.inf if self._object is None else settings.same_object
+        reach = np.inf if self._object is None else _SAME_OBJECT
         distances = [(_distance(segment, before), segment) for segment in seen]
         distance, nearest = min(distances, key=lambda pair: pair[0], default=(np.inf, None))
         if nearest is not None and distance < reach:

@@ -1,32 +1,36 @@
-"""Closed-loop grasping: follow one grasp with the camera, lock it, go down, close the fingers."""
+"""Behaviour `grasp`: track a grasp with the camera, lock it, go down, close the fingers."""
 
 from __future__ import annotations
 
-from math import inf
+from math import inf, radians
 from typing import ClassVar
 
 import numpy as np
-import numpy.typing as npt
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import misfits
-from behaviours.aiming import back_over, sinking
-from behaviours.another_view import AnotherView
-from behaviours.approach import Approach
-from behaviours.choice import Choice, Choose
 from behaviours.context import Context
+from behaviours.grasp_target import GraspTarget
 from behaviours.leaf import Leaf
-from behaviours.poses import Region, ToolPose
-from behaviours.progress import Progress
-from behaviours.ranges import Distance, Force, Millimetres, Seconds
-from behaviours.rise import Rise
-from behaviours.target import Target
-from controller import PoseGoal, StepReport
+from behaviours.motion import Approach, Progress, Rise, over_grasp, sinking_speed
+from behaviours.object_choice import Choice, Choose
+from behaviours.parameter_types import Distance, Force, Millimetres, Region, Timeout, ToolPose
+from behaviours.validation import validate_grasp
+from behaviours.viewpoint import MoveCamera, camera_pose, straight_down
+from controller import Array, PoseGoal, StepReport
 from perception import ColourName, DetectedObject, GraspEstimate
 
-Array = npt.NDArray[np.float64]
-
+LOOKS = 2  # attempts look again from above this often, where no grasp, or a doubtful one, is seen
+LOOK_HEIGHT = 0.4  # of the camera then [m]
+DOUBTFUL = 0.1  # grasp quality below which it looks again
+_STANDOFF = 0.12  # height over the grasp at which the hand waits for the lock [m]
+_ABOVE_POSITION, _ABOVE_ANGLE = 0.009, radians(3.0)  # errors there from which it goes down [m, rad]
+_OTHER_TARGET = 0.03  # a grasp that jumps this far is another one [m]
+_NEARER_STANDOFF = 0.24  # height for which the base takes a stance, if it is out of reach [m]
+_NEARER_TOLERANCE = 0.03  # [m]
+_FOLLOW_SPEED, _DESCEND_SPEED = 0.5, 0.25  # [m/s]
+_DESCEND_TOLERANCE = 0.004  # at which the fingers close [m] ...
+_CLOSING_SPEED = 0.015  # ... below this speed: a faster hand presses the object down [m/s]
 _NOWHERE = np.full(3, np.inf)
 
 
@@ -56,15 +60,15 @@ class Grasp(Leaf):
             room for the hand.
         lock_distance_m: nearer than this to the camera the goal no longer moves [m].
         force_n: force of the fingers [N].
-        onward: where the task goes next; once the grasp is locked, the base sets out for it. After
-            an attempt in vain it stands.
+        next_goal: where the task goes next; once the grasp is locked, the base sets out for it.
+            After an attempt in vain it stands.
         patience_s: give up after not seeing a grasp for this long [s].
         timeout_s: give up the whole attempt after this [s].
     """
 
     key: ClassVar[str] = "grasp"
     surfaces: ClassVar[tuple[str, ...]] = ("within",)
-    misfit = staticmethod(misfits.of_grasp)
+    validate = staticmethod(validate_grasp)
     _progress: Progress
 
     def __init__(
@@ -81,17 +85,17 @@ class Grasp(Leaf):
         neighbour: bool = False,
         lock_distance_m: Distance = 0.25,
         force_n: Force = 20.0,
-        onward: ToolPose | None = None,
-        patience_s: Seconds = 1.5,
-        timeout_s: Seconds = 20.0,
+        next_goal: ToolPose | None = None,
+        patience_s: Timeout = 1.5,
+        timeout_s: Timeout = 20.0,
     ) -> None:
         super().__init__(name, context)
         self._within = within
         choice = Choice.of(choose, kind, colour, min_width_mm, max_width_mm)
-        self._aim = Target(context, within, choice, neighbour=neighbour)
+        self._target_object = GraspTarget(context, within, choice, neighbour=neighbour)
         self._lock_distance = lock_distance_m
         self._force = force_n
-        self._next = None if onward is None else onward.wTe
+        self._next = None if next_goal is None else next_goal.wTe
         self._placed_before = -1
         self._patience = patience_s
         self._timeout = timeout_s
@@ -108,11 +112,11 @@ class Grasp(Leaf):
         self._begun = self._seen = self.context.clock.now()
         placed = self.context.log.placed
         is_first = placed != self._placed_before  # attempt at this object
-        self._onward, self._placed_before = self._next if is_first else None, placed
+        self._next_now, self._placed_before = self._next if is_first else None, placed
         self._step = self._follow
         self._came_nearer = False
         self._looks = 0
-        self._aim.begin()
+        self._target_object.begin()
         self._go_after(_NOWHERE)
         follows = self.context.follows_goals
         self.context.vision.tracker.lock_distance = self._lock_distance if follows else inf
@@ -131,39 +135,43 @@ class Grasp(Leaf):
         return self._step()
 
     def terminate(self, new_status: Status) -> None:
-        """Follow nothing any longer."""
+        """Stop tracking."""
         self.context.vision.reset()
 
     def _follow(self) -> Status:
         """Keep over the grasp that perception follows, until it is locked and below the hand."""
-        vision, now, settings = self.context.vision, self.context.clock.now(), self.settings.grasp
+        vision, now = self.context.vision, self.context.clock.now()
         read = self.context.state.stamp  # frames have the session's time, which a pause adds to
         if self.context.relocalised:  # what was seen before is not where it was
             vision.relocalise(read)
-            self._aim.begin(read)
-        grasp = self._aim.track(read)
+            self._target_object.begin(read)
+        grasp = self._target_object.track(read)
         if grasp is None:
             if now - self._seen > self._patience:
                 if vision.detection is not None and vision.detection.grasps:
                     vision.tracker.forget()  # every grasp in sight failed once: try them again
-                if self._looks_again(None if vision.is_blind(read) else self._aim.middle()):
+                if self._looks_again(
+                    None if vision.is_blind(read) else self._target_object.centre()
+                ):
                     return self._look()
-                reason = vision.blindness(read) or self._aim.reason or vision.tracker.reason
+                reason = (
+                    vision.blindness(read) or self._target_object.reason or vision.tracker.reason
+                )
                 return self.failure(f"no grasp for {self._patience:g} s: {reason}")
             return self.running("looking for a grasp")
         self._seen = now
         wTg = grasp.wTg_at(read)
-        above = wTg * SE3(np.eye(3), np.array([0.0, 0.0, -settings.standoff]))
-        if np.linalg.norm(wTg.translation - self._target) > settings.other_target:
+        above = wTg * SE3(np.eye(3), np.array([0.0, 0.0, -_STANDOFF]))
+        if np.linalg.norm(wTg.translation - self._target) > _OTHER_TARGET:
             self._go_after(wTg.translation)
         report = self.pursue(
             PoseGoal(
                 wTe=above,
                 twist=grasp.twist,
-                speed=settings.follow_speed,
+                speed=_FOLLOW_SPEED,
                 straight=True,
                 hand_may_touch=True,
-                onward=self._onward if vision.tracker.locked else None,
+                onward=self._next_now if vision.tracker.locked else None,
             ),
             "follow",
         )
@@ -177,10 +185,10 @@ class Grasp(Leaf):
             return self.failure(short + self._progress.because)
         if not vision.tracker.locked:
             return self.running(f"following, {report.position_error:.3f} m to go")
-        is_above = report.position_error <= settings.above_position
-        if not is_above or report.orientation_error > settings.above_angle:
+        is_above = report.position_error <= _ABOVE_POSITION
+        if not is_above or report.orientation_error > _ABOVE_ANGLE:
             return self.running(f"locked, {report.position_error:.3f} m to go")
-        if grasp.quality < settings.doubtful and self._looks_again(grasp.wTg.translation):
+        if grasp.quality < DOUBTFUL and self._looks_again(grasp.wTg.translation):
             return self._look()
         self.grip(grasp.opening, self._force)
         self._locked = grasp
@@ -189,36 +197,36 @@ class Grasp(Leaf):
         return self._descend()
 
     def _looks_again(self, point: Array | None) -> bool:
-        """Whether there is something to look at, (3,) in the world [m], and a look left."""
-        if point is None or self._looks == self.settings.grasp.looks:
+        """Start to look at a point (3,) in the world [m] from above; whether that is possible."""
+        if point is None or self._looks == LOOKS:
             return False
         self._looks += 1
-        self._view = AnotherView(self, point, self._timeout)
+        wTc = straight_down(point, LOOK_HEIGHT, like=camera_pose(self.context))
+        self._view = MoveCamera(self, wTc, "another view", self._timeout)
         self._step = self._look
         return True
 
     def _look(self) -> Status:
-        """Go to look from above; from as far as the camera gets."""
+        """Move the camera above the point, as far as it gets."""
         if self._view.tick() is Status.RUNNING:
             return Status.RUNNING
         self._look_anew()
         return self._follow()
 
     def _look_anew(self) -> None:
-        """Follow what is seen from here."""
+        """Track what is seen from here."""
         self.context.vision.reset()
         self._seen = self.context.clock.now()
         self._go_after(_NOWHERE)
         self._step = self._follow
 
     def _leave_for(self, grasp: GraspEstimate) -> Status:
-        """The grasp is out of reach from here: have the base come to it from elsewhere, once."""
-        settings = self.settings.grasp
-        up = SE3(np.eye(3), np.array([0.0, 0.0, -settings.nearer_standoff]))
+        """Move the base to another stance, once, as the grasp is out of reach."""
+        up = SE3(np.eye(3), np.array([0.0, 0.0, -_NEARER_STANDOFF]))
         goal = PoseGoal(
             wTe=grasp.wTg * up,
-            speed=settings.follow_speed,
-            position_tolerance=settings.nearer_tolerance,
+            speed=_FOLLOW_SPEED,
+            position_tolerance=_NEARER_TOLERANCE,
             stance_if_near=True,
         )
         self._nearer = Approach(self, goal, "a stance nearer to it", self._timeout)
@@ -236,20 +244,16 @@ class Grasp(Leaf):
         return status
 
     def _go_after(self, target: Array) -> None:
-        """Another grasp gets the full time to be reached."""
+        """Give another grasp the full time to be reached."""
         self._target = target
         self._progress = Progress(self.context, straight=True)
 
     def _descend(self) -> Status:
-        """Straight down on the locked grasp, which goes on as it moved."""
+        """Straight down on the locked grasp, which keeps its velocity."""
         if self.context.relocalised:
             return self._give_up(self.context.relocalised)
         report = self._go_down()
-        if (
-            report is None
-            or not report.arrived
-            or sinking(self.context) > self.settings.grasp.closing_speed
-        ):
+        if report is None or not report.arrived or sinking_speed(self.context) > _CLOSING_SPEED:
             if report is not None and self._progress.is_stuck(report):
                 self.context.vision.reject()
                 short = f"stopped {report.position_error:.3f} m before the grasp"
@@ -264,7 +268,7 @@ class Grasp(Leaf):
         return self.running("closing")
 
     def _close(self) -> Status:
-        """Wait for the fingers; the hand keeps to the grasp, or it would coast on."""
+        """Wait for the fingers; the hand keeps its goal."""
         self._go_down()
         waiting = self.fingers("closing")
         if waiting is Status.FAILURE:
@@ -275,8 +279,8 @@ class Grasp(Leaf):
         return self.success(f"closed at {1000 * self.context.state.gripper_width:.0f} mm")
 
     def _give_up(self, reason: str) -> Status:
-        """Fail as soon as the hand is out from among things: what is next may go sideways."""
-        self._reason, self._up = reason, Rise(self, self.settings.grasp.standoff)
+        """Rise, then fail: the next motion may go sideways."""
+        self._reason, self._up = reason, Rise(self, _STANDOFF)
         self._step = self._rise
         return self._rise()
 
@@ -286,14 +290,13 @@ class Grasp(Leaf):
         return self.running(f"rising, as {self._reason}")
 
     def _go_down(self) -> StepReport | None:
-        settings = self.settings.grasp
         goal = PoseGoal(
-            wTe=back_over(self._locked.wTg_at(self.context.state.stamp), self.context),
+            wTe=over_grasp(self._locked.wTg_at(self.context.state.stamp), self.context),
             twist=self._locked.twist,
-            speed=settings.descend_speed,
-            position_tolerance=settings.descend_tolerance,
+            speed=_DESCEND_SPEED,
+            position_tolerance=_DESCEND_TOLERANCE,
             straight=True,
             hand_may_touch=True,
-            onward=self._onward,
+            onward=self._next_now,
         )
         return self.pursue(goal, "descend")

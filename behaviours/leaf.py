@@ -1,4 +1,4 @@
-"""What every leaf of a task tree is, and how the tree language finds it."""
+"""Base classes of the leaves of a task tree: `Leaf` and `Condition`."""
 
 from __future__ import annotations
 
@@ -13,69 +13,71 @@ from behaviours.errors import LeafCrashedError, TwoGoalsError
 from controller import MotionGoal, StepReport
 from hw import HardwareError, LoopBlockedError
 
+CLOSED = 0.0015  # fingers nearer to each other than this hold nothing [m]
+OPEN_SHARE = 0.95  # of the full opening, from which the fingers count as open
+OPENING_FORCE = 20.0  # [N]
+LEAST_MOTION = 0.0005  # a smaller motion of the fingers is none [m]
+SLACK = 0.008  # fingers that open more have let go; less, and what they hold has turned [m]
+START_PATIENCE = 0.5  # a command to the fingers that has moved nothing by then has failed [s]
+FINGER_PATIENCE = 3.0  # one that is not done by then has failed [s]
+
 
 class Leaf(py_trees.behaviour.Behaviour):
     """A behaviour that sets goals and reads the state, and never commands motion itself.
 
-    A subclass names itself by `key` and declares what a task file may say about it as the
-    keyword-only parameters of its constructor: their annotations are the types, their defaults the
-    defaults, the `Args:` section of the class their descriptions. A parameter annotated `Key[T]` is
-    a result that it writes.
+    A subclass names itself by `key` and declares its parameters in a task file as the keyword-only
+    parameters of its constructor: annotations are types, defaults defaults, and the `Args:` section
+    of the class descriptions. A parameter annotated `Key[T]` is a result that it writes.
 
     Args:
         name: the node's name in the tree.
-        context: what all leaves of the tree share.
+        context: shared by all leaves of the tree.
     """
 
     key: ClassVar[str]
     """The node's key in a task file, for example `navigate`."""
     goes_to: ClassVar[tuple[str, ...]] = ()
-    """The parameters that name where the hand, the base or the arm has to get: `check` makes sure
-    that the robot can be there."""
+    """Parameters that name a goal pose or posture: `check` tests that the robot can reach it."""
     surfaces: ClassVar[tuple[str, ...]] = ()
-    """The parameters that name a region on whose floor something stands: `check` makes sure that
-    there is a surface."""
-    alike: ClassVar[tuple[str, ...]] = ()
-    """The parameters that are compared, and so have values of one kind."""
-    lasts: ClassVar[str] = ""
-    """The parameter that says how long it takes at least [s]; empty if none does."""
+    """Parameters that name a region with objects on its floor: `check` tests for a surface."""
+    comparable: ClassVar[tuple[str, ...]] = ()
+    """Parameters that are compared, and so need values of one type."""
+    duration: ClassVar[str] = ""
+    """The parameter with the minimum duration [s]; empty if none has it."""
     moves: ClassVar[bool] = True
-    """Whether it may leave a goal. Of those that run at the same time only one may."""
+    """Whether it may set a goal; of leaves that run at the same time only one may."""
     needs_robot: ClassVar[bool] = True
-    """Whether it needs more than its arguments, the time and the log: a dry run runs the others."""
+    """Whether it needs more than its arguments, the time and the log; a dry run runs the others."""
     is_condition: ClassVar[bool] = False
-    """Whether it is a question about the present state; see `Condition`."""
 
     def __init__(self, name: str, context: Context) -> None:
         super().__init__(name)
         self.context = context
-        self.settings = context.settings
         self.out_of_reach = False
-        """Whether it has failed because nothing can get where it is to go."""
+        """Whether it has failed because its goal is unreachable."""
 
     @staticmethod
-    def misfit(arguments: Mapping[str, object]) -> str:
-        """What is wrong with arguments that are right one by one, then `; ` and a hint; or empty.
+    def validate(arguments: Mapping[str, object]) -> str:
+        """Why arguments are incompatible, then `; ` and a hint; empty if they are compatible.
 
-        `check` asks it before a run.
+        `check` calls it before a run.
 
         Args:
-            arguments: those that are given, by name; a value that is known only while the task runs
-                is the `Key` that it comes from.
+            arguments: those given, by name; a value that is known only during the run is its `Key`.
         """
         return ""
 
     @property
     def phase(self) -> str:
-        """Which part of its work the leaf is in while it runs; empty if it has but one."""
+        """The phase of its work while it runs; empty if it has only one."""
         return ""
 
     def tick(self) -> Iterator[py_trees.behaviour.Behaviour]:
         """Tick once.
 
         Raises:
-            LeafCrashedError: the leaf raised an exception; it says which leaf.
-            HardwareError, KeyboardInterrupt: as they are; those are not the leaf's mistakes.
+            LeafCrashedError: the leaf raised an exception; it names the leaf.
+            HardwareError, KeyboardInterrupt: unchanged; they are no errors of the leaf.
         """
         self.out_of_reach = False
         try:
@@ -88,79 +90,77 @@ class Leaf(py_trees.behaviour.Behaviour):
             raise LeafCrashedError(self.name, error) from error
 
     def running(self, message: str) -> Status:
-        """Say what is under way."""
+        """RUNNING, with a feedback message."""
         self.feedback_message = message
         return Status.RUNNING
 
     def success(self, message: str) -> Status:
-        """End well, saying how."""
+        """SUCCESS, with a feedback message."""
         self.feedback_message = message
         return Status.SUCCESS
 
     def failure(self, reason: str) -> Status:
-        """End badly, saying why."""
+        """FAILURE, with a feedback message."""
         self.feedback_message = reason
         return Status.FAILURE
 
     def fault(self) -> str | None:
-        """What keeps the robot from moving, in words; None if nothing does."""
+        """The texts of the robot's faults; None if there are none."""
         return "; ".join(fault.text for fault in self.context.state.faults) or None
 
     @property
     def gripper_is_open(self) -> bool:
         """Whether the fingers count as open."""
         opening = self.context.robot.description.gripper.opening
-        return self.context.state.gripper_width >= self.settings.fingers.open_share * opening
+        return self.context.state.gripper_width >= OPEN_SHARE * opening
 
     @property
     def gripper_is_closed(self) -> bool:
-        """Whether the fingers are so near to each other that they hold nothing."""
-        return self.context.state.gripper_width < self.settings.fingers.closed
+        """Whether the fingers are closed on nothing."""
+        return self.context.state.gripper_width < CLOSED
 
     @property
     def fingers_have_opened(self) -> bool:
-        """Whether something has pressed the fingers apart that were told to close."""
+        """Whether something has pressed the closing fingers apart."""
         width, closing = self.context.state.gripper_width, self.context.log.closing
-        return closing is not None and width - closing.narrowest > self.settings.fingers.slack
+        return closing is not None and width - closing.narrowest > SLACK
 
     @property
     def empty_hand(self) -> str | None:
-        """Why the hand holds nothing, in words; None if all that is known says that it does.
+        """Why the hand holds nothing; None if it seems to hold something.
 
-        An object keeps the fingers from getting where they were told to close to, after they have
-        moved. What they hold when a task begins is known by their width alone.
+        An object stops the closing fingers before their target, after they have moved. When a task
+        begins, only their width tells.
         """
         width, closing = self.context.state.gripper_width, self.context.log.closing
-        least = self.settings.fingers.least_motion
         if self.gripper_is_closed:
             return "the fingers closed on nothing"
         if closing is None:
             return "the fingers are open" if self.gripper_is_open else None
-        if closing.begun_at - closing.narrowest < least:
+        if closing.begun_at - closing.narrowest < LEAST_MOTION:
             return "the fingers did not move"
         if self.fingers_have_opened:
             return "the fingers have opened"
-        return "nothing stopped the fingers" if width - closing.target < least else None
+        return "nothing stopped the fingers" if width - closing.target < LEAST_MOTION else None
 
     def open_gripper(self) -> None:
-        """Set the fingers moving to fully open; `fingers` tells when they rest."""
-        opening = self.context.robot.description.gripper.opening
-        self.grip(opening, self.settings.fingers.opening_force)
+        """Start to open the fingers fully; `fingers` tells when they rest."""
+        self.grip(self.context.robot.description.gripper.opening, OPENING_FORCE)
 
     def opens_by(self, enough: float) -> float:
-        """How far the fingers can open from here, or what is enough if that is less [m]."""
-        fingers, opening = self.settings.fingers, self.context.robot.description.gripper.opening
-        left = fingers.open_share * opening - self.context.state.gripper_width
-        return max(min(enough, left), fingers.least_motion)
+        """How far the fingers can still open, at most `enough` [m]."""
+        opening = self.context.robot.description.gripper.opening
+        remaining = OPEN_SHARE * opening - self.context.state.gripper_width
+        return max(min(enough, remaining), LEAST_MOTION)
 
     def grip(self, width: float, force: float) -> None:
-        """Set the fingers moving to a width [m] by a force [N]; `fingers` tells when they rest."""
+        """Start to move the fingers to a width [m] by a force [N]; see `fingers`."""
         self.context.log.gripped(width, self.context.state.gripper_width)
         self.context.robot.grip(width, force)
         self._gripping_since = self.context.clock.now()
 
     def fingers(self, what: str) -> Status | None:
-        """Wait for the fingers that `grip` has set moving.
+        """Wait for the fingers that `grip` has started.
 
         Args:
             what: they are doing, for example `closing`.
@@ -170,9 +170,9 @@ class Leaf(py_trees.behaviour.Behaviour):
             once they rest.
         """
         state, waited = self.context.state, self.context.clock.now() - self._gripping_since
-        settings, grip = self.settings.fingers, self.context.log.grip
-        has_moved = grip is not None and grip.moved >= settings.least_motion
-        patience = settings.patience if state.gripper_moving else settings.start_patience
+        grip = self.context.log.grip
+        has_moved = grip is not None and grip.moved >= LEAST_MOTION
+        patience = FINGER_PATIENCE if state.gripper_moving else START_PATIENCE
         if waited <= 0.0 or ((state.gripper_moving or not has_moved) and waited <= patience):
             return self.running(f"{what}, {1000 * state.gripper_width:.0f} mm")
         if not has_moved:
@@ -182,18 +182,18 @@ class Leaf(py_trees.behaviour.Behaviour):
         return None
 
     def pursue(self, goal: MotionGoal, phase: str = "") -> StepReport | None:
-        """Leave a goal for the coming period.
+        """Set the goal for the coming period.
 
         Args:
             goal: where to go.
-            phase: which part of the behaviour it belongs to.
+            phase: of the leaf, that the goal belongs to.
 
         Returns:
-            The report of the controller about the goal of the last tick; None if that was not this
-            leaf's or belonged to another phase.
+            The controller's report about the goal of the last tick; None if that was not this
+            leaf's, or of another phase.
 
         Raises:
-            LeafCrashedError: another leaf that still runs has left a goal in this tick.
+            LeafCrashedError: another running leaf has set a goal in this tick.
         """
         context = self.context
         other = context.goal_of[0] if context.goal_of else self
@@ -208,20 +208,20 @@ class Leaf(py_trees.behaviour.Behaviour):
 
 
 class Condition(Leaf):
-    """A question about the present state: success is yes, failure is no.
+    """A test of the present state: success is yes, failure is no.
 
-    It answers within the tick and leaves no goal, so it may be asked at any time: only a condition
-    can guard a node (`while`, `unless`).
+    It answers within the tick and sets no goal: only a condition can guard a node (`while`,
+    `unless`).
     """
 
     is_condition: ClassVar[bool] = True
     moves: ClassVar[bool] = False
 
     def tick(self) -> Iterator[py_trees.behaviour.Behaviour]:
-        """Ask once.
+        """Tick once.
 
         Raises:
-            LeafCrashedError: as for every leaf, and when there is no answer yet.
+            LeafCrashedError: as for every leaf, and when it returns RUNNING.
         """
         yield from super().tick()
         if self.status is Status.RUNNING:

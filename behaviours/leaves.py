@@ -1,18 +1,17 @@
-"""The behaviours that come with the project."""
+"""The leaves that come with the project, by their keys in a task file."""
 
 from __future__ import annotations
 
-from behaviours.comparisons import AtLeast, Equals
-from behaviours.conditions import AllPlaced, ArmAt, ArmHealthy, BatteryAbove, Near, ObjectVisible
-from behaviours.detect import Detect, LooksLike
+from behaviours import conditions
+from behaviours.detect import Detect
 from behaviours.drive import Drive
 from behaviours.follow import Follow
 from behaviours.grasp import Grasp
-from behaviours.gripper import HoldingObject, OpenGripper
 from behaviours.leaf import Leaf
 from behaviours.look_at import LookAt
 from behaviours.move_arm import MoveArm
 from behaviours.navigate import Navigate
+from behaviours.open_gripper import OpenGripper
 from behaviours.place import Place
 from behaviours.recover import Recover
 from behaviours.region_empty import RegionEmpty
@@ -24,23 +23,23 @@ from behaviours.wait import Wait
 LEAVES: dict[str, type[Leaf]] = {
     leaf.key: leaf
     for leaf in (
-        AllPlaced,
-        ArmAt,
-        ArmHealthy,
-        AtLeast,
-        BatteryAbove,
+        conditions.AllPlaced,
+        conditions.ArmAt,
+        conditions.ArmHealthy,
+        conditions.AtLeast,
+        conditions.BatteryAbove,
         Detect,
         Drive,
-        Equals,
+        conditions.Equals,
         Follow,
         Grasp,
-        HoldingObject,
+        conditions.HoldingObject,
         LookAt,
-        LooksLike,
+        conditions.LooksLike,
         MoveArm,
         Navigate,
-        Near,
-        ObjectVisible,
+        conditions.Near,
+        conditions.ObjectVisible,
         OpenGripper,
         Place,
         Recover,
@@ -51,4 +50,3 @@ LEAVES: dict[str, type[Leaf]] = {
         Wait,
     )
 }
-"""The behaviours that come with the project, by their key in a task file."""

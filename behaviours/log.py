@@ -1,4 +1,4 @@
-"""What was tried and what was brought where: the figures of a task."""
+"""Log of a task: attempts, grips, carried objects and places."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from hw import TaskTime
 
 @dataclass(kw_only=True, eq=False)
 class Carried:
-    """One object on its way from where it was grasped to where it is placed."""
+    """One object, from its first grasp attempt to its place."""
 
     begun: TaskTime
-    """When the first attempt to grasp it began."""
+    """Start of the first attempt to grasp it."""
     attempts: int = 0
     """How often the fingers closed for it."""
     grasp_time: float = 0.0
-    """How long the attempt that succeeded took, from the first look to closed fingers [s]."""
+    """Duration of the successful attempt, from the first look to closed fingers [s]."""
     let_go: TaskTime | None = None
     """When the fingers opened at its place."""
     placed: TaskTime | None = None
@@ -28,20 +28,20 @@ class Carried:
 
 @dataclass(kw_only=True, eq=False)
 class Grip:
-    """One command to the fingers, and what they have done since."""
+    """One command to the fingers, and their motion since."""
 
     target: float
-    """The width that they were told to go to [m]."""
+    """Commanded width [m]."""
     begun_at: float
-    """The width that they had then [m]."""
+    """Width at the command [m]."""
     widest: float
-    """The largest width since [m]."""
+    """Largest width since [m]."""
     narrowest: float
-    """The smallest width since [m]."""
+    """Smallest width since [m]."""
 
     @property
     def is_closing(self) -> bool:
-        """Whether it was to bring them nearer to each other."""
+        """Whether the command was to close."""
         return self.target < self.begun_at
 
     @property
@@ -56,12 +56,12 @@ class Grip:
 
 @dataclass(kw_only=True, eq=False)
 class Stock:
-    """What was seen in a region that objects are taken from."""
+    """Objects seen in a region that they are taken from."""
 
     placed_before: int
-    """How many had been placed when it was first looked at."""
+    """Objects placed before the first look."""
     most: int = 0
-    """How many have been seen there at least, those placed since counted in."""
+    """Largest number seen there, with those placed since."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -71,26 +71,25 @@ class TaskLog:
     attempts: int = 0
     """How often the fingers closed to grasp."""
     carried: list[Carried] = field(default_factory=list)
-    """The objects in order; the last one may still be under way."""
+    """The objects in order; the last one may still be carried."""
     grip_height: float = 0.0
-    """How high above what it stood on the held object is held [m]."""
+    """Height of the grasp above the surface that the held object stood on [m]."""
     last_grasp: SE3 | None = None
     """wTg of the last attempt."""
     grip: Grip | None = None
     """The last command to the fingers; None before the first."""
     closing: Grip | None = None
-    """The last one that was to close them."""
+    """The last command to close them."""
     places_used: dict[str, set[int]] = field(default_factory=dict)
-    """The numbers of the places of every region that are taken; the first is 1."""
+    """Numbers of the used places of every region; the first is 1."""
     places_blocked: dict[str, set[int]] = field(default_factory=dict)
-    """Those at which lowering an object failed."""
+    """The same of places at which lowering an object failed."""
     stocks: dict[str, Stock] = field(default_factory=dict)
-    """What was seen in the regions that were looked into, by their name."""
+    """By the name of the region."""
     _release: tuple[Grip, float, Callable[[], None]] | None = None
-    """The grip that lets go, from which opening on [m], and what is done then."""
-
+    """The grip that opens, the opening that counts as a release [m], and a callback."""
     messages: list[tuple[TaskTime, str]] = field(default_factory=list)
-    """What was told to people, and when."""
+    """Texts for people, and when."""
 
     @property
     def placed(self) -> int:
@@ -99,12 +98,12 @@ class TaskLog:
 
     @property
     def in_hand(self) -> Carried | None:
-        """The object that was grasped last, if it was not let go at its place."""
+        """The object that was grasped last, until it is released at its place."""
         last = self.carried[-1] if self.carried else None
         return last if last is not None and last.let_go is None else None
 
     def gripped(self, target: float, width: float) -> None:
-        """The fingers, now at a width, were told to go to another one; both [m]."""
+        """Log a command to the fingers: target and present width [m]."""
         self.grip = Grip(target=target, begun_at=width, widest=width, narrowest=width)
         if self.grip.is_closing:
             self.closing = self.grip
@@ -121,16 +120,15 @@ class TaskLog:
                 then()
 
     def when_let_go(self, opened: float, then: Callable[[], None]) -> None:
-        """Do something once the fingers, just told to open, have opened so far [m].
+        """Call `then` once the opening fingers have moved by `opened` [m], even without the leaf.
 
-        That is so whatever becomes of the behaviour: fingers that open go on with it when the arm
-        has stopped. Another command to the fingers calls it off.
+        Another command to the fingers cancels it.
         """
         assert self.grip is not None
         self._release = (self.grip, opened, then)
 
     def attempt(self, begun: TaskTime, now: TaskTime) -> None:
-        """The fingers closed; `begun` is when this attempt began to look."""
+        """Log that the fingers closed; the attempt began at `begun`."""
         self.attempts += 1
         if self.in_hand is None:
             self.carried.append(Carried(begun=begun))
@@ -138,10 +136,10 @@ class TaskLog:
         self.carried[-1].grasp_time = now.since(begun)
 
     def say(self, now: TaskTime, text: str) -> None:
-        """Tell people something."""
+        """Log a text for people."""
         self.messages.append((now, text))
 
     def note_stock(self, region: str, standing: int) -> None:
-        """At least so many objects were seen standing in a region."""
+        """Log that at least `standing` objects were seen in a region."""
         stock = self.stocks.setdefault(region, Stock(placed_before=self.placed))
         stock.most = max(stock.most, self.placed - stock.placed_before + standing)

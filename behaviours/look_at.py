@@ -1,4 +1,4 @@
-"""Point the wrist camera at a place."""
+"""Behaviour `look_at`: point the wrist camera at a place."""
 
 from __future__ import annotations
 
@@ -8,13 +8,10 @@ import numpy as np
 import numpy.typing as npt
 from py_trees.common import Status
 
-from behaviours.aiming import camera_pose, hand_for, is_at_rest, turned_towards
-from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.poses import Region, ToolPose
-from behaviours.ranges import Distance, Seconds
-from controller import PoseGoal
+from behaviours.parameter_types import Distance, Region, Timeout, ToolPose
+from behaviours.viewpoint import CAMERA_PATIENCE, MoveCamera, camera_pose, turned_towards
 from perception import DetectedObject
 
 
@@ -41,20 +38,18 @@ class LookAt(Leaf):
         *,
         at: ToolPose | Region | DetectedObject,
         distance_m: Distance | None = None,
-        timeout_s: Seconds = 30.0,
+        timeout_s: Timeout = 30.0,
     ) -> None:
         super().__init__(name, context)
         self._at = at
         self._distance = distance_m
         self._timeout = timeout_s
-        self._point = _middle(at)
+        self._point = _centre(at)
 
     def initialise(self) -> None:
-        """Start anew, from where the camera is now."""
+        """Start from the camera's present pose."""
         wTc = turned_towards(camera_pose(self.context), self._point, self._distance)
-        goal = PoseGoal(wTe=hand_for(self.context, wTc), speed=self.settings.view.speed)
-        target = f"a view of {self._at.name}"
-        self._approach = Approach(self, goal, target, self._timeout)
+        self._camera = MoveCamera(self, wTc, f"a view of {self._at.name}", self._timeout)
         self._begun = self.context.clock.now()
         self._sees = False
 
@@ -62,12 +57,8 @@ class LookAt(Leaf):
         """One tick."""
         if not self._sees:
             return self._wait_for_frame()
-        status = self._approach.tick()
-        if status is not Status.SUCCESS:
-            return status
-        if not is_at_rest(self.context):  # the goal stays, or the camera would coast on
-            return self.running("steadying the camera")
-        return self.success(f"looking at {self._at.name}")
+        status = self._camera.tick()
+        return self.success(f"looking at {self._at.name}") if status is Status.SUCCESS else status
 
     def _wait_for_frame(self) -> Status:
         """RUNNING until there is a frame; the robot comes to rest meanwhile."""
@@ -77,14 +68,14 @@ class LookAt(Leaf):
         context.vision.new_frame()
         blindness = context.vision.blindness(context.state.stamp)
         self._sees = not blindness
-        if blindness and context.clock.now() - self._begun > self.settings.view.patience:
+        if blindness and context.clock.now() - self._begun > CAMERA_PATIENCE:
             return self.failure(blindness)
         return self.running("waiting for a frame")
 
 
-def _middle(at: ToolPose | Region | DetectedObject) -> npt.NDArray[np.float64]:
-    """(3,) what is looked at, in the world [m]."""
+def _centre(at: ToolPose | Region | DetectedObject) -> npt.NDArray[np.float64]:
+    """(3,) in the world [m]."""
     if isinstance(at, DetectedObject):
         return at.position
-    middle: npt.NDArray[np.float64] = (at.wTe if isinstance(at, ToolPose) else at.wTr).translation
-    return middle
+    centre: npt.NDArray[np.float64] = (at.wTe if isinstance(at, ToolPose) else at.wTr).translation
+    return centre

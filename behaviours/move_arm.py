@@ -1,4 +1,4 @@
-"""Bring the arm to a posture, the base held."""
+"""Behaviour `move_arm`: the arm to a posture, the base held."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from typing import Annotated, ClassVar
 
 from py_trees.common import Status
 
-from behaviours.approach import Approach
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.poses import Posture
-from behaviours.ranges import Bounds, Seconds
+from behaviours.motion import Approach
+from behaviours.parameter_types import Bounds, Posture, Timeout
 from controller import PostureGoal
 
 
@@ -37,7 +36,7 @@ class MoveArm(Leaf):
         *,
         to: Posture,
         tolerance_deg: Annotated[float, Bounds(least=0.05, most=45.0)] = 0.6,
-        timeout_s: Seconds = 20.0,
+        timeout_s: Timeout = 20.0,
     ) -> None:
         super().__init__(name, context)
         self._to = to

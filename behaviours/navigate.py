@@ -1,4 +1,4 @@
-"""Go somewhere: base and arm as one to a tool pose, or the base alone to a place on the floor."""
+"""Behaviour `navigate`: base and arm to a tool pose, or the base to a base pose."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from typing import Annotated, ClassVar
 
 from py_trees.common import Status
 
-from behaviours.aiming import camera_pose, hand_for, straight_down
-from behaviours.approach import Approach
-from behaviours.back_off import BackOff
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.poses import BasePose, ToolPose
-from behaviours.ranges import Bounds, Seconds, Speed
+from behaviours.motion import METRES_PER_RADIAN, Approach, BackOff
+from behaviours.parameter_types import BasePose, Bounds, Speed, Timeout, ToolPose
+from behaviours.viewpoint import camera_pose, hand_for, straight_down
 from controller import BaseGoal, MotionGoal, PoseGoal
 from perception import DetectedObject
+
+_OVER_OBJECT = 0.4  # height of the camera over a detected object [m]
 
 
 class Navigate(Leaf):
@@ -29,7 +29,7 @@ class Navigate(Leaf):
         speed_m_s: largest speed of the end effector [m/s].
         within_m: a tool this near to its pose is there, and what follows begins on the move [m]; it
             may then be turned by as much as swings a hand's length that far.
-        onward: where the task goes next; the base stands so that it is soon on its way there.
+        next_goal: where the task goes next; the base stands so that it is soon on its way there.
         timeout_s: give up after this [s].
     """
 
@@ -44,12 +44,12 @@ class Navigate(Leaf):
         to: ToolPose | BasePose | DetectedObject,
         speed_m_s: Speed = 1.0,
         within_m: Annotated[float, Bounds(least=0.001, most=1.0)] = 0.01,
-        onward: ToolPose | None = None,
-        timeout_s: Seconds = 60.0,
+        next_goal: ToolPose | None = None,
+        timeout_s: Timeout = 60.0,
     ) -> None:
         super().__init__(name, context)
         self._to = to
-        self._onward = None if onward is None else onward.wTe
+        self._next = None if next_goal is None else next_goal.wTe
         self._timeout = timeout_s
         self._speed, self._within = speed_m_s, within_m
 
@@ -78,18 +78,16 @@ class Navigate(Leaf):
         if isinstance(to, BasePose):
             return BaseGoal(wTb=to.wTb)
         if isinstance(to, DetectedObject):
-            height = self.settings.view.over_object
-            wTc = straight_down(to.position, height, like=camera_pose(self.context))
+            wTc = straight_down(to.position, _OVER_OBJECT, like=camera_pose(self.context))
             wTe = hand_for(self.context, wTc)
         else:
             wTe = to.wTe
         return PoseGoal(
             wTe=wTe,
             speed=self._speed,
-            onward=self._onward,
+            onward=self._next,
             position_tolerance=self._within,
             orientation_tolerance=max(
-                PoseGoal.orientation_tolerance,
-                self._within / self.settings.progress.metres_per_radian,
+                PoseGoal.orientation_tolerance, self._within / METRES_PER_RADIAN
             ),
         )

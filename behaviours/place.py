@@ -1,27 +1,38 @@
-"""Set down what is held, each object on a free slot of a region, and see that it stands there."""
+"""Behaviour `place`: set the held object down on a free place of a region."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import atan2, sin
+from math import radians, sin
 from typing import ClassVar
 
 import numpy as np
-import pinocchio as pin
 from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.letting_go import LettingGo, Spot
+from behaviours.motion import Progress
+from behaviours.parameter_types import Pitch, Region
 from behaviours.places import Places
-from behaviours.poses import Region
-from behaviours.progress import Progress
-from behaviours.ranges import Pitch
+from behaviours.release import Release, Spot
 from behaviours.surface import Shows, SurfaceWatch
+from behaviours.viewpoint import CAMERA_PATIENCE, looking_down
 from controller import PoseGoal, StepReport
 from hw import FaultKind, TaskTime
 from robots import reach
+
+_CLEARANCE = 0.004  # of object and finger tips over the surface at the release [m]
+_TILT = radians(2.0)  # of the hand at the release [rad]
+_MOST_RELOCALISATIONS = 3  # after which the hand goes back over the place
+_MOST_UNSEEN = 1  # places that are skipped as they are not seen
+_MOST_STUCK = 1  # places that are skipped as the hand does not get there
+_ABOVE, _LEAST_ABOVE = 0.12, 0.06  # height over the place, and where that is out of reach [m]
+_APPROACH_SPEED, _APPROACH_TOLERANCE = 0.6, 0.015  # [m/s, m]
+_LOWER_SPEED, _LOWER_TOLERANCE = 0.25, 0.007  # [m/s, m]
+_RADIUS = 0.06  # of the disc around the place that has to be free [m] ...
+_PITCH_SHARE = 0.45  # ... and at most, of the distance between neighbouring places
+_ASIDE = 0.18  # how far the hand moves to let the camera see the place [m]
 
 
 class Place(Leaf):
@@ -48,28 +59,27 @@ class Place(Leaf):
         self._on = on
         robot = context.robot.description
         self._is_high = bool(on.floor > (robot.bTa * robot.arm.joints[0]).translation[2])
-        """There the arm reaches only as its stance has it, and it goes down beside it next."""
+        """Whether the surface is above the shoulder, where the arm depends on its stance."""
         self._goes_straight = not self._is_high
-        """As long as that was not too narrow."""
+        """Whether the hand goes over the place straight, until it gets stuck."""
         self._places = Places(context, on, pitch_m, far_first=not self._is_high)
         room = min(pitch_m, *on.size[:2])
-        self._radius = min(self.settings.surface.radius, self.settings.surface.pitch_share * room)
+        self._radius = min(_RADIUS, _PITCH_SHARE * room)
 
     @property
     def phase(self) -> str:
         """`approach` until the hand is over the place, then `lower`, `release` and `rise`."""
         if self._step == self._let_go:
-            return self._letting_go.phase
+            return self._releasing.phase
         return "lower" if self._step == self._lower else "approach"
 
     def initialise(self) -> None:
-        """Choose the place; the hand keeps the turn about the vertical that it has."""
+        """Choose the place; the hand keeps its turn about the vertical."""
         self._step = self._begin
         self._progress = Progress(self.context)
         self._relocalised = self._unseen = self._stuck = 0
         self._places.begin()
-        x_axis = self.context.wTe.rotation[:, 0]
-        self._rotation = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
+        self._rotation = looking_down(self.context.wTe.rotation[:, 0])
         self._choose()
 
     def update(self) -> Status:
@@ -83,35 +93,32 @@ class Place(Leaf):
         return self._step()
 
     def _choose(self) -> None:
-        """Aim at the next place that is free, as far as is known."""
+        """Aim at the next free place."""
         self._number = self._places.next_free()
         slot = self._slot = self._places.slots[(self._number or 1) - 1]
         self._down = SE3(self._rotation, slot + np.array([0.0, 0.0, self._release_height()]))
-        self._come_from(self.settings.place.above)
+        self._come_from(_ABOVE)
         self._watch = SurfaceWatch(self.context, slot, self._radius, self._reach_down)
         self._looking_since: TaskTime | None = None
 
     def _come_from(self, height: float) -> None:
-        """Choose where the hand comes from, and goes back to: so high over the place [m]."""
+        """Set the height over the place that the hand comes from and goes back to [m]."""
         self._up = height
         self._above = SE3(self._rotation, self._down.translation + np.array([0.0, 0.0, height]))
 
     def _release_height(self) -> float:
-        """Height of the hand over the surface at which it lets go [m].
-
-        In a hand that is tilted as far as it may be, the outer finger tip reaches lower.
-        """
-        settings, gripper = self.settings.place, self.context.robot.description.gripper
+        """Height of the hand over the surface at the release, with its largest tilt [m]."""
+        gripper = self.context.robot.description.gripper
         outer = gripper.opening / 2.0 + reach(gripper.pad, np.array([0.0, 1.0, 0.0]))
-        return self._reach_down + settings.clearance + outer * sin(settings.tilt)
+        return self._reach_down + _CLEARANCE + outer * sin(_TILT)
 
     @property
     def _reach_down(self) -> float:
-        """How far what is held, or the finger tips, reach below the hand [m]."""
+        """How far the held object, or the finger tips, reach below the hand [m]."""
         return max(self.context.log.grip_height, self.context.robot.description.gripper.tip)
 
     def _begin(self) -> Status:
-        """Nothing moves before there is something to place, and a place for it."""
+        """Set out, if there is an object and a place for it."""
         if self._number is None:
             return self.failure(self._places.none_free())
         if reason := self.empty_hand or ("" if self.context.log.in_hand else "nothing was grasped"):
@@ -120,7 +127,7 @@ class Place(Leaf):
         return self._approach()
 
     def _look(self) -> str | None:
-        """See what there is at the place; why nothing can be placed, if so."""
+        """Look at the place; returns why nothing can be placed, if so."""
         look = self._watch.look()
         if look.shows is Shows.LOWER:
             return f"no surface at {self._place}: it is {-look.height:.2f} m lower"
@@ -129,15 +136,14 @@ class Place(Leaf):
         return None
 
     def _pass_over(self) -> str | None:
-        """Go on to another place; why not, if so."""
+        """Choose another place; returns why not, if so."""
         self._places.pass_over(self._number)
         self._choose()
         self._set_out()
         return self._places.none_free() if self._number is None else None
 
     def _approach(self) -> Status:
-        s = self.settings.place
-        speed, tolerance = s.approach_speed, s.approach_tolerance
+        speed, tolerance = _APPROACH_SPEED, _APPROACH_TOLERANCE
         return self._move("over the place", self._above, speed, tolerance, self._arrive)
 
     def _set_out(self) -> None:
@@ -147,15 +153,14 @@ class Place(Leaf):
 
     def _less_high_or_elsewhere(self, report: StepReport) -> Status:
         """Come from less high if that is out of reach; else go to another place."""
-        settings = self.settings.place
-        if report.unreachable and self._up > settings.least_above:
-            self._come_from(settings.least_above)
+        if report.unreachable and self._up > _LEAST_ABOVE:
+            self._come_from(_LEAST_ABOVE)
         else:
             away = f"over the place: stuck {report.position_error:.2f} m away"
             if not report.unreachable:
                 self._note(self.context.log.places_blocked)
                 self._stuck += 1
-            if self._stuck > settings.most_stuck or self._pass_over():
+            if self._stuck > _MOST_STUCK or self._pass_over():
                 return self.failure(away + self._progress.because)
         self._set_out()
         return self.running(f"going to {self._place}")
@@ -172,41 +177,39 @@ class Place(Leaf):
         return self.running("looking at the place")
 
     def _give_way(self) -> Status:
-        """What is held may hide the place: let the camera look past it, and come back."""
+        """Move the held object, which may hide the place, out of the view, and come back."""
         context, since = self.context, self._looking_since
         if self._watch.has_seen_surface:
             self._set_out()
             return self._approach()
-        if since is not None and context.clock.now() - since > self.settings.view.patience:
+        if since is not None and context.clock.now() - since > CAMERA_PATIENCE:
             reason = context.vision.blindness(context.state.stamp)
             here, self._unseen = self._place, self._unseen + 1
-            most = self.settings.place.most_unseen
-            if reason or self._unseen > most or self._pass_over():
+            if reason or self._unseen > _MOST_UNSEEN or self._pass_over():
                 return self.failure(reason or f"{here} is not seen")
             return self.running(f"{here} is not seen, going to {self._place}")
         camera = context.robot.description.camera.eTc.translation[:2]
-        back = -self.settings.surface.aside * camera / max(float(np.linalg.norm(camera)), 1e-6)
+        back = -_ASIDE * camera / max(float(np.linalg.norm(camera)), 1e-6)
         aside = self._above * SE3(np.eye(3), np.array([*back, 0.0]))
-        speed = self.settings.place.approach_speed
-        self.pursue(PoseGoal(wTe=aside, speed=speed, straight=True), "looking at the place")
+        goal = PoseGoal(wTe=aside, speed=_APPROACH_SPEED, straight=True)
+        self.pursue(goal, "looking at the place")
         return self.running("looking at the place")
 
     def _lower(self) -> Status:
         if self.context.relocalised:
             return self._go_back()
-        s = self.settings.place
-        return self._move("lowering", self._down, s.lower_speed, s.lower_tolerance, self._release)
+        return self._move("lowering", self._down, _LOWER_SPEED, _LOWER_TOLERANCE, self._release)
 
     def _go_back(self) -> Status:
-        """The place is not where the hand was going: go over it again."""
+        """Go over the place again after a relocalisation."""
         self._relocalised += 1
-        if self._relocalised > self.settings.place.most_relocalisations:
+        if self._relocalised > _MOST_RELOCALISATIONS:
             return self.failure(self.context.relocalised)
         self._set_out()
         return self._approach()
 
     def _release(self) -> Status:
-        self._letting_go = LettingGo(
+        self._releasing = Release(
             self,
             self._goal,
             spot=Spot(
@@ -223,7 +226,7 @@ class Place(Leaf):
         return self.running("letting go")
 
     def _let_go(self) -> Status:
-        status = self._letting_go.tick()
+        status = self._releasing.tick()
         if status is Status.SUCCESS:
             self.feedback_message = f"placed on {self._on.name}, place {self._number}"
         return status
@@ -253,7 +256,7 @@ class Place(Leaf):
             wTe=wTe,
             speed=speed,
             position_tolerance=tolerance,
-            orientation_tolerance=self.settings.place.tilt,
+            orientation_tolerance=_TILT,
             straight=self._step != self._approach or self._goes_straight,
             stance_if_near=True,
             hand_may_touch=self._step == self._lower,

@@ -1,33 +1,23 @@
-"""The places of a region on which something can be set down, and which of them is next."""
+"""Places of a region for objects that are set down, and their order."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from behaviours.poses import Region
+from behaviours.parameter_types import Region
+from controller import Array
 
 if TYPE_CHECKING:
     from behaviours.context import Context
 
-Array: TypeAlias = npt.NDArray[np.float64]
-
-
-_CLOSER = 0.5
-"""Between full rows a place is this share of the pitch from the others, at least."""
-_FINE = 0.02
-"""Places between rows lie on a grid as fine as this [m]."""
+_CLOSER = 0.5  # least share of the pitch between a place and the others, when the rows are full
+_GRID = 0.02  # of the places between rows [m]
 
 
 def slots(region: Region, pitch: float) -> list[Array]:
-    """Centres (3,) of the places on the floor of a region, spread in rows, in the world [m].
-
-    Args:
-        region: whose floor.
-        pitch: least distance between neighbouring places [m].
-    """
+    """Centres (3,) of the places on a region's floor in rows, at least `pitch` apart [m]."""
     length, width, height = region.size
     columns, rows = (max(1, int((edge + 1e-9) // pitch)) for edge in (length, width))
     return [
@@ -45,25 +35,25 @@ def slots(region: Region, pitch: float) -> list[Array]:
     ]
 
 
-def _finely(region: Region, margin: float) -> list[Array]:
-    """Points (3,) all over the floor of a region but for its margin, in the world [m]."""
+def _grid(region: Region, margin: float) -> list[Array]:
+    """Points (3,) on the floor of a region without its margin, in the world [m]."""
     length, width, height = np.maximum(region.size / 2.0 - [margin, margin, 0.0], 0.0)
     return [
         region.wTr.act(np.array([x, y, -height]))
-        for y in np.arange(-width, width + 1e-9, _FINE)
-        for x in np.arange(-length, length + 1e-9, _FINE)
+        for y in np.arange(-width, width + 1e-9, _GRID)
+        for x in np.arange(-length, length + 1e-9, _GRID)
     ]
 
 
 class Places:
-    """The places of one region; what is taken or blocked is known to the log of the task.
+    """The places of one region; the task log has those that are used or blocked.
 
     Args:
-        context: of the tree.
+        context: shared by the leaves.
         region: whose floor.
         pitch: least distance between neighbouring places [m].
         far_first: whether rows far from the base are filled first, so that the arm does not reach
-            over what it has set down; else near ones, as where it does not reach far.
+            over placed objects; else near ones.
     """
 
     def __init__(
@@ -73,40 +63,37 @@ class Places:
         self._sign = -1.0 if far_first else 1.0
         regular = slots(region, pitch)
         self._regular, self._spare_pitch = len(regular), _CLOSER * pitch
-        self.slots = [*regular, *_finely(region, self._spare_pitch / 2.0)]
+        self.slots = [*regular, *_grid(region, self._spare_pitch / 2.0)]
         """Centres (3,) in the world [m]; places are numbered from 1, those between rows last."""
         self.begin()
 
     def begin(self) -> None:
-        """No place was passed over yet."""
+        """Forget the places that were passed over."""
         self._passed_over: set[int] = set()
 
     def next_free(self) -> int | None:
-        """The number of the first place that is neither taken nor blocked nor passed over.
-
-        When the rows are full, it is the place between them that is farthest from all others.
-        """
+        """The number of the first free place, or between full rows the one with the most room."""
         log, name = self._context.log, self._region.name
-        gone = log.places_used.get(name, set()) | log.places_blocked.get(name, set())
-        gone |= self._passed_over
-        free = next((n for n in self._in_order() if n not in gone), None)
-        return self._between(gone) if free is None else free
+        taken = log.places_used.get(name, set()) | log.places_blocked.get(name, set())
+        taken |= self._passed_over
+        free = next((n for n in self._in_order() if n not in taken), None)
+        return self._between(taken) if free is None else free
 
-    def _between(self, gone: set[int]) -> int | None:
+    def _between(self, numbers: set[int]) -> int | None:
         here = np.array(self.slots)[:, :2]
-        taken = here[np.array(sorted(gone)) - 1]
+        taken = here[np.array(sorted(numbers)) - 1]
         room = np.linalg.norm(here[:, None] - taken, axis=2).min(axis=1)
         room[: self._regular] = 0.0
         best = int(room.argmax())
         return best + 1 if room[best] >= self._spare_pitch else None
 
     def pass_over(self, number: int | None) -> None:
-        """Do not choose a place for this object."""
+        """Skip a place for this object."""
         if number is not None:
             self._passed_over.add(number)
 
     def none_free(self) -> str:
-        """That no place is left, in words."""
+        """The message when no place is free."""
         name = self._region.name
         blocked = len(self._context.log.places_blocked.get(name, set()) | self._passed_over)
         or_blocked = f" or blocked ({blocked})" if blocked else ""

@@ -1,4 +1,4 @@
-"""Come back to a known state after anything: clear faults, rise, fold the arm to a posture."""
+"""Behaviour `recover`: clear faults, leave contacts, and fold the arm."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import ClassVar
 import numpy as np
 from py_trees.common import Status
 
-from behaviours.back_off import BackOff
 from behaviours.context import Context
 from behaviours.fault_memory import WayOut
 from behaviours.leaf import Leaf
-from behaviours.poses import Posture
-from behaviours.progress import Progress
-from behaviours.ranges import Lift
-from behaviours.rise import Rise
+from behaviours.motion import AWAY_SPEED, IN_THE_WAY, BackOff, Progress, Rise
+from behaviours.parameter_types import Lift, Posture
 from controller import PostureGoal
+
+_FOLDED = 0.05  # an arm that is nearer to the posture need not rise first [rad]
+_MOST_BACK_OFFS = 2
 
 
 class Recover(Leaf):
@@ -104,13 +104,12 @@ class Recover(Leaf):
         return self.running(f"clearing: {fault_text}")
 
     def _leave(self, way: WayOut | None) -> None:
-        """Away from what was hit: first what was touched, of both the hand, which may be low."""
+        """Leave a contact: the part that was touched first, the hand before the base."""
         hand, base = (None, None) if way is None else (way.hand, way.base)
         self._is_cleared, self._way = False, None
         self._ways = [partial(Rise, self, self._height, hand)]
         if base is not None:
-            speed = self.settings.recover.away_speed
-            self._ways.insert(hand is not None, partial(BackOff, self, base, speed))
+            self._ways.insert(hand is not None, partial(BackOff, self, base, AWAY_SPEED))
 
     def _fold(self, arm: Posture) -> Status:
         report = self.pursue(PostureGoal(q=arm.q), "fold")
@@ -118,18 +117,16 @@ class Recover(Leaf):
             return self.running(f"folding to {arm.name}")
         if report.arrived:
             return self.success(f"arm {arm.name}")
-        left = degrees(report.orientation_error)
+        remaining = degrees(report.orientation_error)
         if self._progress.is_stuck(report):
-            settings = self.settings.recover
-            near = report.clearance < settings.in_the_way
-            if not near or self._backed_off == settings.most_back_offs:
-                return self.failure(f"arm stopped {left:.0f}° before {arm.name}")
+            if report.clearance >= IN_THE_WAY or self._backed_off == _MOST_BACK_OFFS:
+                return self.failure(f"arm stopped {remaining:.0f}° before {arm.name}")
             self._backed_off += 1
             self._ways.append(partial(BackOff, self))
-        return self.running(f"folding to {arm.name}, {left:.0f}° to go")
+        return self.running(f"folding to {arm.name}, {remaining:.0f}° to go")
 
     def _folded(self, arm: Posture) -> bool:
-        return bool(np.abs(self.context.state.q - arm.q).max() < self.settings.recover.folded)
+        return bool(np.abs(self.context.state.q - arm.q).max() < _FOLDED)
 
 
 _PHASES: dict[type, str] = {Rise: "rise", BackOff: "back off"}

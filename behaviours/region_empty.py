@@ -1,4 +1,4 @@
-"""Whether anything is left in a region, judged by the camera alone."""
+"""Behaviour `region_empty`: test that no object stands in a region."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.poses import Region
-from behaviours.ranges import Area, Count, Seconds
+from behaviours.parameter_types import Area, Count, Region, Timeout
 from behaviours.survey import Survey
 
 
@@ -39,7 +38,7 @@ class RegionEmpty(Leaf):
         region: Region,
         smallest_cm2: Area = 1.0,
         frames: Count = 3,
-        patience_s: Seconds = 1.0,
+        patience_s: Timeout = 1.0,
     ) -> None:
         super().__init__(name, context)
         self._region = region

@@ -1,4 +1,4 @@
-"""Lift what was grasped and see whether it is really there."""
+"""Behaviour `retreat_check`: rise, and check that the hand holds an object."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import ClassVar
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.leaf import Leaf
-from behaviours.poses import ToolPose
-from behaviours.progress import Progress
-from behaviours.ranges import Lift
-from behaviours.rise import straight_up
+from behaviours.leaf import FINGER_PATIENCE, Leaf
+from behaviours.motion import Progress, straight_up
+from behaviours.parameter_types import Lift, ToolPose
 from hw import TaskTime
+
+_SPEED = 0.5  # of the rising hand [m/s]
 
 
 class RetreatCheck(Leaf):
@@ -26,22 +26,21 @@ class RetreatCheck(Leaf):
 
     Args:
         rise_m: how far to lift the hand [m].
-        onward: where the task goes next; the base sets out for it meanwhile.
+        next_goal: where the task goes next; the base sets out for it meanwhile.
     """
 
     key: ClassVar[str] = "retreat_check"
 
     def __init__(
-        self, name: str, context: Context, *, rise_m: Lift = 0.2, onward: ToolPose | None = None
+        self, name: str, context: Context, *, rise_m: Lift = 0.2, next_goal: ToolPose | None = None
     ) -> None:
         super().__init__(name, context)
         self._rise = rise_m
-        self._onward = onward
+        self._next = None if next_goal is None else next_goal.wTe
 
     def initialise(self) -> None:
         """Rise from wherever the hand is now."""
-        onward = None if self._onward is None else self._onward.wTe
-        self._goal = straight_up(self.context, self._rise, self.settings.retreat.speed, onward)
+        self._goal = straight_up(self.context, self._rise, _SPEED, self._next)
         self._progress = Progress(self.context, straight=True)
         self._up_since: TaskTime | None = None
 
@@ -60,17 +59,15 @@ class RetreatCheck(Leaf):
             return self.running("rising")
         if report.position_error > self._goal.position_tolerance:
             if self._progress.is_stuck(report):
-                left = report.position_error
-                below = f"stuck {left:.2f} m below the retreat"
+                below = f"stuck {report.position_error:.2f} m below the retreat"
                 return self._missed(below + self._progress.because)
             return self.running(f"rising, {width:.0f} mm between the fingers")
         if not moving:
             context.vision.tracker.forget()
             return self.success(f"holding something {width:.0f} mm wide")
         self._up_since = self._up_since or now
-        patience = self.settings.fingers.patience
-        if now - self._up_since > patience:
-            return self._missed(f"the fingers still move after {patience:g} s")
+        if now - self._up_since > FINGER_PATIENCE:
+            return self._missed(f"the fingers still move after {FINGER_PATIENCE:g} s")
         return self.running("the fingers are slipping off")
 
     def _missed(self, reason: str) -> Status:

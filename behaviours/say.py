@@ -1,4 +1,4 @@
-"""Tell people something."""
+"""Behaviour `say`."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from behaviours import misfits
 from behaviours.context import Context
 from behaviours.leaf import Leaf
+from behaviours.validation import PLACEHOLDER, validate_text
 
 
 class Say(Leaf):
@@ -22,7 +22,7 @@ class Say(Leaf):
     key: ClassVar[str] = "say"
     needs_robot: ClassVar[bool] = False
     moves: ClassVar[bool] = False
-    misfit = staticmethod(misfits.of_text)
+    validate = staticmethod(validate_text)
 
     def __init__(
         self,
@@ -33,10 +33,10 @@ class Say(Leaf):
         value: str | int | float | bool | None = None,
     ) -> None:
         super().__init__(name, context)
-        if wrong := self.misfit({"text": text, "value": value}):
+        if wrong := self.validate({"text": text, "value": value}):
             raise ValueError(wrong)
         shown = f"{value:g}" if isinstance(value, float) else f"{value}"
-        self._text = text.replace(misfits.BLANK, shown)
+        self._text = text.replace(PLACEHOLDER, shown)
 
     def update(self) -> Status:
         """One tick."""

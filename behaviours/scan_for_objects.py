@@ -1,4 +1,4 @@
-"""Look at a region from as many places as it takes, and count what stands in it."""
+"""Behaviour `scan_for_objects`: count the objects in a region."""
 
 from __future__ import annotations
 
@@ -7,10 +7,8 @@ from typing import ClassVar
 from py_trees.common import Status
 
 from behaviours.context import Context
-from behaviours.key import Key
 from behaviours.leaf import Leaf
-from behaviours.poses import Region
-from behaviours.ranges import Area, Count, Distance, Seconds
+from behaviours.parameter_types import Area, Count, Distance, Key, Region, Timeout
 from behaviours.survey import Survey
 
 
@@ -43,7 +41,7 @@ class ScanForObjects(Leaf):
         height_m: Distance = 0.45,
         frames: Count = 3,
         smallest_cm2: Area = 1.0,
-        timeout_s: Seconds = 30.0,
+        timeout_s: Timeout = 30.0,
     ) -> None:
         super().__init__(name, context)
         self._region = region

@@ -1,4 +1,4 @@
-"""A look into a region: pictures from where the camera is and from more views, as one map."""
+"""Surveys of a region: pictures from one or more viewpoints, as one map."""
 
 from __future__ import annotations
 
@@ -7,27 +7,33 @@ from math import ceil
 import numpy as np
 from py_trees.common import Status
 
-from behaviours.aiming import camera_pose, hand_for, straight_down
-from behaviours.approach import Approach
 from behaviours.leaf import Leaf
-from behaviours.poses import Region
-from behaviours.settings import OccupancySettings, ViewSettings
+from behaviours.motion import Approach
+from behaviours.parameter_types import Region
+from behaviours.viewpoint import CAMERA_PATIENCE, camera_pose, hand_for, straight_down
 from controller import PoseGoal
 from hw import DepthFrame
 from perception import RegionMap
 
+LEAST_SEEN = 0.98  # share of a region that must be seen to call it empty
+_LEAST_SEEN_AROUND_OBJECTS = 0.9  # the same to count objects, which hide a part
+_MOST_OVERLOOKED = 0.01  # a region where higher objects may be overlooked is not empty [m]
+_WIDTH_PER_HEIGHT = 0.8  # of the square that one picture shows well, per height of the camera
+_CELL, _STRIDE = 0.003, 2  # of a map in which objects are counted [m, pixels]
+_GLANCE_CELL, _GLANCE_STRIDE = 0.008, 3  # of a map that is made within every tick [m, pixels]
+
 
 class Survey:
-    """Takes pictures of a region from one view after the other; at rest, but for the ways between.
+    """Takes pictures of a region from one viewpoint after the other.
 
     Args:
-        leaf: whose survey it is.
-        region: whose floor is looked at.
-        frames: pictures from each view.
-        smallest: a part that was not seen and covers less than this does not count [m^2].
-        from_here: begin with a view from where the hand is.
-        height: of the camera over the floor, in the views that it goes to [m].
-        timeout: to reach a view [s].
+        leaf: sets the goals and gets the feedback message.
+        region: whose floor is surveyed.
+        frames: pictures from each viewpoint.
+        smallest: an unseen part that covers less than this does not count [m^2].
+        from_here: begin with the present viewpoint.
+        height: of the camera over the floor, in the other viewpoints [m].
+        timeout: to reach a viewpoint [s].
         patience: without a picture [s].
     """
 
@@ -41,13 +47,13 @@ class Survey:
         from_here: bool,
         height: float = 0.45,
         timeout: float = 30.0,
-        patience: float = 2.0,
+        patience: float = CAMERA_PATIENCE,
     ) -> None:
         self._leaf, self._region = leaf, region
         self._height, self._frames, self._timeout = height, frames, timeout
         self._smallest, self._patience = smallest, patience
         self._like = camera_pose(leaf.context)
-        self._views = views(region, leaf.settings.view.width_per_height * height)
+        self._views = views(region, _WIDTH_PER_HEIGHT * height)
         self._next = 0
         self._approach: Approach | None = None
         self._there = from_here
@@ -56,8 +62,7 @@ class Survey:
         self._begin()
 
     def _begin(self) -> None:
-        """Forget what was seen."""
-        self.map = map_of(self._region, self._leaf.settings.counting)
+        self.map = region_map(self._region)
         self._since = self._leaf.context.state.stamp
         self._arrive()
 
@@ -66,11 +71,11 @@ class Survey:
 
     @property
     def unseen(self) -> str:
-        """What of the region was not seen, in words; empty if all of it that matters was."""
-        return unseen(self.map, self._region, self._smallest, self._leaf.settings.view)
+        """What was not seen of the region; empty if all that matters was."""
+        return unseen(self.map, self._region, self._smallest)
 
     def tick(self) -> Status:
-        """Go on; SUCCESS when the pictures of a view are taken, FAILURE if that cannot be."""
+        """SUCCESS when the pictures of a viewpoint are taken, FAILURE if that is impossible."""
         leaf = self._leaf
         if fault := leaf.fault():
             return leaf.failure(fault)
@@ -85,7 +90,7 @@ class Survey:
         return self._take_pictures()
 
     def another_view(self) -> bool:
-        """Set out for the next view; whether there is one."""
+        """Go to the next viewpoint; whether there is one."""
         if self._next == len(self._views):
             return False
         self._next += 1
@@ -93,7 +98,6 @@ class Survey:
         return True
 
     def _go(self) -> Status:
-        """One tick of the way to the view whose turn it is."""
         if self._approach is None:
             wTc = straight_down(self._views[self._next - 1], self._height, like=self._like)
             target = f"view {self._next} of {len(self._views)} of {self._region.name}"
@@ -102,7 +106,7 @@ class Survey:
         return self._approach.tick()
 
     def _take_pictures(self) -> Status:
-        """One tick of standing in a view; no goal is left, so the hand comes to rest."""
+        """One tick at a viewpoint; no goal is set, so the hand comes to rest."""
         leaf, context = self._leaf, self._leaf.context
         vision, now = context.vision, context.clock.now()
         frame = vision.new_frame()
@@ -118,42 +122,42 @@ class Survey:
         return leaf.success(f"looked at {self._region.name}")
 
 
-def map_of(region: Region, settings: OccupancySettings, *frames: DepthFrame) -> RegionMap:
-    """A map of a region.
-
-    Args:
-        region: of the task file.
-        settings: how finely it is looked at.
-        frames: that it has taken in.
-    """
-    seen = RegionMap(region.wTr, region.size, settings.cell, settings.stride)
+def region_map(region: Region, *frames: DepthFrame) -> RegionMap:
+    """A map of a region that is fine enough to count objects."""
+    seen = RegionMap(region.wTr, region.size, _CELL, _STRIDE)
     for frame in frames:
         seen.add(frame)
     return seen
 
 
-def unseen(seen: RegionMap, region: Region, smallest: float, settings: ViewSettings) -> str:
-    """What a map does not show of a region, in words; empty if that cannot hide an object.
+def glance(region: Region, frame: DepthFrame) -> RegionMap:
+    """A coarse map of a region, fast enough for every tick."""
+    seen = RegionMap(region.wTr, region.size, _GLANCE_CELL, _GLANCE_STRIDE)
+    seen.add(frame)
+    return seen
 
-    What stands there hides a part of the floor; where nothing stands, nothing may be hidden.
+
+def unseen(seen: RegionMap, region: Region, smallest: float) -> str:
+    """What a map does not show of a region; empty if that cannot hide an object.
+
+    Objects hide a part of the floor; without objects, nothing may be hidden.
 
     Args:
         seen: the map.
-        region: that it is of.
+        region: of the map.
         smallest: a part that covers less than this does not count [m^2].
-        settings: how much has to be seen, and how well.
     """
-    if seen.segments(smallest) and seen.seen >= settings.least_seen_around_objects:
+    if seen.segments(smallest) and seen.seen >= _LEAST_SEEN_AROUND_OBJECTS:
         return ""
     parts = seen.hidden(smallest)
-    if seen.seen < settings.least_seen or parts:
+    if seen.seen < LEAST_SEEN or parts:
         text = f"{100.0 * (1.0 - seen.seen):.0f} % of {region.name} not seen"
         if not parts:
             return text
         part = max(parts, key=lambda one: one.area)
         x, y, _ = part.centre
         return f"{text}, most of it ({1e4 * part.area:.0f} cm²) around {x:.2f}, {y:.2f}"
-    if seen.lowest > settings.most_overlooked:
+    if seen.lowest > _MOST_OVERLOOKED:
         return f"what is lower than {1000 * seen.lowest:.0f} mm is not seen from so far"
     return ""
 
@@ -162,7 +166,7 @@ def views(region: Region, side: float) -> list[np.ndarray]:
     """Points (3,) on the floor of a region, in the world, to look at one after the other.
 
     Args:
-        region: squares around them cover it.
+        region: squares around the points cover it.
         side: of a square [m].
     """
     columns, rows = (max(1, ceil(edge / side - 1e-9)) for edge in region.size[:2])

@@ -1,8 +1,8 @@
-"""The wrist camera and what perception makes of it, looked at only when a behaviour asks.
+"""Vision of one robot: newest frame, detected grasps and tracked grasp, computed on demand.
 
-Finding grasps takes longer than a control period. `VisionInStep` lets the tick wait for it, so that
-a simulated run is the same every time. `VisionBeside` has it done by a thread, and a tick takes the
-newest result that is ready, as on a real robot.
+Grasp detection takes longer than a control period. With `VisionInStep` the tick waits for it, so
+that a simulated run is reproducible. `VisionBeside` detects in a thread, and a tick takes the
+newest result, as on a real robot.
 """
 
 from __future__ import annotations
@@ -25,19 +25,16 @@ from perception import (
     Workspace,
 )
 
-OLDEST_FRAME = 0.15
-"""A frame older than this says nothing about where a grasp is now [s]."""
-_AHEAD = 0.25
-"""Frames may be newer than the reading of the robot that they are compared with [s]."""
-_LOST_FRAME = 1.0
-"""Frames that are older than this do not come late: they do not come [s]."""
+_OLDEST_FRAME = 0.15  # an older frame is outdated [s]
+_AHEAD = 0.25  # a frame may be newer than the reading of the robot by this [s]
+_LOST_FRAME = 1.0  # frames that are older are not late but missing [s]
 
 
 class Vision(ABC):
     """Newest frame, detection and tracked grasp of one robot.
 
-    All leaves of a tick see the same frame, whichever asks first. A frame is new when it is another
-    object than the one before. One that cannot be what it claims to be counts as none.
+    All leaves of a tick see the same frame. A frame is new when it is another object than the one
+    before. Implausible frames are dropped.
 
     Args:
         camera: of the robot.
@@ -53,62 +50,57 @@ class Vision(ABC):
         self._is_new = False
         self.tracker = GraspTracker()
         self.frame: DepthFrame | None = None
-        """The newest frame that a behaviour has used."""
+        """The newest frame that was used."""
         self.detection: Detection | None = None
-        """What grasps were found in it; None if it was not searched for any."""
+        """Grasps in `frame`; None if it was not searched."""
         self.grasp: GraspEstimate | None = None
-        """The grasp that is followed, if any."""
+        """The tracked grasp, if any."""
         self._known_since = -inf
         self._memory = SceneMemory()
         self.seconds = 0.0
-        """Real time that ticks have spent on images so far [s]."""
+        """Wall time that ticks have spent on images [s]."""
 
     @abstractmethod
     def detect(self, workspace: Workspace) -> Detection | None:
-        """Grasps in a workspace; None if there is no result that the last tick did not have."""
+        """Grasps in a workspace; None if there is no new result in this tick."""
 
     def begin_tick(self) -> None:
-        """From now on a newer frame counts as new."""
+        """Let a newer frame count as new."""
         self._is_new = False
 
     @abstractmethod
     def close(self) -> None:
-        """Stop what runs beside the loop."""
+        """Stop the thread, if there is one."""
 
     @contextmanager
     def timed(self) -> Iterator[None]:
-        """What is computed inside counts as time spent on images."""
+        """Context manager that adds its duration to `seconds`."""
         begun = stopwatch()
         yield
         self.seconds += stopwatch() - begun
 
     def new_frame(self) -> DepthFrame | None:
-        """The frame that has come since the last tick; None if there is none."""
+        """The frame that is new in this tick; None if there is none."""
         frame = self._take()
         if frame is not None and frame is not self.frame:
             self.frame, self.detection = frame, None
         return frame
 
     def newest(self, after: float) -> DepthFrame | None:
-        """The newest frame; the camera is asked if that is not from after a time.
-
-        Args:
-            after: session time [s].
-        """
+        """The newest frame; the camera is asked for one after session time `after` [s]."""
         if self._newest is None or self._newest.stamp <= after:
             self._take()
         return self._newest
 
     def track(self, workspace: Workspace, now: float) -> GraspEstimate | None:
-        """Follow one grasp from frame to frame.
+        """Track one grasp from frame to frame.
 
         Args:
-            workspace: where it has to be.
+            workspace: of the grasp.
             now: session time [s].
 
         Returns:
-            The grasp; None if it is not, or no longer, seen, or if the newest frame is too old to
-            be believed. A locked grasp stays.
+            The grasp; None if none is seen, or the newest frame is outdated. A locked grasp stays.
         """
         detection, frame = self.detect(workspace), self.frame
         if self.is_blind(now):
@@ -119,43 +111,43 @@ class Vision(ABC):
             if is_known:
                 self.grasp = self.tracker.update(detection, frame.wTc)
             if not is_known:
-                self._memory = SceneMemory()  # things are not where that frame showed them
+                self._memory = SceneMemory()  # that frame is outdated
             elif self.grasp is not None and self.grasp.velocity.any():
                 self._memory = self._memory.without(self.grasp, workspace.floor)
         return self.grasp
 
     def blindness(self, now: float) -> str:
-        """Why no frame can be believed at session time `now`, in words; empty if one can."""
+        """Why there is no valid frame at session time `now` [s]; empty if there is one."""
         late = inf if self._newest is None else now - self._newest.stamp
-        if -_AHEAD <= late <= OLDEST_FRAME:
+        if -_AHEAD <= late <= _OLDEST_FRAME:
             return ""
         if self._mistake or late < 0.0:
             return self._mistake or "frames are stamped ahead of the clock"
         return f"frames come {late:.2f} s late" if late <= _LOST_FRAME else "no camera frame"
 
     def is_blind(self, now: float) -> bool:
-        """Whether there is no frame, or only one too old to be believed at session time `now`."""
+        """Whether there is no valid frame at session time `now` [s]."""
         return self.blindness(now) != ""
 
     def reject(self) -> None:
-        """Remember the followed grasp as one that failed."""
+        """Reject the tracked grasp in future."""
         if self.grasp is not None:
             self.tracker.reject(self.grasp.wTg)
 
     def reset(self) -> None:
-        """Follow no grasp any longer, and remember nothing of what earlier frames showed."""
+        """Stop tracking, and forget earlier frames."""
         self.tracker.reset()
         self.grasp = None
         self._memory = SceneMemory()
 
     def relocalise(self, now: float) -> None:
-        """Follow no grasp that a frame from before session time `now` shows."""
+        """Drop all grasps of frames before session time `now` [s]."""
         self._known_since = now
         self._judge.relocalise()
         self.reset()
 
     def _take(self) -> DepthFrame | None:
-        """The camera's newest frame if it is new in this tick and can be believed."""
+        """The camera's newest frame if it is new in this tick and plausible."""
         if not self._is_new:
             with self.timed():
                 frame = self._camera.latest(inf)
@@ -168,13 +160,13 @@ class Vision(ABC):
 
 
 class VisionInStep(Vision):
-    """Searches every new frame while the tick waits."""
+    """Vision that searches every new frame within the tick."""
 
     def close(self) -> None:
-        """Nothing runs beside the loop."""
+        """Do nothing: there is no thread."""
 
     def detect(self, workspace: Workspace) -> Detection | None:
-        """Grasps in the frame that is new in this tick; None if there is none."""
+        """Grasps in the new frame of this tick; None if there is none."""
         frame = self.new_frame()
         if frame is None:
             return None
@@ -190,7 +182,7 @@ class _Search(NamedTuple):
 
 
 class VisionBeside(Vision):
-    """Has frames searched by a thread, one at a time; no tick waits for it.
+    """Vision with a thread that searches one frame at a time; no tick waits for it.
 
     Args:
         camera: of the robot.
@@ -208,7 +200,7 @@ class VisionBeside(Vision):
         self._found: tuple[Workspace, Detection] | None = None
 
     def begin_tick(self) -> None:
-        """From now on a newer frame, or another result, counts as new."""
+        """Let a newer frame, or another result, count as new."""
         super().begin_tick()
         self._found = None
 
@@ -217,7 +209,7 @@ class VisionBeside(Vision):
         self._executor.shutdown(wait=False, cancel_futures=True)
 
     def detect(self, workspace: Workspace) -> Detection | None:
-        """The result that has become ready since the last tick; None if there is none."""
+        """The result that is new in this tick; None if there is none."""
         if self._found is not None and self._found[0] is workspace:
             return self._found[1]
         self._take()
@@ -227,8 +219,8 @@ class VisionBeside(Vision):
         found = None
         if search is not None and search.result.done() and not self._is_used:
             self._is_used = True
-            # A search of long ago, or of another region, tells nothing about now.
-            is_recent = newest.stamp - search.frame.stamp <= OLDEST_FRAME
+            # An old search, or one of another region, is dropped.
+            is_recent = newest.stamp - search.frame.stamp <= _OLDEST_FRAME
             if search.workspace is workspace and is_recent:
                 self.frame, self.detection = search.frame, search.result.result()
                 found = self.detection

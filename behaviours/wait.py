@@ -1,4 +1,4 @@
-"""Stand still for a while."""
+"""Behaviour `wait`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from py_trees.common import Status
 
 from behaviours.context import Context
 from behaviours.leaf import Leaf
-from behaviours.ranges import Pause
+from behaviours.parameter_types import Duration
 
 
 class Wait(Leaf):
@@ -20,10 +20,10 @@ class Wait(Leaf):
 
     key: ClassVar[str] = "wait"
     needs_robot: ClassVar[bool] = False
-    lasts: ClassVar[str] = "duration_s"
+    duration: ClassVar[str] = "duration_s"
     moves: ClassVar[bool] = False
 
-    def __init__(self, name: str, context: Context, *, duration_s: Pause) -> None:
+    def __init__(self, name: str, context: Context, *, duration_s: Duration) -> None:
         super().__init__(name, context)
         self._duration = duration_s
 
@@ -33,5 +33,7 @@ class Wait(Leaf):
 
     def update(self) -> Status:
         """One tick."""
-        left = self._duration - (self.context.clock.now() - self._begun)
-        return self.success("waited") if left <= 0.0 else self.running(f"{left:.1f} s left")
+        remaining = self._duration - (self.context.clock.now() - self._begun)
+        if remaining <= 0.0:
+            return self.success("waited")
+        return self.running(f"{remaining:.1f} s left")

@@ -17,7 +17,6 @@ from py_trees.common import Status
 from behaviours import (
     Approach,
     BasePose,
-    BehaviourSettings,
     Bounds,
     Condition,
     Context,
@@ -68,7 +67,6 @@ __all__ = [
     "BaseGoal",
     "BasePose",
     "BaseState",
-    "BehaviourSettings",
     "Bounds",
     "Clock",
     "Command",

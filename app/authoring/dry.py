@@ -18,7 +18,7 @@ from py_trees.common import Status
 
 from app.authoring.script import Script, read_keys, read_script
 from app.core import End, Outcome
-from behaviours import BehaviourSettings, Context, Key, TaskLog
+from behaviours import Context, Key, TaskLog
 from config import Plain
 from hw import SimClock, TaskClock
 from trees.language import (
@@ -222,7 +222,6 @@ class _DryContext:
     """All that leaves need of a `Context` that need no robot."""
 
     clock: TaskClock
-    settings: BehaviourSettings = field(default_factory=BehaviourSettings)
     keys: dict[str, Key[object]] = field(default_factory=dict)
     log: TaskLog = field(default_factory=TaskLog)
 

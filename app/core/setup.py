@@ -9,7 +9,7 @@ from pathlib import Path
 
 from app.choices import MotionForm, ObstacleSource, VisionForm
 from app.core.known import Known, known_of
-from behaviours import Context, SeenObstacles, Vision, VisionBeside, VisionInStep
+from behaviours import Context, DepthObstacles, Vision, VisionBeside, VisionInStep
 from controller import (
     HolisticController,
     MotionController,
@@ -182,7 +182,7 @@ def set_up(
                 clock=clock,
                 vision=vision,
                 state=state,
-                seen=seen,
+                depth_obstacles=seen,
                 fixtures=known.fixtures,
                 obstacles=known.obstacles,
                 follows_goals=motion is MotionForm.HOLISTIC,
@@ -194,13 +194,13 @@ def set_up(
 @contextmanager
 def _seen(
     robot: Robot, form: VisionForm, obstacles: ObstacleSource
-) -> Iterator[SeenObstacles | None]:
+) -> Iterator[DepthObstacles | None]:
     """What looks for obstacles, in step with the tick or beside the loop; None if nothing does."""
     if obstacles is ObstacleSource.MAP:
         yield None
         return
     executor = InlineExecutor() if form is VisionForm.STEP else one_thread()
-    with closing(SeenObstacles(robot.description, executor)) as seen:
+    with closing(DepthObstacles(robot.description, executor)) as seen:
         yield seen
 
 

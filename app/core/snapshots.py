@@ -97,7 +97,7 @@ class Snapshots:
             detection=vision.detection if is_new else None,
             grasp=vision.grasp,
             locked=vision.tracker.locked,
-            seen=None if context.seen is None else context.seen.cloud,
+            seen=None if context.depth_obstacles is None else context.depth_obstacles.cloud,
             blackboard={path: key.read() for path, key in context.keys.items() if key.written},
         )
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 _LONGEST_GIVEN = 24
-_NEXT = "onward"
+_NEXT = "next_goal"
 """The argument that says where a task goes next."""
 
 

@@ -17,7 +17,7 @@ from lab.shared import paired_difference, percent
 
 _HERE = Path(__file__).parent
 WAYS = {name: _HERE / f"{name}.yaml" for name in ("standing", "in_passing")}
-"""The two tasks, which differ in nothing but `onward` and what follows a miss."""
+"""The two tasks, which differ in nothing but `next_goal` and what follows a miss."""
 
 
 @dataclass(frozen=True, kw_only=True)

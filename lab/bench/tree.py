@@ -13,7 +13,7 @@ import numpy as np
 from py_trees.common import Status
 from rich.table import Table
 
-from behaviours import BehaviourSettings, Condition, Context, Leaf
+from behaviours import Condition, Context, Leaf
 from hw import SimClock
 from lab.bench.step import Timing
 from trees.language import build, load, nodes_in_order
@@ -60,7 +60,6 @@ class _ContextPart:
     """The part of a context that these leaves use."""
 
     clock = SimClock()
-    settings = BehaviourSettings()
 
 
 def large_task() -> str:

@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeVar
 
 import cv2
 
-from behaviours import BehaviourSettings
+from behaviours import LOOKS
 from lab.grasps.scenes import ROBOT
 from lab.shared import progress, run_all
 from perception import WITHOUT_NETWORK, GraspDetector
@@ -30,10 +30,9 @@ class Ranking(NamedTuple):
     """How often the camera looks again, where there is no grasp or only a doubtful one."""
 
 
-_LOOKS = BehaviourSettings().grasp.looks
 RANKINGS: Mapping[str, Ranking] = {
-    "likelihood": Ranking(by_likelihood=True, lever_arm=True, looks=_LOOKS),
-    "check": Ranking(by_likelihood=False, lever_arm=True, looks=_LOOKS),
+    "likelihood": Ranking(by_likelihood=True, lever_arm=True, looks=LOOKS),
+    "check": Ranking(by_likelihood=False, lever_arm=True, looks=LOOKS),
     "first": Ranking(by_likelihood=False, lever_arm=False, looks=0),
 }
 """By name: that of a run, that of a run without a network, and that of the first version."""

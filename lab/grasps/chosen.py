@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pinocchio import SE3
 
-from behaviours import BehaviourSettings, Region, straight_down
+from behaviours import DOUBTFUL, LOOK_HEIGHT, Region, straight_down
 from hw.sim import D435Noise, World
 from lab.grasps.scenes import noisy_frame
 from perception import GraspDetector, GraspEstimate, segment_objects
@@ -33,11 +33,10 @@ def chosen_grasp(
         looks: how often it looks again from straight above where it sees no grasp, or only a
             doubtful one, as the behaviour `grasp` does.
     """
-    settings = BehaviourSettings().grasp
     for left in reversed(range(looks + 1)):
         frame = noisy_frame(world.shapes(), wTc, noise, rng)
         grasps = detector.detect(frame, region).grasps
-        if not left or (grasps and grasps[0].quality >= settings.doubtful):
+        if not left or (grasps and grasps[0].quality >= DOUBTFUL):
             break
         if grasps:
             point = grasps[0].wTg.translation
@@ -45,5 +44,5 @@ def chosen_grasp(
             point = max(things, key=lambda one: one.area).position
         else:
             break
-        wTc = straight_down(point, settings.look_height, like=wTc)
+        wTc = straight_down(point, LOOK_HEIGHT, like=wTc)
     return grasps[0] if grasps else None

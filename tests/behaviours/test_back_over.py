@@ -5,7 +5,7 @@ import pytest
 from harness import Harness, looking_down
 from pinocchio import SE3
 
-from behaviours.aiming import back_over
+from behaviours.motion import over_grasp
 
 
 @pytest.mark.parametrize(
@@ -18,5 +18,5 @@ def test_a_hand_that_has_strayed_comes_back_at_its_height(aside, above, goes_to)
     harness.run_for(None, 0.01)
     hand = harness.context.wTe
     wTg = hand * SE3(np.eye(3), np.array([aside, 0.0, above]))
-    went = wTg.actInv(back_over(wTg, harness.context).translation)
+    went = wTg.actInv(over_grasp(wTg, harness.context).translation)
     np.testing.assert_allclose(went, [0.0, 0.0, -goes_to], atol=1e-9)

@@ -9,7 +9,7 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import Detect, DetectedObjects, Grasp, Key, Navigate
-from behaviours.detect import LooksLike
+from behaviours.conditions import LooksLike
 from behaviours.look_at import LookAt
 from robots import Geom
 

@@ -17,11 +17,11 @@ from py_trees.common import Status
 
 from behaviours import Region
 from behaviours.grasp import Grasp
+from behaviours.motion import Progress
 from behaviours.navigate import Navigate
+from behaviours.parameter_types import ToolPose
 from behaviours.place import Place
 from behaviours.places import Places
-from behaviours.poses import ToolPose
-from behaviours.progress import Progress
 from behaviours.retreat_check import RetreatCheck
 from controller import PoseGoal
 from hw import TaskTime

@@ -20,11 +20,12 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import Region
+from behaviours.conditions import HoldingObject
 from behaviours.grasp import Grasp
-from behaviours.gripper import HoldingObject, OpenGripper
+from behaviours.open_gripper import OpenGripper
+from behaviours.parameter_types import Posture
 from behaviours.place import Place
 from behaviours.places import Places
-from behaviours.poses import Posture
 from behaviours.recover import Recover
 from behaviours.retreat_check import RetreatCheck
 

@@ -18,7 +18,8 @@ from pinocchio import SE3
 from py_trees.common import Status
 
 from behaviours import Region
-from behaviours.gripper import HoldingObject, OpenGripper
+from behaviours.conditions import HoldingObject
+from behaviours.open_gripper import OpenGripper
 from behaviours.place import Place
 from behaviours.places import Places, slots
 from behaviours.retreat_check import RetreatCheck

@@ -81,8 +81,8 @@ def test_a_grasp_on_the_move_holds_and_the_next_place_is_reached_sooner_on_avera
             harness = over_the_table(block(half=(0.03, 0.02, 0.025)))  # gripped without a turn
             context = harness.context
             for leaf in (
-                Grasp("grasp", context, within=ON_TABLE, onward=onward),
-                RetreatCheck("retreat_check", context, rise_m=0.1, onward=onward),
+                Grasp("grasp", context, within=ON_TABLE, next_goal=onward),
+                RetreatCheck("retreat_check", context, rise_m=0.1, next_goal=onward),
                 Navigate("navigate", context, to=there),
             ):
                 assert harness.run(leaf) is Status.SUCCESS
@@ -102,11 +102,11 @@ def test_after_an_attempt_in_vain_the_base_stands_while_the_hand_grasps():
     for second in ("the same", "standing", "another"):
         harness = over_the_table(block())
         context = harness.context
-        first = Grasp("grasp", context, within=ON_TABLE, onward=there)
+        first = Grasp("grasp", context, within=ON_TABLE, next_goal=there)
         leaves = {
             "the same": first,
             "standing": Grasp("grasp", context, within=ON_TABLE),
-            "another": Grasp("grasp", context, within=ON_TABLE, onward=there),
+            "another": Grasp("grasp", context, within=ON_TABLE, next_goal=there),
         }
         back = (Navigate("up", context, to=up), OpenGripper("open", context))
         for leaf in (first, *back, leaves[second]):

@@ -10,7 +10,7 @@ from harness import TABLE_TOP, Harness, block, held_block, over_the_table, table
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import BehaviourSettings, Region
+from behaviours import Region
 from behaviours.follow import Follow
 from behaviours.grasp import Grasp
 from behaviours.place import Place
@@ -138,16 +138,16 @@ def readings(harness: Harness, seconds: float, twist: np.ndarray) -> list:
 
 def test_motion_gaps_and_the_first_reading_are_no_jumps():
     seen = readings(Harness(table_world()), 3.0, np.array([1.0, 0.0, 1.0]))
-    relocalisation = Relocalisation(BehaviourSettings().relocalisation)
+    relocalisation = Relocalisation()
     assert not any(relocalisation.note(state) for state in seen)
-    relocalisation = Relocalisation(BehaviourSettings().relocalisation)
+    relocalisation = Relocalisation()
     assert not any(relocalisation.note(state) for state in seen[::40])  # gaps of 0.4 s
 
 
 def test_a_jump_that_is_spread_over_some_readings_is_one_jump():
     """As interpolation between the readings of a slow base does."""
     seen = readings(Harness(table_world()), 1.0, np.array([0.5, 0.0, 0.0]))
-    relocalisation = Relocalisation(BehaviourSettings().relocalisation)
+    relocalisation = Relocalisation()
     told = []
     for number, state in enumerate(seen):
         away = SE3(np.eye(3), np.array([0.0, 0.005 * np.clip(number - 50, 0, 8), 0.0]))

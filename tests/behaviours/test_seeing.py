@@ -1,7 +1,6 @@
 """The behaviours that look: grasp and region_empty, with the real network on rendered frames."""
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -90,10 +89,10 @@ def test_the_hand_goes_down_only_when_it_stands_over_the_grasp(half):
     harness = looking_stage(block(half=half, x=0.82, y=0.09))
     leaf = grasp(harness, lock_distance_m=0.45)  # locked long before the hand is there
     harness.run_into(leaf, "descend")
-    settings, wTg = harness.context.settings.grasp, harness.context.vision.grasp.wTg
+    wTg = harness.context.vision.grasp.wTg
     error = wTg.actInv(harness.context.wTe)
-    assert np.linalg.norm(error.translation[:2]) <= settings.above_position + 1e-3
-    assert np.linalg.norm(log3(error.rotation)) <= settings.above_angle + 0.01
+    assert np.linalg.norm(error.translation[:2]) <= 0.009 + 1e-3
+    assert np.linalg.norm(log3(error.rotation)) <= np.deg2rad(3.0) + 0.01
 
 
 def test_a_grasp_out_of_the_region_is_not_taken():
@@ -202,11 +201,9 @@ def test_where_no_grasp_is_seen_the_camera_looks_again_from_above():
     assert "the hand does not fit" in leaf.feedback_message
 
 
-def test_a_hand_looks_again_before_it_goes_down_on_a_doubtful_grasp():
+def test_a_hand_looks_again_before_it_goes_down_on_a_doubtful_grasp(monkeypatch):
     harness = looking_stage(block(x=0.75, y=0.05))
-    settings = harness.context.settings
-    doubting = replace(settings, grasp=replace(settings.grasp, doubtful=1.1))
-    harness.context.settings = doubting
+    monkeypatch.setattr("behaviours.grasp.DOUBTFUL", 1.1)
     leaf = grasp(harness)
     harness.tick(leaf)
     assert highest_view(harness, leaf, 0.75, 0.05) > 0.38

@@ -7,7 +7,7 @@ import numpy as np
 from harness import TABLE_TOP, block, detector, looking_down
 from pinocchio import SE3
 
-from behaviours import Context, SeenObstacles, VisionInStep
+from behaviours import Context, DepthObstacles, VisionInStep
 from controller import BaseGoal, HolisticController, PoseGoal, robot_model
 from hw import Gate, SimClock, TaskClock, TaskTime
 from hw.sim import World, kinematic_robot
@@ -46,7 +46,7 @@ class Seeing:
             vision=VisionInStep(self.robot.camera, detector()),
             state=self.robot.read(),
             fixtures=tuple(known),
-            seen=SeenObstacles(description, executor) if sees else None,
+            seen=DepthObstacles(description, executor) if sees else None,
         )
         self.reports = []
         self._ticks = 0

@@ -8,14 +8,13 @@ from harness import TABLE_TOP, Harness, block, held_block, looking_down, table_w
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours import BehaviourSettings, Region
+from behaviours import Region
 from behaviours.place import Place
 from behaviours.places import Places, slots
 from behaviours.surface import Shows, look_at
 from hw.sim import SimObject, World
 from robots import Box, Geom, Plane
 
-SETTINGS = BehaviourSettings().surface
 RADIUS = 0.06
 FAR = Region(
     name="table",
@@ -33,7 +32,7 @@ def look(world: World, x=0.7, y=0.0, floor=TABLE_TOP, camera=(0.635, 0.0, 0.8), 
     harness.tick(None)
     frame = harness.context.vision.new_frame()
     assert frame is not None
-    return look_at(frame, np.array([x, y, floor]), RADIUS, hand, SETTINGS)
+    return look_at(frame, np.array([x, y, floor]), RADIUS, hand)
 
 
 def narrow_table() -> World:
@@ -99,7 +98,7 @@ def test_a_place_out_of_the_picture_or_without_depth_is_unseen(depth):
     harness.tick(None)
     frame = harness.context.vision.new_frame()
     dark = replace(frame, depth=np.full_like(frame.depth, depth))
-    seen = look_at(dark, np.array([0.7, 0.0, TABLE_TOP]), RADIUS, np.inf, SETTINGS)
+    seen = look_at(dark, np.array([0.7, 0.0, TABLE_TOP]), RADIUS, np.inf)
     assert seen.shows is Shows.UNSEEN
 
 

@@ -7,8 +7,6 @@ import pytest
 from motion import READY, State, tool_pose
 from pinocchio import SE3
 
-from behaviours import BehaviourSettings
-from behaviours.settings import GraspSettings
 from controller import (
     BaseGoal,
     Command,
@@ -66,8 +64,6 @@ def test_settings_are_never_negative_and_always_numbers(value):
         ControllerSettings(smoothness=value)
     with pytest.raises(ValueError, match="`gain` of ServoSettings must be a number above 0"):
         ServoSettings(gain=value)
-    with pytest.raises(ValueError, match="`standoff` of GraspSettings must be at least 0"):
-        BehaviourSettings(grasp=GraspSettings(standoff=value))
 
 
 def test_a_damper_begins_before_it_ends():

@@ -13,7 +13,7 @@ from behaviours import LEAVES
 from trees.language import DECLARATIONS, check, declarations_text, describe_leaves
 from trees.language.declarations import declared_leaves
 
-CODE = {"behaviour", "misfit"}
+CODE = {"behaviour", "validate"}
 HEAVY = ("numpy", "pinocchio", "cv2", "torch", "coal")
 
 
@@ -33,10 +33,10 @@ def test_what_is_read_is_what_the_classes_say():
 
 def test_arguments_that_do_not_fit_each_other_are_found_without_the_class():
     for key, leaf in describe_leaves(LEAVES).items():
-        assert (declared_leaves()[key].misfit is None) == (leaf.misfit is None)
-    misfit = declared_leaves()["say"].misfit
-    assert misfit is not None
-    assert "has only one of" in misfit({"text": "{value}"})
+        assert (declared_leaves()[key].validate is None) == (leaf.validate is None)
+    validate = declared_leaves()["say"].validate
+    assert validate is not None
+    assert "has only one of" in validate({"text": "{value}"})
 
 
 @pytest.mark.parametrize("wrong", [False, True], ids=["good", "bad"])

@@ -19,8 +19,7 @@ from py_trees.common import Status
 from tree_toys import ToyContext
 
 import trees
-from behaviours import DetectedObjects
-from behaviours.key import Key
+from behaviours import DetectedObjects, Key
 from config import Diagnostic
 from trees.language import (
     COMPOSITES,

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 from tree_toys import TOYS, Run
 
-from behaviours.key import Key
-from behaviours.leaf import LeafCrashedError
+from behaviours import Key, LeafCrashedError
 from config import Severity
 from trees.language import check
 

@@ -8,8 +8,7 @@ import pytest
 from py_trees.common import Status
 from tree_toys import TOYS, Toy, ToyContext
 
-from behaviours import LEAVES, Bounds, Positive
-from behaviours.key import Key
+from behaviours import LEAVES, Bounds, Key, Positive
 from trees.language import COMPOSITES, MODIFIERS, LeafError, build, describe_leaves, load
 
 

@@ -6,7 +6,7 @@ import pytest
 from py_trees.common import Status
 from tree_toys import Run
 
-from behaviours.leaf import LeafCrashedError
+from behaviours import LeafCrashedError
 from trees.language import MODIFIERS
 
 

@@ -7,7 +7,7 @@ import pytest
 from tree_toys import TOYS, Play, ToyContext
 
 import trees
-from behaviours.poses import Posture
+from behaviours.parameter_types import Posture
 from robots import load_robot
 from trees.language import LeafError, Task, build, check, load, nodes_in_order
 

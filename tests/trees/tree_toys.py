@@ -12,7 +12,6 @@ from py_trees.common import Status
 
 from behaviours import (
     BasePose,
-    BehaviourSettings,
     Condition,
     Key,
     Posture,
@@ -40,7 +39,6 @@ class ToyContext:
     counted: int = 0
     keys: dict[str, object] = field(default_factory=dict)
     log: TaskLog = field(default_factory=TaskLog)
-    settings: BehaviourSettings = field(default_factory=BehaviourSettings)
     robot: object = field(
         default_factory=lambda: SimpleNamespace(description=load_robot("frankie"))
     )

@@ -7,6 +7,8 @@ from dataclasses import replace
 
 from behaviours import Key
 from config import YamlEntry, YamlMap, YamlScalar, YamlValue, describe, quoted, suggest
+from trees.language import aliases
+from trees.language.aliases import renamed
 from trees.language.leaf_type import ADD, LeafType
 from trees.language.mappings import WORD
 from trees.language.plausibility import meant, radians_for_degrees
@@ -39,6 +41,8 @@ def read_leaf(
         return node
     if leaf.names_keys:
         return _read_set(node, given, scope)
+    names = {**leaf.parameters, **leaf.outputs}
+    given = renamed(given, aliases.PARAMETERS, names, scope.diagnostics)
     # One that stands beside the leaf by mistake is noted there.
     for parameter in leaf.described:
         if parameter.required and parameter.name not in {*given, *beside}:
@@ -62,11 +66,11 @@ def read_leaf(
             message = f"`{leaf.key}` has no parameter `{key}`"
             scope.diagnostics.error(argument.location, message, _parameter_hint(key, leaf))
     if len(arguments) + len(outputs) == len(given):
-        _note_misfit(entry, leaf, arguments, scope)
+        _validate(entry, leaf, arguments, scope)
     return replace(node, arguments=arguments, outputs=outputs)
 
 
-def _note_misfit(
+def _validate(
     entry: YamlEntry, leaf: LeafType, arguments: Mapping[str, Argument], scope: Scope
 ) -> None:
     """Ask the leaf whether its arguments fit each other."""
@@ -74,7 +78,7 @@ def _note_misfit(
         name: Key(value.name) if isinstance(value, KeyRead) else value
         for name, value in arguments.items()
     }
-    if leaf.misfit is not None and (wrong := leaf.misfit(known)):
+    if leaf.validate is not None and (wrong := leaf.validate(known)):
         message, _, hint = wrong.partition("; ")
         scope.diagnostics.error(entry.location, f"`{leaf.key}` {message}", hint or "change it")
 

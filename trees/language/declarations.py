@@ -67,7 +67,7 @@ def _read_leaf(written: dict[str, Any]) -> LeafType:
     tuples = {name: tuple(value) for name, value in written.items() if isinstance(value, list)}
     read = {
         "behaviour": Deferred(written["behaviour"]),
-        "misfit": Deferred(written["misfit"]) if "misfit" in written else None,
+        "validate": Deferred(written["validate"]) if "validate" in written else None,
         "parameters": _read_each(Parameter, written.get("parameters", {})),
         "outputs": _read_each(Output, written.get("outputs", {})),
     }

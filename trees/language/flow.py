@@ -169,7 +169,7 @@ class _Flow:
         """Values of different kinds are never equal."""
         kinds = [
             (name, kind)
-            for name in node.type.alike
+            for name in node.type.comparable
             if name in node.arguments and (kind := _kind(self._type_of(node.arguments[name])))
         ]
         for (one, first), (other, second) in pairwise(kinds):

@@ -40,7 +40,7 @@ def _describe(key: str, leaf: type[Leaf]) -> LeafType:
     docstring = inspect.cleandoc(leaf.__doc__ or "")
     description, _, details = docstring.partition("\nArgs:\n")[0].partition("\n\n")
     described = list(_parameters(key, leaf.__init__, _argument_texts(docstring)))
-    misfit = getattr(leaf, "misfit", None)
+    validate = getattr(leaf, "validate", None)
     return LeafType(
         key=key,
         behaviour=leaf,
@@ -50,11 +50,11 @@ def _describe(key: str, leaf: type[Leaf]) -> LeafType:
         outputs={one.name: one for one in described if isinstance(one, Output)},
         goes_to=getattr(leaf, "goes_to", ()),
         surfaces=getattr(leaf, "surfaces", ()),
-        alike=getattr(leaf, "alike", ()),
-        lasts=getattr(leaf, "lasts", ""),
+        comparable=getattr(leaf, "comparable", ()),
+        duration=getattr(leaf, "duration", ""),
         moves=getattr(leaf, "moves", False),
         needs_robot=getattr(leaf, "needs_robot", True),
-        misfit=None if misfit is Leaf.misfit else misfit,
+        validate=None if validate is Leaf.validate else validate,
         is_condition=issubclass(leaf, Condition),
         takes_time=not issubclass(leaf, Condition),
         can_fail=True,

@@ -56,9 +56,9 @@ class LeafType:
     """Its parameters that name where the robot has to get."""
     surfaces: tuple[str, ...] = ()
     """Its parameters that name a region with a surface below."""
-    alike: tuple[str, ...] = ()
+    comparable: tuple[str, ...] = ()
     """Its parameters that have values of one kind."""
-    lasts: str = ""
+    duration: str = ""
     """Its parameter that says how long it takes at least; empty if none does."""
     moves: bool = False
     """Whether it may move the robot."""
@@ -66,8 +66,8 @@ class LeafType:
     """Whether it needs more than its arguments, the time and the log."""
     names_keys: bool = False
     """Whether its arguments have the names of keys, which it writes."""
-    misfit: Callable[[Mapping[str, object]], str] | None = None
-    """What is wrong with arguments that are right one by one, see `Leaf.misfit`; None if nothing
+    validate: Callable[[Mapping[str, object]], str] | None = None
+    """What is wrong with arguments that are right one by one, see `Leaf.validate`; None if nothing
     can be."""
     is_condition: bool
     takes_time: bool

@@ -102,5 +102,5 @@ def _least_time_inside(node: Node) -> float:
     if isinstance(node, CompositeNode):
         times = [_least_time(child) for child in node.children]
         return COMPOSITES[node.key].lasts(times, node.options)
-    seconds = node.arguments.get(node.type.lasts)
+    seconds = node.arguments.get(node.type.duration)
     return seconds if isinstance(seconds, int | float) else 0.0

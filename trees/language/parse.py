@@ -23,6 +23,8 @@ from config import (
     quoted,
     suggest,
 )
+from trees.language import aliases
+from trees.language.aliases import renamed
 from trees.language.arguments import read_leaf
 from trees.language.forms import FORMS
 from trees.language.mappings import fields
@@ -59,6 +61,8 @@ def read_node(value: YamlValue, scope: Scope) -> Node | None:
         hint = "write `sequence:` above a list, and `node: {...}` for a single node"
         scope.diagnostics.error(location, f"expected a node, got {describe(value)}", hint)
         return None
+    words = {**COMPOSITES, **MODIFIERS, **scope.leaves}
+    entries = renamed(entries, aliases.WORDS, words, scope.diagnostics)
     key = _node_key(location, entries, scope)
     modifiers = _read_modifiers(entries, scope)
     name = _read_name(entries, scope)

@@ -19,13 +19,13 @@ def run(record: Path, task: object) -> dict:
 
 
 def one_object(folder: Path, slot: int, waits: bool) -> Path:
-    """The task for one of its objects; `waits` leaves out every `onward`."""
+    """The task for one of its objects; `waits` leaves out every `next_goal`."""
     source = shipped("long_table")
-    part = source.with_name("parts") / "carry_onward.yaml"
+    part = source.with_name("parts") / "carry_to.yaml"
     text = part.read_text()
-    assert text.count("onward: $at_target") == 2
+    assert text.count("next_goal: $at_target") == 2
     (folder / "parts").mkdir(parents=True)
-    kept = re.sub(r", onward: \$at_target", "", text) if waits else text
+    kept = re.sub(r", next_goal: \$at_target", "", text) if waits else text
     (folder / "parts" / part.name).write_text(kept)
     lines = source.read_text().splitlines()
     task = folder / "one.yaml"

@@ -1,8 +1,7 @@
-"""Arguments of a leaf that are right one by one and do not fit each other.
+"""Validation of incompatible arguments: each is valid alone, but not together with the others.
 
-Each function is the `misfit` of one or more leaves, see `Leaf.misfit`. `check` asks them before a
-run, and a task is checked faster than what the leaves need is imported: nothing heavy is imported
-here.
+Each function is the `validate` of one or more leaves, see `Leaf.validate`. `check` calls it before
+a run, so nothing heavy is imported here.
 """
 
 from __future__ import annotations
@@ -10,18 +9,17 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from behaviours.key import Key
+from behaviours.parameter_types import Key
 from config import suggest
 
-BLANK = "{value}"
+PLACEHOLDER = "{value}"
 """In a text, what the value takes the place of."""
-_ANY_BLANK = re.compile(r"\{\w*\}")
-_CHOOSING = ("choose", "kind", "colour", "min_width_mm", "max_width_mm")
-"""The parameters of leaves that choose."""
+_ANY_PLACEHOLDER = re.compile(r"\{\w*\}")
+_CHOICE_PARAMETERS = ("choose", "kind", "colour", "min_width_mm", "max_width_mm")
 
 
-def of_choice(arguments: Mapping[str, object]) -> str:
-    """Widths between which nothing lies, or a kind that nobody knows."""
+def validate_choice(arguments: Mapping[str, object]) -> str:
+    """A minimum width above the maximum, or an unknown kind."""
     least, most = arguments.get("min_width_mm"), arguments.get("max_width_mm")
     if isinstance(least, float) and isinstance(most, float) and least > most:
         return (
@@ -38,10 +36,10 @@ def of_choice(arguments: Mapping[str, object]) -> str:
     return ""
 
 
-def of_grasp(arguments: Mapping[str, object]) -> str:
-    """A choice that does not fit, one among a single object, or a neighbour of anything."""
-    words = [word for word in (*_CHOOSING, "neighbour") if word in arguments]
-    if (wrong := of_choice(arguments)) or not words:
+def validate_grasp(arguments: Mapping[str, object]) -> str:
+    """An invalid choice, a choice within a single object, or a neighbour of no chosen object."""
+    words = [word for word in (*_CHOICE_PARAMETERS, "neighbour") if word in arguments]
+    if (wrong := validate_choice(arguments)) or not words:
         return wrong
     if isinstance(arguments.get("within"), Key):
         return (
@@ -57,28 +55,29 @@ def of_grasp(arguments: Mapping[str, object]) -> str:
     return ""
 
 
-def of_question(arguments: Mapping[str, object]) -> str:
-    """A choice that does not fit, or none."""
+def validate_looks_like(arguments: Mapping[str, object]) -> str:
+    """An invalid choice, or no criterion."""
     if len(arguments) == 1:
         return "asks nothing of its object; add `colour`, `min_width_mm` or `max_width_mm`"
-    return of_choice(arguments)
+    return validate_choice(arguments)
 
 
-def of_way(arguments: Mapping[str, object]) -> str:
-    """Both ways to say where, or neither."""
+def validate_drive(arguments: Mapping[str, object]) -> str:
+    """A pose and a relative motion, or neither."""
     goes = [arguments.get(name) or 0.0 for name in ("forward_m", "turn_deg")]
     if (arguments.get("to") is None) != (goes == [0.0, 0.0]):
         return ""
     return "says both or neither; say either where `to`, or how far by the other two"
 
 
-def of_text(arguments: Mapping[str, object]) -> str:
-    """A blank without a value, a value without its blank, or another blank."""
+def validate_text(arguments: Mapping[str, object]) -> str:
+    """A placeholder without a value, a value without its placeholder, or another placeholder."""
     text, value = arguments.get("text"), arguments.get("value")
     if not isinstance(text, str):
         return ""
-    if odd := [blank for blank in _ANY_BLANK.findall(text) if blank != BLANK]:
-        return f"`{odd[0]}` in the text is filled by nothing; write {BLANK} and give `value`"
-    if (value is not None) != (BLANK in text):
-        return f"has only one of {BLANK} and `value`; write {BLANK} where the value belongs"
+    if odd := [blank for blank in _ANY_PLACEHOLDER.findall(text) if blank != PLACEHOLDER]:
+        return f"`{odd[0]}` in the text is filled by nothing; write {PLACEHOLDER} and give `value`"
+    if (value is not None) != (PLACEHOLDER in text):
+        where = f"write {PLACEHOLDER} where the value belongs"
+        return f"has only one of {PLACEHOLDER} and `value`; {where}"
     return ""

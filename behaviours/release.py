@@ -1,4 +1,4 @@
-"""Let go of what is held at a place, rise, and see that it stands there."""
+"""Release of the held object at a place: open, rise, and check that it stands there."""
 
 from __future__ import annotations
 
@@ -10,22 +10,23 @@ import numpy.typing as npt
 from pinocchio import SE3
 from py_trees.common import Status
 
-from behaviours.back_off import BackOff
 from behaviours.leaf import Leaf
-from behaviours.progress import Progress
-from behaviours.standing import StandingWatch, Verdict
+from behaviours.motion import BackOff, Progress
+from behaviours.placed_object import PlacedObjectWatch, Verdict
+from behaviours.viewpoint import CAMERA_PATIENCE
 from controller import PoseGoal
 from hw import TaskTime
 
-_DOWN = 0.06
-"""The hand sways by this where it is not seen on the way up whether the object stands [m] ..."""
-_SWAY = 0.6
-"""... so long down and so long up [s]."""
+_LET_GO = 0.02  # opening of the fingers from which the hand rises [m]
+_RISE_SPEED = 0.5  # [m/s]
+_RISE_TOLERANCE = 0.03  # [m]
+_LOOK_ABOVE = 0.12  # the hand rises this much higher until the object is seen to stand [m]
+_DOWN, _SWAY = 0.06, 0.6  # then it sways down and up, by this [m], each way for so long [s]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Spot:
-    """Where something is let go."""
+    """The place of a release."""
 
     name: str
     """For messages."""
@@ -34,19 +35,19 @@ class Spot:
     radius: float
     """Of the disc around it that was seen to be free [m]."""
     heights: npt.NDArray[np.float64]
-    """(P,) that were seen through the points of that disc [m], see `SurfaceWatch`."""
+    """(P,) seen through the points of that disc [m], see `SurfaceWatch`."""
 
 
-class LettingGo:
+class Release:
     """The fingers open, and the hand rises until it is seen whether the object stands.
 
     Args:
-        leaf: whose act it is.
-        goal: that the hand has reached and keeps to while the fingers open.
-        spot: where that is.
+        leaf: sets the goals and gets the feedback message.
+        goal: that the hand has reached, and keeps while the fingers open.
+        spot: the place.
         up: how high the hand has to rise [m].
         backs_off: whether the base backs off afterwards.
-        used: called when the object is let go, whatever becomes of the leaf.
+        used: called when the object is released, even if the leaf has ended.
     """
 
     def __init__(
@@ -61,24 +62,24 @@ class LettingGo:
     ) -> None:
         self._leaf, self._goal, self._spot, self._used = leaf, goal, spot, used
         self._up, self._backs_off = up, backs_off
-        context, settings = leaf.context, leaf.settings.place
+        context = leaf.context
         assert context.log.in_hand is not None
         self._held, self._carried = context.held, context.log.in_hand
-        self._watch: StandingWatch | None = None
+        self._watch: PlacedObjectWatch | None = None
         self._back_off: BackOff | None = None
         self._looking_since: TaskTime | None = None
         self._step = self._open
-        high = np.array([0.0, 0.0, up + settings.look_above])
+        high = np.array([0.0, 0.0, up + _LOOK_ABOVE])
         self._rising = replace(
             goal,
             wTe=SE3(goal.wTe.rotation, goal.wTe.translation + high),
-            speed=settings.rise_speed,
+            speed=_RISE_SPEED,
             hand_may_touch=True,
         )
         lower = self._rising.wTe.translation - np.array([0.0, 0.0, _DOWN])
         self._lower = replace(self._rising, wTe=SE3(goal.wTe.rotation, lower))
         leaf.open_gripper()
-        context.log.when_let_go(leaf.opens_by(settings.let_go), self._set_down)
+        context.log.when_let_go(leaf.opens_by(_LET_GO), self._set_down)
 
     @property
     def phase(self) -> str:
@@ -104,14 +105,16 @@ class LettingGo:
         self._used()
         context.set_down.add(self._held, context.wTe)
         self._carried.let_go = context.clock.now()
-        self._watch = StandingWatch(context, self._carried, spot.centre, spot.radius, spot.heights)
-        context.standing = self._watch
+        self._watch = PlacedObjectWatch(
+            context, self._carried, spot.centre, spot.radius, spot.heights
+        )
+        context.placed_object = self._watch
 
     def _rise(self) -> Status:
-        """Up, and further up until it is seen whether something stands, or there is no higher."""
+        """Up, and further up until the verdict is known, or the hand can rise no more."""
         leaf = self._leaf
         risen = float(leaf.context.wTe.translation[2] - self._goal.wTe.translation[2])
-        is_up = risen >= self._up - min(leaf.settings.place.rise_tolerance, self._up / 3.0)
+        is_up = risen >= self._up - min(_RISE_TOLERANCE, self._up / 3.0)
         report = leaf.pursue(self._rising, "rising")
         if not (is_up and self._verdict is not Verdict.UNSEEN):
             if report is None or not (report.arrived or self._progress.is_stuck(report)):
@@ -137,8 +140,8 @@ class LettingGo:
         now = leaf.context.clock.now()
         self._looking_since = self._looking_since or now
         waited = now - self._looking_since
-        if waited <= leaf.settings.view.patience:
-            # The hand moves down and up: what stands does not move with it.
+        if waited <= CAMERA_PATIENCE:
+            # The hand moves down and up: a standing object does not move with it.
             leaf.pursue(self._lower if waited % (2.0 * _SWAY) < _SWAY else self._rising, "looking")
             return leaf.running("looking at what was set down")
         unseen = f"let go, but it is not seen whether it stands at {self._spot.name}"

@@ -1,4 +1,4 @@
-"""Which of the objects that stand in a region is meant."""
+"""Choice among detected objects, by criteria and order."""
 
 from __future__ import annotations
 
@@ -9,37 +9,35 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from controller import Array
 from perception import ColourName, DetectedObject
 
-Array: TypeAlias = npt.NDArray[np.float64]
 Choose: TypeAlias = Literal["best", "largest", "smallest", "nearest"]
 
-_BESIDE = 0.03
-"""What stands nearer to an object than this is in the way of a finger [m]."""
-_MUCH = 0.25
-"""With this share of the area of what is in the way most, another one is in the way too."""
+_BESIDE = 0.03  # an object nearer to another one blocks a finger [m]
+_SHARE = 0.25  # of the area of the most blocking neighbour, from which others block too
 
 _ORDERS: Mapping[str, Callable[[DetectedObject, Array], float]] = {
     "largest": lambda one, base: -one.area,
     "smallest": lambda one, base: one.area,
     "nearest": lambda one, base: float(np.linalg.norm((one.position - base)[:2])),
 }
-"""The object that is meant has the least of it; `base` is (3,), the robot's base in the world."""
+"""Costs, of which the first object has the least; `base` is (3,), the base in the world."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Choice:
-    """What an object must be like, and which of those that are is meant."""
+    """Criteria of an object, and the order of those that meet them."""
 
     choose: Choose = "best"
     """`best` leaves it to the grasps."""
     kind: str | None = None
-    """As a recogniser says."""
+    """As a recogniser names it."""
     colour: ColourName | None = None
     narrowest: float = 0.0
-    """Its shorter edge, seen from above, is not less than this [m] ..."""
+    """Minimum of the shorter edge, seen from above [m]."""
     widest: float = np.inf
-    """... and not more than this [m]."""
+    """Maximum of it [m]."""
 
     @classmethod
     def of(
@@ -50,7 +48,7 @@ class Choice:
         min_width_mm: float | None,
         max_width_mm: float | None,
     ) -> Choice:
-        """From what a task says."""
+        """From the parameters of a leaf."""
         return cls(
             choose=choose,
             kind=kind,
@@ -61,14 +59,14 @@ class Choice:
 
     @property
     def is_free(self) -> bool:
-        """Whether any object will do, so that nobody needs to tell them apart."""
+        """Whether it takes any object, so that they need not be told apart."""
         return self == Choice()
 
     def fitting(self, objects: Sequence[DetectedObject], base: Array) -> list[DetectedObject]:
-        """Those that will do, the one that is meant first; `best` leaves their order.
+        """The objects that meet the criteria, in order.
 
         Args:
-            objects: that stand there.
+            objects: all that were detected.
             base: (3,) the robot's base in the world [m].
         """
         fitting = [
@@ -82,7 +80,7 @@ class Choice:
         return fitting if order is None else sorted(fitting, key=lambda one: order(one, base))
 
     def __str__(self) -> str:
-        """What is looked for, for people: `a red object of at least 30 mm`."""
+        """For messages: `a red object of at least 30 mm`."""
         what = " ".join(word for word in (self.colour, self.kind or "object") if word)
         article = "an" if what[0] in "aeiou" else "a"
         least = f"at least {1000 * self.narrowest:g} mm" if self.narrowest else ""
@@ -93,14 +91,14 @@ class Choice:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Chosen:
-    """A workspace in which only grasps on certain objects count."""
+    """A workspace that has only the grasps on certain objects."""
 
     objects: tuple[DetectedObject, ...]
     """At least one."""
 
     @property
     def floor(self) -> float:
-        """Height of what they stand on, in the world [m]."""
+        """Height of the surface below them, in the world [m]."""
         return self.objects[0].floor
 
     def contains(self, points: Array) -> npt.NDArray[np.bool_]:
@@ -125,10 +123,10 @@ class Chosen:
 
 
 def neighbours(one: DetectedObject, objects: Sequence[DetectedObject]) -> list[DetectedObject]:
-    """Those that are in the way of fingers beside an object."""
+    """Those that block fingers beside an object."""
     others = [it for it in objects if it is not one]
     areas = [it.footprint.area_near(one.footprint, _BESIDE) for it in others]
     most = max(areas, default=0.0)
     return [
-        it for area, it in zip(areas, others, strict=True) if area > 0.0 and area >= _MUCH * most
+        it for area, it in zip(areas, others, strict=True) if area > 0.0 and area >= _SHARE * most
     ]

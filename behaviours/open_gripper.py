@@ -1,4 +1,4 @@
-"""Opening the hand, and whether it holds something."""
+"""Behaviour `open_gripper`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from py_trees.common import Status
 
-from behaviours.leaf import Condition, Leaf
+from behaviours.leaf import Leaf
 
 
 class OpenGripper(Leaf):
@@ -33,22 +33,3 @@ class OpenGripper(Leaf):
         if (waiting := self.fingers("opening")) is not None:
             return waiting
         return self.failure(f"the fingers stopped at {1000 * state.gripper_width:.0f} mm")
-
-
-class HoldingObject(Condition):
-    """Succeeds if the fingers rest on something.
-
-    They do if they have moved when they were told to close, and something stopped them before they
-    were closed.
-    """
-
-    key: ClassVar[str] = "holding_object"
-
-    def update(self) -> Status:
-        """One tick."""
-        state = self.context.state
-        width = f"{1000 * state.gripper_width:.0f} mm between the fingers"
-        reason = "the fingers still move" if state.gripper_moving else self.empty_hand
-        if reason is None:
-            return self.success(width)
-        return self.failure(f"nothing held, {width}: {reason}")

@@ -1,4 +1,4 @@
-"""What the wrist camera has seen around the robot, without the robot and what it holds."""
+"""Depth obstacles: points that the wrist camera has seen, without robot and held object."""
 
 from __future__ import annotations
 
@@ -16,28 +16,20 @@ from hw import DepthFrame, InlineExecutor, RobotState
 from perception import SurfaceGrid, SurfaceSettings, surface_cells
 from robots import Box, Geom, RobotDescription, bounding_radius, from_rounded_boxes, rounded_box
 
-FRAME_INTERVAL = 0.1
-"""The camera is asked for a frame when nobody has asked for this long [s]."""
-_MARGIN = 0.03
-"""Points this near to the robot are the robot's own [m]."""
-_MOST_STATES = 100
-"""Readings that are kept, to know the posture in which a frame was taken."""
-_HELD = (0.14, 0.10)
-"""What is held reaches no farther than this along the pads and across them [m]: nobody has measured
-how long it is."""
-_HELD_ABOVE = 0.04
-"""Nor farther than this above what is known of it ..."""
-_HELD_BELOW = 0.03
-"""... and below [m]."""
+_FRAME_INTERVAL = 0.1  # the camera is asked for a frame that nobody asked for this long [s]
+_MARGIN = 0.03  # points this near to the robot are the robot's own [m]
+_MOST_STATES = 100  # readings that are kept, to know the posture in a frame
+_HELD = (0.14, 0.10)  # assumed reach of a held object along and across the pads [m]
+_HELD_ABOVE, _HELD_BELOW = 0.04, 0.03  # added to its known height [m]
 
 
-class SeenObstacles:
-    """Keeps a cloud of points of what stands around, refreshed by frames.
+class DepthObstacles:
+    """Keeps a point cloud of the surroundings, updated by depth frames.
 
     Args:
         description: of the robot.
-        executor: where frames are worked on; inline, a run is the same every time.
-        settings: what of a frame is believed, and for how long.
+        executor: processes the frames; inline, a run is reproducible.
+        settings: of the surfaces.
     """
 
     def __init__(
@@ -56,7 +48,7 @@ class SeenObstacles:
         self._frame: DepthFrame | None = None
         self._work: Future[PointCloud] | None = None
         self.cloud = _NOTHING
-        """The points as they are known now."""
+        """The present points."""
 
     def look(
         self,
@@ -65,19 +57,19 @@ class SeenObstacles:
         held: Sequence[Geom],
         moving: Sequence[Geom] = (),
     ) -> None:
-        """Take the newest frame, if there is a new one.
+        """Process the newest frame, if there is a new one.
 
         Args:
-            vision: has it, or asks the camera for it.
+            vision: supplies the frame.
             state: of this tick.
-            held: shapes of what the hand holds, in e.
-            moving: what is known to move, in the world: it would leave a trail.
+            held: shapes of the held object, in e.
+            moving: obstacles in the world, left out as they would leave a trail.
         """
         self._states.append(state)
         self._take_result()
         if self._work is not None:
             return
-        frame = vision.newest(state.stamp - FRAME_INTERVAL)
+        frame = vision.newest(state.stamp - _FRAME_INTERVAL)
         if frame is None or frame is self._frame or frame.stamp < self._since:
             return
         self._frame = frame
@@ -89,7 +81,7 @@ class SeenObstacles:
         self._take_result()
 
     def relocalise(self, now: float) -> None:
-        """Forget all that frames from before session time `now` show: it is not where it was."""
+        """Forget all frames from before session time `now` [s]."""
         self._since = now
         self._surfaces, self._work, self.cloud = SurfaceGrid(self._settings), None, _NOTHING
 
@@ -109,18 +101,18 @@ class SeenObstacles:
         held: Sequence[Geom],
         moving: Sequence[Geom],
     ) -> PointCloud:
-        """What is around after one more frame."""
+        """The point cloud after one more frame."""
         wTe = frame.wTc * self._description.camera.eTc.inverse()
-        own = [*self._robot(wTe, then), *(_generous(one).moved(wTe) for one in held)]
+        own = [*self._robot(wTe, then), *(_enlarged(one).moved(wTe) for one in held)]
         ahead = [one for one in (*own, *moving) if _depth(one, frame) > 0.0]
         cells = surface_cells(frame, self._settings)
         surfaces.update(frame, cells.of(~_near(cells.points, ahead)))
-        # What is held was seen before, where it was grasped.
+        # The held object was seen before, where it was grasped.
         surfaces.keep(~_near(surfaces.all_points, [one.moved(wTe) for one in held]))
         return PointCloud(surfaces.points)
 
     def _robot(self, wTe: SE3, then: RobotState) -> list[Geom]:
-        """The shapes of the robot in the world; the hand is where the camera says that it is."""
+        """The shapes of the robot in the world; the hand by the pose of the camera."""
         robot = self._description
         wTh = wTe * robot.gripper.hTe.inverse()
         poses = (*self._model.link_poses(then.wTb, then.q)[:7], wTh * robot.arm.lTh.inverse())
@@ -137,8 +129,8 @@ class SeenObstacles:
 _NOTHING = PointCloud(np.zeros((0, 3)))
 
 
-def _generous(held: Geom) -> Geom:
-    """The space in e that what is held can fill."""
+def _enlarged(held: Geom) -> Geom:
+    """The space in e that a held object may fill."""
     half, _ = rounded_box(held.shape)
     along, across = np.maximum(half[:2], _HELD)
     z = held.pose.translation[2]
@@ -148,13 +140,13 @@ def _generous(held: Geom) -> Geom:
 
 
 def _depth(one: Geom, frame: DepthFrame) -> float:
-    """How far ahead of the camera a shape reaches [m]; negative behind it."""
+    """Largest depth of a shape in the camera frame [m]."""
     centre = frame.wTc.actInv(one.pose.translation)
     return float(centre[2]) + bounding_radius(one.shape)
 
 
 def _near(points: Array, shapes: Sequence[Geom]) -> npt.NDArray[np.bool_]:
-    """Which of (N, 3) points are in a shape, or no farther from it than the margin."""
+    """Which of (N, 3) points are within the margin of a shape."""
     near = np.zeros(len(points), dtype=bool)
     for one in shapes:
         away = np.abs(points - one.pose.translation).max(axis=1, initial=0.0)

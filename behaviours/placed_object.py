@@ -1,4 +1,4 @@
-"""Whether what was let go stands at its place, as the camera sees it while the hand leaves."""
+"""Check by the camera whether a released object stands at its place, while the hand leaves."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ Array = npt.NDArray[np.float64]
 _HIGHER = 0.004  # than the surface is what stands on it [m]
 _LEAST = 0.02  # share of the points that an object covers at least
 _EMPTY = 0.75  # share of the points through which the surface is seen where nothing stands
-_RISEN = 0.025  # hands of two frames this far apart tell what stands from what comes along [m]
-_COMES_ALONG = 0.3  # share of the hand's way by which what stands may seem to rise
+_RISEN = 0.025  # rise of the hand that tells a standing object from one that sticks to it [m]
+_COMES_ALONG = 0.3  # share of that rise by which a standing object may seem to rise
 _AGREE = 3  # frames that show nothing, taken from different heights of the hand
-_LEFT = 0.3  # a hand that is this far from where it let go has left, and looks no more [m]
-_CLEAR = 0.05  # before the hand has risen so far, it may hide what it has let go [m]
+_LEFT = 0.3  # a hand that is this far from the release looks no more [m]
+_CLEAR = 0.05  # a hand that has risen less may hide the object [m]
 
 
 class Verdict(Enum):
-    """What was seen of the place since the fingers opened."""
+    """What was seen since the fingers opened."""
 
     UNSEEN = "not seen"
     STANDS = "stands"
@@ -39,22 +39,22 @@ class _Look(NamedTuple):
     hand: float
     """Height of the hand in the world [m]."""
     height: float
-    """Of what stands out of the surface, the median [m]."""
+    """Of the object over the surface, the median [m]."""
 
 
-class StandingWatch:
-    """Looks at a place in every new frame until it is seen that something stands there, or nothing.
+class PlacedObjectWatch:
+    """Looks at a place in every new frame until the object is seen there, or nothing.
 
-    What stands is higher than what was seen there before, and keeps its height in the world while
-    the hand rises; what sticks to a finger comes along.
+    A standing object is higher than the surface seen before, and keeps its height in the world
+    while the hand rises; one that sticks to a finger rises too.
 
     Args:
-        context: of the tree.
-        carried: what was let go; it counts as placed once it is seen to stand.
+        context: shared by the leaves.
+        carried: the object; it counts as placed once it is seen to stand.
         centre: (3,) of the place, in the world [m].
         radius: of the disc around it that is looked at [m].
         before: (P,) heights over the centre that were seen through the points of the disc before
-            [m]; NaN where nothing was seen, and nothing is known now.
+            [m]; NaN where nothing was seen.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class StandingWatch:
         self._before = state.wTb
         gone = np.linalg.norm(context.wTe.translation - self._released)
         if gone > _LEFT and self.verdict is not Verdict.UNSEEN:
-            context.standing = None  # no tick of the rest of the run asks the camera for it
+            context.placed_object = None  # no tick of the rest of the run asks the camera for it
             return
         frame = vision.newest(self._since)
         if frame is None or frame.stamp <= self._since or vision.is_blind(state.stamp):
@@ -92,7 +92,7 @@ class StandingWatch:
             self._carried.placed = context.clock.now()
 
     def _verdict(self, frame: DepthFrame, context: Context) -> Verdict:
-        """What this frame and those before it tell."""
+        """By this frame and those before it."""
         eye = context.robot.description.camera.eTc.inverse().translation
         hand = float(frame.wTc.act(eye)[2])
         points = disc(self._centre, self._radius, len(self._bare))

@@ -1,0 +1,89 @@
+"""Shapes of the held object, and of objects that the robot has set down.
+
+Nothing measures an object along the finger pads: its length there is assumed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from pinocchio import SE3
+
+from behaviours.log import Carried, TaskLog
+from robots import Box, Geom, half_extents
+
+_LEAST_HALF = 0.14  # assumed reach of a held object along the pads: 16 cm, gripped at its end [m]
+_ABOVE = 0.02  # and above the grasp centre [m]
+_RESOLUTION = 0.005  # widths that differ by less are the same shape [m]
+_MOST_HALF = 0.08  # assumed along the pads once it is set down: more hides the next place [m]
+_NEAR = 0.03  # fingers that close this near to an object may move it [m]
+
+
+class HeldObject:
+    """Keeps the shape of the held object while object and width are the same.
+
+    Args:
+        log: of the task.
+    """
+
+    def __init__(self, log: TaskLog) -> None:
+        self._log = log
+        self._shape: tuple[Geom, ...] = ()
+        self._of: tuple[Carried, float] | None = None
+
+    def shape(self, width: float) -> tuple[Geom, ...]:
+        """In e; empty for an empty hand.
+
+        Args:
+            width: distance between the finger pads [m].
+        """
+        carried = self._log.in_hand
+        if carried is None:
+            self._of, self._shape = None, ()
+            return self._shape
+        of = (carried, round(width / _RESOLUTION) * _RESOLUTION)
+        if of != self._of:
+            self._of, self._shape = of, (_box(width, self._log.grip_height),)
+        return self._shape
+
+
+class SetDownObjects:
+    """Remembers released objects, until the fingers close there again."""
+
+    def __init__(self) -> None:
+        self.shapes: tuple[Geom, ...] = ()
+        """In the world; the same tuple until it changes."""
+
+    def add(self, held: Sequence[Geom], wTe: SE3) -> None:
+        """Add the held shapes (in e), released at an end-effector pose."""
+        self.shapes += tuple(_shortened(one).moved(wTe) for one in held)
+
+    def grasp(self, point: npt.NDArray[np.float64]) -> None:
+        """Forget what the fingers may move that close at a point (3,) in the world."""
+        remaining = tuple(one for one in self.shapes if not _is_at(one, point))
+        if len(remaining) < len(self.shapes):
+            self.shapes = remaining
+
+    def forget(self) -> None:
+        """Forget all, after a relocalisation."""
+        self.shapes = ()
+
+
+def _box(width: float, height: float) -> Geom:
+    """From above the grasp centre down to the surface that the object stood on."""
+    below = max(height, 0.0)
+    half = (max(_LEAST_HALF, width / 2.0), width / 2.0, (below + _ABOVE) / 2.0)
+    centre = np.array([0.0, 0.0, (below - _ABOVE) / 2.0])
+    return Geom(Box(half), SE3(np.eye(3), centre), "held")
+
+
+def _shortened(held: Geom) -> Geom:
+    x, y, z = half_extents(held.shape)
+    return Geom(Box((min(x, _MOST_HALF), y, z)), held.pose, "what was set down")
+
+
+def _is_at(one: Geom, point: npt.NDArray[np.float64]) -> bool:
+    local = np.abs(one.pose.actInv(point)) - half_extents(one.shape)
+    return bool(local.max() <= _NEAR)

@@ -1,0 +1,93 @@
+"""Viewpoints of the wrist camera: poses of camera and hand, and the motion to one."""
+
+from __future__ import annotations
+
+from math import atan2
+
+import numpy as np
+import numpy.typing as npt
+import pinocchio as pin
+from pinocchio import SE3
+from py_trees.common import Status
+
+from behaviours.context import Context
+from behaviours.leaf import Leaf
+from behaviours.motion import Approach
+from controller import Array, Command, PoseGoal
+
+LOOK_SPEED = 0.5  # of the hand that moves the camera [m/s]
+CAMERA_PATIENCE = 2.0  # a camera without a frame for longer is blind [s]
+_AT_REST = 0.05  # a slower hand stands still [m/s and rad/s]
+
+
+def camera_pose(context: Context) -> SE3:
+    """Camera in the world, as read this tick."""
+    return context.wTe * context.robot.description.camera.eTc
+
+
+def hand_for(context: Context, wTc: SE3) -> SE3:
+    """End effector in the world when the camera is at `wTc`."""
+    return wTc * context.robot.description.camera.eTc.inverse()
+
+
+def looking_down(x_axis: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """(3, 3) rotation with z down and the heading of an x axis (3,), in the world."""
+    down: npt.NDArray[np.float64] = pin.rpy.rpyToMatrix(np.pi, 0.0, atan2(x_axis[1], x_axis[0]))
+    return down
+
+
+def straight_down(point: Array, height: float, like: SE3) -> SE3:
+    """A camera that looks straight down, in the world.
+
+    Args:
+        point: (3,) what it looks at, in the world [m].
+        height: above that [m].
+        like: camera in the world whose turn about the vertical it keeps.
+    """
+    return SE3(looking_down(like.rotation[:, 0]), point + np.array([0.0, 0.0, height]))
+
+
+def turned_towards(wTc: SE3, point: Array, distance: float | None) -> SE3:
+    """A camera turned by the smallest angle that makes it look at a point.
+
+    Args:
+        wTc: the camera before, in the world.
+        point: (3,) to look at [m].
+        distance: from the point, on the line of sight [m]; None keeps the camera's position.
+    """
+    away = point - wTc.translation
+    sight = away / max(float(np.linalg.norm(away)), 1e-9)
+    turn = pin.Quaternion.FromTwoVectors(wTc.rotation[:, 2], sight).toRotationMatrix()
+    eye = wTc.translation if distance is None else point - distance * sight
+    return SE3(turn @ wTc.rotation, eye)
+
+
+def is_at_rest(context: Context) -> bool:
+    """Whether the hand stands still, as read this tick, even if base and arm move."""
+    state, model = context.state, context.model
+    moves = Command(base_twist=state.base_twist, qd=state.qd)
+    twist = model.kinematics(state.q).J @ model.velocities(moves)
+    return bool(np.abs(twist).max() <= _AT_REST)
+
+
+class MoveCamera:
+    """The motion of the camera to a viewpoint, until the hand is at rest.
+
+    Args:
+        leaf: sets the goal and gets the feedback message.
+        wTc: the viewpoint: camera in the world.
+        target: its name in messages.
+        timeout: fail after this [s].
+    """
+
+    def __init__(self, leaf: Leaf, wTc: SE3, target: str, timeout: float) -> None:
+        self._leaf = leaf
+        goal = PoseGoal(wTe=hand_for(leaf.context, wTc), speed=LOOK_SPEED)
+        self._approach = Approach(leaf, goal, target, timeout)
+
+    def tick(self) -> Status:
+        """SUCCESS when the camera rests there, FAILURE as for an `Approach`."""
+        status = self._approach.tick()
+        if status is Status.SUCCESS and not is_at_rest(self._leaf.context):
+            return self._leaf.running("steadying the camera")  # it keeps the goal
+        return status
