@@ -222,9 +222,8 @@ class LooksLike(Condition):
 class AllPlaced(Condition):
     """Succeeds if as many objects were placed as were ever seen in a region.
 
-    What counts is how many were seen there by `region_empty` or `scan_for_objects`, and how many
-    `place` has seen standing at their places since the first of these looks. So a task does not end
-    well when an object has fallen, was taken away, or was pushed out.
+    It compares how many `region_empty` or `scan_for_objects` have seen there with how many `place`
+    has seen standing since the first of these looks.
 
     Args:
         taken_from: region of the task file that the objects were taken from.
