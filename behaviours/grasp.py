@@ -37,15 +37,13 @@ _NOWHERE = np.full(3, np.inf)
 class Grasp(Leaf):
     """Grasp an object seen in a region, following it until the camera is near.
 
-    Which one may be chosen by its size, place, width and colour, among those that the camera sees
-    when it begins; else it is the one with the best grasp. Where something stands and no grasp is
-    seen, or only a doubtful one, the camera looks again from straight above. What moves steadily in
-    a region is gripped where it will have come.
+    It may be chosen by size, place, width and colour, among those that the camera sees when it
+    begins; else it has the best grasp. Where no grasp, or only a doubtful one, is seen, the camera
+    looks again from straight above. A steadily moving object is gripped where it will be.
 
-    Ends when the fingers have closed; whether they hold something is for `retreat_check` to say.
-    Fails when no grasp is seen, frames come too late to be believed, the hand does not get there,
-    the base was relocalised on the way down, the fingers do not move, the time is over, or the
-    robot has a fault. A hand that has gone down rises before it fails.
+    Ends when the fingers have closed; `retreat_check` checks what they hold. Fails when no grasp is
+    seen, frames come too late, the hand does not get there, the base was relocalised on the way
+    down, the fingers do not move, the time is over, or the robot has a fault; a low hand rises.
 
     Args:
         within: region of the task file that the grasp must lie in, or an object that `detect`
