@@ -1,10 +1,9 @@
-"""The robot: one interface, and the robots behind it.
+"""Robots: the interface, the command gate, simulators and drivers.
 
-`robot` says what a robot and its parts are, `composition` makes one out of parts, `clock` says
-where time comes from, `gate` what may reach the robot, `watchdog` what stops it when the loop
-stands still, `registry` which robots and worlds there
-are. `sim` is the kinematic simulator; drivers of real hardware stand beside it. A task never knows
-which it got.
+`robot` defines a robot and its parts, `state` their readings, `composition` a robot made of parts.
+`gate` refuses commands, with `plausibility` of readings and `motion_monitor`; `watchdog` stops the
+robot when the loop stands still. `registry` chooses the driver or simulator. `sim` is the
+simulator, `sim.physics` the physical one; `omron`, `panda` and `realsense` are drivers.
 """
 
 from typing import TYPE_CHECKING
@@ -15,24 +14,30 @@ if TYPE_CHECKING:
     from hw.background import InlineExecutor, one_thread
     from hw.clock import Clock, SimClock, TaskClock, TaskTime, WallClock, stopwatch
     from hw.composition import ComposedRobot
-    from hw.faults import INJECTABLE, FaultInjection, Injectable, InjectionError, injectable
-    from hw.frame import DepthFrame, DepthImage
+    from hw.faults import INJECTABLE, FaultInjection, InjectionError, injectable
     from hw.gate import Gate, Refusal, UntrustedRobotError
-    from hw.recording import TURN, Notes, RecordedRobot, Turn
+    from hw.recording import TURN, RecordedRobot, Turn
     from hw.registry import (
         Backend,
         WorldError,
         WorldOptions,
         open_backend,
         simulator,
-        world_names,
     )
-    from hw.replay import Difference, RecordEndsError, ReplayRobot
-    from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot
-    from hw.state import ArmState, BaseState, Fault, FaultKind, GripperState, RobotState
+    from hw.replay import Difference, ReplayRobot
+    from hw.robot import Arm, Base, Camera, DepthCamera, Gripper, HardwareError, Robot, RobotWrapper
+    from hw.state import (
+        ArmState,
+        BaseState,
+        DepthFrame,
+        DepthImage,
+        Fault,
+        FaultKind,
+        GripperState,
+        RobotState,
+    )
     from hw.truth import MAY_TOUCH, DisturbableWorld, Touch, TrueObject, Truth
     from hw.watchdog import SIMULATION, LoopBlockedError, Patience, Watchdog
-    from hw.wrapper import RobotWrapper
 else:
     __getattr__ = lazy_face(__name__)
 
@@ -61,13 +66,10 @@ __all__ = [
     "Gripper",
     "GripperState",
     "HardwareError",
-    "Injectable",
     "InjectionError",
     "InlineExecutor",
     "LoopBlockedError",
-    "Notes",
     "Patience",
-    "RecordEndsError",
     "RecordedRobot",
     "Refusal",
     "ReplayRobot",
@@ -91,5 +93,4 @@ __all__ = [
     "open_backend",
     "simulator",
     "stopwatch",
-    "world_names",
 ]

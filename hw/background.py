@@ -1,4 +1,4 @@
-"""Work that takes time, done beside the loop or, in simulation, at once."""
+"""Executors for blocking work: beside the loop or, in simulation, at once."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ R = TypeVar("R")
 
 
 class InlineExecutor(Executor):
-    """Does the work in the caller's thread before `submit` returns: the same every time."""
+    """Does the work in the caller's thread before `submit` returns: deterministic."""
 
     def submit(self, fn: Callable[P, R], /, *args: P.args, **kwargs: P.kwargs) -> Future[R]:
         """Do the work; the future is done."""
@@ -24,5 +24,5 @@ class InlineExecutor(Executor):
 
 
 def one_thread() -> Executor:
-    """A thread of its own, which does one piece of work after the other."""
+    """One thread, which does one piece of work after the other."""
     return ThreadPoolExecutor(max_workers=1)

@@ -1,9 +1,8 @@
-"""Time, injected: the only place of the project that knows the computer's own clock.
+"""Clocks: the only place of the project that reads the computer's own clock.
 
-Two kinds of time, two types. Session time is a `float`: stamps of readings, frames and commands, on
-the clock that runs as long as the session does. Task time is a `TaskTime`: it stands still while a
-person has paused the task, and timeouts of nodes are counted in it. A difference of either is
-seconds; one compared with the other is a type error, when the code is checked and when it runs.
+Session time is a `float`: stamps of readings, frames and commands [s]. Task time is a `TaskTime`:
+it stands still while a person has paused the task, and timeouts of nodes are counted in it. A
+difference of either is seconds; comparing one with the other is a type error.
 """
 
 from __future__ import annotations
@@ -24,19 +23,19 @@ class Clock(Protocol):
 
     @property
     def is_real(self) -> bool:
-        """Whether it goes on while nobody looks, and the robot with it."""
+        """Whether it runs by itself, and the robot with it."""
 
 
 _SLACK = 0.02
-"""A paced clock that lags behind real time by more than this leaves the time in between out [s]."""
+"""A paced clock that lags behind real time by more than this skips the lag [s]."""
 
 
 class SimClock:
-    """Simulated time: it jumps where it is told to, paced by the computer's clock on request.
+    """Simulated time: it jumps on request, paced by the computer's clock if asked.
 
     Args:
-        pace: simulated seconds per real second; None runs as fast as it can. A program that is too
-            slow for its pace misses simulated time as it would miss real time.
+        pace: simulated seconds per real second; None runs as fast as possible. A program too slow
+            for its pace misses simulated time as it would miss real time.
     """
 
     def __init__(self, pace: float | None = None) -> None:
@@ -93,16 +92,14 @@ class WallClock:
 class TaskTime:
     """A moment of a task; only differences between two moments are seconds, of the task."""
 
-    seconds: float
-    """Since the session began, pauses left out [s]."""
-    pace: float = 1.0
-    """Seconds of the task in one of the session."""
+    seconds: float  # Since the session began, pauses left out [s]
+    pace: float = 1.0  # seconds of the task per second of the session
 
     def __sub__(self, earlier: TaskTime) -> float:
         return self.pace * self.since(earlier)
 
     def since(self, earlier: TaskTime) -> float:
-        """Seconds of the session, pauses left out, whatever the pace [s]."""
+        """Seconds of the session, without pauses, whatever the pace [s]."""
         return self.seconds - earlier.seconds
 
     def __add__(self, seconds: float) -> TaskTime:
@@ -110,55 +107,54 @@ class TaskTime:
 
 
 class TaskClock:
-    """The clock of the tree and its leaves: one moment a tick, and no pause counts in a timeout.
+    """The clock of the tree: one moment per tick, and pauses do not count in a timeout.
 
-    Robot, gate and loop stay on the session's clock: they go on during a pause. For a robot that
-    goes at a share of its speeds the clock goes at that share, so that every timeout, patience and
-    wait is as long as what it waits for.
+    Robot, gate and loop stay on the session's clock. For a robot that moves at a share of its
+    speeds this clock runs at that share, so that timeouts keep their meaning.
 
     Args:
         session: the session's clock.
-        pace: seconds of the task in one of the session.
+        pace: seconds of the task per second of the session.
     """
 
     def __init__(self, session: Clock, pace: float = 1.0) -> None:
         self.session, self._pace = session, pace
         self._tick: float | None = None
-        self._left_out = 0.0
+        self._paused = 0.0
         self._held_at: TaskTime | None = None
 
     def begin_tick(self) -> float:
-        """Take the moment of the coming tick, for all that asks in it; the session's time [s]."""
+        """Fix the moment of the coming tick; returns the session's time [s]."""
         self._tick = self.session.now()
         return self._tick
 
     def now(self) -> TaskTime:
         """The present moment of the task."""
         return (
-            TaskTime(self._session_now() - self._left_out, self._pace)
+            TaskTime(self._session_now() - self._paused, self._pace)
             if self._held_at is None
             else self._held_at
         )
 
     @property
     def held(self) -> bool:
-        """Whether it stands still."""
+        """Whether it is paused."""
         return self._held_at is not None
 
     @property
     def paused_s(self) -> float:
-        """How long it has stood still so far [s]."""
+        """Duration of all pauses until now [s]."""
         return self._session_now() - self.now().seconds
 
     def hold(self) -> None:
-        """Stand still from now on."""
+        """Pause."""
         if self._held_at is None:
             self._held_at = self.now()
 
     def release(self) -> None:
-        """Go on from where it was held."""
+        """Go on after a pause."""
         if self._held_at is not None:
-            self._left_out = self._session_now() - self._held_at.seconds
+            self._paused = self._session_now() - self._held_at.seconds
             self._held_at = None
 
     def _session_now(self) -> float:
@@ -166,10 +162,10 @@ class TaskClock:
 
 
 def stopwatch() -> float:
-    """Real seconds from an arbitrary start, to measure how long a computation took [s]."""
+    """Real seconds from an arbitrary start, to measure a computation [s]."""
     return time.perf_counter()
 
 
 def epoch() -> float:
-    """Seconds since 1970, as the drivers of cameras stamp with; a person may set it [s]."""
+    """Seconds since 1970, as drivers of cameras stamp; a person may set this clock [s]."""
     return time.time()

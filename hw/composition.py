@@ -1,54 +1,55 @@
-"""One robot out of an arm, a base, a gripper and a camera."""
+"""A robot composed of an arm, a base, a gripper and a camera with readings of their own stamps."""
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import ExitStack
 from math import inf
-from typing import Self
+from typing import Generic, Self, TypeVar
 
 from pinocchio import SE3
 
 from controller import Command, RobotModel
 from hw.background import one_thread
 from hw.clock import Clock
-from hw.frame import DepthFrame, DepthImage
-from hw.history import History
-from hw.robot import Arm, Base, DepthCamera, Gripper, HardwareError
+from hw.robot import Arm, Base, DepthCamera, Gripper, HardwareError, Part
 from hw.state import (
+    ArmState,
+    BaseState,
+    DepthFrame,
+    DepthImage,
     Fault,
     FaultKind,
     PartStamps,
     RobotState,
-    interpolate_arm,
-    interpolate_base,
 )
 from robots import RobotDescription
 
-_BETWEEN_RECOVERIES = 2.0
-"""The arm is not recovered again sooner than this, whoever asks [s]."""
+Reading = TypeVar("Reading", bound=ArmState | BaseState)
 
-_ROUNDING = 1e-6
-"""Stamps are sums of periods [s]."""
+_BETWEEN_RECOVERIES = 2.0  # the arm is not recovered again sooner than this [s]
+_ROUNDING = 1e-6  # of stamps, which are sums of periods [s]
+_HISTORY = 0.5  # how far back readings are kept [s]
 
 
 class ComposedRobot:
     """A robot made of parts, each read at its own time.
 
-    Arm and base are brought to a common moment by interpolation, and so is the place of the camera
-    when it captured an image. Operations of the parts that take time run beside the loop.
+    Readings of arm and base are interpolated to a common stamp, and so is the pose of the camera at
+    the capture of an image. Operations that block run in executors, beside the loop.
 
     Args:
-        description: what is true of the robot.
+        description: of the robot.
         arm: its arm.
         base: its base.
         gripper: its gripper.
         camera: the camera on its wrist.
         clock: session time.
-        background: makes an executor for one kind of operation that takes time.
-        rest_together: whether a fault of one part brings all to rest at once, whatever else is
-            commanded; else the parts that have none go on, until whoever commands them says so.
+        background: makes an executor for one kind of blocking operation.
+        rest_together: whether a fault of one part stops all parts, whatever is commanded; else the
+            other parts go on following commands.
     """
 
     def __init__(
@@ -66,14 +67,14 @@ class ComposedRobot:
         self.description = description
         self._arm, self._base, self._gripper, self._camera = arm, base, gripper, camera
         self._parts = (arm, base, gripper, camera)
-        self._arms = History(interpolate_arm)
-        self._bases = History(interpolate_base)
+        self._arms = History(_interpolate_arm)
+        self._bases = History(_interpolate_base)
         self._model = RobotModel(description)
         self._grips, self._recoveries = background(), background()
         self._clock, self._arm_recovered = clock, -inf
         self._operations: dict[str, Future[None]] = {}
         self._rest_together, self._has_fault = rest_together, False
-        self.camera = WristCamera(description, camera, clock, self._wTe_at)
+        self.camera = _WristCamera(description, camera, clock, self._wTe_at)
 
     def connect(self) -> None:
         """Connect every part; closes those before if one cannot be reached.
@@ -109,8 +110,8 @@ class ComposedRobot:
             q=arm_then.q,
             qd=arm_then.qd,
             gripper_width=gripper.width,
-            gripper_moving=gripper.moving or self._is_under_way("grip"),
-            recovering=self._is_under_way("recovery"),
+            gripper_moving=gripper.moving or self._is_running("grip"),
+            recovering=self._is_running("recovery"),
             faults=faults,
             battery=base.battery,
             stamps=PartStamps(arm.stamp, base.stamp, gripper.stamp),
@@ -119,8 +120,7 @@ class ComposedRobot:
     def send(self, command: Command) -> Command:
         """Hand a command on to base and arm.
 
-        Where parts rest together, all are told to rest on a reading with a fault: each brakes as
-        hard as its own limits allow.
+        Where parts rest together, a fault in the last reading commands rest instead.
         """
         if self._rest_together and self._has_fault:
             command = Command.stop()
@@ -128,34 +128,34 @@ class ComposedRobot:
         return Command(base_twist=twist, qd=self._arm.send(command.qd))
 
     def grip(self, width: float, force: float) -> None:
-        """Start a grip; one that is under way ends first."""
+        """Start a grip; one in progress ends first."""
         self._operations["grip"] = self._grips.submit(self._gripper.grip, width, force)
 
     def recover(self) -> None:
-        """Start a recovery of all parts, unless one is under way.
+        """Start a recovery of all parts, unless one is in progress.
 
-        The arm is left out for 2 s after it was recovered: what throws it into its reflex again
-        and again is not to shake it.
+        The arm is left out for 2 s after it was recovered: a reflex that comes back at once must
+        not shake it.
         """
-        if self._is_under_way("recovery"):
+        if self._is_running("recovery"):
             return
-        parts: list[Arm | Base | Gripper | DepthCamera] = [self._base, self._gripper, self._camera]
+        parts: list[Part] = [self._base, self._gripper, self._camera]
         now = self._clock.now()
         if now - self._arm_recovered >= _BETWEEN_RECOVERIES - _ROUNDING:
             self._arm_recovered = now
             parts.insert(0, self._arm)
-        under_way = {name: f for name, f in self._operations.items() if not f.done()}
+        running = {name: f for name, f in self._operations.items() if not f.done()}
         recovery = self._recoveries.submit(_recover, parts)
-        self._operations = under_way | {"recovery": recovery}
+        self._operations = running | {"recovery": recovery}
 
     def stop(self) -> None:
-        """Stop every part, whatever the others do; raises the last error in the end."""
+        """Stop every part, even if one fails; raises the last error in the end."""
         with ExitStack() as calls:
             for part in self._parts:
                 calls.callback(part.stop)
 
     def close(self) -> None:
-        """Stop and close every part, whatever the others do; raises the last error in the end."""
+        """Stop and close every part, even if one fails; raises the last error in the end."""
         with ExitStack() as calls:
             for executor in (self._grips, self._recoveries):
                 calls.callback(executor.shutdown, wait=False, cancel_futures=True)
@@ -169,7 +169,7 @@ class ComposedRobot:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _is_under_way(self, operation: str) -> bool:
+    def _is_running(self, operation: str) -> bool:
         future = self._operations.get(operation)
         return future is not None and not future.done()
 
@@ -184,25 +184,25 @@ class ComposedRobot:
                 raise error
 
     def _wTe_at(self, stamp: float) -> SE3:
-        """End effector in the world at a stamp [s], as the newest readings tell."""
+        """End effector in the world at a stamp [s]."""
         self._arms.add(self._arm.read())
         self._bases.add(self._base.read())
         return self._model.wTe(self._bases.at(stamp).wTb, self._arms.at(stamp).q)
 
 
-def _recover(parts: Sequence[Arm | Base | Gripper | DepthCamera]) -> None:
+def _recover(parts: Sequence[Part]) -> None:
     for part in parts:
         part.recover()
 
 
-class WristCamera:
-    """Turns the images of a camera into frames that know where they were taken from.
+class _WristCamera:
+    """The camera of a composed robot; its frames tell the camera pose at capture.
 
     Args:
-        description: of the robot; its camera's mount and intrinsics.
+        description: of the robot.
         camera: delivers images.
         clock: session time.
-        wTe_at: where the end effector was at a stamp [s].
+        wTe_at: end effector in the world at a stamp [s].
     """
 
     def __init__(
@@ -220,7 +220,6 @@ class WristCamera:
         self._frame: DepthFrame | None = None
 
     def latest(self, max_age: float) -> DepthFrame | None:
-        """The newest frame, unless it is older than `max_age` [s]."""
         image = self._camera.latest()
         if image is not None and image is not self._image:
             self._image = image
@@ -234,3 +233,54 @@ class WristCamera:
         if self._frame is None or self._clock.now() - self._frame.stamp > max_age:
             return None
         return self._frame
+
+
+class History(Generic[Reading]):
+    """The last readings of one part, oldest first.
+
+    Args:
+        interpolate: (earlier, later, stamp between theirs [s]) to the reading at that stamp.
+    """
+
+    def __init__(self, interpolate: Callable[[Reading, Reading, float], Reading]) -> None:
+        self._interpolate = interpolate
+        self._readings: list[Reading] = []
+
+    def add(self, reading: Reading) -> None:
+        """Append a reading; those of the same or a later stamp are discarded."""
+        readings = self._readings
+        while readings and readings[-1].stamp >= reading.stamp:
+            readings.pop()
+        readings.append(reading)
+        while readings[0].stamp < reading.stamp - _HISTORY:
+            readings.pop(0)
+
+    def at(self, stamp: float) -> Reading:
+        """The reading at a stamp [s], interpolated; outside of the history the nearest one."""
+        index = bisect_left(self._readings, stamp, key=lambda reading: reading.stamp)
+        if index == len(self._readings):
+            return self._readings[-1]
+        later = self._readings[index]
+        if index == 0 or later.stamp == stamp:
+            return later
+        return self._interpolate(self._readings[index - 1], later, stamp)
+
+
+def _interpolate_arm(a: ArmState, b: ArmState, stamp: float) -> ArmState:
+    """The arm between two readings, linearly; faults are those of the later one."""
+    s = (stamp - a.stamp) / (b.stamp - a.stamp)
+    return ArmState(
+        stamp=stamp, q=a.q + s * (b.q - a.q), qd=a.qd + s * (b.qd - a.qd), faults=b.faults
+    )
+
+
+def _interpolate_base(a: BaseState, b: BaseState, stamp: float) -> BaseState:
+    """The base between two readings, along the screw from one pose to the other."""
+    s = (stamp - a.stamp) / (b.stamp - a.stamp)
+    return BaseState(
+        stamp=stamp,
+        wTb=SE3.Interpolate(a.wTb, b.wTb, s),
+        twist=a.twist + s * (b.twist - a.twist),
+        battery=b.battery,
+        faults=b.faults,
+    )

@@ -1,9 +1,8 @@
-"""The last check before hardware: only sound commands on believable readings pass; the rest brakes.
+"""Command gate: checks every command and reading before the hardware; brakes on a refusal.
 
-The gate trusts nobody, not even the controller. It compares every command with the limits, with
-what the robot applied before and how long ago that was, and with the way that each joint needs to
-stop. It compares every reading with itself, with the one before and with what was commanded. It
-never scales or repairs a command: one that does not fit is refused, and the robot brakes.
+The gate does not rely on the controller. It compares every command with the limits, with the
+command before and the elapsed time, and with the stopping distance of each joint; every reading
+with the one before and with what was commanded. It never scales or repairs a command.
 """
 
 from __future__ import annotations
@@ -14,21 +13,18 @@ from math import inf
 import numpy as np
 
 from controller import Command
-from hw.following import Following
-from hw.plausibility import Doubt, Plausibility
+from hw.motion_monitor import MotionMonitor
+from hw.plausibility import Plausibility
 from hw.robot import HardwareError, Robot
 from hw.state import Array, FaultKind, RobotState
 from robots import RobotDescription
 
-_TOLERANCE = 1e-6
-"""Relative slack of every comparison, for rounding only."""
-_GAP = 3.0
-"""After this many periods without a command the robot has begun to stop by itself."""
-_SAVED = 2.0
-"""Change of velocity that may be saved up, in periods: a tick that comes late by less than one
-period does not keep the next from its full acceleration."""
-_PATIENCE = 0.5
-"""Readings that cannot be believed for longer than this end the run [s]."""
+_TOLERANCE = 1e-6  # relative, of every comparison: rounding only
+_MAX_GAP = 3.0  # periods without a command after which the robot stops by itself
+_CREDIT = 2.0
+"""Unused time that counts for a change of velocity, in periods: a late tick does not keep the next
+from its full acceleration."""
+_TIMEOUT = 0.5  # implausible readings for longer than this end the run [s]
 
 
 class Refusal(Enum):
@@ -44,19 +40,19 @@ class Refusal(Enum):
 
 
 class UntrustedRobotError(HardwareError):
-    """The robot does not do what it is commanded, or what it tells cannot be believed."""
+    """The robot does not move as commanded, or its readings stay implausible."""
 
 
 class Gate:
-    """Stands between the session and one robot.
+    """Checks the commands to one robot.
 
-    `judge` each reading, ask for the velocities that the command has to `continue_from`, `send` the
-    command. The change of velocity in any window of time is at most the acceleration limit times
-    (the window + 2 periods), unless the gate brakes.
+    `judge` each reading, `continue_from` gives the velocities that the next command continues,
+    `send` the command. The change of velocity in any window of time is at most the acceleration
+    limit times (the window + 2 periods), unless the gate brakes.
 
     Args:
-        robot: who gets the commands that pass.
-        description: of the robot; its limits must hold.
+        robot: receives the commands that pass.
+        description: of the robot, with its limits.
         period: control period [s].
         oldest_state: refuse to move on a reading older than this [s].
     """
@@ -69,33 +65,28 @@ class Gate:
         self._arm_lag = description.arm.lag
         self._period = period
         self._plausibility = Plausibility(description, oldest_state)
-        self._following = Following(description)
+        self._monitor = MotionMonitor(description)
         self._refusal: Refusal | None = None
         self._judged: RobotState | None = None
-        self._doubted: float | None = None
+        self._implausible_since: float | None = None
         self._sent: float | None = None
         self._read = -inf
-        self._saved = _SAVED * period
+        self._credit = _CREDIT * period
         self._untrusted: UntrustedRobotError | None = None
-        self.latched = False
-        """Whether an emergency stop has not been acknowledged yet."""
-        self.applied = Command.stop()
-        """What the robot really applied last."""
-        self.doubt: Doubt | None = None
-        """Why the last reading could not be believed."""
+        self.latched = False  # an emergency stop is not acknowledged yet
+        self.applied = Command.stop()  # by the robot, last
         self.refusals: dict[Refusal, int] = dict.fromkeys(Refusal, 0)
         """How often each reason stopped a command."""
 
     def judge(self, state: RobotState, now: float) -> Refusal | None:
-        """Whether a reading allows motion; the reason why not, most serious first.
+        """The most serious reason why a reading forbids motion; None if it allows it.
 
         Args:
             state: the newest reading.
             now: the session's time [s].
 
         Raises:
-            UntrustedRobotError: the readings could not be believed for too long, or the robot does
-                not move as it is commanded.
+            UntrustedRobotError: readings were implausible for too long, or do not fit the commands.
         """
         if self._untrusted is not None:
             raise self._untrusted
@@ -110,8 +101,8 @@ class Gate:
     def continue_from(self, state: RobotState, now: float) -> Command:
         """The velocities that the coming command has to continue (see `controller.step`).
 
-        They are those applied last; after a gap in the commands those measured. What was applied
-        and not reached yet, because the robot follows late, is no reason to take braking back.
+        They are those applied last, since the robot follows late; after a gap in the commands those
+        measured.
         """
         if self._is_after_gap(now):
             last = self.applied
@@ -138,18 +129,17 @@ class Gate:
             self.refusals[refusal] += 1
             return self.brake(None, now)
         self.continue_from(state, now)
-        refusal = refusal or self._objection(command, state, now)
+        refusal = refusal or self._violation(command, state, now)
         if refusal is None:
             return self._apply(command, now)
         self.refusals[refusal] += 1
         return self._brake(now)
 
     def brake(self, state: RobotState | None, now: float) -> Command:
-        """Take velocity away at the emergency deceleration; returns what the robot applied.
+        """Reduce the velocity at the emergency deceleration; returns what the robot applied.
 
         Args:
-            state: the newest reading; None where there is none. After a gap in the commands the
-                robot has been told to stop anyway, and is told so again.
+            state: the newest reading; None where there is none.
             now: the session's time [s].
 
         Raises:
@@ -162,7 +152,7 @@ class Gate:
         return self._brake(now)
 
     def _brake(self, now: float) -> Command:
-        limits, dt = self._limits, self._counted(now)
+        limits, dt = self._limits, self._dt(now)
         base, qd = self.applied.base_twist, self.applied.qd
         return self._apply(
             Command(
@@ -179,26 +169,27 @@ class Gate:
     def _judgement(self, state: RobotState, now: float) -> Refusal | None:
         if any(fault.kind is FaultKind.EMERGENCY_STOP for fault in state.faults):
             self.latched = True
-        self.doubt = self._plausibility.doubt(state, now)
-        if self.doubt is not None:
-            self._following.forget()
-            self._doubted = now if self._doubted is None else self._doubted
-            if now - self._doubted > _PATIENCE:
-                raise UntrustedRobotError(f"{self.doubt.value}, for {_PATIENCE:g} s")
+        doubt = self._plausibility.doubt(state, now)
+        if doubt is not None:
+            self._monitor.reset()
+            since = self._implausible_since
+            self._implausible_since = since = now if since is None else since
+            if now - since > _TIMEOUT:
+                raise UntrustedRobotError(f"{doubt.value}, for {_TIMEOUT:g} s")
             return Refusal.READING
-        self._doubted = None
+        self._implausible_since = None
         before, self._read = self._read, state.stamp
-        is_after_gap = state.stamp - before > _GAP * self._period or self._is_after_gap(now)
+        is_after_gap = state.stamp - before > _MAX_GAP * self._period or self._is_after_gap(now)
         if self.latched or state.faults or is_after_gap:
-            self._following.forget()
-        elif mismatch := self._following.mismatch(state, self.applied):
+            self._monitor.reset()
+        elif mismatch := self._monitor.mismatch(state, self.applied):
             raise UntrustedRobotError(mismatch)
         if self.latched:
             return Refusal.EMERGENCY_STOP
         return Refusal.FAULT if state.faults else None
 
-    def _objection(self, command: Command, state: RobotState, now: float) -> Refusal | None:
-        """What is wrong with a command on a reading that allows motion."""
+    def _violation(self, command: Command, state: RobotState, now: float) -> Refusal | None:
+        """Which limit a command breaks on a reading that allows motion."""
         limits = self._limits
         is_complete = np.shape(command.base_twist) == (3,) and np.shape(command.qd) == (7,)
         if not (is_complete and command.is_finite()):
@@ -206,27 +197,26 @@ class Gate:
         base_speed = limits.base_speed(command.base_twist)
         if _exceeds(command.base_twist, base_speed) or _exceeds(command.qd, limits.qd):
             return Refusal.SPEED
-        if self._spent(command) > self._may_spend(now) * (1.0 + _TOLERANCE) + 1e-12:
+        if self._needed(command) > self._available(now) * (1.0 + _TOLERANCE) + 1e-12:
             return Refusal.ACCELERATION
         return None if self._can_stop(command.qd, state, now) else Refusal.POSITION
 
-    def _spent(self, command: Command) -> float:
+    def _needed(self, command: Command) -> float:
         """Least time in which the acceleration limits allow the change to a command [s]."""
         limits, applied = self._limits, self.applied
         base = np.abs(command.base_twist - applied.base_twist) / limits.base_acceleration
         arm = np.abs(command.qd - applied.qd) / limits.qdd
         return float(max(base.max(), arm.max()))
 
-    def _may_spend(self, now: float) -> float:
-        """Time that counts for a change of velocity: elapsed, and saved up before [s]."""
-        return min(self._saved + self._counted(now), _SAVED * self._period)
+    def _available(self, now: float) -> float:
+        """Time available for a change of velocity: elapsed, and credit from before [s]."""
+        return min(self._credit + self._dt(now), _CREDIT * self._period)
 
     def _can_stop(self, qd: Array, state: RobotState, now: float) -> bool:
         """Whether every joint that moves outwards can still stop within its range.
 
-        After one period at qd it brakes at qdd. Joints that follow with a lag come to rest one lag
-        times their present velocity farther. Since a reading of some age the velocity may have
-        grown at qdd.
+        After one period at qd it brakes at qdd. A joint with lag coasts one lag times its velocity
+        farther. Since a reading of some age the velocity may have grown at qdd.
         """
         limits, lag = self._limits, self._arm_lag
         age = max(0.0, now - state.stamp)
@@ -239,16 +229,16 @@ class Gate:
         """Since the last command; one period before the first [s]."""
         return self._period if self._sent is None else now - self._sent
 
-    def _counted(self, now: float) -> float:
-        """Time that counts for a change of velocity: after a gap one period [s]."""
+    def _dt(self, now: float) -> float:
+        """Time since the last command; after a gap one period [s]."""
         return self._period if self._is_after_gap(now) else self._elapsed(now)
 
     def _is_after_gap(self, now: float) -> bool:
-        """Whether it is not known what the robot did since the last command."""
-        return not 0.0 <= self._elapsed(now) <= _GAP * self._period
+        """Whether the last command is too long ago."""
+        return not 0.0 <= self._elapsed(now) <= _MAX_GAP * self._period
 
     def _apply(self, command: Command, now: float) -> Command:
-        self._saved = max(0.0, self._may_spend(now) - self._spent(command))
+        self._credit = max(0.0, self._available(now) - self._needed(command))
         applied = self._robot.send(command)
         is_complete = np.shape(applied.base_twist) == (3,) and np.shape(applied.qd) == (7,)
         if not (is_complete and applied.is_finite()):

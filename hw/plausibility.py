@@ -1,4 +1,4 @@
-"""Whether a reading can be believed, judged from its numbers, its stamp and the one before."""
+"""Plausibility of a reading: its numbers, its stamp, and the reading before."""
 
 from __future__ import annotations
 
@@ -9,19 +9,15 @@ import numpy as np
 from hw.state import RobotState
 from robots import RobotDescription
 
-_AHEAD = 0.005
-"""Clocks of the parts may run ahead of the session's by this [s]."""
-_BEYOND_RANGE = 0.5
-"""A joint farther outside its range than this is not there [rad]."""
-_JUMP = 0.05
-"""A joint may seem to jump by this, for noise and interpolation [rad]."""
-_OVERSPEED = 2.0
-"""A speed above this many times its limit at full pace is not measured but wrong."""
+_AHEAD = 0.005  # by which clocks of the parts may run ahead of the session's [s]
+_BEYOND_RANGE = 0.5  # farthest that a joint can be outside its range [rad]
+_JUMP = 0.05  # of a joint, by noise and interpolation [rad]
+_OVERSPEED = 2.0  # largest speed, in limits at full pace
 _ROTATION_TOLERANCE = 1e-4
 
 
 class Doubt(Enum):
-    """Why a reading cannot be believed."""
+    """Why a reading is implausible."""
 
     STALE = "the last reading is too old"
     FUTURE = "the reading is from the future"
@@ -39,13 +35,13 @@ class Plausibility:
 
     def __init__(self, description: RobotDescription, oldest: float) -> None:
         self._limits = description.limits
-        self._too_fast = _OVERSPEED / description.pace
-        """Times a limit: a robot that is to go slowly, and does not, is believed."""
+        self._max_speed = _OVERSPEED / description.pace
+        """Times a limit; a robot at reduced pace that moves at full speed is still believed."""
         self._oldest = oldest
         self._before: RobotState | None = None
 
     def doubt(self, state: RobotState, now: float) -> Doubt | None:
-        """Why not to believe a reading at session time `now` [s]; None if it is believed."""
+        """Why a reading is implausible at session time `now` [s]; None if it is plausible."""
         if not self.is_fresh(state, now):
             return Doubt.STALE
         if state.stamp - now > _AHEAD:
@@ -63,16 +59,16 @@ class Plausibility:
 
     def _is_within_reason(self, state: RobotState) -> bool:
         limits = self._limits
-        fastest = self._too_fast * np.maximum(limits.base_speed(state.base_twist), 0.1)
+        fastest = self._max_speed * np.maximum(limits.base_speed(state.base_twist), 0.1)
         return bool(
             (state.q >= limits.q_min - _BEYOND_RANGE).all()
             and (state.q <= limits.q_max + _BEYOND_RANGE).all()
-            and (np.abs(state.qd) <= self._too_fast * limits.qd).all()
+            and (np.abs(state.qd) <= self._max_speed * limits.qd).all()
             and (np.abs(state.base_twist) <= fastest).all()
         )
 
     def _follows(self, state: RobotState) -> bool:
-        """Whether the robot can have come here from the reading before."""
+        """Whether the joints can have moved here since the reading before."""
         before = self._before
         if before is None:
             return True
@@ -84,7 +80,7 @@ class Plausibility:
 
 
 def _is_complete(state: RobotState) -> bool:
-    """Whether everything is there, has its shape, and is finite; whether wTb is a pose."""
+    """Whether all values have their shape and are finite, and wTb is a pose."""
     shapes = (np.shape(state.base_twist), np.shape(state.q), np.shape(state.qd))
     if shapes != ((3,), (7,), (7,)):
         return False

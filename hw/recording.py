@@ -1,4 +1,4 @@
-"""Everything that a loop gets from its robot and gives it, noted turn by turn, for a replay."""
+"""Recording of everything that the loop gets from its robot and sends to it, for a replay."""
 
 from __future__ import annotations
 
@@ -12,10 +12,8 @@ from pinocchio import SE3
 
 from controller import Command
 from hw.clock import Clock
-from hw.frame import DepthFrame
-from hw.robot import Camera, Robot
-from hw.state import Fault, PartStamps, RobotState
-from hw.wrapper import RobotWrapper
+from hw.robot import Camera, Robot, RobotWrapper
+from hw.state import DepthFrame, Fault, PartStamps, RobotState
 
 TURN = np.dtype(
     [
@@ -44,14 +42,13 @@ TURN = np.dtype(
         ("applied", "f8", 10),
     ]
 )
-"""One turn of the loop, in this order: its number from 0, the moment of its reading [s], whether a
-person had ended the run, whether there was a reading, what the loop did with it (`Turn`), whether a
-person acknowledged an emergency stop; the reading itself (`battery` NaN: not told; `parts` are the
-stamps of arm, base and gripper; `faults` counts the sets of faults from 1, 0 is none); the camera's
-frame (counted from 1; 0: it had none, -1: nobody asked); whether a command was sent, the moment for
-which it was judged, which one (base twist, joint velocities), and what the robot said that it
-applied. Moments are what the loop was told when it asked the session's clock, not what the clock
-says a little later: the gate decides by them."""
+"""One turn of the loop: its number from 0, the time of its reading [s], whether a person had ended
+the run, whether there was a reading, the action of the loop (`Turn`), whether a person
+acknowledged an emergency stop; the reading (`battery` NaN: not reported; `parts` are the stamps
+of arm, base and gripper; `faults` numbers the sets of faults from 1, 0 is none); the frame of
+the camera (from 1; 0: none, -1: not asked for); whether a command was sent, its time [s],
+command and applied command (base twist, joint velocities). Times are what the loop got from the
+session's clock, since the gate decides by them."""
 
 _EMPTY = np.zeros((), TURN)
 _EMPTY["frame"] = -1
@@ -61,39 +58,31 @@ _EMPTY["battery"] = nan
 class Turn(IntEnum):
     """What the loop did with a reading."""
 
-    NONE = 0
-    """Nothing but braking."""
-    TREE = 1
-    """It ticked the tree."""
-    PAUSED = 2
-    """A person had paused the tree."""
+    NONE = 0  # Nothing but braking
+    TREE = 1  # It ticked the tree
+    PAUSED = 2  # A person had paused the tree
 
 
 class Notes(Protocol):
-    """Who keeps what is noted; nothing here may raise or take time."""
+    """Receiver of a recording; its methods must not raise or block."""
 
     def turn(self, row: npt.NDArray[np.void]) -> None:
-        """A turn is complete: one `TURN`, which is used again afterwards."""
+        """A turn is complete: one `TURN`; the array is reused afterwards."""
 
     def faults(self, number: int, faults: tuple[Fault, ...]) -> None:
-        """A set of faults that has not been there before, and its number."""
+        """A new set of faults, and its number."""
 
     def frame(self, number: int, frame: DepthFrame) -> None:
-        """A frame that the loop has not been given before, and its number."""
+        """A new frame, and its number."""
 
 
 class RecordedClock:
-    """The session's clock as the loop reads it; what it was told can be noted.
-
-    Args:
-        clock: session time.
-    """
+    """The session's clock, which remembers the answers that the loop got."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._first: float | None = None
-        self.latest = clock.now()
-        """What the loop was told last [s]."""
+        self.latest = clock.now()  # answered last [s]
 
     def now(self) -> float:
         """Seconds since the session began [s]."""
@@ -102,40 +91,38 @@ class RecordedClock:
         return self.latest
 
     def sleep_until(self, stamp: float) -> None:
-        """Until `stamp` [s], as the clock behind it does."""
+        """Until `stamp` [s]."""
         self._clock.sleep_until(stamp)
 
     @property
     def is_real(self) -> bool:
-        """As of the clock behind it."""
+        """As of the session's clock."""
         return self._clock.is_real
 
     def begin_turn(self) -> None:
-        """The next answer is the moment of a new turn."""
+        """The next answer is the time of a new turn."""
         self._first = None
 
     @property
     def turn(self) -> float:
-        """The moment of this turn [s]."""
+        """The time of this turn [s]."""
         return self.now() if self._first is None else self._first
 
 
 class RecordedRobot(RobotWrapper):
-    """A robot whose readings, frames and commands are noted once somebody keeps them.
+    """A robot whose readings, frames and commands are recorded from `record` on.
 
-    The camera answers once a turn: all who ask in one turn are given the same frame.
+    All who ask for a frame in one turn get the same one.
 
     Args:
-        robot: what it is otherwise.
+        robot: the robot inside.
         clock: session time.
     """
 
     def __init__(self, robot: Robot, clock: Clock) -> None:
         super().__init__(robot)
-        self.inner = robot
-        """The robot behind."""
-        self.clock = RecordedClock(clock)
-        """Session time for the loop."""
+        self.inner = robot  # the robot inside
+        self.clock = RecordedClock(clock)  # session time for the loop
         self._notes: Notes | None = None
         self._row = _EMPTY.copy()
         self._is_open = False
@@ -144,38 +131,37 @@ class RecordedRobot(RobotWrapper):
         self._known_faults: dict[tuple[Fault, ...], int] = {}
         self._shown: DepthFrame | None = None
         self._frames = 0
-        self.broken = ""
-        """Why the notes are of no use for a replay; empty while they are."""
+        self.broken = ""  # why a replay is impossible; empty otherwise
         self._camera = _RecordedCamera(self)
 
     def record(self, notes: Notes) -> None:
-        """Note every turn from the next reading on."""
+        """Record every turn from the next reading on."""
         self._notes = notes
 
     def note_turn(self, turn: Turn) -> None:
-        """Note what the loop does with the last reading."""
+        """Record what the loop does with the last reading."""
         self._row["turn"] = turn
 
     def note_acknowledged(self) -> None:
-        """Note that a person has acknowledged an emergency stop in this turn."""
+        """Record that a person has acknowledged an emergency stop in this turn."""
         self._row["acknowledged"] = True
 
     def note_stopped(self) -> None:
-        """Note that a person had ended the run before the coming turn."""
+        """Record that a person had ended the run before the coming turn."""
         self._stopped = True
 
     def end(self) -> None:
-        """Hand on the last turn, and note nothing more."""
+        """Hand on the last turn, and stop recording."""
         self._hand_on()
         self._notes = None
 
     @property
     def camera(self) -> Camera:
-        """That of the robot, asked once a turn."""
+        """The camera of the robot, asked once a turn."""
         return self._camera
 
     def read(self) -> RobotState:
-        """The robot's reading."""
+        """See `Robot`."""
         self._hand_on()
         self._camera.begin_turn()
         self.clock.begin_turn()
@@ -191,7 +177,7 @@ class RecordedRobot(RobotWrapper):
         return state
 
     def send(self, command: Command) -> Command:
-        """As the robot does."""
+        """See `Robot`."""
         applied = self._robot.send(command)
         if self._notes is not None:
             if not self._is_open or self._row["sent"]:
@@ -207,7 +193,7 @@ class RecordedRobot(RobotWrapper):
         return applied
 
     def frame(self) -> DepthFrame | None:
-        """The camera's newest frame, noted."""
+        """The camera's newest frame, recorded."""
         frame = self._robot.camera.latest(inf)
         if self._notes is not None:
             if frame is not None and frame is not self._shown:
@@ -240,23 +226,15 @@ class RecordedRobot(RobotWrapper):
 
 
 class _RecordedCamera:
-    """The camera of a recorded robot.
-
-    Args:
-        robot: whose camera.
-    """
-
     def __init__(self, robot: RecordedRobot) -> None:
         self._robot = robot
         self._frame: DepthFrame | None = None
         self._is_asked = False
 
     def begin_turn(self) -> None:
-        """From now on a newer frame may be shown."""
         self._is_asked = False
 
     def latest(self, max_age: float) -> DepthFrame | None:
-        """The frame of this turn, unless it is older than `max_age` [s]."""
         if not self._is_asked:
             self._frame, self._is_asked = self._robot.frame(), True
         frame = self._frame
@@ -282,7 +260,7 @@ def reading(row: npt.NDArray[np.void], faults: tuple[Fault, ...]) -> RobotState:
 
     Args:
         row: one `TURN`.
-        faults: those that its number stands for.
+        faults: those of its number.
     """
     battery = float(row["battery"])
     return RobotState(

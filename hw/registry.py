@@ -1,8 +1,8 @@
-"""Which robots and worlds there are: a body by name or file, and what moves it."""
+"""Registry of robots and worlds: chooses the driver or simulator of a robot."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from config import UserError, suggest
@@ -10,63 +10,59 @@ from hw.background import InlineExecutor, one_thread
 from hw.clock import Clock, SimClock
 from hw.robot import Robot
 from hw.truth import Truth
-from robots import (
-    RealRobot,
-    RobotDescription,
-    load_real_robot,
-    load_robot,
-    with_base_speeds,
-)
+from robots import RealRobot, RobotDescription, load_real_robot, load_robot, with_base_speeds
 
 
 class WorldError(UserError):
-    """There is no world of this name."""
+    """No world of this name, or it needs an extra."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Backend:
-    """A robot that can be connected, its clock, and what is known of its world."""
+    """A robot ready to connect, its clock, and the truth of its world."""
 
     robot: Robot
     clock: Clock
-    truth: Truth | None
-    """None where nobody knows the world."""
-    world: str = ""
-    """What moves the robot; empty where nothing does."""
-    map: str | None = None
-    """A scene that says what stands around, where the robot's file names one."""
+    truth: Truth | None  # None on hardware
+    world: str = ""  # what moves the robot; may be empty
+    map: str | None = None  # scene of the surroundings, from the robot's file
 
 
 @dataclass(frozen=True, kw_only=True)
 class WorldOptions:
-    """What a person may choose about a world; each world takes what concerns it."""
+    """Options of a world; each world takes what concerns it."""
 
-    scene: str
-    """A shipped scene or a scene file."""
-    seed: int = 0
-    """Of the objects and of the camera's noise."""
-    base_speed: float | None = None
-    """Limit of the base [m/s]; None keeps that of the robot's description."""
-    reverse_speed: float | None = None
-    """The same backwards [m/s]; None keeps its share of the limit forwards."""
-    paced: bool = False
-    """In real time instead of as fast as it goes."""
-    beside: bool = False
-    """Whether images and operations take their time beside the loop, as on hardware."""
-    armed: bool = False
-    """Whether a person has said that a real robot may move."""
+    scene: str  # shipped scene or a scene file
+    seed: int = 0  # of the objects and the camera's noise
+    base_speed: float | None = None  # limit [m/s]; None keeps that of the robot
+    reverse_speed: float | None = None  # the same backwards; None keeps its share
+    paced: bool = False  # in real time instead of as fast as possible
+    beside: bool = False  # images and blocking operations run beside the loop, as on hardware
+    armed: bool = False  # a person has allowed a real robot to move
     announce: Callable[[str], None] | None = None
-    """Told how fast a real robot moves, and before its hand is homed when it is connected; without
-    it nothing moves then."""
+    """Told the speed of a real robot, and before its hand is homed at connecting; without it the
+    hand is not homed."""
 
 
-def _kinematic() -> Callable[..., Robot]:
-    from hw.sim import kinematic_robot
-
-    return kinematic_robot
+WORLDS = ("kinematic", "physics")
+"""The simulated worlds, by name."""
 
 
-def _physics() -> Callable[..., Robot]:
+def simulator(world: str) -> Callable[..., Robot]:
+    """The factory of a simulated robot: description, world, clock -> robot.
+
+    Args:
+        world: one of `WORLDS`.
+
+    Raises:
+        WorldError: there is no such world, or it needs an extra.
+    """
+    if world not in WORLDS:
+        raise WorldError(f"no world is called `{world}`; {suggest(world, WORLDS)}")
+    if world == "kinematic":
+        from hw.sim import kinematic_robot
+
+        return kinematic_robot
     try:
         from hw.sim.physics import physical_robot
     except ModuleNotFoundError as error:
@@ -78,50 +74,42 @@ def _physics() -> Callable[..., Robot]:
     return physical_robot
 
 
-_SIMULATORS: Mapping[str, Callable[[], Callable[..., Robot]]] = {
-    "kinematic": _kinematic,
-    "physics": _physics,
-}
-
-
-def world_names() -> tuple[str, ...]:
-    """The worlds that a robot can be put into."""
-    return tuple(_SIMULATORS)
-
-
-def simulator(world: str) -> Callable[..., Robot]:
-    """What makes a robot out of its description, the things around it and a clock.
+def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:
+    """A robot in a world, not yet connected.
 
     Args:
-        world: one of `world_names`.
+        robot: name of a shipped robot, or a robot file.
+        world: one of `WORLDS`, where the robot is not real.
+        options: of the world.
 
     Raises:
-        WorldError: there is no such world, or it needs an extra.
+        UserError: there is no such robot, world or scene, or its file has a mistake; a real robot
+            is not armed, or commanded by another program.
+        HardwareError: the emulators of a robot do not start.
     """
-    if world not in _SIMULATORS:
-        raise WorldError(f"no world is called `{world}`; {suggest(world, _SIMULATORS)}")
-    return _SIMULATORS[world]()
+    if world not in WORLDS:
+        raise WorldError(f"no world is called `{world}`; {suggest(world, WORLDS)}")
+    speeds = options.base_speed, options.reverse_speed
+    if (real := load_real_robot(robot)) is None:
+        return _simulated(with_base_speeds(load_robot(robot), *speeds), world, options)
+    if speeds != (None, None):
+        raise WorldError(f"{robot}: the limits of a real base are said in `base_limits` there")
+    return _real(real, world, options)
 
 
 def _simulated(description: RobotDescription, world: str, options: WorldOptions) -> Backend:
-    """A robot in the world of a scene file."""
     make = simulator(world)
     from hw.sim import load_scene
 
     truth = load_scene(options.scene, options.seed, description.base.size[:2])
     clock = SimClock(pace=1.0 if options.paced else None)
-    robot = make(
-        description,
-        truth,
-        clock,
-        seed=options.seed,
-        background=one_thread if options.beside else InlineExecutor,
-    )
+    background = one_thread if options.beside else InlineExecutor
+    robot = make(description, truth, clock, seed=options.seed, background=background)
     return Backend(robot=robot, clock=clock, truth=truth, world=world)
 
 
 def _real(real: RealRobot, world: str, options: WorldOptions) -> Backend:
-    """A real robot, or one that is emulated."""
+    """A real robot, or one whose drivers are connected to emulators."""
     from hw.hardware import open_hardware
 
     robot, clock, truth = open_hardware(
@@ -134,26 +122,3 @@ def _real(real: RealRobot, world: str, options: WorldOptions) -> Backend:
     )
     name = "hardware" if truth is None else "emulated"
     return Backend(robot=robot, clock=clock, truth=truth, world=name, map=real.map)
-
-
-def open_backend(robot: str, world: str, options: WorldOptions) -> Backend:
-    """A robot in a world, not yet connected.
-
-    Args:
-        robot: the body: name of a shipped robot, or a robot file.
-        world: what moves it, where it is not real; `world_names` lists them.
-        options: of the world.
-
-    Raises:
-        UserError: there is no such robot, world or scene, or its file has a mistake; a real robot
-            is not armed, or commanded by another program.
-        HardwareError: the emulators of a robot do not begin.
-    """
-    if world not in _SIMULATORS:
-        raise WorldError(f"no world is called `{world}`; {suggest(world, _SIMULATORS)}")
-    speeds = options.base_speed, options.reverse_speed
-    if (real := load_real_robot(robot)) is not None:
-        if speeds != (None, None):
-            raise WorldError(f"{robot}: the limits of a real base are said in `base_limits` there")
-        return _real(real, world, options)
-    return _simulated(with_base_speeds(load_robot(robot), *speeds), world, options)

@@ -1,4 +1,4 @@
-"""A robot that gives back what one was recorded to give, and compares what it is commanded."""
+"""Replay of a recorded robot: returns recorded readings, compares commands bit by bit."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from controller import Command
-from hw.frame import DepthFrame
 from hw.recording import reading
 from hw.robot import HardwareError
-from hw.state import Fault, RobotState
+from hw.state import DepthFrame, Fault, RobotState
 from robots import RobotDescription
 
 _VELOCITIES = (
@@ -23,19 +22,16 @@ _VELOCITIES = (
 
 
 class RecordEndsError(HardwareError):
-    """A replay has come to the end of what was recorded, or has left it."""
+    """The recording has ended, or the replay has left it."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
-    """The first command that is not the recorded one."""
+    """The first command that differs from the recorded one."""
 
-    number: int
-    """Of the command, from 0."""
-    time: float
-    """On the session's clock [s]."""
-    velocity: str
-    """Which component differs."""
+    number: int  # of the command, from 0
+    time: float  # On the session's clock [s]
+    velocity: str  # Which component differs
     recorded: float
     replayed: float
 
@@ -48,7 +44,7 @@ class Difference:
 
 
 class ReplayClock:
-    """Session time as the loop was told it: first for a reading, then for its command.
+    """Session time as recorded: first for a reading, then for its command.
 
     Args:
         times: of the turns [s].
@@ -67,22 +63,22 @@ class ReplayClock:
         return self._now
 
     def sleep_until(self, stamp: float) -> None:
-        """Go on to the next turn; where there is none, to `stamp` [s]."""
+        """Go on to the next turn; after the last one, to `stamp` [s]."""
         self._now = float(self._times[self._next]) if self._next < len(self._times) else stamp
         self._coming = []
 
     @property
     def is_real(self) -> bool:
-        """Never: time waits."""
+        """False: time waits."""
         return False
 
     def set(self, turn: int, *moments: float) -> None:
-        """It is each of the `moments` [s] of a turn, one after the other."""
+        """Return each of the `moments` [s] of a turn, one after the other."""
         self._next, self._coming = turn + 1, list(moments)
 
 
 class ReplayRobot:
-    """What was recorded, as a robot.
+    """A recording as a robot.
 
     Args:
         description: of the robot that was recorded.
@@ -102,24 +98,21 @@ class ReplayRobot:
         self.clock = ReplayClock(turns["time"])
         self.camera = _ReplayCamera(self, frame)
         self.difference: Difference | None = None
-        self.sent = 0
-        """How many commands were compared."""
+        self.sent = 0  # How many commands were compared
         self._turns = turns
         self._faults = faults
         self._at = -1
-        self._is_over = True
-        """Whether the present turn has no more to give."""
+        self._is_over = True  # Whether the present turn has no more to give
         self._has_begun = False
-        self.ran_out = False
-        """Whether more was asked for than was recorded."""
+        self.ran_out = False  # Whether more was asked for than was recorded
 
     def begin(self) -> None:
-        """From now on a reading begins a turn; until then it is the first one."""
+        """Start the turns with the next reading; until then `read` returns the first one."""
         self._has_begun = True
 
     @property
     def row(self) -> npt.NDArray[np.void]:
-        """The present turn; the first one before it has begun."""
+        """The present turn; the first one at the start."""
         row: npt.NDArray[np.void] = self._turns[max(self._at, 0)]
         return row
 
@@ -129,7 +122,7 @@ class ReplayRobot:
         return self._turns[self._at + 1] if self._at + 1 < len(self._turns) else None
 
     def connect(self) -> None:
-        """Nothing to reach."""
+        """Do nothing."""
 
     def read(self) -> RobotState:
         """The recorded reading of the next turn.
@@ -180,22 +173,21 @@ class ReplayRobot:
         return Command(base_twist=row["applied"][:3].copy(), qd=row["applied"][3:].copy())
 
     def grip(self, width: float, force: float) -> None:
-        """What came of it is in the readings."""
+        """Do nothing: the result is in the readings."""
 
     def recover(self) -> None:
-        """What came of it is in the readings."""
+        """Do nothing: the result is in the readings."""
 
     def stop(self) -> None:
-        """What came of it is in the readings."""
+        """Do nothing: the result is in the readings."""
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """Do nothing."""
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        """Nothing to let go of."""
+    def __exit__(self, *_: object) -> None: ...
 
     def _go_on(self) -> None:
         self._at += 1
@@ -210,13 +202,6 @@ class ReplayRobot:
 
 
 class _ReplayCamera:
-    """The camera of a recorded robot.
-
-    Args:
-        robot: whose turns.
-        frame: a recorded frame, by its number.
-    """
-
     def __init__(self, robot: ReplayRobot, frame: Callable[[int], DepthFrame]) -> None:
         self._robot = robot
         self._load = frame
@@ -224,7 +209,6 @@ class _ReplayCamera:
         self._frame: DepthFrame | None = None
 
     def latest(self, max_age: float) -> DepthFrame | None:
-        """The recorded frame of this turn, unless it is older than `max_age` [s]."""
         number = int(self._robot.row["frame"])
         if number == 0:
             return None

@@ -1,12 +1,20 @@
-"""What a robot is to the rest of the project, and the parts that a driver author writes."""
+"""Interfaces of a robot and of its parts: arm, base, gripper, depth camera."""
 
 from __future__ import annotations
 
 from typing import Protocol, Self
 
 from controller import Command
-from hw.frame import DepthFrame, DepthImage
-from hw.state import ArmState, Array, BaseState, Fault, GripperState, RobotState
+from hw.state import (
+    ArmState,
+    Array,
+    BaseState,
+    DepthFrame,
+    DepthImage,
+    Fault,
+    GripperState,
+    RobotState,
+)
 from robots import RobotDescription
 
 
@@ -27,23 +35,23 @@ class Camera(Protocol):
 class Robot(Protocol):
     """A mobile manipulator with a wrist camera, simulated or real; a context manager.
 
-    No method but `connect` and `close` waits for the hardware: what takes time is started, and the
+    Only `connect` and `close` wait for the hardware: other methods start an operation, and the
     readings tell when it has ended.
     """
 
     @property
     def description(self) -> RobotDescription:
-        """What is true of it."""
+        """Its kinematics, limits, shapes and camera mount."""
 
     @property
     def camera(self) -> Camera:
         """The camera on its wrist."""
 
     def connect(self) -> None:
-        """Make ready to read and command; takes the time that it takes.
+        """Make ready to read and command; blocks.
 
         Raises:
-            HardwareError: some part cannot be reached; the text says which and what to do.
+            HardwareError: a part cannot be reached; the text says which and what to do.
         """
 
     def read(self) -> RobotState:
@@ -66,39 +74,93 @@ class Robot(Protocol):
         """
 
     def recover(self) -> None:
-        """Start to clear the faults that a program may clear.
-
-        `RobotState.recovering` tells when that has ended.
-        """
+        """Start to clear the faults that a program may clear; see `RobotState.recovering`."""
 
     def stop(self) -> None:
         """Come to rest as fast as limits allow. Safe in any state, from any thread."""
 
     def close(self) -> None:
-        """Stop and let go of the hardware. May be called twice."""
+        """Stop and release the hardware. May be called twice."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *_: object) -> None: ...
+
+
+class RobotWrapper:
+    """A robot around another robot, which passes everything on; a subclass changes some of it."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+
+    @property
+    def description(self) -> RobotDescription:
+        """See `Robot`."""
+        return self._robot.description
+
+    @property
+    def camera(self) -> Camera:
+        """See `Robot`."""
+        return self._robot.camera
+
+    def connect(self) -> None:
+        """See `Robot`."""
+        self._robot.connect()
+
+    def read(self) -> RobotState:
+        """See `Robot`."""
+        return self._robot.read()
+
+    def send(self, command: Command) -> Command:
+        """See `Robot`."""
+        return self._robot.send(command)
+
+    def grip(self, width: float, force: float) -> None:
+        """See `Robot`."""
+        self._robot.grip(width, force)
+
+    def recover(self) -> None:
+        """See `Robot`."""
+        self._robot.recover()
+
+    def stop(self) -> None:
+        """See `Robot`."""
+        self._robot.stop()
+
+    def close(self) -> None:
+        """See `Robot`."""
+        self._robot.close()
 
     def __enter__(self) -> Self:
-        """Connect."""
+        self.connect()
+        return self
 
     def __exit__(self, *_: object) -> None:
-        """Close."""
+        self.close()
 
 
 class Part(Protocol):
-    """What every part of a robot can do. Reading and sending return at once."""
+    """A part of a robot. Reading and sending return at once."""
 
     def connect(self) -> None:
-        """Make ready; takes the time that it takes.
+        """Make ready; blocks.
 
         Raises:
             HardwareError: it cannot be reached.
         """
 
+    def recover(self) -> None:
+        """Clear the faults that a program may clear; blocks.
+
+        Raises:
+            HardwareError: they cannot be cleared.
+        """
+
     def stop(self) -> None:
         """Come to rest as fast as limits allow. Safe in any state, from any thread."""
 
     def close(self) -> None:
-        """Stop and let go of the hardware. May be called twice."""
+        """Stop and release the hardware. May be called twice."""
 
 
 class Arm(Part, Protocol):
@@ -110,13 +172,6 @@ class Arm(Part, Protocol):
     def send(self, qd: Array) -> Array:
         """Apply joint velocities (7,) [rad/s] for one period; returns what was really applied."""
 
-    def recover(self) -> None:
-        """Clear the faults that a program may clear; takes the time that it takes.
-
-        Raises:
-            HardwareError: they cannot be cleared.
-        """
-
 
 class Base(Part, Protocol):
     """A mobile base that follows a twist."""
@@ -127,13 +182,6 @@ class Base(Part, Protocol):
     def send(self, twist: Array) -> Array:
         """Apply a twist (3,) in the base frame [m/s, rad/s] for one period; returns the applied."""
 
-    def recover(self) -> None:
-        """Clear the faults that a program may clear; takes the time that it takes.
-
-        Raises:
-            HardwareError: they cannot be cleared.
-        """
-
 
 class Gripper(Part, Protocol):
     """A parallel gripper."""
@@ -142,17 +190,10 @@ class Gripper(Part, Protocol):
         """The newest reading."""
 
     def grip(self, width: float, force: float) -> None:
-        """Move the fingers to `width` [m] with at most `force` [N]; may wait until they rest.
+        """Move the fingers to `width` [m] with at most `force` [N]; may block until they rest.
 
         Raises:
             HardwareError: the gripper does not do it.
-        """
-
-    def recover(self) -> None:
-        """Clear the faults that a program may clear; takes the time that it takes.
-
-        Raises:
-            HardwareError: they cannot be cleared.
         """
 
 
@@ -164,10 +205,3 @@ class DepthCamera(Part, Protocol):
 
     def faults(self) -> tuple[Fault, ...]:
         """What keeps it from delivering images; empty when healthy."""
-
-    def recover(self) -> None:
-        """Have it deliver images again; takes the time that it takes.
-
-        Raises:
-            HardwareError: it does not.
-        """

@@ -1,4 +1,4 @@
-"""What a simulated world knows and no robot can: for scoring and drawing. Hardware has none."""
+"""Ground truth of a simulated world, for scoring and drawing only. Hardware has none."""
 
 from __future__ import annotations
 
@@ -11,22 +11,18 @@ from pinocchio import SE3
 from controller import Obstacle
 from robots import Geom
 
-MAY_TOUCH = ("fingers", "held object")
-"""Parts of the robot that touch what is around them at work."""
+MAY_TOUCH = ("fingers", "held object")  # Parts of the robot that touch what is around them at work
 
 
 @dataclass(frozen=True, kw_only=True)
 class Touch:
-    """The robot has hit something: a contact that nobody asked for."""
+    """A collision of the robot."""
 
-    stamp: float
-    """On the session's clock [s]."""
+    stamp: float  # [s]
     part: str
     """Of the robot: `base`, `link0` to `link7`, `camera`, `hand`, `fingers` or `held object`."""
-    thing: str
-    """Name of what was hit."""
-    text: str
-    """For people: who hit what."""
+    thing: str  # name of the thing
+    text: str  # for people
 
 
 class TrueObject(Protocol):
@@ -34,7 +30,7 @@ class TrueObject(Protocol):
 
     @property
     def name(self) -> str:
-        """Unlike that of any other object."""
+        """Unique in the world."""
 
     @property
     def parts(self) -> tuple[Geom, ...]:
@@ -42,34 +38,34 @@ class TrueObject(Protocol):
 
     @property
     def pose(self) -> SE3:
-        """Where it is now, in the world."""
+        """Its present pose in the world."""
 
 
 class Truth(Protocol):
-    """The world as it is, whatever the robot believes."""
+    """The true state of the world."""
 
     @property
     def fixtures(self) -> Sequence[Geom]:
-        """What never moves, in the world."""
+        """Static shapes, in the world."""
 
     @property
     def mapped(self) -> Sequence[Geom]:
-        """What of it is on the map that the robot is given."""
+        """Those fixtures that are on the robot's map."""
 
     @property
     def objects(self) -> Sequence[TrueObject]:
-        """What can be picked up, always in the same order."""
+        """Objects that can be picked up, always in the same order."""
 
     @property
     def walkers(self) -> Sequence[TrueObject]:
-        """What moves by itself and is in the way, always in the same order."""
+        """Moving obstacles, always in the same order."""
 
     @property
     def touches(self) -> Sequence[Touch]:
-        """What the robot has hit so far, in order."""
+        """The collisions of the robot until now, in order."""
 
     def moving(self) -> Sequence[Obstacle]:
-        """What moves by itself, where it is now and how fast: what a tracker would tell."""
+        """Pose and velocity of the moving obstacles, as a tracker would report them."""
 
     def supports(self) -> Mapping[str, str]:
         """What carries each object, by its name: `table`, `hand`, ...; empty for nothing."""
@@ -77,7 +73,7 @@ class Truth(Protocol):
 
 @runtime_checkable
 class DisturbableWorld(Truth, Protocol):
-    """A world in which people can be told to interfere with the robot's work."""
+    """A world whose objects can be moved from outside during a run."""
 
     def put(self, name: str, wTo: SE3) -> None:
-        """Put an object somewhere, out of the hand if it is held; it falls onto what is below."""
+        """Move an object, out of the hand if it is held; it falls onto what is below."""

@@ -1,11 +1,8 @@
-"""A thread that stops the robot when the control loop stands still, whatever holds it up.
+"""Watchdog thread: stops the robot when the control loop stands still.
 
-The loop feeds the watchdog once a tick. When it does not, the watchdog stops the robot; when it
-still does not, it interrupts what the loop is doing; when that does not help either, it has the
-process ended. Time in which the whole process was suspended does not count.
-
-Code that keeps Python's interpreter lock keeps this thread from running, too: what is left then is
-the watchdog of each driver, and the robot's own.
+The loop feeds it once a tick. Otherwise it stops the robot, then interrupts the loop, then has the
+process ended. Time in which the whole process was suspended does not count. Code that keeps
+Python's interpreter lock blocks this thread, too; then the watchdogs of the drivers act.
 """
 
 from __future__ import annotations
@@ -21,10 +18,8 @@ from typing import Self
 
 from hw.clock import stopwatch
 
-_NAP = 0.02
-"""How often the watchdog looks [s]."""
-_LONGEST_NAP = 0.1
-"""Time beyond this between two looks, the process was suspended or starved [s]."""
+_NAP = 0.02  # period of the watchdog [s]
+_LONGEST_NAP = 0.1  # a longer nap means that the process was suspended [s]
 _SIGNAL = signal.SIGALRM
 
 
@@ -34,18 +29,15 @@ class LoopBlockedError(BaseException):
 
 @dataclass(frozen=True, kw_only=True)
 class Patience:
-    """How long a tick may take until the watchdog acts [s of real time]."""
+    """Duration of a tick after which the watchdog acts [s of real time]."""
 
-    stop: float = 0.18
-    """Then the robot is stopped."""
-    interrupt: float = 1.2
-    """Then the loop is interrupted."""
-    abandon: float = 4.0
-    """Then the process is ended."""
+    stop: float = 0.18  # Then the robot is stopped
+    interrupt: float = 1.2  # Then the loop is interrupted
+    abandon: float = 4.0  # Then the process is ended
 
 
 SIMULATION = Patience(stop=inf, interrupt=60.0, abandon=90.0)
-"""Where simulated time waits for the tick, the robot does not move meanwhile."""
+"""Simulated time waits for the tick, so the robot need not be stopped."""
 
 
 class Watchdog:
@@ -53,7 +45,7 @@ class Watchdog:
 
     Args:
         stop: stops the robot; called from another thread.
-        abandon: ends the process; called from another thread when nothing else has helped.
+        abandon: ends the process; called from another thread, last.
         patience: when.
     """
 
@@ -63,8 +55,7 @@ class Watchdog:
         abandon: Callable[[], None] = lambda: None,
         patience: Patience | None = None,
     ) -> None:
-        self.stalls = 0
-        """How often the robot was stopped because a tick took too long."""
+        self.stalls = 0  # How often the robot was stopped because a tick took too long
         self._patience = patience or Patience()
         self._actions = (
             (self._patience.stop, self._halt),
@@ -102,7 +93,7 @@ class Watchdog:
 
     @property
     def _is_main(self) -> bool:
-        """Whether the loop runs in the main thread, the one that signals reach."""
+        """Whether the loop runs in the main thread, which signals reach."""
         return self._loop == threading.main_thread().ident
 
     def _watch(self) -> None:
@@ -119,7 +110,7 @@ class Watchdog:
                 done += 1
 
     def _halt(self) -> None:
-        """Stop the robot; a stop that blocks, too, does not keep the watchdog from going on."""
+        """Stop the robot; a `stop` that blocks does not block the watchdog."""
         self.stalls += 1
         threading.Thread(target=self._stop, name="stop", daemon=True).start()
 

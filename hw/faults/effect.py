@@ -8,8 +8,7 @@ import numpy as np
 from pinocchio import SE3
 
 from controller import Command
-from hw.frame import DepthFrame
-from hw.state import RobotState
+from hw.state import DepthFrame, RobotState
 from hw.truth import DisturbableWorld
 from robots import RobotDescription
 
@@ -19,12 +18,9 @@ class Site:
     """Where faults happen; one for all faults of a robot."""
 
     description: RobotDescription
-    state: RobotState
-    """The newest reading as the robot gave it, without any fault."""
-    world: DisturbableWorld | None
-    """None where nobody can interfere with the world, as on hardware."""
-    homes: dict[str, SE3]
-    """Where each object of the world was to begin with."""
+    state: RobotState  # The newest reading as the robot gave it, without any fault
+    world: DisturbableWorld | None  # None where nobody can interfere with the world, as on hardware
+    homes: dict[str, SE3]  # Where each object of the world was to begin with
     rng: np.random.Generator
 
     @property

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from hw.faults.effect import Effect
-from hw.frame import DepthArray, DepthFrame, Paint
+from hw.state import DepthArray, DepthFrame, Paint
 
 
 class FramesLost(Effect):

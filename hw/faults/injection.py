@@ -12,11 +12,9 @@ import numpy as np
 from controller import Command
 from hw.faults.effect import Effect, Site
 from hw.faults.table import INJECTABLE, InjectionError, injectable
-from hw.frame import DepthFrame
-from hw.robot import Camera, Robot
-from hw.state import RobotState
+from hw.robot import Camera, Robot, RobotWrapper
+from hw.state import DepthFrame, RobotState
 from hw.truth import DisturbableWorld, Truth
-from hw.wrapper import RobotWrapper
 
 
 @dataclass(eq=False)
@@ -24,10 +22,8 @@ class _Injected:
     """A fault that the robot is to have."""
 
     effect: Effect
-    duration: float
-    """How long it lasts [s]."""
-    until: float = inf
-    """When it ends; known once it has begun [s]."""
+    duration: float  # How long it lasts [s]
+    until: float = inf  # When it ends; known once it has begun [s]
 
 
 class FaultInjection(RobotWrapper):

@@ -11,8 +11,7 @@ from controller import Command
 from hw.faults.effect import Effect, Site
 from hw.state import Array
 
-_LONGEST_PERIOD = 0.02
-"""A command counts for this long at most [s]."""
+_LONGEST_PERIOD = 0.02  # A command counts for this long at most [s]
 
 
 class BaseIgnoresCommands(Effect):

@@ -13,8 +13,7 @@ from hw.truth import DisturbableWorld
 OUTSIDE = np.array([-8.0, -8.0, 0.5])
 """Where objects are taken: far from everything, from where they fall to the floor [m]."""
 
-_TRIES = 24
-"""Directions in which an object is tried to be moved without leaving what carries it."""
+_TRIES = 24  # Directions in which an object is tried to be moved without leaving what carries it
 
 _AWAY = ("", "floor")
 

@@ -13,8 +13,7 @@ from pinocchio import SE3
 
 from hw.clock import WallClock
 from hw.faults.effect import Effect, Site
-from hw.frame import DepthFrame
-from hw.state import Fault, RobotState
+from hw.state import DepthFrame, Fault, RobotState
 
 
 class Reported(Effect):

@@ -53,12 +53,9 @@ class Injectable:
 
     name: str
     make: Callable[[], Effect]
-    what: str
-    """What happens, for people."""
-    clearable: bool = False
-    """Whether `Robot.recover` clears it."""
-    of_world: bool = False
-    """Whether it is done to the world, not to the robot."""
+    what: str  # What happens, for people
+    clearable: bool = False  # Whether `Robot.recover` clears it
+    of_world: bool = False  # Whether it is done to the world, not to the robot
 
 
 def _reported(kind: FaultKind, text: str, clearable: bool = False) -> Injectable:

@@ -17,10 +17,9 @@ from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of
 from hw.hardware.emulation import Emulation
 from hw.hardware.lock import RobotLock
 from hw.panda import PandaHand
-from hw.robot import Robot
+from hw.robot import Robot, RobotWrapper
 from hw.state import RobotState
 from hw.truth import Truth
-from hw.wrapper import RobotWrapper
 from robots import RealRobot, at_pace, load_robot
 
 _PRIORITY = 2

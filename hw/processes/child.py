@@ -20,15 +20,11 @@ from typing import Any, NoReturn
 from hw.clock import stopwatch
 from hw.processes.claims import Claim, holder_of
 
-_LOOK = 0.1
-"""How often to look whether the parent is suspended [s]."""
-_SUSPENDED = 0.5
-"""A parent that is suspended for so long is given up [s]."""
+_LOOK = 0.1  # How often to look whether the parent is suspended [s]
+_SUSPENDED = 0.5  # A parent that is suspended for so long is given up [s]
 
-_HUNG = 2.0
-"""A process that does nothing for so long is ended by the system [s]."""
-_PRIORITY = 20
-"""Of those processes that the system runs before all others."""
+_HUNG = 2.0  # A process that does nothing for so long is ended by the system [s]
+_PRIORITY = 20  # Of those processes that the system runs before all others
 
 Request = dict[str, Any]
 
@@ -46,8 +42,7 @@ class Parent:
         self._requests: queue.SimpleQueue[Request] = queue.SimpleQueue()
         self._looked = 0.0
         self._suspended_since: float | None = None
-        self.is_gone = False
-        """Whether it has ended, or has said that this process is to end."""
+        self.is_gone = False  # Whether it has ended, or has said that this process is to end
         threading.Thread(target=self._listen, daemon=True).start()
 
     def tell(self, **message: Any) -> None:

@@ -15,19 +15,15 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import NamedTuple, Self
 
-_PATIENCE = 0.3
-"""For the answer of a holder, which may be suspended [s]."""
-_LONGEST = 1000
-"""Of an answer [bytes]."""
+_PATIENCE = 0.3  # For the answer of a holder, which may be suspended [s]
+_LONGEST = 1000  # Of an answer [bytes]
 
 
 class Holder(NamedTuple):
     """Who holds a claim."""
 
-    pid: int
-    """As the system tells; 0 if it does not."""
-    says: str
-    """What it says of itself; empty if it says nothing."""
+    pid: int  # As the system tells; 0 if it does not
+    says: str  # What it says of itself; empty if it says nothing
 
 
 class Claim:

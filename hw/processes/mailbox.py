@@ -13,8 +13,7 @@ from typing import Any
 
 _NUMBER = struct.Struct("<Q")
 _TRIES = 1000
-PAGE = 1024
-"""Bytes of memory for one mailbox."""
+PAGE = 1024  # Bytes of memory for one mailbox
 
 
 class Mailbox:

@@ -25,8 +25,7 @@ from hw.robot import HardwareError
 
 Record = TypeVar("Record")
 
-_LOADING = 30.0
-"""[s]"""
+_LOADING = 30.0  # [s]
 _BUSY = "this computer is too busy, its driver gets no time: end what else runs"
 _QUIET = "it says nothing: look at the cable and the power"
 _LIGHT = str(Path(__file__).with_name("light.py"))

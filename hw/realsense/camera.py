@@ -6,14 +6,13 @@ import threading
 from dataclasses import asdict, dataclass
 
 from hw.clock import Clock, stopwatch
-from hw.frame import DepthImage
 from hw.processes.mailbox import PAGE, Mailbox
 from hw.processes.process import DriverProcess
 from hw.realsense.image_buffer import Grey, ImageBuffer
 from hw.realsense.rectifier import ImageSpec
 from hw.realsense.settings import SILENCE, STATUS, RealSenseSettings, Status, missing
 from hw.robot import HardwareError
-from hw.state import Fault, FaultKind
+from hw.state import DepthImage, Fault, FaultKind
 from robots import CameraDescription
 
 _CONNECTING = 10.0

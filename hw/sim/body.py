@@ -23,8 +23,7 @@ from robots import Array, RobotDescription
 class Dynamics:
     """How the simulated robot answers to commands, beyond what its description says."""
 
-    period: float = 0.01
-    """A command holds for one period [s]; without a new one the robot stops."""
+    period: float = 0.01  # A command holds for one period [s]; without a new one the robot stops
     slip_distance: float = 0.005
     """How far the hand moves until fingers that press without holding slip off [m]; a rule of the
     kinematic world alone."""
@@ -32,8 +31,7 @@ class Dynamics:
     """Time in which a full battery runs down, whatever the robot does [s]."""
 
 
-_SAME_TOUCH = 1.0
-"""A contact that comes back within this time is no new one [s]."""
+_SAME_TOUCH = 1.0  # A contact that comes back within this time is no new one [s]
 
 
 class Stopper(Protocol):
@@ -63,10 +61,8 @@ class SimBody(ABC):
         dynamics: how it answers.
     """
 
-    reflex: Stopper
-    """Of the arm, its hand and what it holds."""
-    bumper: Stopper
-    """Of the base."""
+    reflex: Stopper  # Of the arm, its hand and what it holds
+    bumper: Stopper  # Of the base
 
     def __init__(
         self, description: RobotDescription, world: World, clock: Clock, dynamics: Dynamics

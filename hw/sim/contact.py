@@ -16,14 +16,12 @@ from pinocchio import SE3
 
 from robots import Array, Geom, coal_geometry, half_extents
 
-TOUCH = 2e-5
-"""Largest gap that counts as a touch [m]."""
+TOUCH = 2e-5  # Largest gap that counts as a touch [m]
 
 GRAZE = 0.1
 """Smallest cosine between normal and motion at a touch; shapes that slide past do not touch."""
 
-_EXACT = 1e-9
-"""A smaller gap, or overlap, is rounding [m]."""
+_EXACT = 1e-9  # A smaller gap, or overlap, is rounding [m]
 
 _STEPS = 60
 

@@ -29,10 +29,8 @@ def _at_most(most: float) -> AfterValidator:
 
 Length = Annotated[float, Field(gt=0.0), _at_most(10.0)]
 Coordinate = Annotated[float, _at_most(50.0)]
-_HEAD = 1.2
-"""Below this height nothing stands over the footprint; the folded arm is there [m]."""
-_MOST = 100
-"""Of side tables, of fixtures, and of walkers."""
+_HEAD = 1.2  # Below this height nothing stands over the footprint; the folded arm is there [m]
+_MOST = 100  # Of side tables, of fixtures, and of walkers
 _RESERVED = ("container", "floor", "hand", "pedestal", "table")
 """Names of the furniture of every scene, and of what holds objects besides."""
 _Item = TypeVar("_Item")
@@ -97,16 +95,11 @@ class _Furniture(StrictModel):
 class Container(_Furniture):
     """An open box on a pedestal, with objects in it."""
 
-    centre: tuple[Coordinate, Coordinate]
-    """x, y in the world [m]."""
-    inner_size: tuple[Length, Length] = (0.44, 0.36)
-    """Along x and y [m]."""
-    floor_height: Length = 0.456
-    """Of what the objects lie on [m]."""
-    wall_height: Length = 0.05
-    """[m]."""
-    wall_thickness: Length = 0.006
-    """[m]."""
+    centre: tuple[Coordinate, Coordinate]  # x, y in the world [m]
+    inner_size: tuple[Length, Length] = (0.44, 0.36)  # Along x and y [m]
+    floor_height: Length = 0.456  # Of what the objects lie on [m]
+    wall_height: Length = 0.05  # [m]
+    wall_thickness: Length = 0.006  # [m]
 
     @property
     def outline(self) -> tuple[tuple[float, float], tuple[float, float], float]:
@@ -118,12 +111,9 @@ class Container(_Furniture):
 class Table(_Furniture):
     """A table with four legs."""
 
-    centre: tuple[Coordinate, Coordinate]
-    """x, y in the world [m]."""
-    size: tuple[Length, Length] = (1.2, 0.6)
-    """Along x and y [m]."""
-    height: Length = 0.5
-    """Of the top side [m]."""
+    centre: tuple[Coordinate, Coordinate]  # x, y in the world [m]
+    size: tuple[Length, Length] = (1.2, 0.6)  # Along x and y [m]
+    height: Length = 0.5  # Of the top side [m]
 
     @property
     def outline(self) -> tuple[tuple[float, float], tuple[float, float], float]:
@@ -137,11 +127,9 @@ class Fixture(_Furniture, MeshFile):
     name: Name
     centre: tuple[Coordinate, Coordinate, Coordinate]
     """x, y, z of the middle of its bounding box in the world [m]."""
-    size: tuple[Length, Length, Length] | None = None
-    """Full edge lengths of a box [m]."""
+    size: tuple[Length, Length, Length] | None = None  # Full edge lengths of a box [m]
     yaw_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
-    on_map: bool = True
-    """Whether the robot is told that it stands there."""
+    on_map: bool = True  # Whether the robot is told that it stands there
 
     @model_validator(mode="after")
     def _is_one_thing(self) -> Fixture:
@@ -184,10 +172,8 @@ class Item(MeshFile):
     SIZES: ClassVar[tuple[float, float]] = (0.01, 0.6)
 
     kind: Annotated[str, AfterValidator(_is_known)] | None = None
-    mass_g: _Grams | None = None
-    """Drawn if it is not given, as for any other object [g]."""
-    colour: ColourName | None = None
-    """Drawn if it is not given."""
+    mass_g: _Grams | None = None  # Drawn if it is not given, as for any other object [g]
+    colour: ColourName | None = None  # Drawn if it is not given
     friction: Annotated[float, Field(ge=0.05, le=3.0)] | None = None
     """Coulomb friction with the finger pads; drawn if it is not given."""
     at: tuple[Coordinate, Coordinate] | None = None
@@ -212,8 +198,7 @@ class Objects(StrictModel):
     kinds: tuple[str, ...] = tuple(HOUSEHOLD)
     width_mm: tuple[_Millimetres, _Millimetres] = (15.0, 70.0)
     """Range of the smallest width by which they can be grasped [mm]."""
-    mass_g: tuple[_Grams, _Grams] = (30.0, 500.0)
-    """Range of their mass [g]."""
+    mass_g: tuple[_Grams, _Grams] = (30.0, 500.0)  # Range of their mass [g]
 
     @field_validator("kinds")
     @classmethod
@@ -236,10 +221,8 @@ class Objects(StrictModel):
 class Motion(StrictModel):
     """How the objects on a table move by themselves: along a line, back and forth."""
 
-    along: tuple[Coordinate, Coordinate]
-    """x, y from one end of the line to the other [m]."""
-    period_s: Annotated[float, Field(ge=0.1, le=1e6)]
-    """From one end to the other and back [s]."""
+    along: tuple[Coordinate, Coordinate]  # x, y from one end of the line to the other [m]
+    period_s: Annotated[float, Field(ge=0.1, le=1e6)]  # From one end to the other and back [s]
     stop_s: Annotated[float, Field(ge=0.0, le=1e9)] | None = None
     """Simulated time from which they stand still [s]; without it they never stop."""
     steady: bool = False
@@ -258,15 +241,12 @@ class Walker(_Furniture):
     """An upright cylinder, as large as a person, that walks to and fro."""
 
     name: Name
-    radius: Annotated[float, Field(ge=0.02, le=2.0)] = 0.25
-    """[m]."""
-    height: Annotated[float, Field(ge=0.1, le=5.0)] = 1.75
-    """[m]."""
+    radius: Annotated[float, Field(ge=0.02, le=2.0)] = 0.25  # [m]
+    height: Annotated[float, Field(ge=0.1, le=5.0)] = 1.75  # [m]
     way: Annotated[tuple[tuple[Coordinate, Coordinate], ...], Field(min_length=2, max_length=100)]
     """x, y of the points between which it walks in straight lines: from the first to the last, and
     back [m]."""
-    speed: Annotated[float, Field(ge=0.01, le=3.0)] = 1.0
-    """Between them [m/s]."""
+    speed: Annotated[float, Field(ge=0.01, le=3.0)] = 1.0  # Between them [m/s]
 
     @field_validator("way")
     @classmethod

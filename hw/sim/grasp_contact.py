@@ -21,14 +21,11 @@ from hw.sim.hand import SIDES, Hand
 from hw.sim.sim_object import SimObject
 from robots import Array, Geom
 
-MAX_DRAG = 0.025
-"""Farthest that a single pad drags an object before it rolls or tips away [m]."""
+MAX_DRAG = 0.025  # Farthest that a single pad drags an object before it rolls or tips away [m]
 
-_MARGIN = 0.003
-"""Contacts are searched from this far outside of the pads' first positions [m]."""
+_MARGIN = 0.003  # Contacts are searched from this far outside of the pads' first positions [m]
 
-_PRESS = 5e-4
-"""Depth by which the pads yield when they press [m]."""
+_PRESS = 5e-4  # Depth by which the pads yield when they press [m]
 
 _FRICTION_FOR_SURE = 0.8
 """Share of the friction that is counted on. In physics a grasp comes to lie a little aside of what
@@ -37,11 +34,9 @@ alone with this share."""
 
 _TURN_STEP, _SLIDE_STEP = np.deg2rad(3.0), 0.001
 """First steps in which an object is moved [rad, m]; they are halved until ..."""
-_FINEST = 0.3
-"""... they are less than this share."""
+_FINEST = 0.3  # ... they are less than this share.
 _MOST_MOVES = 40
-_MIN_GAIN = 2e-5
-"""What a step must take away from the width [m]."""
+_MIN_GAIN = 2e-5  # What a step must take away from the width [m]
 
 _SINKS = 1e-6
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -68,12 +63,9 @@ class GraspContact:
     """How closing the fingers ended."""
 
     reason: Reason
-    width: float
-    """Distance between the pads where they came to rest [m]."""
-    object: SimObject | None = None
-    """The object that the pads pressed on, if any."""
-    wTo: SE3 | None = None
-    """Its new pose in the world, if it was moved."""
+    width: float  # Distance between the pads where they came to rest [m]
+    object: SimObject | None = None  # The object that the pads pressed on, if any
+    wTo: SE3 | None = None  # Its new pose in the world, if it was moved
 
 
 def grasp_contact(

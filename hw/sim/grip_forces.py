@@ -19,18 +19,15 @@ from robots import Array
 Contact: TypeAlias = tuple[Array, Array]
 """(N, 3) points of a patch, and the (3,) unit normal from the pad to the object."""
 
-GRAVITY = 9.81
-"""[m/s²]."""
+GRAVITY = 9.81  # [m/s²]
 
 TORSION = 0.005
 """Radius over which a contact resists to turning about its normal [m]: that of the physical world,
 and of a pad's print with its edge of 17 mm (two thirds of its half)."""
 
-_EDGES = 8
-"""Of a friction cone."""
+_EDGES = 8  # Of a friction cone
 _MOST = 50.0
-_LENGTH = 0.02
-"""Torques are measured with this lever, so that they are as large as the forces [m]."""
+_LENGTH = 0.02  # Torques are measured with this lever, so that they are as large as the forces [m]
 
 
 def carried(

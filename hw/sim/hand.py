@@ -9,8 +9,7 @@ from pinocchio import SE3
 
 from robots import Array, Geom, GripperDescription, bounding_radius
 
-SIDES = {"left": 1.0, "right": -1.0}
-"""The side along y of the end effector on which each finger is."""
+SIDES = {"left": 1.0, "right": -1.0}  # The side along y of the end effector on which each finger is
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,8 +20,7 @@ class Hand:
     """
 
     gripper: GripperDescription
-    wTe: SE3
-    """End effector in the world: z along the approach, y the closing direction."""
+    wTe: SE3  # End effector in the world: z along the approach, y the closing direction
 
     @property
     def centre(self) -> Array:

@@ -18,8 +18,7 @@ from hw.sim.scene import SceneError
 from hw.sim.sim_object import SimObject
 from robots import Array, Geom, bounding_radius
 
-GAP = 0.006
-"""Objects lie at least this far apart [m] ..."""
+GAP = 0.006  # Objects lie at least this far apart [m] ...
 
 WALL_GAP = 0.022
 """... and this far from walls and edges; a finger just fits between an object and a wall [m]."""
@@ -27,11 +26,9 @@ WALL_GAP = 0.022
 _SPREADS = np.repeat([0.035, 0.025, 0.015, 0.008, 0.0, 0.0], 6)
 """Added to both gaps at each try of an orientation: generous first, none in the end [m]."""
 
-_POSITIONS = 10
-"""How many positions are tried for each orientation of an object."""
+_POSITIONS = 10  # How many positions are tried for each orientation of an object
 
-_LAYOUTS = 30
-"""How many layouts, each with new objects, are tried before giving up."""
+_LAYOUTS = 30  # How many layouts, each with new objects, are tried before giving up
 
 Keys: TypeAlias = tuple[str | int, ...]
 
@@ -54,22 +51,18 @@ class LayoutError(SceneError):
 class Area(NamedTuple):
     """A level rectangle that objects lie on."""
 
-    name: str
-    """For messages: "into the container", "on a table"."""
+    name: str  # For messages: "into the container", "on a table"
     centre: tuple[float, float]
-    size: tuple[float, float]
-    """Along x and y [m]."""
+    size: tuple[float, float]  # Along x and y [m]
     height: float
-    keys: Keys
-    """On the way to its objects in the scene file."""
+    keys: Keys  # On the way to its objects in the scene file
 
 
 class _Wish(NamedTuple):
     """An object that has no place yet."""
 
     obj: SimObject
-    yaw: float | None
-    """Drawn if it is None [rad]."""
+    yaw: float | None  # Drawn if it is None [rad]
 
 
 def lay_out(wanted: Objects, area: Area, before: int, rng: np.random.Generator) -> list[SimObject]:

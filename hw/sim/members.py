@@ -20,8 +20,7 @@ from robots import Array, Box, Geom, RobotDescription, bounding_radius
 HAND_TOLERANCE = 0.002
 """Depth to which the robot may press into something before it counts as a collision [m]."""
 
-HELD_TOLERANCE = 0.005
-"""The same for a held object, which yields in the fingers [m]."""
+HELD_TOLERANCE = 0.005  # The same for a held object, which yields in the fingers [m]
 
 BASE, HAND, FINGERS, CAMERA, HELD = "base", "hand", "fingers", "camera", "held object"
 """Names of parts; the arm's are `link0`, its foot, to `link7`."""
@@ -36,10 +35,8 @@ class Member:
     """One shape of the robot."""
 
     part: str
-    frame: int
-    """Which frame it moves with."""
-    geom: Geom
-    """In that frame; a finger's place depends on the width besides."""
+    frame: int  # Which frame it moves with
+    geom: Geom  # In that frame; a finger's place depends on the width besides
     tolerance: float
     levers: Array
     """(10,) travel per driven metre, turn of the base, turn of each joint, and motion of a finger
@@ -51,10 +48,8 @@ class Configuration:
     """Where the robot is."""
 
     wTb: SE3
-    q: Array
-    """(7,) [rad]."""
-    width: float
-    """Between the pads [m]."""
+    q: Array  # (7,) [rad]
+    width: float  # Between the pads [m]
 
     def motion(self, since: Configuration) -> Array:
         """(10,) how far it is from another one: driven, turned, joints, finger [m, rad, m]."""

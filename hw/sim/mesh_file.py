@@ -18,10 +18,8 @@ Footprint = tuple[float, float]
 class Reading(NamedTuple):
     """The context in which a scene file is read."""
 
-    folder: Path
-    """Where the file is: its meshes are named from there."""
-    footprint: Footprint | None
-    """None leaves the start unchecked."""
+    folder: Path  # Where the file is: its meshes are named from there
+    footprint: Footprint | None  # None leaves the start unchecked
 
 
 class MeshFile(StrictModel):
@@ -30,14 +28,10 @@ class MeshFile(StrictModel):
     SIZES: ClassVar[tuple[float, float]] = (0.01, 10.0)
     """The smallest and the largest that its longest edge may be [m]."""
 
-    units: Units = "m"
-    """Of the numbers in the file."""
-    scale: Annotated[float, Field(ge=1e-6, le=1e6)] = 1.0
-    """By which it is made larger besides."""
-    up: Up | None = None
-    """Which axis of the file points upwards; z, and y in a GLB file."""
-    mesh: str | None = None
-    """The file: GLB, OBJ, OFF, PLY or STL."""
+    units: Units = "m"  # Of the numbers in the file
+    scale: Annotated[float, Field(ge=1e-6, le=1e6)] = 1.0  # By which it is made larger besides
+    up: Up | None = None  # Which axis of the file points upwards; z, and y in a GLB file
+    mesh: str | None = None  # The file: GLB, OBJ, OFF, PLY or STL
 
     @field_validator("mesh")
     @classmethod

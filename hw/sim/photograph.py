@@ -13,8 +13,7 @@ from robots import Intrinsics
 
 Grey: TypeAlias = npt.NDArray[np.uint8]
 
-_FINER = 4
-"""How much larger an image is drawn before it is averaged down."""
+_FINER = 4  # How much larger an image is drawn before it is averaged down
 
 
 def photograph(

@@ -36,11 +36,9 @@ Image: TypeAlias = npt.NDArray[np.float32]
 Ids: TypeAlias = npt.NDArray[np.int16]
 Entry: TypeAlias = Callable[[Any, Image, Image, Image, Image], Image]
 
-NEAR = 0.01
-"""Smallest depth that is rendered [m]."""
+NEAR = 0.01  # Smallest depth that is rendered [m]
 
-STRIP_ROWS = 120
-"""Rows worked on at a time."""
+STRIP_ROWS = 120  # Rows worked on at a time
 
 _SIGNS = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float)
 _EDGES = np.array(

@@ -13,14 +13,22 @@ from pinocchio import SE3
 from hw.background import InlineExecutor
 from hw.clock import Clock
 from hw.composition import ComposedRobot
-from hw.frame import ColourArray, DepthImage
 from hw.sim.body import Dynamics, SimBody, Stopper
 from hw.sim.kinematic import KinematicBody
 from hw.sim.noise import D435Noise
 from hw.sim.render import DepthRenderer, painted
 from hw.sim.surface import Visible
 from hw.sim.world import World
-from hw.state import ArmState, Array, BaseState, Fault, FaultKind, GripperState
+from hw.state import (
+    ArmState,
+    Array,
+    BaseState,
+    ColourArray,
+    DepthImage,
+    Fault,
+    FaultKind,
+    GripperState,
+)
 from robots import RobotDescription
 
 

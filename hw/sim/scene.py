@@ -26,8 +26,7 @@ from config import (
 from hw.sim.furniture import Container, Fixture, Objects, SideTable, Table, Walker, few
 from hw.sim.mesh_file import Footprint, Reading
 
-SCENES = Path(__file__).parent / "scenes"
-"""The folder of the shipped scenes."""
+SCENES = Path(__file__).parent / "scenes"  # The folder of the shipped scenes
 
 _Named = TypeVar("_Named", SideTable, Walker)
 
@@ -45,8 +44,7 @@ class Scene(StrictModel):
     side_tables: Annotated[tuple[SideTable, ...], AfterValidator(few)] = ()
     fixtures: Annotated[tuple[Fixture, ...], AfterValidator(few)] = ()
     walkers: Annotated[tuple[Walker, ...], AfterValidator(few)] = ()
-    objects: Objects = Objects()
-    """In the container."""
+    objects: Objects = Objects()  # In the container
 
     @field_validator("side_tables", "walkers")
     @classmethod

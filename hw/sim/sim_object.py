@@ -16,16 +16,11 @@ from robots import Array, Geom, bounding_radius, reach
 class Motion:
     """How an object moves by itself: back and forth along a line."""
 
-    start: Array
-    """(3,) one end of the line, in the world [m]."""
-    along: Array
-    """(3,) from there to the other end [m]."""
-    period: float
-    """Time from one end to the other and back [s]."""
-    until: float = np.inf
-    """Time from which it stands still [s]."""
-    steady: bool = False
-    """Whether it is always as fast; else it turns round smoothly."""
+    start: Array  # (3,) one end of the line, in the world [m]
+    along: Array  # (3,) from there to the other end [m]
+    period: float  # Time from one end to the other and back [s]
+    until: float = np.inf  # Time from which it stands still [s]
+    steady: bool = False  # Whether it is always as fast; else it turns round smoothly
 
     def position(self, now: float) -> Array:
         """(3,) its position in the world at a time [m]."""
@@ -47,14 +42,10 @@ class SimObject:
     name: str
     parts: tuple[Geom, ...]
     """Its convex parts, posed in the object's own frame. What touches it touches them."""
-    mass: float
-    """[kg]; spread over the parts by their volume."""
-    friction: float = 0.5
-    """Coulomb friction coefficient with the finger pads."""
-    pose: SE3
-    """Object in the world, wTo; the origin is the centre of mass."""
-    motion: Motion | None = None
-    """How it moves until it is touched."""
+    mass: float  # [kg]; spread over the parts by their volume
+    friction: float = 0.5  # Coulomb friction coefficient with the finger pads
+    pose: SE3  # Object in the world, wTo; the origin is the centre of mass
+    motion: Motion | None = None  # How it moves until it is touched
     mesh: Mesh | None = None
     """What a camera sees of it, in the object's own frame; None if that is its parts."""
 

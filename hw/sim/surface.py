@@ -16,10 +16,8 @@ from robots import GREY, Array, Colour, Geom, Triangles
 class Mesh:
     """A surface of triangles. It is seen and not felt: bodies touch by their convex parts."""
 
-    vertices: Array
-    """(V, 3) corners [m]."""
-    triangles: Triangles
-    """(T, 3) numbers of the corners, counter-clockwise as seen from outside."""
+    vertices: Array  # (V, 3) corners [m]
+    triangles: Triangles  # (T, 3) numbers of the corners, counter-clockwise as seen from outside
     closed: bool = True
     """Whether it has no holes: then the inner sides of its triangles are never seen."""
 
@@ -35,11 +33,9 @@ class Surface:
     """A mesh with a pose."""
 
     mesh: Mesh
-    pose: SE3
-    """In the world."""
+    pose: SE3  # In the world
     name: str = ""
     colour: Colour = GREY
 
 
-Visible: TypeAlias = Geom | Surface
-"""Something that a camera sees."""
+Visible: TypeAlias = Geom | Surface  # Something that a camera sees

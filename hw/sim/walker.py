@@ -12,8 +12,7 @@ from pinocchio import SE3
 from controller import Obstacle
 from robots import Array, Colour, Cylinder, Geom
 
-_ACCELERATION = 2.0
-"""With which it starts and stops at each way point [m/s²]."""
+_ACCELERATION = 2.0  # With which it starts and stops at each way point [m/s²]
 _CLOTHES: Colour = (86, 98, 140)
 
 
@@ -89,8 +88,7 @@ class Walker:
         (x, y), (vx, vy) = leg.at(min(time, leg.duration))
         self.pose = SE3(np.eye(3), np.array([x, y, self._height / 2.0]))
         """Of its middle in the world."""
-        self.velocity: Array = np.array([vx, vy, 0.0])
-        """(3,) in the world [m/s]."""
+        self.velocity: Array = np.array([vx, vy, 0.0])  # (3,) in the world [m/s]
 
     def placed(self) -> list[Geom]:
         """Its shape in the world."""

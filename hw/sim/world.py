@@ -28,14 +28,10 @@ _LEAST_LEVEL = 0.3
 class GraspOutcome:
     """What closing the fingers led to."""
 
-    holding: str | None
-    """Name of the object that is held now; None if the hand is empty."""
-    width: float
-    """Distance between the pads where they came to rest [m]."""
-    reason: Reason
-    """Held, or why not; `reason.value` is for people."""
-    touched: str | None = None
-    """Name of the object that the pads pressed on, held or not."""
+    holding: str | None  # Name of the object that is held now; None if the hand is empty
+    width: float  # Distance between the pads where they came to rest [m]
+    reason: Reason  # Held, or why not; `reason.value` is for people
+    touched: str | None = None  # Name of the object that the pads pressed on, held or not
 
 
 class World:
@@ -62,11 +58,9 @@ class World:
         self.surfaces = tuple(surfaces)
         self.objects = list(objects)
         self.walkers = tuple(walkers)
-        self.touches: list[Touch] = []
-        """What the robot has hit so far, in order."""
+        self.touches: list[Touch] = []  # What the robot has hit so far, in order
         self.held: SimObject | None = None
-        self.eTo = SE3.Identity()
-        """The held object in the end effector."""
+        self.eTo = SE3.Identity()  # The held object in the end effector
         self._held_width = 0.0
         self._vicinity = Vicinity(self.fixtures)
         self._resting = Resting(self.fixtures, self.objects, self._vicinity)

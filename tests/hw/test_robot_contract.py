@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 from controller import Command, RobotModel
-from hw import Backend, HardwareError, Robot, WorldOptions, open_backend, world_names
+from hw import Backend, HardwareError, Robot, WorldOptions, open_backend
+from hw.registry import WORLDS
 from robots import robot_names
 
 PERIOD = 0.01
@@ -24,7 +25,7 @@ PATIENCE = 5.0
 
 KINDS = [
     pytest.param((robot, world, beside), id=f"{robot}-{world}{'-beside' if beside else ''}")
-    for world in world_names()
+    for world in WORLDS
     for robot in robot_names()
     for beside in (False, True)
 ]

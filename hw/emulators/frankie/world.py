@@ -12,8 +12,8 @@ import numpy as np
 from hw.clock import WallClock, stopwatch
 from hw.emulators.frankie.paper import Paper
 from hw.emulators.panda import ArmLink, Wanted
-from hw.frame import DepthArray
 from hw.sim import D435Noise, DepthRenderer, Dynamics, Grey, KinematicBody, SimBody, load_scene
+from hw.state import DepthArray
 from robots import Array, load_robot
 
 STEP = 0.005

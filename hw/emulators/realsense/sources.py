@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from hw.clock import Clock, WallClock, stopwatch
-from hw.frame import DepthFrame, DepthImage
 from hw.robot import DepthCamera
 from hw.sim import kinematic_robot, load_scene
+from hw.state import DepthFrame, DepthImage
 from robots import load_robot
 
 

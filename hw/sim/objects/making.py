@@ -20,20 +20,15 @@ from robots import Colour, Geom, Shape, centroid, volume
 Parts: TypeAlias = list[Geom]
 Maker: TypeAlias = Callable[[np.random.Generator, float], Parts]
 
-MAX_LENGTH = 0.16
-"""Largest length of an object [m]."""
+MAX_LENGTH = 0.16  # Largest length of an object [m]
 
-MAX_FOOTPRINT = 0.006
-"""Largest area that a box or cylinder covers as it rests [m²]."""
+MAX_FOOTPRINT = 0.006  # Largest area that a box or cylinder covers as it rests [m²]
 
-MAX_HEIGHT = 0.11
-"""Largest height of an object as it rests [m]."""
+MAX_HEIGHT = 0.11  # Largest height of an object as it rests [m]
 
 _LYING = exp3(np.array([0.0, np.pi / 2.0, 0.0]))
-DENSITY = (200.0, 1200.0)
-"""[kg/m³]."""
-FRICTION = (0.45, 0.7)
-"""With the finger pads."""
+DENSITY = (200.0, 1200.0)  # [kg/m³]
+FRICTION = (0.45, 0.7)  # With the finger pads
 
 PALETTE: tuple[Colour, ...] = (
     (214, 84, 70),
@@ -69,10 +64,8 @@ class ObjectClass:
     """A class of objects, and its range of widths."""
 
     make: Maker
-    narrowest: float = 0.015
-    """[m]."""
-    widest: float = 0.07
-    """[m]."""
+    narrowest: float = 0.015  # [m]
+    widest: float = 0.07  # [m]
 
 
 def part(

@@ -24,18 +24,12 @@ from hw.sim.sim_object import SimObject
 from hw.sim.world import World
 from robots import Array, RobotDescription
 
-_SETTLING = 1.0
-"""Before a run begins everything comes to rest for this long [s]."""
-_REFLEX_FORCE, _BUMPER_FORCE = 30.0, 30.0
-"""On the tool and on the base [N]."""
-_FILTER = 0.02
-"""Time constant with which forces are estimated [s]."""
-_TOUCH = 1.0
-"""Smallest force that counts as a contact [N]."""
-_SETTING_DOWN = 20.0
-"""With more than that the held object is not set down, but hits something [N]."""
-_HOLDING_FORCE = 20.0
-"""Of the fingers until they are told another one [N]."""
+_SETTLING = 1.0  # Before a run begins everything comes to rest for this long [s]
+_REFLEX_FORCE, _BUMPER_FORCE = 30.0, 30.0  # On the tool and on the base [N]
+_FILTER = 0.02  # Time constant with which forces are estimated [s]
+_TOUCH = 1.0  # Smallest force that counts as a contact [N]
+_SETTING_DOWN = 20.0  # With more than that the held object is not set down, but hits something [N]
+_HOLDING_FORCE = 20.0  # Of the fingers until they are told another one [N]
 _AT_WIDTH, _STILL_SPEED, _STILL_TIME = 5e-4, 0.004, 0.1
 """Fingers have come to rest at their width [m], or after a time [s] below a speed [m/s]."""
 

@@ -18,12 +18,10 @@ CARRIER = ("x", "y", "z", "yaw")
 DOWN = SE3(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
 """The end effector on its carrier: it points down."""
 
-_MASS, _TURNING = 4.0, 0.05
-"""Of the arm that would be behind it, as felt at the tool [kg, kg m²]."""
+_MASS, _TURNING = 4.0, 0.05  # Of the arm that would be behind it, as felt at the tool [kg, kg m²]
 _STIFFNESS, _TURNING_STIFFNESS = 16000.0, 200.0
 """Of the servos: those of the arm's joints at half a metre [N/m, Nm/rad]."""
-_FORCE, _TORQUE = 150.0, 12.0
-"""Largest ones of the servos [N, Nm]."""
+_FORCE, _TORQUE = 150.0, 12.0  # Largest ones of the servos [N, Nm]
 
 
 def add_floating_hand(spec: Any, description: RobotDescription) -> None:

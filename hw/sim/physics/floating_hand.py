@@ -19,12 +19,9 @@ from robots import Array, RobotDescription
 _STILL = 0.002
 """Below this speed an object lies still [m/s, m]; turning it counts with a lever of 50 mm."""
 _LEVER = 0.05
-_OPENING_FORCE = 20.0
-"""Of the fingers while they do not close [N]."""
-_TURN_RATE = 2.0
-"""At which the hand turns at most [rad/s]."""
-_LOOKS = 0.1
-"""Between two looks at whether all lies still [s]."""
+_OPENING_FORCE = 20.0  # Of the fingers while they do not close [N]
+_TURN_RATE = 2.0  # At which the hand turns at most [rad/s]
+_LOOKS = 0.1  # Between two looks at whether all lies still [s]
 
 
 class FloatingHand(Simulation):
@@ -48,8 +45,7 @@ class FloatingHand(Simulation):
         self._motors = [self._model.actuator(name).id for name in CARRIER]
         self.hardest = 0.0
         """The largest force of contacts on the hand since it was put somewhere [N]."""
-        self.opening = description.gripper.opening
-        """Between the pads of the open hand [m]."""
+        self.opening = description.gripper.opening  # Between the pads of the open hand [m]
         self._speed = description.gripper.speed
         self._width_now = self.opening
         self.put(wTe, self._width_now)

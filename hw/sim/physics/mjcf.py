@@ -18,15 +18,11 @@ from hw.sim.sim_object import SimObject
 from hw.sim.world import World
 from robots import Box, Plane, RobotDescription, volume
 
-TIMESTEP = 0.002
-"""[s]."""
+TIMESTEP = 0.002  # [s]
 
-_IMPRATIO = 10.0
-"""How much stiffer friction is than pressure: what is held creeps less."""
-_FRICTION = 0.5
-"""Of furniture and walkers."""
-_MEMORY = 64 * 2**20
-"""For contacts and what they need, most of it never touched [bytes]."""
+_IMPRATIO = 10.0  # How much stiffer friction is than pressure: what is held creeps less
+_FRICTION = 0.5  # Of furniture and walkers
+_MEMORY = 64 * 2**20  # For contacts and what they need, most of it never touched [bytes]
 
 
 def robot_model_in(description: RobotDescription, world: World) -> mujoco.MjModel:

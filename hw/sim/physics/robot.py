@@ -13,11 +13,9 @@ from hw.sim.physics.shapes import ALL, Kind, add_body, add_geom, quaternion, wei
 from robots import Box, Geom, RobotDescription
 
 SIDES = ("left", "right")
-AXES = ("x", "y", "yaw")
-"""Joints of the base."""
+AXES = ("x", "y", "yaw")  # Joints of the base
 ARM = tuple(f"joint{number}" for number in range(1, 8))
-FINGER_MOTOR = "fingers"
-"""Its actuator."""
+FINGER_MOTOR = "fingers"  # Its actuator
 
 _PADS = (-88000.0, -600.0)
 """Stiffness [1/s²] and damping [1/s] of the pads, negative, as MuJoCo wants them; with any partner.
@@ -26,11 +24,9 @@ at ω creeps by about ω²r / 600 s. A step lets it grow to 1000; there it would
 _SHELL = (0.014, 1.0)
 """Time constant [s] and damping ratio of all other shapes of the robot, whose covers yield: with a
 partner the mean of both counts."""
-_FRICTION = 0.3
-"""Of all of it; of two surfaces the rougher counts."""
+_FRICTION = 0.3  # Of all of it; of two surfaces the rougher counts
 
-_STIFFNESS = np.array([4000.0] * 4 + [1500.0] * 3)
-"""Of the servos of the joints [Nm/rad]."""
+_STIFFNESS = np.array([4000.0] * 4 + [1500.0] * 3)  # Of the servos of the joints [Nm/rad]
 _ARMATURE, _DAMPING = 0.1, 0.5
 """Of each joint's motor and gear: inertia [kg m²] and viscous friction [Nm s]."""
 
@@ -38,10 +34,8 @@ _DRIVE = ((20000.0, 500.0), (20000.0, 800.0), (3000.0, 250.0))
 """Of the base along x and y and about z: gain [N s/m, Nm s] and largest force [N, Nm]; along y a
 differential drive has only its tyres, which hold against that much."""
 
-_FINGER_STIFFNESS, _FINGER_DAMPING = 8000.0, 80.0
-"""Of the gripper's servo [N/m, N s/m]."""
-_FINGER_ARMATURE = 0.1
-"""[kg]."""
+_FINGER_STIFFNESS, _FINGER_DAMPING = 8000.0, 80.0  # Of the gripper's servo [N/m, N s/m]
+_FINGER_ARMATURE = 0.1  # [kg]
 
 
 def add_robot(spec: Any, description: RobotDescription) -> None:

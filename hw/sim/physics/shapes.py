@@ -15,8 +15,7 @@ _HARD = (0.006, 1.0)
 """Time constant [s] and damping ratio of contacts; of two partners the mean counts."""
 _SOLIMP = (0.95, 0.99, 0.0005, 0.5, 2.0)
 """Contacts are nearly rigid from the first half millimetre on."""
-_TORSION, _ROLLING = 0.005, 0.0005
-"""Radii over which contacts resist to twisting and rolling [m]."""
+_TORSION, _ROLLING = 0.005, 0.0005  # Radii over which contacts resist to twisting and rolling [m]
 
 
 class Kind(IntFlag):
@@ -28,8 +27,7 @@ class Kind(IntFlag):
     OBJECT = 8
 
 
-ALL = sum(Kind)
-"""Whatever there is."""
+ALL = sum(Kind)  # Whatever there is
 
 
 def add_body(parent: Any, name: str, pose: SE3) -> Any:

@@ -24,25 +24,19 @@ class Press(NamedTuple):
     """A part of the robot presses on something, or what it holds does."""
 
     part: str
-    side: str
-    """Of the hand, if it is a finger."""
+    side: str  # Of the hand, if it is a finger
     thing: str
-    owner: SimObject | Walker | None
-    """What is pressed on, if it can move."""
-    force: float
-    """[N]."""
-    towards: Array
-    """(3,) unit normal from the robot to the thing, in the world."""
+    owner: SimObject | Walker | None  # What is pressed on, if it can move
+    force: float  # [N]
+    towards: Array  # (3,) unit normal from the robot to the thing, in the world
 
 
 class _Identity(NamedTuple):
     """Who a geom belongs to."""
 
-    part: str = ""
-    """Of the robot."""
+    part: str = ""  # Of the robot
     side: str = ""
-    thing: str = ""
-    """That is not of the robot."""
+    thing: str = ""  # That is not of the robot
     owner: SimObject | Walker | None = None
 
 

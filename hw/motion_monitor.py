@@ -1,15 +1,15 @@
-"""Whether the robot does what it is commanded: commanded motion against measured motion.
+"""Monitor of commanded against measured motion.
 
-A frozen reading with fresh stamps, a base that ignores its commands and an arm that moves by itself
-have plausible readings, one by one. Over the last moments they do not fit what was commanded. Nor
-does a base or a joint that is faster than it was told, or goes the other way.
+Frozen readings with fresh stamps, a base that ignores commands, and an arm that moves by itself
+have plausible single readings. Over the last second they do not fit the commands; nor does an axis
+that is faster than commanded, or moves the other way.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from math import cos, hypot, pi, remainder, sin
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -17,55 +17,38 @@ from controller import Command
 from hw.state import Array, RobotState
 from robots import RobotDescription
 
-_WINDOW = 1.0
-"""How far back motion is compared [s]."""
-_BASE_PATH = 0.25
-"""A base that was commanded this far has moved [m] ..."""
-_ARM_PATH = 0.15
-"""... and so has a joint that was commanded this far [rad] ..."""
-_LEAST_SHARE = 0.2
-"""... by at least this share of it."""
-_BASE_SURPLUS = 0.3
-"""The base does not move farther than this without a command [m] ..."""
-_ARM_SURPLUS = 0.15
-"""... nor a joint farther than this [rad], its lag apart."""
-_BASE_FASTER = np.array([0.1, 0.1, 0.2])
-"""The base is not faster than it was told, along x and y and about z, by more than this
-[m/s, rad/s] ..."""
-_ARM_FASTER = 0.3
-"""... nor a joint by more than this [rad/s] ..."""
-_FASTER_FOR = 0.2
-"""... for so long [s]."""
-_DEAD_TIME = 0.1
-"""What was told counts for so long beyond the lag [s]; then it fades at the acceleration limit."""
-_METRES_PER_RADIAN = 0.3
-"""What a turn of the base counts [m/rad]."""
-_JUMP = 0.03
-"""A base that moves this much farther between two readings than it can was relocalised [m]."""
+_WINDOW = 1.0  # of the comparison [s]
+_BASE_PATH = 0.25  # commanded way after which the base must have moved [m]
+_ARM_PATH = 0.15  # the same of a joint [rad]
+_MIN_SHARE = 0.2  # of the commanded way that was moved, at least
+_BASE_SURPLUS = 0.3  # largest motion of the base without a command, its lag apart [m]
+_ARM_SURPLUS = 0.15  # the same of a joint [rad]
+_BASE_FASTER = np.array([0.1, 0.1, 0.2])  # largest surplus speed, x, y, yaw [m/s, m/s, rad/s]
+_ARM_FASTER = 0.3  # the same of a joint [rad/s]
+_FASTER_FOR = 0.2  # time for which a larger surplus is tolerated [s]
+_DEAD_TIME = 0.1  # a command counts for the lag and this [s]; then it fades at the limit
+_METRES_PER_RADIAN = 0.3  # weight of a rotation of the base [m/rad]
+_JUMP = 0.03  # a base that moves this much farther than it can was relocalised [m]
+
+
+Pose2D: TypeAlias = tuple[float, float, float]  # x, y, heading
 
 
 class _Moment(NamedTuple):
     """Sums since the window was begun."""
 
     stamp: float
-    base_path: float
-    """Commanded [m]."""
-    arm_path: float
-    """Commanded, of the joint that was commanded farthest in each period [rad]."""
-    base_commanded: tuple[float, float, float]
+    base_path: float  # Commanded [m]
+    arm_path: float  # Commanded, of the joint that was commanded farthest in each period [rad]
+    base_commanded: Pose2D
     """Dead reckoning of the commanded twists: x, y, heading."""
-    base_measured: tuple[float, float, float]
-    arm_commanded: Array
-    """(7,) integral of the commanded joint velocities [rad]."""
+    base_measured: Pose2D
+    arm_commanded: Array  # (7,) integral of the commanded joint velocities [rad]
     q: Array
 
 
-class Following:
-    """Compares the commands of one robot with what it measures.
-
-    Args:
-        description: of the robot.
-    """
+class MotionMonitor:
+    """Compares the commands of one robot with its measured motion."""
 
     def __init__(self, description: RobotDescription) -> None:
         limits = description.limits
@@ -73,17 +56,19 @@ class Following:
         self._arm_surplus = _ARM_SURPLUS + 2.0 * description.arm.lag * limits.qd
         self._fastest = 2.0 * (limits.base_twist[:2].max() + 0.3 * limits.base_twist[2])
         self._moments: deque[_Moment] = deque()
-        self._base = _Speeds(limits.base_acceleration, description.base.lag, _BASE_FASTER)
-        self._arm = _Speeds(limits.qdd, description.arm.lag, np.full(len(limits.qd), _ARM_FASTER))
+        self._base = _SpeedMonitor(limits.base_acceleration, description.base.lag, _BASE_FASTER)
+        self._arm = _SpeedMonitor(
+            limits.qdd, description.arm.lag, np.full(len(limits.qd), _ARM_FASTER)
+        )
 
-    def forget(self) -> None:
-        """Compare from the next reading on: for example after a fault, or a gap in the commands."""
+    def reset(self) -> None:
+        """Compare from the next reading on, for example after a fault or a gap in the commands."""
         self._moments.clear()
-        self._base.forget()
-        self._arm.forget()
+        self._base.reset()
+        self._arm.reset()
 
     def mismatch(self, state: RobotState, applied: Command) -> str:
-        """What does not fit, for people; empty if all does.
+        """How measured and commanded motion differ, for people; empty if they agree.
 
         Args:
             state: a plausible reading.
@@ -118,16 +103,14 @@ class Following:
         while self._moments[1].stamp < newest.stamp - _WINDOW:
             self._moments.popleft()
         return (
-            self._faster(state, applied)
+            self._overspeed(state, applied)
             or self._base_mismatch(newest)
             or self._arm_mismatch(newest)
         )
 
-    def _faster(self, state: RobotState, applied: Command) -> str:
-        """That base or arm is faster than it was told, both numbers and the likely cause."""
-        if (
-            axis := self._base.faster(state.stamp, state.base_twist, applied.base_twist)
-        ) is not None:
+    def _overspeed(self, state: RobotState, applied: Command) -> str:
+        axis = self._base.faster(state.stamp, state.base_twist, applied.base_twist)
+        if axis is not None:
             does, told = float(state.base_twist[axis]), float(applied.base_twist[axis])
             verb, unit = ("turns", "rad/s") if axis == 2 else ("drives", "m/s")
             what, own = f"the base {verb}", "its own settings of speed are not those of its file"
@@ -143,14 +126,14 @@ class Following:
 
     def _base_mismatch(self, newest: _Moment) -> str:
         then = self._moments[0]
-        for moment in self._moments:  # the shortest way that is long enough tells soonest
+        for moment in self._moments:  # the shortest way that is long enough
             if newest.base_path - moment.base_path < _BASE_PATH:
                 break
             then = moment
         commanded = _between(then.base_commanded, newest.base_commanded)
         moved = _length(_between(then.base_measured, newest.base_measured))
         asked = _length(commanded)
-        if asked >= 0.8 * _BASE_PATH and moved < _LEAST_SHARE * asked:
+        if asked >= 0.8 * _BASE_PATH and moved < _MIN_SHARE * asked:
             return "the base does not do what it is commanded"
         first = self._moments[0]
         commanded = _between(first.base_commanded, newest.base_commanded)
@@ -168,7 +151,7 @@ class Following:
         asked = newest.arm_commanded - then.arm_commanded
         joint = int(np.abs(asked).argmax())
         moved = abs(float(newest.q[joint] - then.q[joint]))
-        if abs(asked[joint]) >= 0.8 * _ARM_PATH and moved < _LEAST_SHARE * abs(asked[joint]):
+        if abs(asked[joint]) >= 0.8 * _ARM_PATH and moved < _MIN_SHARE * abs(asked[joint]):
             return f"joint {joint + 1} does not do what it is commanded"
         first = self._moments[0]
         surplus = (newest.q - first.q) - (newest.arm_commanded - first.arm_commanded)
@@ -177,50 +160,49 @@ class Following:
             return f"joint {int(over.argmax()) + 1} moves as it was not commanded"
         return ""
 
-    def _rebase(self, measured: tuple[float, float, float]) -> None:
-        """Go on from a new place of the base in the world: it was relocalised, not moved."""
+    def _rebase(self, measured: Pose2D) -> None:
+        """Go on from a new pose of the base in the world, after a relocalisation."""
         last = self._moments[-1]
         self._moments.clear()
         self._moments.append(last._replace(base_measured=measured))
 
 
-class _Speeds:
-    """Which speeds a part may have that follows its commands late.
+class _SpeedMonitor:
+    """Bounds of the speeds of a part that follows its commands late.
 
     Args:
         acceleration: (n,) limits [per s].
         lag: of the part [s].
-        margin: (n,) what it may be faster than it was told.
+        margin: (n,) surplus over the commanded speed that is tolerated.
     """
 
     def __init__(self, acceleration: Array, lag: float, margin: Array) -> None:
         self._acceleration, self._margin = acceleration, margin
-        self._lasts = lag + _DEAD_TIME
-        self._told: deque[tuple[float, Array]] = deque()
-        self.forget()
+        self._memory = lag + _DEAD_TIME
+        self._recent: deque[tuple[float, Array]] = deque()
+        self.reset()
 
-    def forget(self) -> None:
-        """It may have any speed now."""
-        self._told.clear()
+    def reset(self) -> None:
+        self._recent.clear()
         self._bounds: tuple[Array, Array] | None = None
         self._since: float | None = None
 
-    def faster(self, stamp: float, measured: Array, told: Array) -> int | None:
-        """The axis that has been faster than told for too long; None if none has.
+    def faster(self, stamp: float, measured: Array, commanded: Array) -> int | None:
+        """The axis that has been faster than commanded for too long; None if none has.
 
         Args:
             stamp: of the reading [s].
             measured: (n,) velocities in it.
-            told: (n,) velocities that were applied until then.
+            commanded: (n,) velocities that were applied until then.
         """
-        still = np.zeros(len(told))
-        if self._bounds is None:  # what it does now it may have been told before
+        still = np.zeros(len(commanded))
+        if self._bounds is None:  # its present speed may be commanded before
             self._bounds = np.minimum(measured, still), np.maximum(measured, still)
-        before = self._told[-1][0] if self._told else stamp
-        self._told.append((stamp, told))
-        while self._told[0][0] < stamp - self._lasts:
-            self._told.popleft()
-        lately = np.array([one for _, one in self._told])
+        before = self._recent[-1][0] if self._recent else stamp
+        self._recent.append((stamp, commanded))
+        while self._recent[0][0] < stamp - self._memory:
+            self._recent.popleft()
+        lately = np.array([one for _, one in self._recent])
         fade, (low, high) = (stamp - before) * self._acceleration, self._bounds
         low = np.minimum(np.minimum(low + fade, still), lately.min(axis=0))
         high = np.maximum(np.maximum(high - fade, still), lately.max(axis=0))
@@ -234,22 +216,18 @@ class _Speeds:
         return axis if stamp - self._since >= _FASTER_FOR else None
 
 
-def _moved(
-    pose: tuple[float, float, float], x: float, y: float, turn: float
-) -> tuple[float, float, float]:
+def _moved(pose: Pose2D, x: float, y: float, turn: float) -> Pose2D:
     heading = pose[2] + turn / 2.0
     c, s = cos(heading), sin(heading)
     return (pose[0] + c * x - s * y, pose[1] + s * x + c * y, pose[2] + turn)
 
 
-def _between(
-    a: tuple[float, float, float], b: tuple[float, float, float]
-) -> tuple[float, float, float]:
+def _between(a: Pose2D, b: Pose2D) -> Pose2D:
     """Pose b seen from pose a."""
     x, y = b[0] - a[0], b[1] - a[1]
     c, s = cos(a[2]), sin(a[2])
     return (c * x + s * y, c * y - s * x, remainder(b[2] - a[2], 2.0 * pi))
 
 
-def _length(pose: tuple[float, float, float]) -> float:
+def _length(pose: Pose2D) -> float:
     return hypot(pose[0], pose[1]) + _METRES_PER_RADIAN * abs(pose[2])
