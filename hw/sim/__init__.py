@@ -1,24 +1,29 @@
-"""The kinematic simulator: a world of objects, what a depth camera sees, what a gripper can hold.
+"""The simulator: worlds of objects, simulated cameras, and a kinematic robot.
 
-`load_scene` builds a `World` from a scene file and a seed. `World` decides by contact geometry what
-closing the fingers does; it knows nothing of time. `DepthRenderer` and `D435Noise` make depth
-images of it.
+`load_scene` builds a `World` from a scene file and a seed; `kinematic_robot` moves in it, and
+contact geometry decides what its gripper holds. `camera` renders depth images, `objects` and
+`meshes` make the bodies, `physics` is the same robot and world in MuJoCo.
 """
 
 from hw.sim.body import Dynamics, SimBody
-from hw.sim.furniture import Container, Fixture, Objects, Table
+from hw.sim.camera import D435Noise, DepthRenderer, Grey, painted, photograph
 from hw.sim.grasp_contact import Reason
-from hw.sim.hand import Hand
 from hw.sim.kinematic import KinematicBody
-from hw.sim.layout import build_world, load_fixtures, load_scene, scene_mistakes
-from hw.sim.noise import D435Noise
 from hw.sim.objects import HELDOUT, HOUSEHOLD, MODELLED, OBJECT_CLASSES, RANDOM_BODIES, TRAIN
-from hw.sim.photograph import Grey, photograph
-from hw.sim.render import DepthRenderer, painted
 from hw.sim.robot import kinematic_robot
-from hw.sim.scene import Scene, SceneError, find_scene, read_scene, scene_names
-from hw.sim.sim_object import Motion, SimObject
-from hw.sim.surface import Visible
+from hw.sim.robot_shapes import Hand
+from hw.sim.scene import (
+    Scene,
+    build_world,
+    find_scene,
+    load_fixtures,
+    load_scene,
+    read_scene,
+    scene_mistakes,
+    scene_names,
+)
+from hw.sim.scene_schema import Container, Fixture, Objects, SceneError, Table
+from hw.sim.sim_object import Motion, SimObject, Visible
 from hw.sim.walker import Walker
 from hw.sim.world import GraspOutcome, World
 

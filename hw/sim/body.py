@@ -1,4 +1,4 @@
-"""What the bodies of all simulated robots share: they obey the newest command for one period."""
+"""Base class of simulated robots: they follow the newest command for one period."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pinocchio import SE3
 
 from controller import Command, RobotModel
 from hw.clock import Clock
-from hw.sim.hand import Hand
-from hw.sim.surface import Visible
+from hw.sim.robot_shapes import Hand
+from hw.sim.sim_object import Visible
 from hw.sim.world import World
 from hw.truth import Touch
 from robots import Array, RobotDescription
@@ -21,21 +21,21 @@ from robots import Array, RobotDescription
 
 @dataclass(frozen=True, kw_only=True)
 class Dynamics:
-    """How the simulated robot answers to commands, beyond what its description says."""
+    """Parameters of a simulated robot beyond its description."""
 
-    period: float = 0.01  # A command holds for one period [s]; without a new one the robot stops
+    period: float = 0.01  # of a command [s]; without a new one the robot stops
     slip_distance: float = 0.005
-    """How far the hand moves until fingers that press without holding slip off [m]; a rule of the
-    kinematic world alone."""
+    """Motion of the hand until fingers that press without holding slip off [m]; kinematic world
+    only."""
     battery_life: float = 4.0 * 3600.0
-    """Time in which a full battery runs down, whatever the robot does [s]."""
+    """Time in which a full battery runs down [s]."""
 
 
-_SAME_TOUCH = 1.0  # A contact that comes back within this time is no new one [s]
+_SAME_TOUCH = 1.0  # a contact that comes back within this time is not new [s]
 
 
 class Stopper(Protocol):
-    """What stops a part of the robot on a contact."""
+    """A reflex that stops a part of the robot on a contact."""
 
     @property
     def reason(self) -> str | None:
@@ -50,15 +50,15 @@ class Stopper(Protocol):
 
 
 class SimBody(ABC):
-    """The state of a simulated robot, brought up to the clock's time; its parts share it.
+    """The state of a simulated robot, advanced to the clock's time; its parts share it.
 
-    Its parts may work in threads of their own: one of them at a time moves the body.
+    A lock lets parts work in threads of their own.
 
     Args:
-        description: which robot.
-        world: what is around it.
+        description: of the robot.
+        world: around it.
         clock: simulated time.
-        dynamics: how it answers.
+        dynamics: further parameters.
     """
 
     reflex: Stopper  # Of the arm, its hand and what it holds
@@ -95,7 +95,7 @@ class SimBody(ABC):
         return Hand(self.description.gripper, self.wTe)
 
     def shapes(self) -> list[Visible]:
-        """All that its camera can see, the hand included, in the world."""
+        """All visual shapes, the hand included, in the world."""
         return [*self.world.shapes(), *self.hand.shapes(self.width)]
 
     def advance(self) -> None:
@@ -112,7 +112,7 @@ class SimBody(ABC):
                 self.now = now
 
     def follow(self, *, base_twist: Array | None = None, qd: Array | None = None) -> None:
-        """Follow a twist of the base, or velocities of the joints, for one period from now on."""
+        """Follow a twist of the base, or joint velocities, for one period from now on."""
         with self._lock:
             self.advance()
             stale = self.now >= self._valid_until - 1e-9
@@ -124,7 +124,7 @@ class SimBody(ABC):
             self._valid_until = self.now + self.dynamics.period
 
     def stop(self) -> None:
-        """Forget the command: the robot comes to rest with its lag."""
+        """Drop the command: the robot comes to rest with its lag."""
         with self._lock:
             self._command = Command.stop()
 
@@ -135,19 +135,18 @@ class SimBody(ABC):
             self._grip(width, force)
 
     @abstractmethod
-    def _grip(self, width: float, force: float) -> None:
-        """The same, now that it is the body's turn."""
+    def _grip(self, width: float, force: float) -> None: ...
 
     @abstractmethod
     def _integrate(self, command: Command, dt: float) -> None:
-        """Let a command act for a time [s] from now on, on the robot and its world."""
+        """Apply a command for a time [s] from now on, to the robot and its world."""
 
     @abstractmethod
     def _set_time(self, now: float) -> None:
-        """Bring what is a function of time alone to a time [s]."""
+        """Bring moving obstacles and objects to a time [s]."""
 
     def _note_touch(self, part: str, thing: str, text: str, now: float) -> None:
-        """Note down that the robot hits something, unless it is the same contact as just before."""
+        """Record a collision, unless it is the same contact as just before."""
         if now - self._touched.get((part, thing), -np.inf) > _SAME_TOUCH:
             self.world.touches.append(Touch(stamp=now, part=part, thing=thing, text=text))
         self._touched[part, thing] = now

@@ -1,8 +1,8 @@
-"""What the robot presses into: every shape of it against every thing, measured when due.
+"""Collisions of the robot with the world, with a conservative bound on the gap of each pair.
 
 Two shapes a gap apart cannot meet before they have moved that far towards each other. So every pair
-keeps the gap that was measured last, less all that either can have moved since. Only where nothing
-is left of it, Coal measures again: beside a table a few pairs a tick, on the open floor none.
+keeps its last measured gap, less the largest possible motion of both since then; Coal measures
+again only where nothing is left of it.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 from pinocchio import SE3
 
 from controller import RobotModel
-from hw.sim.hand import Hand
-from hw.sim.members import (
+from hw.sim.robot_shapes import (
     BASE,
     FINGERS,
     HAND,
     HELD,
     Configuration,
+    Hand,
     Member,
     frames,
     held_members,
@@ -40,7 +40,7 @@ _request.enable_signed_distance = True
 
 
 class Contact(NamedTuple):
-    """A part of the robot overlaps with something."""
+    """A part of the robot overlaps with a thing."""
 
     part: str
     thing: str
@@ -52,7 +52,7 @@ class Contact(NamedTuple):
 
 
 class _Thing:
-    """Something that can move, and its columns in the table of pairs."""
+    """An object or walker, and its columns in the table of pairs."""
 
     def __init__(self, one: Movable, first: int) -> None:
         self.one = one
@@ -60,7 +60,7 @@ class _Thing:
         self.seen: SE3 | None = None
 
     def travel(self) -> float:
-        """How far any point of it can have moved since it was last looked at [m]."""
+        """Largest motion of any of its points since the last call [m]."""
         pose, seen = self.one.pose, self.seen
         self.seen = pose.copy()
         if seen is None:
@@ -72,12 +72,7 @@ class _Thing:
 
 
 class Collisions:
-    """Watches one robot in one world.
-
-    Args:
-        model: of the robot.
-        world: around it.
-    """
+    """Collision detection of one robot in one world."""
 
     def __init__(self, model: RobotModel, world: World) -> None:
         self._model = model
@@ -109,12 +104,12 @@ class Collisions:
         self._before: Configuration | None = None
 
     def find(self, now: Configuration) -> list[Contact]:
-        """The contacts, one of each part with each thing."""
+        """The contacts, the deepest one of each part with each thing."""
         if self._before is not None:
             self._gaps -= (self._levers @ now.motion(self._before))[:, None]
         self._before = now
         if self._world.held is not self._held or self._world.eTo is not self._eTo:
-            self._take_up(self._world.held)
+            self._update_held(self._world.held)
         for thing in self._things:
             if thing.one is not self._held and thing.one.pose != thing.seen:
                 self._gaps[:, thing.columns] -= thing.travel()
@@ -143,13 +138,13 @@ class Collisions:
             key = member.part, self._names[column]
             if gap < 0.0 and (key not in found or -gap > found[key].depth):
                 normal = np.array(result.normal)
-                text = f"{_who(member.part, self._held)} hit {self._names[column]}"
+                text = f"{_part_text(member.part, self._held)} hit {self._names[column]}"
                 excess = -gap - member.tolerance
                 found[key] = Contact(*key, -gap, excess, normal, self._owners[column], text)
         return list(found.values())
 
-    def _take_up(self, held: SimObject | None) -> None:
-        """Watch what the hand holds now, and that which it has let go as any other object."""
+    def _update_held(self, held: SimObject | None) -> None:
+        """Check the object in the hand with the robot, and a released one as a thing."""
         description, own = self._model.description, len(self._own)
         gaps = self._gaps[:own]
         for thing in self._things:
@@ -169,7 +164,7 @@ class Collisions:
 
 
 class _Placement:
-    """Where the shapes of the robot are, each computed when it is asked for."""
+    """Poses of the shapes of the robot, computed on demand."""
 
     def __init__(self, model: RobotModel, now: Configuration, palm: int) -> None:
         self._frames = frames(model, now.wTb, now.q)
@@ -196,8 +191,7 @@ def _transform(pose: SE3) -> Any:
     return coal.Transform3s(pose.rotation, pose.translation)
 
 
-def _who(part: str, held: SimObject | None) -> str:
-    """A part of the robot, for people."""
+def _part_text(part: str, held: SimObject | None) -> str:
     if part.startswith("link"):
         return part
     if part == HELD and held is not None:

@@ -1,7 +1,7 @@
-"""Distances and first contacts between placed convex shapes.
+"""Contacts of convex shapes: distances, first contacts, and objects at rest on their supports.
 
 First contacts are found by conservative advancement: two convex shapes a gap d apart, with the
-normal n of the plane between them, cannot meet before one has gone d / (n·a) along a towards the
+normal n of the plane between them, cannot meet before one has moved d / (n·a) along a towards the
 other. Repeating this step converges on the first touch and never passes it.
 """
 
@@ -14,16 +14,18 @@ import coal
 import numpy as np
 from pinocchio import SE3
 
+from hw.sim.sim_object import SimObject
 from robots import Array, Geom, coal_geometry, half_extents
 
-TOUCH = 2e-5  # Largest gap that counts as a touch [m]
-
-GRAZE = 0.1
-"""Smallest cosine between normal and motion at a touch; shapes that slide past do not touch."""
-
-_EXACT = 1e-9  # A smaller gap, or overlap, is rounding [m]
-
+TOUCH = 2e-5  # largest gap that counts as a touch [m]
+GRAZE = 0.1  # smallest cosine between normal and motion at a touch; below it shapes slide past
+_EXACT = 1e-9  # a smaller gap, or overlap, is rounding [m]
 _STEPS = 60
+_SIDE_TOLERANCE = 0.005  # overlap from the side above which objects are pushed apart [m]
+_MAX_FALL = 3.0  # [m]
+_LIFT_STEP, _MAX_LIFTS = 0.005, 60
+_RESTING_GAP = 0.0015  # largest gap to a support [m]
+_DOWN = np.array([0.0, 0.0, -1.0])
 
 _distance_request = coal.DistanceRequest()
 _distance_request.enable_signed_distance = True
@@ -33,11 +35,7 @@ _patch_request = coal.ContactPatchRequest()
 
 
 def separation(a: Geom, b: Geom) -> tuple[float, Array]:
-    """Signed distance of two shapes and the (3,) unit normal from a to b, in the world.
-
-    Returns:
-        The gap [m], negative when they overlap, and the normal.
-    """
+    """Signed distance of two shapes [m] and the (3,) unit normal from a to b, in the world."""
     return _separation(coal_geometry(a.shape), _transform(a.pose), b, _transform(b.pose))
 
 
@@ -82,11 +80,7 @@ def patch(a: Geom, b: Geom) -> tuple[Array, Array] | None:
 
 
 class Vicinity:
-    """Finds quickly which of many static shapes are near a point.
-
-    Args:
-        shapes: in the world.
-    """
+    """Broad phase: which of many static shapes (in the world) are near a point."""
 
     def __init__(self, shapes: Sequence[Geom]) -> None:
         self._shapes = tuple(shapes)
@@ -95,11 +89,98 @@ class Vicinity:
         self._half = np.array([half_extents(s.shape) for s in shapes]).reshape(-1, 3)
 
     def near(self, point: Array, radius: float) -> list[Geom]:
-        """The shapes whose bounding box is less than `radius` [m] from the (3,) world point."""
+        """The shapes whose bounding box is less than `radius` [m] from a (3,) world point."""
         local = np.einsum("ni,nij->nj", point - self._position, self._rotation)
         outside = np.maximum(np.abs(local) - self._half, 0.0)
         near = np.einsum("ni,ni->n", outside, outside) < radius * radius
         return [self._shapes[i] for i in np.flatnonzero(near)]
+
+
+class Resting:
+    """The objects of a world at rest on its fixtures and on each other.
+
+    Args:
+        fixtures: in the world.
+        objects: of the world.
+        vicinity: of the fixtures.
+    """
+
+    def __init__(
+        self, fixtures: Sequence[Geom], objects: Sequence[SimObject], vicinity: Vicinity
+    ) -> None:
+        self._fixtures = fixtures
+        self._objects = objects
+        self._vicinity = vicinity
+
+    def support(self, obj: SimObject, held: SimObject | None) -> str:
+        """Group of the fixture that carries an object, directly or through others.
+
+        Returns:
+            For example `container` or `table`; `hand` if held, empty if nothing carries it.
+        """
+        return self._support(obj, held, frozenset())
+
+    def drop(self, obj: SimObject, held: SimObject | None) -> None:
+        """Let an object fall to its first contact, lifted until it is free."""
+        below = [
+            *self._fixtures,
+            *(part for o in self._others_below(obj, held, _MAX_FALL) for part in o.placed()),
+        ]
+        for _ in range(_MAX_LIFTS):
+            if not any(_overlapping(a, b) for a in obj.placed() for b in below):
+                break
+            obj.pose = _moved(obj.pose, -_LIFT_STEP * _DOWN)
+        falls = [travel(part, _DOWN, below, _MAX_FALL) for part in obj.placed()]
+        fall = min((f for f in falls if f is not None), default=0.0)
+        obj.pose = _moved(obj.pose, fall * _DOWN)
+
+    def push(self, obj: SimObject, way: Array, held: SimObject | None) -> None:
+        """Let an object slide along a level way (3,) [m], until something blocks it."""
+        length = float(np.linalg.norm(way))
+        direction, reach = way / length, obj.radius + length
+        others = self._vicinity.near(obj.pose.translation, reach)
+        for other in self._objects:
+            apart = np.linalg.norm(other.pose.translation - obj.pose.translation)
+            if other is not obj and other is not held and apart < reach + other.radius:
+                others += other.placed()
+        slides = [travel(part, direction, others, length) for part in obj.placed()]
+        slide = min((s for s in slides if s is not None), default=length)
+        obj.pose = _moved(obj.pose, min(slide, length) * direction)
+
+    def settle(self, held: SimObject | None) -> None:
+        """Let every object without a support fall, the lowest first."""
+        for obj in sorted(self._objects, key=lambda o: float(o.pose.translation[2])):
+            if obj.motion is None and not self.support(obj, held):
+                self.drop(obj, held)
+
+    def _support(self, obj: SimObject, held: SimObject | None, visited: frozenset[str]) -> str:
+        if obj is held:
+            return "hand"
+        parts = [part.moved(SE3(np.eye(3), _RESTING_GAP * _DOWN)) for part in obj.placed()]
+        around = self._vicinity.near(obj.pose.translation, obj.radius + _RESTING_GAP)
+        for fixture in around:
+            if any(_presses_down(part, fixture) for part in parts):
+                return fixture.name.split("/")[0]
+        for other in self._others_below(obj, held, _RESTING_GAP):
+            touching = any(_presses_down(a, b) for a in parts for b in other.placed())
+            if touching and other.name not in visited:
+                found = self._support(other, held, visited | {obj.name})
+                if found:
+                    return found
+        return ""
+
+    def _others_below(
+        self, obj: SimObject, held: SimObject | None, depth: float
+    ) -> Iterable[SimObject]:
+        """Objects that another may meet while it falls by `depth` [m], or rises."""
+        x, y, z = obj.pose.translation
+        for other in self._objects:
+            if other is obj or other is held:
+                continue
+            ox, oy, oz = other.pose.translation
+            reach = other.radius + obj.radius
+            if np.hypot(ox - x, oy - y) < reach and oz < z + reach + depth:
+                yield other
 
 
 def _travel(moving: Geom, direction: Array, still: Geom, limit: float) -> float | None:
@@ -134,3 +215,19 @@ def _separation(geometry: Any, pose: Any, other: Geom, other_pose: Any) -> tuple
 
 def _transform(pose: SE3) -> Any:
     return coal.Transform3s(pose.rotation, pose.translation)
+
+
+def _overlapping(a: Geom, b: Geom) -> bool:
+    """Whether two shapes overlap by more than a touch from the side."""
+    gap, normal = separation(a, b)
+    return gap < -_SIDE_TOLERANCE or (gap < -TOUCH and abs(normal[2]) > 0.5)
+
+
+def _presses_down(a: Geom, b: Geom) -> bool:
+    """Whether b carries a, however steep the contact is."""
+    gap, normal = separation(a, b)
+    return gap < 0.0 and normal[2] < -GRAZE
+
+
+def _moved(pose: SE3, way: Array) -> SE3:
+    return SE3(pose.rotation, pose.translation + way)

@@ -1,9 +1,11 @@
-"""Contacts of a closing gripper with an object: held, or why not.
+"""Contacts of a closing gripper with an object: whether and why (not) it is held.
 
-There are no dynamics. The fingers close until a pad touches an object; that object slides along the
-closing axis until both pads press on it; while they cannot hold it there they turn and push it,
-always towards a smaller width. It is held when forces within friction can press it and carry its
-weight (`grip_forces`).
+Quasi-static: the fingers close until a pad touches an object, which slides along the closing axis
+until both pads press on it; while they cannot hold it they turn and push it towards a smaller
+width. It is held if contact forces within the friction cones balance its weight while they press
+together as hard as the fingers do: force closure of a grip of limited force, a linear programme
+with the cones cut into edges (Kerr and Roth, IJRR 1986; Ferrari and Canny, ICRA 1992). Pads resist
+rotation about their normals, too, as soft fingers do.
 """
 
 from __future__ import annotations
@@ -11,41 +13,44 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import TypeAlias
 
 import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim.contact import patch, separation, travel
-from hw.sim.grip_forces import GRAVITY, Contact, carried
-from hw.sim.hand import SIDES, Hand
+from hw.sim.robot_shapes import SIDES, Hand
 from hw.sim.sim_object import SimObject
 from robots import Array, Geom
 
-MAX_DRAG = 0.025  # Farthest that a single pad drags an object before it rolls or tips away [m]
+Contact: TypeAlias = tuple[Array, Array]
+"""(N, 3) points of a patch, and the (3,) unit normal from the pad to the object."""
 
-_MARGIN = 0.003  # Contacts are searched from this far outside of the pads' first positions [m]
-
-_PRESS = 5e-4  # Depth by which the pads yield when they press [m]
-
-_FRICTION_FOR_SURE = 0.8
-"""Share of the friction that is counted on. In physics a grasp comes to lie a little aside of what
-is computed here: of 900 random grasps that both worlds judged, 4 % instead of 6 % are held here
-alone with this share."""
-
-_TURN_STEP, _SLIDE_STEP = np.deg2rad(3.0), 0.001
-"""First steps in which an object is moved [rad, m]; they are halved until ..."""
-_FINEST = 0.3  # ... they are less than this share.
-_MOST_MOVES = 40
-_MIN_GAIN = 2e-5  # What a step must take away from the width [m]
-
-_SINKS = 1e-6
+MAX_DRAG = 0.025  # farthest that a single pad drags an object before it rolls or tips away [m]
+_MARGIN = 0.003  # contacts are searched from this far outside of the first pad positions [m]
+_PRESS = 5e-4  # penetration of the pads when they press [m]
+_TURN_STEP, _SLIDE_STEP = np.deg2rad(3.0), 0.001  # of the search for a seat; halved [rad, m]
+_MIN_STEP = 0.3  # smallest share of these steps
+_MAX_MOVES = 40
+_MIN_GAIN = 2e-5  # by which a step must reduce the width [m]
+_SINKS = 1e-6  # [m]
+_BLOCK = 0.001  # penetration of a neighbour by which a push is blocked [m]
+_NEIGHBOUR_MARGIN = 5e-4  # [m]
 _DOWN = np.array([0.0, 0.0, -1.0])
-_BLOCK = 0.001
-_NEIGHBOUR_MARGIN = 5e-4
+
+_SAFE_FRICTION = 0.8
+"""Share of the friction that is counted on. In the physical world a grasp comes to lie a little
+aside: of 900 random grasps judged in both worlds, 4 % instead of 6 % hold here alone with it."""
+
+_GRAVITY = 9.81  # [m/s²]
+_TORSION = 0.005  # radius over which a contact resists rotation about its normal, as in physics [m]
+_CONE_EDGES = 8
+_MAX_LOAD = 50.0  # times the weight
+_LEVER = 0.02  # scale of torques to forces [m]
 
 
 class Reason(Enum):
-    """How closing the fingers ended; the values are for people."""
+    """Outcome of closing the fingers; the values are for people."""
 
     HELD = "held"
     NOTHING = "nothing between the fingers"
@@ -60,7 +65,7 @@ class Reason(Enum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GraspContact:
-    """How closing the fingers ended."""
+    """Result of closing the fingers."""
 
     reason: Reason
     width: float  # Distance between the pads where they came to rest [m]
@@ -75,7 +80,7 @@ def grasp_contact(
     objects: Iterable[SimObject],
     fixtures: Sequence[Geom],
 ) -> GraspContact:
-    """Decide what closing the fingers does.
+    """What closing the fingers does.
 
     Args:
         hand: the gripper and where it is.
@@ -112,8 +117,8 @@ def grasp_contact(
         return GraspContact(reason=Reason.HELD, width=fit.width, object=target, wTo=fit.wTo)
     reason = Reason.NOT_ANTIPODAL
     if times is not None:
-        lifts = _FRICTION_FOR_SURE * target.friction * 2.0 * force
-        reason = Reason.TOO_HEAVY if target.mass * GRAVITY > lifts else Reason.TURNS
+        lifts = _SAFE_FRICTION * target.friction * 2.0 * force
+        reason = Reason.TOO_HEAVY if target.mass * _GRAVITY > lifts else Reason.TURNS
     return GraspContact(reason=reason, width=fit.width, object=target, wTo=slid)
 
 
@@ -136,7 +141,7 @@ def _first_touch(hand: Hand, opening: float, shapes: Sequence[Geom]) -> float | 
 
 
 def _closing(hand: Hand, side: str, start: float, shapes: Sequence[Geom]) -> float | None:
-    """How far a pad can close from `start` to the centre before it touches."""
+    """How far a pad can close from `start` towards the centre before it touches."""
     return travel(hand.pad(side, start), hand.inwards(side), shapes, start)
 
 
@@ -169,18 +174,18 @@ def _fit(hand: Hand, opening: float, target: SimObject, wTo: SE3) -> _Fit | None
 def _seated(
     hand: Hand, opening: float, force: float, target: SimObject, fit: _Fit
 ) -> tuple[_Fit, float | None]:
-    """Let the pads turn and push an object, downhill in width, until they hold it or it rests.
+    """Turn and push an object by the pads, downhill in width, until they hold it or it rests.
 
-    What it lies on does not give way: if it has sunk in by that, it rises between the pads.
+    Its support does not give way: an object that would sink into it rises between the pads.
 
     Returns:
-        The object as it was moved, and what `_carried` says of it there.
+        The object as it was moved, and `_load_factor` there.
     """
     lateral, _, approach = hand.wTe.rotation.T
     ways = [sign * way for way in (approach, lateral) for sign in (1.0, -1.0)]
     step = 1.0
-    for _ in range(_MOST_MOVES):
-        if step < _FINEST or _carried(hand, force, target, fit) is not None:
+    for _ in range(_MAX_MOVES):
+        if step < _MIN_STEP or _load_factor(hand, force, target, fit) is not None:
             break
         moves = [_turned(fit, step * _TURN_STEP * way) for way in ways]
         moves += [_shifted(fit, step * _SLIDE_STEP * way) for way in ways]
@@ -193,14 +198,14 @@ def _seated(
     sunk = target.reach(_DOWN, fit.wTo) - target.reach(_DOWN)
     if sunk > _SINKS:
         fit = _fit(hand, opening, target, _shifted(fit, -sunk * _DOWN)) or fit
-    return fit, _carried(hand, force, target, fit)
+    return fit, _load_factor(hand, force, target, fit)
 
 
-def _carried(hand: Hand, force: float, target: SimObject, fit: _Fit) -> float | None:
-    """How many times its weight an object is carried; None if the pads do not oppose each other."""
+def _load_factor(hand: Hand, force: float, target: SimObject, fit: _Fit) -> float | None:
+    """How many times its weight is carried; None if the pads do not oppose each other."""
     axes = [hand.inwards(side) for side in SIDES]
-    friction = _FRICTION_FOR_SURE * target.friction
-    return carried(fit.contacts, axes, fit.wTo.translation, target.mass, friction, force)
+    friction = _SAFE_FRICTION * target.friction
+    return load_factor(fit.contacts, axes, fit.wTo.translation, target.mass, friction, force)
 
 
 def _turned(fit: _Fit, rotation: Array) -> SE3:
@@ -223,3 +228,57 @@ def _pushed_into(target: SimObject, wTo: SE3, neighbours: Sequence[Geom]) -> boo
             if gap < -_BLOCK and sideways and gap < separation(before, neighbour)[0] - _BLOCK:
                 return True
     return False
+
+
+def load_factor(
+    sides: Sequence[Sequence[Contact]],
+    axes: Sequence[Array],
+    centre: Array,
+    mass: float,
+    friction: float,
+    force: float,
+) -> float | None:
+    """How many times its weight a grip carries, at most 50.
+
+    Args:
+        sides: the contacts of each pad.
+        axes: (3,) unit vector along which each finger presses.
+        centre: (3,) of mass, in the world [m].
+        mass: [kg].
+        friction: Coulomb's coefficient.
+        force: of each finger [N].
+
+    Returns:
+        None if the contacts cannot hold it even without weight, since they do not oppose each
+        other.
+    """
+    from scipy.optimize import linprog  # slow to import
+
+    columns = [
+        np.array([*edge, *(np.cross(point - centre, edge) + twist) / _LEVER, edge @ axis])
+        for contacts, axis in zip(sides, axes, strict=True)
+        for points, normal in contacts
+        for edge in _cone(normal, friction)
+        for point in points
+        for twist in (_TORSION * normal, -_TORSION * normal)
+    ]
+    if not columns:
+        return None
+    weight = np.array([0.0, 0.0, -mass * _GRAVITY, 0.0, 0.0, 0.0, 0.0])
+    found = linprog(
+        [*[0.0] * len(columns), -1.0],
+        A_eq=np.column_stack([*columns, weight]),
+        b_eq=[*[0.0] * 6, 2.0 * force],
+        bounds=[*[(0.0, None)] * len(columns), (0.0, _MAX_LOAD)],
+    )
+    return float(found.x[-1]) if found.status == 0 else None
+
+
+def _cone(normal: Array, friction: float) -> Array:
+    """(_CONE_EDGES, 3) edges of a friction cone."""
+    across = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    across /= np.linalg.norm(across)
+    angles = np.arange(_CONE_EDGES) * (2.0 * np.pi / _CONE_EDGES)
+    around = np.outer(np.cos(angles), across) + np.outer(np.sin(angles), np.cross(normal, across))
+    edges: Array = normal + friction * around
+    return edges

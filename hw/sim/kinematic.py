@@ -1,12 +1,13 @@
-"""The kinematic robot: it follows its commands with lag, and what it hits is decided by rule.
+"""Kinematic robot: follows its commands with lag; contacts are decided by rule.
 
 A step that makes a contact is taken back and trips a reflex: the bumper for the base, that of the
-arm for the arm, its hand and what it holds. What it belongs to stands still at once; the other one
-goes on until somebody who sees the fault stops it, or until furniture holds the arm that it pushes.
+arm for the arm, its hand and the held object. That part stops at once; the other one goes on until
+the fault is handled, or until furniture holds the arm that the base pushes.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import exp
 
 import numpy as np
@@ -17,15 +18,16 @@ from controller import Command
 from hw.clock import Clock
 from hw.sim.body import Dynamics, SimBody
 from hw.sim.collisions import Collisions, Contact
-from hw.sim.members import BASE, HAND_TOLERANCE, Configuration
-from hw.sim.reflex import Reflex
+from hw.sim.robot_shapes import BASE, HAND_TOLERANCE, Configuration
 from hw.sim.sim_object import SimObject
 from hw.sim.world import World
-from robots import RobotDescription
+from robots import Array, RobotDescription
+
+_DEEPENING = 0.002  # by which a forgiven contact may deepen [m]
 
 
 class KinematicBody(SimBody):
-    """A robot that moves as it is commanded, with a first-order lag, until it hits something."""
+    """Moves as commanded, with a first-order lag, until it hits something."""
 
     reflex: Reflex
     bumper: Reflex
@@ -44,9 +46,9 @@ class KinematicBody(SimBody):
         self._collisions = Collisions(self._model, world)
 
     def _grip(self, width: float, force: float) -> None:
-        """Closing stops at what the contacts decide.
+        """Closing stops at the width that the contacts decide.
 
-        The contacts are decided on the pose of the hand when closing starts. Fingers that press on
+        The contacts are decided at the pose of the hand when closing starts. Fingers that press on
         an object without holding it close the rest of the way when the hand moves off.
         """
         if width > self.width:
@@ -64,7 +66,7 @@ class KinematicBody(SimBody):
         self.fingers_move = self.width != self._width_goal
 
     def _integrate(self, command: Command, dt: float) -> None:
-        """First-order lag on every axis, then exact motion along the arc that it gives."""
+        """First-order lag on every axis, then exact motion along the resulting arc."""
         self._set_time(self.now + dt)
         before, q_before = self.wTb, self.q
         base_lag, arm_lag = self.description.base.lag, self.description.arm.lag
@@ -89,27 +91,27 @@ class KinematicBody(SimBody):
         self.world.move_to(now)
 
     def _collide(self, wTb: SE3, q: np.ndarray, now: float) -> None:
-        """Take back what has made a contact since the base was at wTb and the arm at q (7,)."""
+        """Take back the motion since wTb and q (7,) that has made a contact."""
         base, arm = self._contacts(now)
-        if self.bumper.feels(base):
+        if self.bumper.is_triggered_by(base):
             self.bumper.trip(base)
             self.wTb, self.base_twist = wTb, np.zeros(3)
             base, arm = self._contacts(now)
-        if self.reflex.feels(arm):
+        if self.reflex.is_triggered_by(arm):
             self.reflex.trip(arm)
             self.q, self.qd = q, np.zeros(7)
             base, arm = self._contacts(now)
-        if self.reflex.feels(arm):  # the base has pushed the arm there
+        if self.reflex.is_triggered_by(arm):  # the base has pushed the arm there
             self._push_away(arm)
             base, arm = self._contacts(now)
-            if self.reflex.feels(arm):
+            if self.reflex.is_triggered_by(arm):
                 self.wTb, self.base_twist = wTb, np.zeros(3)
                 base, arm = self._contacts(now)
-        self.bumper.stay(base)
-        self.reflex.stay(arm)
+        self.bumper.end_step(base)
+        self.reflex.end_step(arm)
 
     def _move_fingers(self, step: float) -> None:
-        """A step towards the width that is wanted; slipping fingers slide along the object."""
+        """A step towards the wanted width; slipping fingers slide along the object."""
         if self._holds and self.world.held is None:  # somebody took it out of the hand
             self._holds, self._width_goal = False, self._wanted_width
         width = self.width + float(np.clip(self._width_goal - self.width, -step, step))
@@ -121,7 +123,7 @@ class KinematicBody(SimBody):
         self.width = width
 
     def _slip(self) -> None:
-        """Slip off what is pressed on without being held, when the hand moves off."""
+        """Slip off an object that is pressed on without being held, when the hand moves off."""
         if self._pressing_from is not None:
             moved = np.linalg.norm(self.wTe.translation - self._pressing_from.translation)
             if moved > self.dynamics.slip_distance:
@@ -129,13 +131,12 @@ class KinematicBody(SimBody):
                 self._width_goal = self._wanted_width
 
     def _carry(self) -> None:
-        """Take along what is held."""
         if self.world.held is not None:
             self.world.carry(self.wTe)
             self.world.settle()
 
     def _contacts(self, now: float) -> tuple[list[Contact], list[Contact]]:
-        """What the base presses into and what the arm does, noted down where it is new."""
+        """Contacts of the base and of the arm; new ones are recorded."""
         here = Configuration(wTb=self.wTb, q=self.q, width=self.width)
         contacts = self._collisions.find(here)
         for one in contacts:
@@ -147,7 +148,60 @@ class KinematicBody(SimBody):
         )
 
     def _push_away(self, contacts: list[Contact]) -> None:
-        """Loose objects give way to the arm."""
         for one in contacts:
             if one.excess > 0.0 and isinstance(one.owner, SimObject):
                 self.world.push(one.owner, one.towards, one.depth)
+
+
+class Reflex:
+    """Trips on every contact deeper than its tolerance that is not forgiven.
+
+    A step that trips it is taken back. Clearing it forgives the present contacts, each at its
+    depth: the robot may slide along or away. A forgiven contact may only become shallower; if it
+    deepens, or comes back after the two were apart, the reflex trips again.
+    """
+
+    def __init__(self) -> None:
+        self.tripped_by: Contact | None = None
+        """The contact that it tripped on; None while the part may move."""
+        self._present: dict[tuple[str, str], float] = {}
+        self._forgiven: dict[tuple[str, str], float] = {}
+        """By how much each is deeper than it yields [m]."""
+
+    @property
+    def reason(self) -> str | None:
+        """The contact that it tripped on, for people; None while the part may move."""
+        return None if self.tripped_by is None else self.tripped_by.text
+
+    @property
+    def towards(self) -> Array:
+        """(3,) unit vector from the robot to what it tripped on, in the world."""
+        return np.zeros(3) if self.tripped_by is None else self.tripped_by.towards
+
+    def is_triggered_by(self, contacts: Sequence[Contact]) -> bool:
+        """Whether any of the contacts is not forgiven."""
+        return any(self._is_new(one) for one in contacts)
+
+    def trip(self, contacts: Sequence[Contact]) -> None:
+        """Stop on the deepest of the contacts that are not forgiven, unless stopped already."""
+        if self.tripped_by is None:
+            new = (one for one in contacts if self._is_new(one))
+            self.tripped_by = max(new, key=lambda one: one.excess)
+
+    def end_step(self, contacts: Sequence[Contact]) -> None:
+        """A step has ended with these contacts."""
+        self._present = {(one.part, one.thing): max(0.0, one.excess) for one in contacts}
+        self._forgiven = {
+            key: min(excess, self._present[key])
+            for key, excess in self._forgiven.items()
+            if key in self._present
+        }
+
+    def clear(self) -> None:
+        """Let the part move again."""
+        self.tripped_by = None
+        self._forgiven = self._present | self._forgiven
+
+    def _is_new(self, contact: Contact) -> bool:
+        forgiven = self._forgiven.get((contact.part, contact.thing))
+        return contact.excess > (0.0 if forgiven is None else forgiven + _DEEPENING)

@@ -1,4 +1,4 @@
-"""The parts of the simulated robot: views of one body, composed as those of any other robot."""
+"""Simulated robot: arm, base, gripper and camera as views of one body."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from hw.background import InlineExecutor
 from hw.clock import Clock
 from hw.composition import ComposedRobot
 from hw.sim.body import Dynamics, SimBody, Stopper
+from hw.sim.camera.noise import D435Noise
+from hw.sim.camera.render import DepthRenderer, painted
 from hw.sim.kinematic import KinematicBody
-from hw.sim.noise import D435Noise
-from hw.sim.render import DepthRenderer, painted
-from hw.sim.surface import Visible
+from hw.sim.sim_object import Visible
 from hw.sim.world import World
 from hw.state import (
     ArmState,
@@ -33,7 +33,7 @@ from robots import RobotDescription
 
 
 class _SimPart:
-    """What the parts have in common: they are always there, and stop with the body."""
+    """Common to all parts: always connected, stopped together."""
 
     def __init__(self, body: SimBody) -> None:
         self._body = body
@@ -50,7 +50,7 @@ class _SimPart:
         self.stop()
 
     def _faults(self, kind: FaultKind, stopper: Stopper) -> tuple[Fault, ...]:
-        """That a part was stopped, and on what; of the base, on which side."""
+        """The fault of a stopped part; for the base with its bearing."""
         if stopper.reason is None:
             return ()
         x, y, _ = (self._body.wTb.rotation.T @ stopper.towards).tolist()
@@ -60,17 +60,17 @@ class _SimPart:
 
 
 class SimArm(_SimPart):
-    """The arm; with a reflex it stays where it is."""
+    """The arm; it stands still with a tripped reflex."""
 
     def read(self) -> ArmState:
-        """The reading at this moment of simulated time."""
+        """See `hw.robot.Arm`."""
         body = self._body
         body.advance()
         faults = self._faults(FaultKind.REFLEX, body.reflex)
         return ArmState(stamp=body.now, q=body.q, qd=body.qd, faults=faults)
 
     def send(self, qd: Array) -> Array:
-        """Follow joint velocities for one period."""
+        """See `hw.robot.Arm`."""
         self._body.advance()
         applied = qd if self._body.reflex.reason is None else np.zeros(7)
         self._body.follow(qd=applied)
@@ -82,10 +82,10 @@ class SimArm(_SimPart):
 
 
 class SimBase(_SimPart):
-    """The base; with its bumper pressed it stands still."""
+    """The base; it stands still with a pressed bumper."""
 
     def read(self) -> BaseState:
-        """The reading at this moment of simulated time."""
+        """See `hw.robot.Base`."""
         body = self._body
         body.advance()
         battery = max(0.0, 1.0 - body.now / body.dynamics.battery_life)
@@ -98,7 +98,7 @@ class SimBase(_SimPart):
         )
 
     def send(self, twist: Array) -> Array:
-        """Follow a twist for one period."""
+        """See `hw.robot.Base`."""
         self._body.advance()
         applied = twist if self._body.bumper.reason is None else np.zeros(3)
         self._body.follow(base_twist=applied)
@@ -113,30 +113,30 @@ class SimGripper(_SimPart):
     """The gripper."""
 
     def read(self) -> GripperState:
-        """The reading at this moment of simulated time."""
+        """See `hw.robot.Gripper`."""
         body = self._body
         body.advance()
         return GripperState(stamp=body.now, width=body.width, moving=body.fingers_move)
 
     def grip(self, width: float, force: float) -> None:
-        """Set the fingers moving."""
+        """Start moving the fingers."""
         self._body.grip(width, force)
 
     def recover(self) -> None:
-        """It has no faults."""
+        """Do nothing: it has no faults."""
 
 
 class SimCamera(_SimPart):
-    """The depth camera: an image is captured when it is asked for, at most one a frame period.
+    """The depth camera: captures on demand, at most one image a frame period.
 
-    Rendered inline, the image is there at once. Rendered beside the loop it comes later, with the
-    stamp of its capture, and what is asked for meanwhile is the one before: as a real camera does.
+    Rendered inline, an image is ready at once. Rendered beside the loop it comes later, with the
+    stamp of its capture, and the one before is returned meanwhile, as by a real camera.
 
     Args:
-        body: whose camera.
+        body: of the robot.
         noise: of the camera.
         seed: of the noise.
-        executor: where images are rendered.
+        executor: renders the images.
     """
 
     def __init__(self, body: SimBody, noise: D435Noise, seed: int, executor: Executor) -> None:
@@ -166,14 +166,14 @@ class SimCamera(_SimPart):
         return self._image
 
     def faults(self) -> tuple[Fault, ...]:
-        """None: it is always there."""
+        """None."""
         return ()
 
     def recover(self) -> None:
-        """Nothing to do."""
+        """Do nothing."""
 
     def close(self) -> None:
-        """Stop, and render no more."""
+        """Stop rendering."""
         super().close()
         self._executor.shutdown(wait=False, cancel_futures=True)
 
@@ -200,18 +200,18 @@ def simulated_robot(
     noise: D435Noise | None = None,
     background: Callable[[], Executor] = InlineExecutor,
 ) -> ComposedRobot:
-    """A robot out of the parts of one simulated body.
+    """A robot composed of the parts of one simulated body.
 
     Args:
-        body: what moves them.
-        description: which robot.
-        world: what is around it; what is held, and where everything is, is kept up to date in it.
+        body: class of the body: kinematic or physical.
+        description: of the robot.
+        world: around it; kept up to date.
         clock: simulated time.
         seed: of the camera's noise.
-        dynamics: how it answers; None for the usual way.
+        dynamics: further parameters; None for the defaults.
         noise: of the camera; None for that of a D435.
-        background: where images are rendered and what takes time is done; inline, a run is
-            the same every time.
+        background: where images are rendered and blocking operations run; inline, a run is
+            deterministic.
     """
     made = body(description, world, clock, dynamics or Dynamics())
     return ComposedRobot(
@@ -226,4 +226,4 @@ def simulated_robot(
 
 
 kinematic_robot = partial(simulated_robot, KinematicBody)
-"""A robot made of numbers: everything it does is a function of world, commands and seed."""
+"""A robot whose behaviour is a function of world, commands and seed."""

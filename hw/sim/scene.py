@@ -1,20 +1,21 @@
-"""Scene files: YAML that describes furniture and objects."""
+"""Scenes: find and read a scene file, and build its world."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from os.path import isfile
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import TypeVar
 
-from pydantic import AfterValidator, field_validator
+import numpy as np
+from pydantic import field_validator
 
 from config import (
     ConfigError,
+    Diagnostic,
     Diagnostics,
     Location,
     StrictModel,
-    UserError,
     YamlList,
     YamlMap,
     YamlValue,
@@ -22,17 +23,30 @@ from config import (
     read_config,
     read_yaml,
     suggest,
+    validate,
 )
-from hw.sim.furniture import Container, Fixture, Objects, SideTable, Table, Walker, few
-from hw.sim.mesh_file import Footprint, Reading
+from hw.sim.furniture import fixture_shapes, furniture_shapes
+from hw.sim.placement import Area, LayoutError, place_objects
+from hw.sim.scene_schema import (
+    Container,
+    Fixture,
+    Footprint,
+    Limited,
+    Objects,
+    ReadingContext,
+    SceneError,
+    SideTable,
+    Table,
+)
+from hw.sim.scene_schema import Walker as _Walker
+from hw.sim.sim_object import Motion, SimObject
+from hw.sim.walker import Walker
+from hw.sim.world import World
+from robots import Geom
 
-SCENES = Path(__file__).parent / "scenes"  # The folder of the shipped scenes
+SCENES = Path(__file__).parent / "scenes"
 
-_Named = TypeVar("_Named", SideTable, Walker)
-
-
-class SceneError(UserError):
-    """A scene that cannot be found, read or filled."""
+_Named = TypeVar("_Named", SideTable, _Walker)
 
 
 class Scene(StrictModel):
@@ -41,14 +55,14 @@ class Scene(StrictModel):
     description: str = ""
     container: Container
     table: Table
-    side_tables: Annotated[tuple[SideTable, ...], AfterValidator(few)] = ()
-    fixtures: Annotated[tuple[Fixture, ...], AfterValidator(few)] = ()
-    walkers: Annotated[tuple[Walker, ...], AfterValidator(few)] = ()
-    objects: Objects = Objects()  # In the container
+    side_tables: Limited[SideTable] = ()
+    fixtures: Limited[Fixture] = ()
+    walkers: Limited[_Walker] = ()
+    objects: Objects = Objects()  # in the container
 
     @field_validator("side_tables", "walkers")
     @classmethod
-    def _are_told_apart(cls, items: tuple[_Named, ...]) -> tuple[_Named, ...]:
+    def _have_distinct_names(cls, items: tuple[_Named, ...]) -> tuple[_Named, ...]:
         names = [item.name for item in items]
         if twice := {name for name in names if names.count(name) > 1}:
             raise ValueError(f"two of them are called {quoted(sorted(twice))}; rename one")
@@ -58,50 +72,6 @@ class Scene(StrictModel):
 def scene_names() -> list[str]:
     """Names of the shipped scenes."""
     return sorted(path.stem for path in SCENES.glob("*.yaml"))
-
-
-def read_scene(scene: str | Path, footprint: Footprint | None = None) -> Scene:
-    """Read and check a scene file.
-
-    Args:
-        scene: name of a shipped scene, or path of a scene file.
-        footprint: of the robot that starts in it; None leaves the start unchecked.
-
-    Raises:
-        SceneError: there is no such scene, or its file is not valid.
-    """
-    try:
-        path = find_scene(scene)
-        return read_config(path, Scene, context=Reading(path.parent, footprint))
-    except ConfigError as error:
-        raise SceneError(str(error)) from error
-
-
-def place(scene: str | Path, keys: Sequence[str | int]) -> str:
-    """Where a scene file says something, as `file:line:column`.
-
-    Args:
-        scene: name of a shipped scene, or path of a scene file.
-        keys: on the way to it; those that the file leaves out are passed over.
-    """
-    path = find_scene(scene)
-    read = read_yaml(Diagnostics(path))
-    if read is None:
-        return str(path)
-    location = location_of(read[1], keys)
-    return f"{path}:{location.line}:{location.column}"
-
-
-def location_of(value: YamlValue, keys: Sequence[str | int]) -> Location:
-    """Where a file says something; keys that it leaves out are passed over."""
-    location = value.location
-    for key in keys:
-        if isinstance(value, YamlMap) and key in value.entries:
-            location, value = value.entries[str(key)].location, value.entries[str(key)].value
-        elif isinstance(value, YamlList) and isinstance(key, int) and key < len(value.items):
-            value = value.items[key]
-            location = value.location
-    return location
 
 
 def find_scene(scene: str | Path) -> Path:
@@ -120,4 +90,154 @@ def find_scene(scene: str | Path) -> Path:
     raise SceneError(
         f"no scene is called `{scene}`; {suggest(str(scene), names)} "
         f"The shipped scenes are {quoted(names)}; the path of a scene file works too"
+    )
+
+
+def read_scene(scene: str | Path, footprint: Footprint | None = None) -> Scene:
+    """Read and validate a scene file.
+
+    Args:
+        scene: name of a shipped scene, or path of a scene file.
+        footprint: of the robot that starts in it; None does not check the start.
+
+    Raises:
+        SceneError: there is no such scene, or its file is not valid.
+    """
+    try:
+        path = find_scene(scene)
+        return read_config(path, Scene, context=ReadingContext(path.parent, footprint))
+    except ConfigError as error:
+        raise SceneError(str(error)) from error
+
+
+def load_scene(scene: str | Path, seed: int, footprint: Footprint | None = None) -> World:
+    """Build the world that a scene describes.
+
+    Args:
+        scene: name of a shipped scene, or path of a scene file.
+        seed: of the objects and their poses.
+        footprint: of the robot that starts in it; None does not check the start.
+
+    Raises:
+        SceneError: there is no such scene, its file is not valid, or the objects do not fit.
+    """
+    described = read_scene(scene, footprint)
+    try:
+        return build_world(described, np.random.default_rng(seed))
+    except LayoutError as error:
+        lines = (f"{_place(scene, one.keys)}: {one}" for one in error.all)
+        raise SceneError("\n".join(lines)) from error
+
+
+def load_fixtures(scene: str | Path, unmapped: bool = False) -> tuple[Geom, ...]:
+    """The static shapes of a scene, as on a map.
+
+    Args:
+        scene: name of a shipped scene, or path of a scene file.
+        unmapped: include those that are not on the map.
+
+    Raises:
+        SceneError: there is no such scene, or its file is not valid.
+    """
+    described = read_scene(scene)
+    fixtures = furniture_shapes(described.container, described.table, described.side_tables)
+    try:
+        for number, fixture in enumerate(described.fixtures):
+            fixtures += fixture_shapes(fixture, number)[0] if fixture.on_map or unmapped else []
+    except LayoutError as error:
+        raise SceneError(f"{_place(scene, error.keys)}: {error}") from error
+    return tuple(fixtures)
+
+
+def scene_mistakes(path: Path, footprint: Footprint | None = None) -> list[Diagnostic]:
+    """All mistakes in a scene file, in order.
+
+    Args:
+        path: the file.
+        footprint: of the robot that starts in it; None does not check the start.
+    """
+    diagnostics = Diagnostics(path)
+    read = read_yaml(diagnostics)
+    if read is None:
+        return diagnostics.in_order()
+    scene = validate(read[1], Scene, diagnostics, context=ReadingContext(path.parent, footprint))
+    if scene is not None:
+        try:
+            build_world(scene, np.random.default_rng(0))
+        except LayoutError as error:
+            for one in error.all:
+                message, _, hint = str(one).partition("; ")
+                diagnostics.error(_location(read[1], one.keys), message, hint or "change it")
+    return diagnostics.in_order()
+
+
+def _place(scene: str | Path, keys: Sequence[str | int]) -> str:
+    """An entry of a scene file as `file:line:column`."""
+    path = find_scene(scene)
+    read = read_yaml(Diagnostics(path))
+    if read is None:
+        return str(path)
+    location = _location(read[1], keys)
+    return f"{path}:{location.line}:{location.column}"
+
+
+def _location(value: YamlValue, keys: Sequence[str | int]) -> Location:
+    """Location of an entry; keys that the file does not have are skipped."""
+    location = value.location
+    for key in keys:
+        if isinstance(value, YamlMap) and key in value.entries:
+            location, value = value.entries[str(key)].location, value.entries[str(key)].value
+        elif isinstance(value, YamlList) and isinstance(key, int) and key < len(value.items):
+            value = value.items[key]
+            location = value.location
+    return location
+
+
+def build_world(scene: Scene, rng: np.random.Generator) -> World:
+    """Build the world of a scene that was read.
+
+    Raises:
+        LayoutError: the objects cannot be made, or do not fit.
+    """
+    fixtures = furniture_shapes(scene.container, scene.table, scene.side_tables)
+    unmapped, surfaces = [], []
+    for number, fixture in enumerate(scene.fixtures):
+        shapes, visual = fixture_shapes(fixture, number)
+        fixtures += shapes
+        surfaces += visual
+        unmapped += [] if fixture.on_map else shapes
+    box = scene.container
+    inside = Area("into the container", box.centre, box.inner_size, box.floor_height, ("objects",))
+    objects = place_objects(scene.objects, inside, 0, rng)
+    for number, table in enumerate(scene.side_tables):
+        placed = place_objects(table.objects, _table_top(table, number), len(objects), rng)
+        for obj in placed:
+            obj.motion = _motion(obj, table)
+        objects += placed
+    walkers = [Walker(w.name, w.radius, w.height, w.way, w.speed) for w in scene.walkers]
+    return World(fixtures, objects, walkers, unmapped, surfaces)
+
+
+def _table_top(table: SideTable, number: int) -> Area:
+    """The part of a table top that its moving objects never leave."""
+    (x, y), (wide, deep) = table.centre, table.size
+    dx, dy = table.motion.along if table.motion else (0.0, 0.0)
+    return Area(
+        f"on {table.name}",
+        (x - dx / 2.0, y - dy / 2.0),
+        (wide - abs(dx), deep - abs(dy)),
+        table.height,
+        ("side_tables", number, "objects"),
+    )
+
+
+def _motion(obj: SimObject, table: SideTable) -> Motion | None:
+    if (motion := table.motion) is None:
+        return None
+    return Motion(
+        start=obj.pose.translation.copy(),
+        along=np.array([*motion.along, 0.0]),
+        period=motion.period_s,
+        until=np.inf if motion.stop_s is None else motion.stop_s,
+        steady=motion.steady,
     )

@@ -1,38 +1,64 @@
-"""Objects that can be picked up: rigid bodies made of a few convex parts."""
+"""Objects that can be picked up: rigid bodies of convex parts, with a visual mesh and a motion."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 from pinocchio import SE3
 
-from hw.sim.surface import Mesh, Surface, Visible
-from robots import Array, Geom, bounding_radius, reach
+from robots import GREY, Array, Colour, Geom, Triangles, bounding_radius, reach
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A visual surface of triangles; collisions use convex parts instead."""
+
+    vertices: Array  # (V, 3) [m]
+    triangles: Triangles  # (T, 3) vertex numbers, counter-clockwise as seen from outside
+    closed: bool = True  # without holes: the back faces of its triangles are never seen
+
+    @cached_property
+    def half(self) -> tuple[float, float, float]:
+        """Half edge lengths of the box around it that is centred on its frame [m]."""
+        x, y, z = np.abs(self.vertices).max(axis=0).tolist()
+        return (x, y, z)
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A mesh with a pose in the world."""
+
+    mesh: Mesh
+    pose: SE3
+    name: str = ""
+    colour: Colour = GREY
+
+
+Visible: TypeAlias = Geom | Surface
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Motion:
-    """How an object moves by itself: back and forth along a line."""
+    """Motion along a line, back and forth."""
 
     start: Array  # (3,) one end of the line, in the world [m]
     along: Array  # (3,) from there to the other end [m]
-    period: float  # Time from one end to the other and back [s]
-    until: float = np.inf  # Time from which it stands still [s]
-    steady: bool = False  # Whether it is always as fast; else it turns round smoothly
+    period: float  # there and back [s]
+    until: float = np.inf  # time from which it stands still [s]
+    steady: bool = False  # constant speed; else sinusoidal
 
     def position(self, now: float) -> Array:
-        """(3,) its position in the world at a time [m]."""
+        """(3,) in the world at a time [m]."""
         turns = min(now, self.until) / self.period
-        share = 1.0 - abs(1.0 - 2.0 * (turns % 1.0)) if self.steady else _smoothly(turns)
+        if self.steady:
+            share = 1.0 - abs(1.0 - 2.0 * (turns % 1.0))
+        else:
+            share = 0.5 * (1.0 - float(np.cos(2.0 * np.pi * turns)))
         position: Array = self.start + share * self.along
         return position
-
-
-def _smoothly(turns: float) -> float:
-    """Share of the way after so many ways there and back."""
-    return 0.5 * (1.0 - float(np.cos(2.0 * np.pi * turns)))
 
 
 @dataclass(kw_only=True, eq=False)
@@ -40,14 +66,12 @@ class SimObject:
     """A rigid body; replace `pose` to move it."""
 
     name: str
-    parts: tuple[Geom, ...]
-    """Its convex parts, posed in the object's own frame. What touches it touches them."""
-    mass: float  # [kg]; spread over the parts by their volume
-    friction: float = 0.5  # Coulomb friction coefficient with the finger pads
-    pose: SE3  # Object in the world, wTo; the origin is the centre of mass
-    motion: Motion | None = None  # How it moves until it is touched
-    mesh: Mesh | None = None
-    """What a camera sees of it, in the object's own frame; None if that is its parts."""
+    parts: tuple[Geom, ...]  # convex collision shapes, in the object's frame
+    mass: float  # [kg], spread over the parts by their volume
+    friction: float = 0.5  # Coulomb coefficient with the finger pads
+    pose: SE3  # object in the world, wTo; the origin is the centre of mass
+    motion: Motion | None = None  # until it is touched
+    mesh: Mesh | None = None  # visual, in the object's frame; None: its parts
 
     @cached_property
     def radius(self) -> float:
@@ -58,12 +82,12 @@ class SimObject:
         )
 
     def placed(self, wTo: SE3 | None = None) -> list[Geom]:
-        """Its parts in the world, named after it, at its pose or at another one."""
+        """Its collision shapes in the world, at its pose or at another one."""
         pose = self.pose if wTo is None else wTo
         return [Geom(p.shape, pose * p.pose, self.name, p.colour) for p in self.parts]
 
-    def seen(self) -> list[Visible]:
-        """What a camera sees of it, in the world."""
+    def visual(self) -> list[Visible]:
+        """Its visual shapes in the world."""
         if self.mesh is None:
             return [*self.placed()]
         return [Surface(self.mesh, self.pose, self.name, self.parts[0].colour)]

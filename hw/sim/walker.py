@@ -1,4 +1,4 @@
-"""Obstacles that move by themselves, such as a person who walks to and fro."""
+"""Moving obstacles, such as a person who walks to and fro."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _CLOTHES: Colour = (86, 98, 140)
 
 @dataclass(frozen=True)
 class _Leg:
-    """The straight way from one way point to the next, from rest to rest."""
+    """The straight way between two way points, from rest to rest."""
 
     start: Array
     direction: Array
@@ -27,7 +27,7 @@ class _Leg:
 
     @property
     def _ramp(self) -> float:
-        """Time from rest to the speed; a short leg turns round before it reaches it [s]."""
+        """Time from rest to full speed, or to the middle of a short leg [s]."""
         return float(min(self.speed / _ACCELERATION, np.sqrt(self.length / _ACCELERATION)))
 
     @property
@@ -52,14 +52,13 @@ class _Leg:
 class Walker:
     """An upright cylinder that walks along way points, and back, again and again.
 
-    It walks at a constant speed, slows down before a way point, turns there and walks on. It stops
-    for nothing and nobody, and goes through furniture if its way does.
+    It slows down and turns at each way point. It stops for nothing and passes through furniture.
 
     Args:
         name: for people.
         radius: [m].
         height: [m].
-        way: two or more points (x, y) on the floor, each apart from the next [m].
+        way: two or more points (x, y) on the floor [m].
         speed: [m/s].
     """
 
@@ -79,7 +78,7 @@ class Walker:
         self.move_to(0.0)
 
     def move_to(self, now: float) -> None:
-        """Be where it is at a time [s]."""
+        """Move to its pose at a time [s]."""
         time = now % self._round
         for leg in self._legs:
             if time <= leg.duration:
@@ -96,5 +95,5 @@ class Walker:
 
     @property
     def obstacle(self) -> Obstacle:
-        """It as a tracker would tell of it now."""
+        """Its present shape and velocity, as a tracker would report them."""
         return Obstacle(self.placed()[0], self.velocity)

@@ -1,4 +1,4 @@
-"""The world around the simulated robot: fixtures, objects that can be moved, and walkers."""
+"""Kinematic world: fixtures, objects that can be moved, and moving obstacles."""
 
 from __future__ import annotations
 
@@ -9,24 +9,21 @@ import numpy as np
 from pinocchio import SE3
 
 from controller import Obstacle
-from hw.sim.contact import Vicinity, separation
+from hw.sim.contact import Resting, Vicinity, separation
 from hw.sim.grasp_contact import Reason, grasp_contact
-from hw.sim.hand import Hand
-from hw.sim.members import HAND_TOLERANCE, HELD_TOLERANCE
-from hw.sim.resting import Resting
-from hw.sim.sim_object import SimObject
-from hw.sim.surface import Surface, Visible
+from hw.sim.robot_shapes import HAND_TOLERANCE, HELD_TOLERANCE, Hand
+from hw.sim.sim_object import SimObject, Surface, Visible
 from hw.sim.walker import Walker
 from hw.truth import Touch
 from robots import Array, Geom, Hull
 
-_LEAST_LEVEL = 0.3
-"""Who is pressed more steeply than this share of a push is level stays where it is."""
+_MIN_LEVEL = 0.3
+"""Smallest horizontal share of a push that moves an object."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class GraspOutcome:
-    """What closing the fingers led to."""
+    """Result of closing the fingers."""
 
     holding: str | None  # Name of the object that is held now; None if the hand is empty
     width: float  # Distance between the pads where they came to rest [m]
@@ -38,11 +35,11 @@ class World:
     """Fixtures, objects and walkers, and the effects of the robot on the objects.
 
     Args:
-        fixtures: shapes that never move, in the world; the part of a name before `/` is its group.
-        objects: objects that can be picked up, each at its pose.
-        walkers: obstacles that move by themselves.
+        fixtures: static shapes, in the world; the part of a name before `/` is its group.
+        objects: that can be picked up, each at its pose.
+        walkers: moving obstacles.
         unmapped: those of the fixtures that are on no map.
-        surfaces: what is seen instead of the fixtures that are hulls of the same name.
+        surfaces: visual meshes instead of the hulls of the same name among the fixtures.
     """
 
     def __init__(
@@ -64,20 +61,20 @@ class World:
         self._held_width = 0.0
         self._vicinity = Vicinity(self.fixtures)
         self._resting = Resting(self.fixtures, self.objects, self._vicinity)
-        self._left_at: Array | None = None
+        self._grasped_at: Array | None = None
 
     def shapes(self) -> list[Visible]:
-        """All that a camera sees but the robot, in the world."""
+        """All visual shapes except the robot, in the world."""
         hulls = {one.name for one in self.surfaces}
         plain = (
             one for one in self.fixtures if not (isinstance(one.shape, Hull) and one.name in hulls)
         )
         walking = (part for walker in self.walkers for part in walker.placed())
-        lying = (one for obj in self.objects for one in obj.seen())
+        lying = (one for obj in self.objects for one in obj.visual())
         return [*plain, *self.surfaces, *walking, *lying]
 
     def moving(self) -> tuple[Obstacle, ...]:
-        """The walkers, as a tracker would tell of them now."""
+        """Pose and velocity of the walkers, as a tracker would report them."""
         return tuple([walker.obstacle for walker in self.walkers])
 
     def find(self, name: str) -> SimObject:
@@ -92,7 +89,7 @@ class World:
         raise KeyError(f"no object {name!r}; there are {[o.name for o in self.objects]}")
 
     def move_to(self, now: float) -> None:
-        """Bring what moves by itself to its position at a time [s]."""
+        """Move walkers and moving objects to their poses at a time [s]."""
         for walker in self.walkers:
             walker.move_to(now)
         for obj in self.objects:
@@ -126,7 +123,7 @@ class World:
             touched.pose, touched.motion = result.wTo, None
             if result.reason is Reason.HELD:
                 self.held, self._held_width = touched, result.width
-                self._left_at = result.wTo.translation.copy()
+                self._grasped_at = result.wTo.translation.copy()
                 self.eTo = hand.wTe.actInv(result.wTo)
             else:
                 self._resting.drop(touched, None)
@@ -138,17 +135,13 @@ class World:
         )
 
     def open_fingers(self) -> None:
-        """Let go: the held object falls straight down onto what is below it."""
+        """Release the held object: it falls straight down onto what is below it."""
         if self.held is not None:
             dropped, self.held = self.held, None
             self._resting.drop(dropped, None)
 
     def put(self, name: str, wTo: SE3) -> None:
-        """Put an object somewhere, out of the hand if it is held; it falls onto what is below.
-
-        Args:
-            name: of the object.
-            wTo: from where it falls.
+        """Move an object, out of the hand if it is held; it falls from there onto what is below.
 
         Raises:
             KeyError: there is no such object.
@@ -165,31 +158,31 @@ class World:
             self.held.pose = wTe * self.eTo
 
     def push(self, obj: SimObject, towards: Array, depth: float) -> None:
-        """Let an object that the robot presses into give way along the floor, as far as it can.
+        """Let an object that the robot presses into slide away horizontally, as far as it can.
 
         Args:
             obj: not the held one.
             towards: (3,) unit vector in which it is pressed.
-            depth: how deep [m].
+            depth: of the penetration [m].
         """
         level = np.array([towards[0], towards[1], 0.0])
         share = float(np.linalg.norm(level))
-        if share > _LEAST_LEVEL:
+        if share > _MIN_LEVEL:
             obj.motion = None
             self._resting.push(obj, level * depth / share**2, self.held)
             self._resting.settle(self.held)
 
     def settle(self) -> None:
-        """Let fall what lay on the held object, once that has left its place."""
-        if self.held is None or self._left_at is None:
+        """Let objects that lay on the held one fall, once that has left its place."""
+        if self.held is None or self._grasped_at is None:
             return
-        gone = np.linalg.norm(self.held.pose.translation - self._left_at)
+        gone = np.linalg.norm(self.held.pose.translation - self._grasped_at)
         if gone > 2.0 * self.held.radius:
-            self._left_at = None
+            self._grasped_at = None
             self._resting.settle(self.held)
 
     def collision(self, hand: Hand, width: float) -> str | None:
-        """Name of a shape that the hand or the held object presses into too deeply, if any.
+        """Name of a shape that the hand or the held object penetrates beyond the tolerance.
 
         The held object may touch other objects, as when it is placed on them.
 
@@ -207,15 +200,11 @@ class World:
         return None
 
     def resting_on(self, obj: SimObject) -> str:
-        """Group of the fixture that carries an object, directly or through other objects.
-
-        Returns:
-            For example `container` or `table`; `hand` if held, empty if nothing carries it.
-        """
+        """Group of the fixture that carries an object; see `Resting.support`."""
         return self._resting.support(obj, self.held)
 
     def supports(self) -> dict[str, str]:
-        """What each object rests on, by its name; see `resting_on`."""
+        """What each object rests on, by its name."""
         return {obj.name: self.resting_on(obj) for obj in self.objects}
 
     def _objects_near(self, hand: Hand) -> list[SimObject]:
@@ -230,7 +219,7 @@ class World:
 
 
 def _deepest(shapes: Iterable[Geom], others: Sequence[Geom], tolerance: float) -> str | None:
-    """Name of the shape that is pressed into deepest, if deeper than a tolerance [m]."""
+    """Name of the shape with the deepest penetration beyond a tolerance [m]."""
     worst, name = -tolerance, None
     for shape in shapes:
         for other in others:

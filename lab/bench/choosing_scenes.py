@@ -186,7 +186,7 @@ def as_it_is(obj: SimObject) -> TrueThing:
     """
     x, y, z = obj.pose.translation
     wTc = SE3(np.diag([1.0, -1.0, -1.0]), np.array([x, y, z + _ABOVE]))
-    _, ids = DepthRenderer(_EYE).render(obj.seen(), wTc, with_ids=True)
+    _, ids = DepthRenderer(_EYE).render(obj.visual(), wTc, with_ids=True)
     pixel = _ABOVE / _EYE.fx
     covered = np.argwhere(ids >= 0)
     (row, column), edges, _ = cv2.minAreaRect(covered.astype(np.float32))
@@ -201,8 +201,8 @@ def as_it_is(obj: SimObject) -> TrueThing:
 
 def _alike_touch(world: World) -> bool:
     """Whether two objects of one colour are less than 2 mm apart, seen from above."""
-    seen = [one for obj in world.objects for one in obj.seen()]
-    numbers = [n for n, obj in enumerate(world.objects) for _ in obj.seen()]
+    seen = [one for obj in world.objects for one in obj.visual()]
+    numbers = [n for n, obj in enumerate(world.objects) for _ in obj.visual()]
     wTc = SE3(np.diag([1.0, -1.0, -1.0]), np.array([*TRAY, FLOOR + 5.0 * _ABOVE]))
     _, ids = DepthRenderer(_FAR_EYE).render(seen, wTc, with_ids=True)
     shown = np.array([*numbers, -1])[ids]

@@ -9,7 +9,7 @@ from pinocchio import SE3, exp3
 from controller.floor.footprints import footprint
 from hw.sim import DepthRenderer
 from hw.sim.contact import patch, separation, travel
-from hw.sim.surface import Mesh, Surface
+from hw.sim.sim_object import Mesh, Surface
 from robots import (
     Box,
     Geom,

@@ -11,7 +11,7 @@ from pinocchio import SE3
 from hw.sim import DepthRenderer, SceneError, load_scene
 from hw.sim.meshes import MeshError, convex_parts, fewer, parts, read_mesh
 from hw.sim.meshes.shaping import volume_and_centre
-from hw.sim.surface import Mesh, Surface
+from hw.sim.sim_object import Mesh, Surface
 from robots import Intrinsics, hull_of, volume
 
 trimesh = pytest.importorskip("trimesh", reason="needs the extra `meshes`")

@@ -7,8 +7,8 @@ import pytest
 
 from config import StrictModel
 from hw.sim import load_scene, read_scene, scene_names
-from hw.sim.furniture import Container, Fixture, Item, Motion, Objects, SideTable, Table, Walker
 from hw.sim.scene import Scene
+from hw.sim.scene_schema import Container, Fixture, Item, Motion, Objects, SideTable, Table, Walker
 
 PAGE = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
 MODELS = (Scene, Container, Table, SideTable, Objects, Item, Motion, Fixture, Walker)

@@ -7,7 +7,7 @@ import pytest
 from pinocchio import SE3, exp3
 
 from hw.sim import DepthRenderer, Hand
-from hw.sim.render import NEAR
+from hw.sim.camera.render import NEAR
 from robots import Box, Capsule, Cylinder, Geom, Intrinsics, Plane, Sphere, load_robot
 
 CAMERA = Intrinsics(width=100, height=75, fx=60.0, fy=62.0, cx=47.3, cy=38.1)

@@ -11,7 +11,7 @@ from controller import Command
 from hw import FaultKind
 from hw.sim import SimObject, Walker, load_scene
 from hw.sim.contact import separation
-from hw.sim.members import Configuration, frames, members
+from hw.sim.robot_shapes import Configuration, frames, members
 from robots import Box, Geom
 
 FORWARD = Command(base_twist=np.array([0.5, 0.0, 0.0]), qd=np.zeros(7))

@@ -8,7 +8,7 @@ from pinocchio import SE3
 from behaviours import Region
 from hw import DepthFrame
 from hw.sim import DepthRenderer
-from hw.sim.render import painted
+from hw.sim.camera.render import painted
 from perception import colour_name, segment_objects
 from robots import Box, Cylinder, Geom, Plane, Sphere, load_robot
 

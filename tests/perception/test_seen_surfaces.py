@@ -7,8 +7,8 @@ import pinocchio as pin
 import pytest
 from pinocchio import SE3
 
-from hw.sim.noise import D435Noise
-from hw.sim.render import DepthRenderer
+from hw.sim.camera.noise import D435Noise
+from hw.sim.camera.render import DepthRenderer
 from perception import SurfaceGrid, SurfaceSettings, surface_cells
 from robots import Box, Geom, Intrinsics, Plane, from_rounded_boxes, load_robot, rounded_box
 

@@ -25,7 +25,7 @@ from hw.sim.meshes.shaping import (
     volume_and_centre,
     with_holes_filled,
 )
-from hw.sim.surface import Mesh
+from hw.sim.sim_object import Mesh
 from robots import Array, Geom, Triangles, hull_of, volume
 
 _RECIPE = "2"  # Changes when the same mesh shall get other parts

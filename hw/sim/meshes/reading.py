@@ -17,7 +17,7 @@ from hw.sim.meshes.shaping import (
     welded,
     with_holes_filled,
 )
-from hw.sim.surface import Mesh
+from hw.sim.sim_object import Mesh
 from robots import Array, Triangles
 
 Units: TypeAlias = Literal["m", "cm", "mm", "in"]

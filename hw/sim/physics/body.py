@@ -15,11 +15,11 @@ from pinocchio import SE3
 from controller import Command
 from hw.clock import Clock
 from hw.sim.body import Dynamics, SimBody
-from hw.sim.members import BASE, FINGERS, HELD
 from hw.sim.physics.engine import Engine
 from hw.sim.physics.mjcf import TIMESTEP
 from hw.sim.physics.reflex import ForceReflex
 from hw.sim.physics.simulation import Press, between_fingers
+from hw.sim.robot_shapes import BASE, FINGERS, HELD
 from hw.sim.sim_object import SimObject
 from hw.sim.world import World
 from robots import Array, RobotDescription

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 from pinocchio import SE3, Inertia
 
-from hw.sim.members import CAMERA, FINGERS, HAND, Member, members
 from hw.sim.physics.shapes import ALL, Kind, add_body, add_geom, quaternion, weigh
+from hw.sim.robot_shapes import CAMERA, FINGERS, HAND, Member, members
 from robots import Box, Geom, RobotDescription
 
 SIDES = ("left", "right")

@@ -10,8 +10,8 @@ import numpy as np
 from pinocchio import SE3, Quaternion
 
 from hw.robot import HardwareError
-from hw.sim.members import HELD
 from hw.sim.physics.robot import FINGER_MOTOR, SIDES
+from hw.sim.robot_shapes import HELD
 from hw.sim.sim_object import SimObject
 from hw.sim.walker import Walker
 from hw.sim.world import World

@@ -14,7 +14,7 @@ from app.live import ObjectView, RegionView, SceneView, Snapshot
 from app.live.nodes import NodeInfo, NodeStatus
 from controller import Command, PoseGoal, StepReport, robot_model
 from hw import DepthFrame, RobotState
-from hw.sim.render import DepthRenderer
+from hw.sim.camera.render import DepthRenderer
 from perception.grasp import Detection, GraspEstimate
 from robots import Box, Capsule, Cylinder, Geom, Intrinsics, Plane, Sphere, load_robot
 

@@ -11,8 +11,8 @@ from test_robot_contract import *  # noqa: F403
 from hw import Backend, ComposedRobot, WallClock, one_thread
 from hw.panda import PandaArm, PandaHand
 from hw.sim import Dynamics, load_scene
+from hw.sim.camera.noise import D435Noise
 from hw.sim.kinematic import KinematicBody
-from hw.sim.noise import D435Noise
 from hw.sim.robot import SimBase, SimCamera
 from robots import load_robot
 

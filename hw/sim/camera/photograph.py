@@ -1,4 +1,4 @@
-"""A flat picture as an infrared imager sees it."""
+"""Image of a flat picture in an infrared camera."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robots import Intrinsics
 
 Grey: TypeAlias = npt.NDArray[np.uint8]
 
-_FINER = 4  # How much larger an image is drawn before it is averaged down
+_OVERSAMPLING = 4
 
 
 def photograph(
@@ -28,29 +28,29 @@ def photograph(
     noise: float,
     shade: float = 0.0,
 ) -> Grey:
-    """(H, W) brightness of an image of it.
+    """(H, W) brightness of an image of a picture.
 
     Args:
         picture: (h, w) brightness, of 255.
         pixel: edge of one of its pixels [m].
-        cTp: the picture before the camera; its origin is the outer corner of the first pixel, x
-            along the columns, y along the rows.
+        cTp: picture in the camera; its origin is the outer corner of the first pixel, x along the
+            columns, y along the rows.
         camera: its pinhole model.
         rng: source of the noise.
-        ground: brightness of what is around the picture, of 255.
+        ground: brightness around the picture, of 255.
         blur: standard deviation of the lens' blur [px].
         noise: standard deviation of the noise, of 255.
-        shade: by how much the light falls off from one edge of the image to the other.
+        shade: loss of light from one edge of the image to the other.
     """
     # The centre of a pixel has its number.
     to_plane = np.array([[pixel, 0.0, 0.5 * pixel], [0.0, pixel, 0.5 * pixel], [0.0, 0.0, 1.0]])
     plane = np.column_stack([cTp.rotation[:, :2], cTp.translation])
-    shift = 0.5 * _FINER - 0.5
-    finer = np.array([[_FINER, 0.0, shift], [0.0, _FINER, shift], [0.0, 0.0, 1.0]])
+    shift = 0.5 * _OVERSAMPLING - 0.5
+    finer = np.array([[_OVERSAMPLING, 0.0, shift], [0.0, _OVERSAMPLING, shift], [0.0, 0.0, 1.0]])
     drawn = cv2.warpPerspective(
         picture,
         finer @ camera.matrix @ plane @ to_plane,
-        (camera.width * _FINER, camera.height * _FINER),
+        (camera.width * _OVERSAMPLING, camera.height * _OVERSAMPLING),
         borderMode=cv2.BORDER_CONSTANT,
         borderValue=ground,
     )

@@ -1,10 +1,10 @@
-"""Triangles in depth images: exact where the ray of a pixel meets them, whatever their number.
+"""Rasterization of triangles in depth images, exact at the ray of each pixel.
 
 With corners A, B, C in pixels times depth, the ray of pixel d = (u, v, 1) meets a triangle if the
-three products d·(B×C), d·(C×A), d·(A×B) have one sign, at the depth A·(B×C) / d·((B-A)×(C-A)):
-2D homogeneous rasterization (Olano and Greer, 1997), which needs no clipping. Along a row all of
-these are linear, so every triangle becomes a span of pixels in each row that it crosses. Two
-triangles that share an edge compute the same end of their spans, so that no ray slips between them.
+products d·(B×C), d·(C×A), d·(A×B) have one sign, at the depth A·(B×C) / d·((B-A)×(C-A)): 2D
+homogeneous rasterization (Olano and Greer, 1997), without clipping. Along a row all of these are
+linear, so every triangle becomes a span of pixels in each row. Triangles that share an edge compute
+the same end of their spans, so no ray slips between them.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ def draw(
     camera: Intrinsics,
     near: float,
 ) -> None:
-    """Draw bodies where they are nearer than what an image shows.
+    """Draw bodies where they are nearer than the image.
 
     Args:
-        depth: (H, W) image [m], infinite where nothing is; it is changed.
-        ids: (H, W) numbers of the bodies that it shows; changed too.
+        depth: (H, W) image [m], infinite where nothing is; modified.
+        ids: (H, W) numbers of the bodies that it shows; modified.
         bodies: what to draw.
         camera: size of the image and pinhole model.
         near: smallest depth [m].
@@ -68,7 +68,7 @@ def _crossed(
     camera: Intrinsics,
     near: float,
 ) -> tuple[npt.NDArray[np.float32], Numbers, Numbers]:
-    """All pixels whose rays meet triangles, some more than once.
+    """All pixels whose rays meet triangles, with repetitions.
 
     Returns:
         (P,) depths [m], numbers of the pixels, and numbers of the triangles.
@@ -129,7 +129,7 @@ def _rows(
 
 
 def _expanded(first: Numbers, last: Numbers) -> tuple[Numbers, Numbers]:
-    """All whole numbers of ranges (N,), both ends included: of which range, and the numbers."""
+    """All integers of ranges (N,), both ends included: number of the range, and the integers."""
     count = np.maximum(last - first + 1, 0)
     which = np.repeat(np.arange(len(first)), count)
     before = np.cumsum(count) - count

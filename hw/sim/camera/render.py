@@ -1,11 +1,8 @@
-"""Depth images by ray casting: every primitive is intersected exactly, in its image rectangle.
+"""Depth images by ray casting: primitives exactly, hulls and meshes by their triangles.
 
-Hulls and meshes are drawn by their triangles, exactly too.
-
-A ray through pixel (u, v) is t·(x, y, 1) in the camera frame, so that t is the depth itself. Seen
-from a primitive's frame the ray starts at o and runs along d, and the entry into the primitive is
-the smaller root of a linear or quadratic equation in t. The image is worked on in strips of rows,
-because temporaries that stay in the processor's cache are about three times as fast.
+A ray through pixel (u, v) is t·(x, y, 1) in the camera frame, so t is the depth. In a primitive's
+frame the ray starts at o and runs along d, and the entry is the smaller root of a linear or
+quadratic equation in t. The image is processed in strips of rows, whose temporaries fit the cache.
 """
 
 from __future__ import annotations
@@ -17,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from pinocchio import SE3
 
-from hw.sim.surface import Mesh, Surface, Visible
-from hw.sim.triangles import Body, draw
+from hw.sim.camera.triangles import Body, draw
+from hw.sim.sim_object import Mesh, Surface, Visible
 from robots import (
     GREY,
     Box,
@@ -36,9 +33,9 @@ Image: TypeAlias = npt.NDArray[np.float32]
 Ids: TypeAlias = npt.NDArray[np.int16]
 Entry: TypeAlias = Callable[[Any, Image, Image, Image, Image], Image]
 
-NEAR = 0.01  # Smallest depth that is rendered [m]
+NEAR = 0.01  # smallest depth that is rendered [m]
 
-STRIP_ROWS = 120  # Rows worked on at a time
+STRIP_ROWS = 120  # rows processed at a time
 
 _SIGNS = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float)
 _EDGES = np.array(
@@ -47,11 +44,7 @@ _EDGES = np.array(
 
 
 class DepthRenderer:
-    """Renders depth images of placed shapes and surfaces for one pinhole camera.
-
-    Args:
-        intrinsics: size of the image and pinhole model.
-    """
+    """Renders depth images for one pinhole camera."""
 
     def __init__(self, intrinsics: Intrinsics) -> None:
         self._intrinsics = intrinsics
@@ -73,18 +66,17 @@ class DepthRenderer:
     def render(
         self, shapes: Sequence[Visible], wTc: SE3, with_ids: bool = False
     ) -> Image | tuple[Image, Ids]:
-        """Render what the camera sees.
-
-        Surfaces are seen from outside: a body around the camera is invisible.
+        """Render depth; surfaces are visible from outside only.
 
         Args:
             shapes: with poses in the world.
             wTc: camera in the world; z along the optical axis, x right, y down.
-            with_ids: whether to return also which shape each pixel shows.
+            with_ids: whether to return the shape of each pixel, too.
 
         Returns:
-            (H, W) depth along the optical axis [m], NaN where nothing; with `with_ids` also the
-            (H, W) index into `shapes` of the nearest one, -1 where nothing.
+            (H, W) depth along the optical axis [m], NaN where nothing; with `with_ids` also the (H,
+            W)
+            index into `shapes` of the nearest one, -1 where nothing.
         """
         size = (self._intrinsics.height, self._intrinsics.width)
         depth = np.full(size, np.inf, dtype=np.float32)
@@ -120,7 +112,7 @@ class DepthRenderer:
     def _visible(
         self, shapes: Sequence[Visible], wTc: SE3
     ) -> list[tuple[int, Shape | Mesh, Image, Image, tuple[int, int, int, int]]]:
-        """What may be visible: index, shape, sRc, camera in the shape's frame, rectangle."""
+        """Candidates: index, shape, sRc, camera in the shape's frame, image rectangle."""
         if not shapes:
             return []
         wRs = np.array([s.pose.rotation for s in shapes])
@@ -140,7 +132,7 @@ class DepthRenderer:
     def _rectangles(
         self, half: npt.NDArray[np.float64], sRc: npt.NDArray[np.float64], cPs: Any
     ) -> list[list[int]]:
-        """(N, 4) u0, u1, v0, v1 around each box cut at the near plane; all of it if endless."""
+        """(N, 4) u0, u1, v0, v1 around each box cut at the near plane; the image if infinite."""
         camera = self._intrinsics
         corners = (_SIGNS * np.where(np.isinf(half), 0.0, half)[:, None, :]) @ sRc + cPs[:, None]
         a, b = corners[:, _EDGES[:, 0]], corners[:, _EDGES[:, 1]]
@@ -167,7 +159,7 @@ class DepthRenderer:
 
 
 def painted(shapes: Sequence[Visible], ids: Ids) -> npt.NDArray[np.uint8]:
-    """(H, W, 3) colours of what is rendered: flat, without light and shadow; grey where nothing.
+    """(H, W, 3) flat colours of a rendered image; grey where nothing.
 
     Args:
         shapes: that were rendered.
@@ -184,7 +176,6 @@ def _in_camera(number: int, shape: Hull | Mesh, cTs: SE3) -> Body:
 
 
 def _box(box: Box, o: Image, dx: Image, dy: Image, dz: Image) -> Image:
-    """Where a ray has entered all three slabs and left none."""
     entry, leave = np.full_like(dx, -np.inf), np.full_like(dx, np.inf)
     for start, along, half in zip(o, (dx, dy, dz), box.half, strict=True):
         inverse = 1.0 / along

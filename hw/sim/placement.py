@@ -1,72 +1,67 @@
-"""Objects side by side on a level area: where the scene file says, or drawn from a seed."""
+"""Placement of objects side by side on a level area: given in the scene file, or random."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import hypot
+from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from pinocchio import SE3, exp3
 
 from hw.sim.contact import separation
-from hw.sim.furniture import Objects
-from hw.sim.items import make_item
-from hw.sim.meshes import MeshError
-from hw.sim.objects import OBJECT_CLASSES, fitting, make_object
-from hw.sim.scene import SceneError
-from hw.sim.sim_object import SimObject
-from robots import Array, Geom, bounding_radius
+from hw.sim.meshes import MeshError, convex_parts, fewer
+from hw.sim.objects import DENSITY, FRICTION, OBJECT_CLASSES, PAINT, PALETTE, fitting, make_object
+from hw.sim.scene_schema import Item, Objects, SceneError
+from hw.sim.sim_object import Mesh, SimObject
+from robots import Array, Geom, bounding_radius, centroid, volume
 
-GAP = 0.006  # Objects lie at least this far apart [m] ...
-
-WALL_GAP = 0.022
-"""... and this far from walls and edges; a finger just fits between an object and a wall [m]."""
-
-_SPREADS = np.repeat([0.035, 0.025, 0.015, 0.008, 0.0, 0.0], 6)
-"""Added to both gaps at each try of an orientation: generous first, none in the end [m]."""
-
-_POSITIONS = 10  # How many positions are tried for each orientation of an object
-
-_LAYOUTS = 30  # How many layouts, each with new objects, are tried before giving up
+GAP = 0.006  # between two objects, at least [m]
+WALL_GAP = 0.022  # to walls and edges, at least; a finger just fits in between [m]
+_EXTRA_GAPS = np.repeat([0.035, 0.025, 0.015, 0.008, 0.0, 0.0], 6)
+"""Added to both gaps at each try of an orientation [m]."""
+_POSITIONS = 10  # tried for each orientation of an object
+_LAYOUTS = 30  # tried, each with new objects
 
 Keys: TypeAlias = tuple[str | int, ...]
+"""Path of an entry in the scene file."""
 
 
 class LayoutError(SceneError):
-    """Things cannot be made, or do not fit.
+    """Objects cannot be made, or do not fit.
 
     Args:
         text: what is wrong, and a hint.
-        keys: on the way to them in the scene file.
+        keys: of the entry in the scene file.
     """
 
     def __init__(self, text: str, keys: Keys) -> None:
         super().__init__(text)
         self.keys = keys
-        self.all: tuple[LayoutError, ...] = (self,)
-        """This one and the others that were found with it."""
+        self.all: tuple[LayoutError, ...] = (self,)  # with the others found at once
 
 
 class Area(NamedTuple):
     """A level rectangle that objects lie on."""
 
-    name: str  # For messages: "into the container", "on a table"
+    name: str  # for messages: "into the container", "on a table"
     centre: tuple[float, float]
-    size: tuple[float, float]  # Along x and y [m]
+    size: tuple[float, float]  # along x and y [m]
     height: float
-    keys: Keys  # On the way to its objects in the scene file
+    keys: Keys  # of its objects
 
 
-class _Wish(NamedTuple):
-    """An object that has no place yet."""
-
+class _Unplaced(NamedTuple):
     obj: SimObject
-    yaw: float | None  # Drawn if it is None [rad]
+    yaw: float | None  # [rad]; None: random
 
 
-def lay_out(wanted: Objects, area: Area, before: int, rng: np.random.Generator) -> list[SimObject]:
-    """Objects side by side on an area; their numbers go on from `before`.
+def place_objects(
+    wanted: Objects, area: Area, before: int, rng: np.random.Generator
+) -> list[SimObject]:
+    """Objects side by side on an area; their numbers continue from `before`.
 
     Raises:
         LayoutError: they cannot be made, or do not fit.
@@ -74,7 +69,8 @@ def lay_out(wanted: Objects, area: Area, before: int, rng: np.random.Generator) 
     widths = (wanted.width_mm[0] / 1000.0, wanted.width_mm[1] / 1000.0)
     masses = (wanted.mass_g[0] / 1000.0, wanted.mass_g[1] / 1000.0)
     names = fitting(OBJECT_CLASSES, wanted.kinds, widths)
-    if wanted.drawn and not names:
+    count = wanted.random_count
+    if count and not names:
         low, high = wanted.width_mm
         raise LayoutError(
             f"objects: no {' or '.join(wanted.kinds)} is {low:g} to {high:g} mm wide; "
@@ -84,35 +80,35 @@ def lay_out(wanted: Objects, area: Area, before: int, rng: np.random.Generator) 
     for _ in range(_LAYOUTS):
         drawn = [
             make_object(f"{name} {before + i + 1}", OBJECT_CLASSES[name], widths, masses, rng)
-            for i, name in enumerate(rng.choice(names, wanted.drawn) if wanted.drawn else [])
+            for i, name in enumerate(rng.choice(names, count) if count else [])
         ]
         items = _items(wanted, area, before + len(drawn), rng)
-        wishes = [_Wish(obj, None) for obj in drawn]
-        laid = []
+        unplaced = [_Unplaced(obj, None) for obj in drawn]
+        placed = []
         for item, obj in zip(wanted.items, items, strict=True):
             if item.at is None:
                 yaw = None if item.yaw_deg is None else float(np.deg2rad(item.yaw_deg))
-                wishes.append(_Wish(obj, yaw))
+                unplaced.append(_Unplaced(obj, yaw))
             else:
-                laid.append(obj)
-        if _find_places(wishes, laid, area, rng):
+                placed.append(obj)
+        if _find_places(unplaced, placed, area, rng):
             return [*drawn, *items]
     raise LayoutError(
-        f"objects: {wanted.drawn + len(wanted.items)} do not fit {area.name}; lower count or "
+        f"objects: {count + len(wanted.items)} do not fit {area.name}; lower count or "
         "width_mm, or enlarge what they lie on",
         area.keys,
     )
 
 
 def _items(wanted: Objects, area: Area, before: int, rng: np.random.Generator) -> list[SimObject]:
-    """The items, those with a place at their place."""
+    """The items, those with a given position placed there."""
     items: list[SimObject] = []
     placed: list[SimObject] = []
     problems: list[LayoutError] = []
     for number, item in enumerate(wanted.items):
         keys = (*area.keys, "items", number)
         try:
-            obj = make_item(item, before + number + 1, wanted, rng)
+            obj = _make_item(item, before + number + 1, wanted, rng)
         except MeshError as error:
             problems.append(LayoutError(f"items.{number}.mesh: {error}", (*keys, "mesh")))
             continue
@@ -139,41 +135,95 @@ def _items(wanted: Objects, area: Area, before: int, rng: np.random.Generator) -
     return items
 
 
+def _make_item(item: Item, number: int, others: Objects, rng: np.random.Generator) -> SimObject:
+    """One item, resting on z = 0 with its centre of mass above the origin.
+
+    Raises:
+        MeshError: its mesh cannot be split into convex parts.
+    """
+    masses = others.mass_g[0] / 1000.0, others.mass_g[1] / 1000.0
+    if item.kind is not None:
+        of_kind = OBJECT_CLASSES[item.kind]
+        widths = (others.width_mm[0] / 1000.0, others.width_mm[1] / 1000.0)
+        if not fitting(OBJECT_CLASSES, [item.kind], widths):
+            widths = (of_kind.narrowest, of_kind.widest)
+        made = make_object(f"{item.kind} {number}", of_kind, widths, masses, rng)
+    else:
+        made = _make_mesh_object(item, number, masses, rng)
+    if item.colour is not None:
+        paint = PAINT[item.colour]
+        made = replace(made, parts=tuple(Geom(p.shape, p.pose, p.name, paint) for p in made.parts))
+    return replace(
+        made,
+        mass=made.mass if item.mass_g is None else item.mass_g / 1000.0,
+        friction=made.friction if item.friction is None else item.friction,
+    )
+
+
+def _make_mesh_object(
+    item: Item, number: int, masses: tuple[float, float], rng: np.random.Generator
+) -> SimObject:
+    assert item.mesh is not None
+    mesh = item.read()
+    parts = convex_parts(mesh, Path(item.mesh).name)
+    volumes = np.array([volume(part.shape) for part in parts])
+    centre = volumes @ [part.pose.act(centroid(part.shape)) for part in parts] / volumes.sum()
+    name = f"{Path(item.mesh).stem[:40]} {number}"
+    colour = PALETTE[rng.integers(len(PALETTE))]
+    drawn = fewer(mesh)
+    made = SimObject(
+        name=name,
+        parts=tuple(
+            Geom(part.shape, SE3(np.eye(3), part.pose.translation - centre), name, colour)
+            for part in parts
+        ),
+        mass=float(np.clip(volumes.sum() * rng.uniform(*DENSITY), *masses)),
+        friction=rng.uniform(*FRICTION),
+        pose=SE3.Identity(),
+        mesh=Mesh(drawn.vertices - centre, drawn.triangles, drawn.closed),
+    )
+    made.pose = SE3(np.eye(3), np.array([0.0, 0.0, made.reach(np.array([0.0, 0.0, -1.0]))]))
+    return made
+
+
 def _find_places(
-    wishes: Sequence[_Wish], placed: Sequence[SimObject], area: Area, rng: np.random.Generator
+    unplaced: Sequence[_Unplaced],
+    placed: Sequence[SimObject],
+    area: Area,
+    rng: np.random.Generator,
 ) -> bool:
     """Give every object a pose beside those placed, the largest first; False if they do not fit."""
-    laid = list(placed)
-    for obj, yaw in sorted(wishes, key=lambda wish: -wish.obj.radius):
-        if not any(_try_turned(obj, yaw, laid, area, spread, rng) for spread in _SPREADS):
+    placed = list(placed)
+    for obj, yaw in sorted(unplaced, key=lambda one: -one.obj.radius):
+        if not any(_try_turned(obj, yaw, placed, area, extra, rng) for extra in _EXTRA_GAPS):
             return False
-        laid.append(obj)
+        placed.append(obj)
     return True
 
 
 def _try_turned(
     obj: SimObject,
     yaw: float | None,
-    laid: Sequence[SimObject],
+    placed: Sequence[SimObject],
     area: Area,
-    spread: float,
+    extra: float,
     rng: np.random.Generator,
 ) -> bool:
-    """Turn an object, by chance if no yaw is given, and try positions clear of rim and others."""
-    half = np.array(area.size) / 2.0 - WALL_GAP - spread
+    """Turn an object, randomly if no yaw is given, and try positions clear of rim and others."""
+    half = np.array(area.size) / 2.0 - WALL_GAP - extra
     low, high = _turned(obj, rng.uniform(-np.pi, np.pi) if yaw is None else yaw)
     low, high = -half - low, half - high
     if (low > high).any():
         return False
     for position in area.centre + rng.uniform(low, high, (_POSITIONS, 2)):
         _put(obj, position, area)
-        if all(_apart(obj, other, GAP + spread) for other in laid):
+        if all(_apart(obj, other, GAP + extra) for other in placed):
             return True
     return False
 
 
 def _turned(obj: SimObject, yaw: float) -> tuple[Array, Array]:
-    """Turn an object at the origin; where it begins and ends (2,) along x and y [m]."""
+    """Turn an object at the origin; its extent (2,) to (2,) along x and y [m]."""
     obj.pose = SE3(exp3(np.array([0.0, 0.0, yaw])), np.zeros(3))
     x, y, _ = np.eye(3)
     low, high = [-obj.reach(-x), -obj.reach(-y)], [obj.reach(x), obj.reach(y)]

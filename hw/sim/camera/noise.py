@@ -1,8 +1,8 @@
 """Noise of a stereo depth camera such as the RealSense D435.
 
 Such a camera measures the disparity d = fx·baseline / z between two imagers, so the noise is added
-there: the disparity is off by a fraction of a pixel and comes in steps. Surfaces that only one
-imager sees are missing, and so are depth edges, speckles and all that is too near or too far.
+there: the disparity has an error of a fraction of a pixel and comes in steps. Surfaces that only
+one imager sees are missing, and so are depth edges, speckles, and what is too near or too far.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ DepthImage = npt.NDArray[np.float32]
 
 @dataclass(frozen=True, kw_only=True)
 class D435Noise:
-    """Noise of a stereo depth camera; the defaults are those of a D435 at 640 x 480."""
+    """Noise parameters; the defaults are those of a D435 at 640 x 480."""
 
     disparity_noise: float = 0.08
     """Standard deviation of the disparity [px]; equal in blocks of 2 x 2."""
@@ -35,7 +35,7 @@ class D435Noise:
 
         Args:
             depth: (H, W) depth along the optical axis [m], NaN where nothing.
-            camera: the camera that `depth` was rendered for.
+            camera: the camera of `depth`.
             rng: source of the noise.
 
         Returns:
@@ -57,7 +57,7 @@ class D435Noise:
 
 
 def _hidden_from_the_other_imager(disparity: DepthImage) -> npt.NDArray[np.bool_]:
-    """Pixels left of a nearer surface that the right imager has in front of them.
+    """Pixels left of a nearer surface that hides them from the right imager.
 
     Column u is seen by the right imager at u - d; anything further right that lands at or left of
     it hides it.

@@ -1,0 +1,154 @@
+"""Collision shapes of the simulated robot: hand, links and base, and bounds of their motion.
+
+A shape of the arm moves at most as far as the base drives, plus every rotation below it times its
+lever: the longest way along the chain from that axis to the farthest point of the shape. The levers
+are one row of numbers, so the travel of all shapes is one product with the motion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pinocchio import SE3
+
+from controller import RobotModel
+from hw.sim.sim_object import SimObject
+from robots import Array, Box, Geom, GripperDescription, RobotDescription, bounding_radius
+
+SIDES = {"left": 1.0, "right": -1.0}
+"""Side of each finger along y of the end effector."""
+
+HAND_TOLERANCE = 0.002  # penetration below which a contact is no collision [m]
+HELD_TOLERANCE = 0.005  # the same for a held object, which yields in the fingers [m]
+
+BASE, HAND, FINGERS, CAMERA, HELD = "base", "hand", "fingers", "camera", "held object"
+"""Names of parts; the arm's are `link0`, its foot, to `link7`."""
+
+_TOOL_FRAME = 10  # frames: base, foot and seven links of the arm, flange, end effector
+
+
+@dataclass(frozen=True, eq=False)
+class Hand:
+    """The hand of the robot in the world, at any width between its pads [m]."""
+
+    gripper: GripperDescription
+    wTe: SE3  # end effector in the world: z along the approach, y the closing direction
+
+    @property
+    def centre(self) -> Array:
+        """(3,) centre of a ball around the hand at any width, in the world [m]."""
+        centre: Array = self.wTe.act(self.gripper.ball.pose.translation)
+        return centre
+
+    @property
+    def radius(self) -> float:
+        """Radius of that ball [m]."""
+        return bounding_radius(self.gripper.ball.shape)
+
+    def inwards(self, side: str) -> Array:
+        """(3,) closing direction of a finger in the world."""
+        direction: Array = -SIDES[side] * self.wTe.rotation[:, 1]
+        return direction
+
+    def pad(self, side: str, from_centre: float) -> Geom:
+        """The pad of a side, its face `from_centre` [m] away from the grasp centre."""
+        return self._placed(self.gripper.pad, side, from_centre)
+
+    def shapes(self, width: float) -> list[Geom]:
+        """The whole hand in the world."""
+        shapes = [self.gripper.palm.moved(self.wTe)]
+        for side in SIDES:
+            shapes.append(self._placed(self.gripper.finger, side, width / 2.0))
+            shapes.append(self.pad(side, width / 2.0))
+        return shapes
+
+    def _placed(self, part: Geom, side: str, from_centre: float) -> Geom:
+        """A part of a finger, which is described for the left side of the closed hand."""
+        x, y, z = part.pose.translation
+        eTp = SE3(part.pose.rotation, np.array([x, SIDES[side] * (from_centre + y), z]))
+        return Geom(part.shape, self.wTe * eTp, f"{side} {part.name}", part.colour)
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """One collision shape of the robot."""
+
+    part: str
+    frame: int  # number of its frame
+    geom: Geom  # in that frame; a finger also moves with the width
+    tolerance: float  # penetration below which a contact is no collision [m]
+    levers: Array
+    """(10,) travel per driven metre, rotation of the base, rotation of each joint, and motion of a
+    finger [m, m/rad, m]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Configuration:
+    """Configuration of the robot."""
+
+    wTb: SE3
+    q: Array  # (7,) [rad]
+    width: float  # between the pads [m]
+
+    def motion(self, since: Configuration) -> Array:
+        """(10,) distance from another one: driven, turned, joints, finger [m, rad, m]."""
+        (x, y, _), (u, v, _) = self.wTb.translation, since.wTb.translation
+        (a, b), (c, s) = self.wTb.rotation[:2, 0], since.wTb.rotation[:2, 0]
+        turn = np.arctan2(b * c - a * s, a * c + b * s)
+        finger = (self.width - since.width) / 2.0
+        return np.abs((np.hypot(x - u, y - v), turn, *(self.q - since.q), finger))
+
+
+def members(robot: RobotDescription) -> list[Member]:
+    """The collision shapes of a robot."""
+    palm, *fingers = Hand(robot.gripper, SE3.Identity()).shapes(robot.gripper.opening)
+    length, width, height = robot.base.size
+    middle = SE3(np.eye(3), np.array([0.0, 0.0, height / 2.0]))
+    box = Geom(Box((length / 2.0, width / 2.0, height / 2.0)), middle, BASE)
+    arm = [
+        _member(robot, f"link{link}", link + 1, shape)
+        for link, shapes in enumerate(robot.arm.collision)
+        for shape in shapes
+    ]
+    return [
+        _member(robot, BASE, 0, box),
+        *arm,
+        _member(robot, HAND, _TOOL_FRAME, palm),
+        *(_member(robot, FINGERS, _TOOL_FRAME, part) for part in fingers),
+        _member(robot, CAMERA, _TOOL_FRAME, robot.camera.body.moved(robot.camera.eTc)),
+    ]
+
+
+def held_members(robot: RobotDescription, held: SimObject, eTo: SE3) -> list[Member]:
+    """The collision shapes of a held object."""
+    return [_member(robot, HELD, _TOOL_FRAME, part) for part in held.placed(eTo)]
+
+
+def frames(model: RobotModel, wTb: SE3, q: Array) -> tuple[SE3, ...]:
+    """The frames of the members in the world, for q (7,) [rad]."""
+    links = model.link_poses(wTb, q)
+    return (wTb, *links, links[-1] * model.description.gripper.hTe)
+
+
+def _member(robot: RobotDescription, part: str, frame: int, geom: Geom) -> Member:
+    tolerance = HELD_TOLERANCE if part == HELD else HAND_TOLERANCE
+    return Member(part, frame, geom, tolerance, _levers(robot, part, frame, geom))
+
+
+def _levers(robot: RobotDescription, part: str, frame: int, geom: Geom) -> Array:
+    radius, levers = bounding_radius(geom.shape), np.zeros(10)
+    levers[0] = 1.0
+    levers[9] = float(part == FINGERS)
+    if frame == 0:
+        levers[1] = float(np.hypot(*geom.pose.translation[:2])) + radius
+        return levers
+    place = geom.pose
+    if frame == _TOOL_FRAME:
+        place = robot.arm.lTh * robot.gripper.hTe * place
+    lever = float(np.linalg.norm(place.translation)) + radius
+    for joint in range(min(frame - 1, 7), 0, -1):
+        levers[1 + joint] = lever
+        lever += float(np.linalg.norm(robot.arm.joints[joint - 1].translation))
+    levers[1] = lever + float(np.hypot(*robot.bTa.translation[:2]))
+    return levers
