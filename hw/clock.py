@@ -92,7 +92,7 @@ class WallClock:
 class TaskTime:
     """A moment of a task; only differences between two moments are seconds, of the task."""
 
-    seconds: float  # Since the session began, pauses left out [s]
+    seconds: float  # since the session began, without pauses [s]
     pace: float = 1.0  # seconds of the task per second of the session
 
     def __sub__(self, earlier: TaskTime) -> float:

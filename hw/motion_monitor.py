@@ -39,7 +39,7 @@ class _Moment(NamedTuple):
 
     stamp: float
     base_path: float  # Commanded [m]
-    arm_path: float  # Commanded, of the joint that was commanded farthest in each period [rad]
+    arm_path: float  # commanded, of the fastest joint in each period [rad]
     base_commanded: Pose2D
     """Dead reckoning of the commanded twists: x, y, heading."""
     base_measured: Pose2D

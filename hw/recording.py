@@ -58,9 +58,9 @@ _EMPTY["battery"] = nan
 class Turn(IntEnum):
     """What the loop did with a reading."""
 
-    NONE = 0  # Nothing but braking
-    TREE = 1  # It ticked the tree
-    PAUSED = 2  # A person had paused the tree
+    NONE = 0  # only braking
+    TREE = 1  # ticked the tree
+    PAUSED = 2  # the tree was paused by a person
 
 
 class Notes(Protocol):

@@ -30,8 +30,8 @@ class Difference:
     """The first command that differs from the recorded one."""
 
     number: int  # of the command, from 0
-    time: float  # On the session's clock [s]
-    velocity: str  # Which component differs
+    time: float  # [s]
+    velocity: str  # component that differs
     recorded: float
     replayed: float
 
@@ -98,13 +98,13 @@ class ReplayRobot:
         self.clock = ReplayClock(turns["time"])
         self.camera = _ReplayCamera(self, frame)
         self.difference: Difference | None = None
-        self.sent = 0  # How many commands were compared
+        self.sent = 0  # number of compared commands
         self._turns = turns
         self._faults = faults
         self._at = -1
-        self._is_over = True  # Whether the present turn has no more to give
+        self._is_over = True  # the present turn is used up
         self._has_begun = False
-        self.ran_out = False  # Whether more was asked for than was recorded
+        self.ran_out = False  # more was asked for than was recorded
 
     def begin(self) -> None:
         """Start the turns with the next reading; until then `read` returns the first one."""

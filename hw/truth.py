@@ -11,7 +11,7 @@ from pinocchio import SE3
 from controller import Obstacle
 from robots import Geom
 
-MAY_TOUCH = ("fingers", "held object")  # Parts of the robot that touch what is around them at work
+MAY_TOUCH = ("fingers", "held object")  # parts of the robot that touch things at work
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -31,9 +31,9 @@ class LoopBlockedError(BaseException):
 class Patience:
     """Duration of a tick after which the watchdog acts [s of real time]."""
 
-    stop: float = 0.18  # Then the robot is stopped
-    interrupt: float = 1.2  # Then the loop is interrupted
-    abandon: float = 4.0  # Then the process is ended
+    stop: float = 0.18  # the robot is stopped
+    interrupt: float = 1.2  # the loop is interrupted
+    abandon: float = 4.0  # the process is ended
 
 
 SIMULATION = Patience(stop=inf, interrupt=60.0, abandon=90.0)
@@ -55,7 +55,7 @@ class Watchdog:
         abandon: Callable[[], None] = lambda: None,
         patience: Patience | None = None,
     ) -> None:
-        self.stalls = 0  # How often the robot was stopped because a tick took too long
+        self.stalls = 0  # number of ticks that took too long
         self._patience = patience or Patience()
         self._actions = (
             (self._patience.stop, self._halt),

@@ -1,20 +1,9 @@
-"""Faults on request: how a task copes with them is seen before the robot has them.
+"""Fault injection: tests how a task copes with faults of the robot and its world.
 
-`INJECTABLE` names what can go wrong, `FaultInjection` is a robot that it goes wrong with. What a
-fault does is an `Effect`: on readings in `readings`, on frames in `frames`, on commands and fingers
-in `motion`, on objects in `objects`.
+`FaultInjection` is a robot that has the faults named in `INJECTABLE`.
 """
 
-from hw.faults.effect import Effect, Site
-from hw.faults.injection import FaultInjection
-from hw.faults.table import INJECTABLE, Injectable, InjectionError, injectable
+from hw.faults.effect import Injectable, InjectionError
+from hw.faults.injection import INJECTABLE, FaultInjection, injectable
 
-__all__ = [
-    "INJECTABLE",
-    "Effect",
-    "FaultInjection",
-    "Injectable",
-    "InjectionError",
-    "Site",
-    "injectable",
-]
+__all__ = ["INJECTABLE", "FaultInjection", "Injectable", "InjectionError", "injectable"]

@@ -1,36 +1,42 @@
-"""What a fault does while it lasts, and what it may know and touch."""
+"""Base class of injected faults, what they may access, and the row that names one."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from pinocchio import SE3
 
+from config import UserError
 from controller import Command
 from hw.state import DepthFrame, RobotState
 from hw.truth import DisturbableWorld
 from robots import RobotDescription
 
 
+class InjectionError(UserError):
+    """A fault that cannot be injected."""
+
+
 @dataclass(kw_only=True, eq=False)
 class Site:
-    """Where faults happen; one for all faults of a robot."""
+    """Access of the faults of one robot to the robot and its world."""
 
     description: RobotDescription
-    state: RobotState  # The newest reading as the robot gave it, without any fault
-    world: DisturbableWorld | None  # None where nobody can interfere with the world, as on hardware
-    homes: dict[str, SE3]  # Where each object of the world was to begin with
+    state: RobotState  # newest reading, without any fault
+    world: DisturbableWorld | None  # None on hardware
+    homes: dict[str, SE3]  # initial poses of the objects
     rng: np.random.Generator
 
     @property
     def now(self) -> float:
-        """When that reading was measured, on the session's clock [s]."""
+        """The stamp of the newest reading [s]."""
         return self.state.stamp
 
 
 class Effect:
-    """One fault from its injection to its end. This one does nothing.
+    """One fault from its injection to its end. The base class has no effect.
 
     All methods are called on the loop, but `frame`, which is called where images are taken.
     """
@@ -38,27 +44,38 @@ class Effect:
     site: Site
 
     def begin(self, site: Site) -> None:
-        """It starts; `site` is kept up to date."""
+        """Start; `site` is kept up to date."""
         self.site = site
 
     def end(self) -> None:
         """It was cleared."""
 
     def recovered(self) -> None:
-        """Somebody has asked the robot to recover."""
+        """The robot was asked to recover."""
 
     def reading(self, state: RobotState) -> RobotState:
-        """A reading of the robot, as the fault lets it through."""
+        """Change a reading of the robot."""
         return state
 
     def frame(self, frame: DepthFrame | None) -> DepthFrame | None:
-        """A frame of the camera, as the fault lets it through."""
+        """Change a frame of the camera."""
         return frame
 
     def command(self, command: Command) -> Command:
-        """What the robot does instead of a command; it claims that it does what it was told."""
+        """Change a command; the robot reports the original one as applied."""
         return command
 
     def grip(self, width: float) -> float | None:
-        """The width [m] to which the fingers really go; None if they do not move."""
+        """Change the width [m] that the fingers move to; None if they do not move."""
         return width
+
+
+@dataclass(frozen=True)
+class Injectable:
+    """A fault that can be injected, by name."""
+
+    name: str
+    make: Callable[[], Effect]
+    what: str  # for people
+    clearable: bool = False  # whether `Robot.recover` clears it
+    of_world: bool = False  # whether it changes the world instead of the robot

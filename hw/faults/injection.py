@@ -1,39 +1,57 @@
-"""A robot that has faults on request."""
+"""A robot with injected faults, and the table of those faults."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import inf
+from types import MappingProxyType
 
 import numpy as np
 
+from config import suggest
 from controller import Command
-from hw.faults.effect import Effect, Site
-from hw.faults.table import INJECTABLE, InjectionError, injectable
+from hw.faults.effect import Effect, Injectable, InjectionError, Site
+from hw.faults.frame_faults import FRAME_FAULTS
+from hw.faults.object_faults import OBJECT_FAULTS
+from hw.faults.robot_faults import ROBOT_FAULTS
 from hw.robot import Camera, Robot, RobotWrapper
 from hw.state import DepthFrame, RobotState
 from hw.truth import DisturbableWorld, Truth
 
+_ROWS = (*ROBOT_FAULTS, *FRAME_FAULTS, *OBJECT_FAULTS)
+
+INJECTABLE: Mapping[str, Injectable] = MappingProxyType({row.name: row for row in _ROWS})
+"""The faults that can be injected, by name."""
+
+
+def injectable(name: str) -> Injectable:
+    """The fault of that name.
+
+    Raises:
+        InjectionError: there is none.
+    """
+    if name not in INJECTABLE:
+        raise InjectionError(f"no fault is called `{name}`; {suggest(name, INJECTABLE)}")
+    return INJECTABLE[name]
+
 
 @dataclass(eq=False)
 class _Injected:
-    """A fault that the robot is to have."""
-
     effect: Effect
-    duration: float  # How long it lasts [s]
-    until: float = inf  # When it ends; known once it has begun [s]
+    duration: float  # [s]
+    until: float = inf  # known once it has begun [s]
 
 
 class FaultInjection(RobotWrapper):
-    """A robot that also has the faults that a person gives it, from the next reading on.
+    """A robot that has injected faults, from the next reading on.
 
     With the same seed and the same calls at the same readings, a fault does the same.
 
     Args:
-        robot: what it is otherwise.
-        truth: of the robot's world, for faults that are done to the world.
+        robot: the robot inside.
+        truth: of the robot's world, for faults that change the world.
         seed: of what is random about the faults.
     """
 
@@ -45,9 +63,9 @@ class FaultInjection(RobotWrapper):
         self._homes = {one.name: one.pose for one in self._world.objects} if self._world else {}
         self._lock = threading.Lock()
         self._wanted: dict[str, _Injected] = {}
-        """What was injected and not cleared, by name; changed by any thread."""
+        """Injected and not cleared, by name; changed by any thread."""
         self._effects: dict[str, Effect] = {}
-        """What has begun and not ended; changed by `read` alone."""
+        """Begun and not ended; changed by `read` alone."""
         self._camera = _FaultyCamera(robot.camera, lambda: self._effects, self._now)
 
     def check(self, name: str) -> None:
@@ -63,15 +81,15 @@ class FaultInjection(RobotWrapper):
 
     @property
     def injected(self) -> tuple[str, ...]:
-        """The names of the faults that it is given now."""
+        """The names of the present faults."""
         return tuple(self._wanted)
 
     def inject(self, name: str, duration: float = inf) -> None:
-        """Have a fault of `INJECTABLE` from the next reading on; from any thread.
+        """Inject a fault of `INJECTABLE` from the next reading on; from any thread.
 
         Args:
             name: of the fault.
-            duration: how long, by the stamps of the robot's own readings, if nobody clears it [s].
+            duration: until it ends, by the stamps of readings, unless it is cleared [s].
 
         Raises:
             InjectionError: there is no such fault, or not in this world.
@@ -81,7 +99,7 @@ class FaultInjection(RobotWrapper):
             self._wanted[name] = _Injected(INJECTABLE[name].make(), duration)
 
     def clear(self, name: str | None = None) -> None:
-        """Have a fault no more from the next reading on, whatever its kind; from any thread.
+        """End a fault, or all, from the next reading on; from any thread.
 
         Args:
             name: of the fault; None clears all.
@@ -91,11 +109,11 @@ class FaultInjection(RobotWrapper):
 
     @property
     def camera(self) -> Camera:
-        """That of the robot, as the faults let its frames through."""
+        """The camera of the robot, with the faults."""
         return self._camera
 
     def read(self) -> RobotState:
-        """The robot's reading, as the faults let it through."""
+        """The reading of the robot, with the faults."""
         state = self._robot.read()
         if self._wanted or self._effects:
             self._update(state)
@@ -114,7 +132,7 @@ class FaultInjection(RobotWrapper):
         return Command(base_twist=command.base_twist, qd=applied.qd)
 
     def grip(self, width: float, force: float) -> None:
-        """As the robot does, if its fingers do."""
+        """See `Robot`; the faults may change it."""
         for effect in self._effects.values():
             if (reached := effect.grip(width)) is None:
                 return
@@ -122,7 +140,7 @@ class FaultInjection(RobotWrapper):
         self._robot.grip(width, force)
 
     def recover(self) -> None:
-        """As the robot does; clears the injected faults that a program may clear, too."""
+        """See `Robot`; also clears the injected faults that a program may clear."""
         super().recover()
         for effect in self._effects.values():
             effect.recovered()
@@ -130,7 +148,7 @@ class FaultInjection(RobotWrapper):
             self._wanted = {n: e for n, e in self._wanted.items() if not INJECTABLE[n].clearable}
 
     def _update(self, state: RobotState) -> None:
-        """Begin what was injected and end what was cleared since the last reading."""
+        """Begin and end faults that were injected and cleared since the last reading."""
         with self._lock:
             self._wanted = {n: i for n, i in self._wanted.items() if state.stamp < i.until - 1e-9}
             wanted = {name: injected.effect for name, injected in self._wanted.items()}
@@ -157,14 +175,6 @@ class FaultInjection(RobotWrapper):
 
 
 class _FaultyCamera:
-    """The camera of a robot that has faults.
-
-    Args:
-        camera: the robot's own.
-        effects: the faults of the moment.
-        now: session time [s].
-    """
-
     def __init__(
         self,
         camera: Camera,
@@ -174,7 +184,6 @@ class _FaultyCamera:
         self._camera, self._effects, self._now = camera, effects, now
 
     def latest(self, max_age: float) -> DepthFrame | None:
-        """The newest frame that the faults let through, unless it is older than `max_age` [s]."""
         effects = self._effects()
         frame = self._camera.latest(inf if effects else max_age)
         for effect in effects.values():

@@ -1,6 +1,6 @@
-"""Drivers in processes of their own, which libraries of vendors can crash, abort and hang.
+"""Drivers in processes of their own, isolated from crashes of the vendors' libraries.
 
-`process` is such a process as its parent sees it, `child` the parent as the process sees it,
-`mailbox` the newest record of one for the other, and `light` starts a process without the project.
-`claims` lets one process of the computer command a machine.
+`process` is such a process as seen by its parent, `child` the parent as seen by the process;
+`mailbox` shares the newest record between them, `light` starts a process without importing the
+project, `claims` lets only one process of the computer command a machine.
 """

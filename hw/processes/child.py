@@ -1,7 +1,7 @@
-"""What the processes of drivers have in common: requests, answers, and when to end.
+"""Side of a driver process: requests and answers, and when to end.
 
-A process is asked by lines of JSON on its standard input and answers on its standard output. It
-ends when its parent is gone or suspended.
+Requests are lines of JSON on standard input, answers on standard output. The process ends when its
+parent is gone or suspended.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from typing import Any, NoReturn
 from hw.clock import stopwatch
 from hw.processes.claims import Claim, holder_of
 
-_LOOK = 0.1  # How often to look whether the parent is suspended [s]
-_SUSPENDED = 0.5  # A parent that is suspended for so long is given up [s]
+_CHECK = 0.1  # period of the check whether the parent is suspended [s]
+_SUSPENDED = 0.5  # after which a suspended parent counts as gone [s]
 
-_HUNG = 2.0  # A process that does nothing for so long is ended by the system [s]
-_PRIORITY = 20  # Of those processes that the system runs before all others
+_HUNG = 2.0  # after which the system ends a hung process [s]
+_PRIORITY = 20  # real-time priority
 
 Request = dict[str, Any]
 
@@ -33,20 +33,20 @@ class Parent:
     """The process that commands this one.
 
     Args:
-        at_once: handles the requests that cannot wait, in a thread of its own; True if it did.
+        at_once: handles urgent requests in a thread of its own; returns whether it did.
     """
 
     def __init__(self, at_once: Callable[[Request], bool] = lambda _: False) -> None:
         self._at_once = at_once
         self._pid = os.getppid()
         self._requests: queue.SimpleQueue[Request] = queue.SimpleQueue()
-        self._looked = 0.0
+        self._checked = 0.0
         self._suspended_since: float | None = None
-        self.is_gone = False  # Whether it has ended, or has said that this process is to end
+        self.is_gone = False  # it has ended, or has told this process to end
         threading.Thread(target=self._listen, daemon=True).start()
 
     def tell(self, **message: Any) -> None:
-        """Send one line; nobody may be there to read it."""
+        """Send one line; ignored if the parent is gone."""
         try:
             os.write(1, json.dumps(message).encode() + b"\n")
         except OSError:
@@ -60,14 +60,14 @@ class Parent:
             return None
 
     def answer(self, request: Request, error: str = "") -> None:
-        """Tell that a request is done, or why not."""
+        """Report that a request is done, or why not."""
         self.tell(id=request["id"], error=error)
 
     def commands(self) -> bool:
         """Whether it is there and not suspended."""
         now = stopwatch()
-        if now - self._looked > _LOOK:
-            self._looked = now
+        if now - self._checked > _CHECK:
+            self._checked = now
             if not self._is_suspended():
                 self._suspended_since = None
             elif self._suspended_since is None:
@@ -96,10 +96,10 @@ class Parent:
 
 
 def claim(what: str, address: str) -> str:
-    """Make sure that no other process of this computer commands it, as long as this one lives.
+    """Claim a machine for the lifetime of this process.
 
     Returns:
-        Who does; empty if nobody.
+        Which other process has it; empty if none.
     """
     machine = f"{what} {address}"
     right = Claim(machine, lambda: str(os.getppid()))
@@ -111,16 +111,16 @@ def claim(what: str, address: str) -> str:
 
 
 def still_alive(patience: float = _HUNG) -> None:
-    """Put off the end of this process, which comes by itself if it hangs, whatever hangs."""
+    """Restart the timer that ends this process if it hangs."""
     signal.setitimer(signal.ITIMER_REAL, patience)
 
 
 def hurry() -> None:
-    """Ask the system to run this process before all that are not in a hurry, if it lets us."""
+    """Request real-time priority, if the system allows it."""
     with suppress(OSError):
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
 
 
 def leave(code: int = 0) -> NoReturn:
-    """End at once. The vendor's library must not clean up: on a dead link it aborts."""
+    """End at once, without cleanup by the vendor's library: on a dead link it aborts."""
     os._exit(code)

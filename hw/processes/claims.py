@@ -1,8 +1,7 @@
-"""The right to command a machine, which one process of this computer has at a time, of any user.
+"""Exclusive right to command a machine, for one process of this computer, of any user.
 
-It is a socket with the name of the machine in the system's abstract name space: all users see it,
-it leaves no file, and the system takes it back when its holder ends, however that ends. Who asks
-there is told who holds it.
+It is a socket in the system's abstract name space: all users see it, it leaves no file, and it ends
+with its holder. Connecting to it tells the holder.
 """
 
 from __future__ import annotations
@@ -15,15 +14,15 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import NamedTuple, Self
 
-_PATIENCE = 0.3  # For the answer of a holder, which may be suspended [s]
-_LONGEST = 1000  # Of an answer [bytes]
+_PATIENCE = 0.3  # for the answer of a holder [s]
+_LONGEST = 1000  # of an answer [bytes]
 
 
 class Holder(NamedTuple):
-    """Who holds a claim."""
+    """The holder of a claim."""
 
-    pid: int  # As the system tells; 0 if it does not
-    says: str  # What it says of itself; empty if it says nothing
+    pid: int  # 0 if unknown
+    says: str  # its introduction; may be empty
 
 
 class Claim:
@@ -31,7 +30,7 @@ class Claim:
 
     Args:
         machine: its name.
-        introduce: what to tell those who ask.
+        introduce: the answer to those who ask.
     """
 
     def __init__(self, machine: str, introduce: Callable[[], str]) -> None:
@@ -39,7 +38,7 @@ class Claim:
         self._socket: socket.socket | None = None
 
     def take(self) -> Self | None:
-        """Take it; None if somebody else has it."""
+        """Take it; None if another process has it."""
         if self._socket is None:
             claimed = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
             try:
@@ -53,7 +52,7 @@ class Claim:
         return self
 
     def release(self) -> None:
-        """Let go of it."""
+        """Release it."""
         claimed, self._socket = self._socket, None
         if claimed is not None:
             with suppress(OSError):
@@ -72,7 +71,7 @@ class Claim:
 
 
 def holder_of(machine: str) -> Holder | None:
-    """Who has the claim to a machine; None if nobody has."""
+    """The holder of the claim to a machine; None if nobody has it."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asks:
         asks.settimeout(_PATIENCE)
         try:

@@ -1,7 +1,7 @@
 """Run a module of a driver alone: `python light.py MODULE ARGUMENTS`.
 
-A process with a loop at 1 kHz has no use for the rest of the project, which takes a second to
-import, nor for the web clients that the front of a vendor's package brings with it.
+A process with a loop at 1 kHz does not import the rest of the project, which takes a second, nor
+the web clients in the vendor's package.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from types import ModuleType
 
 
 def light_package(name: str, places: Iterable[str]) -> None:
-    """Make a package known by its places, without running its front."""
+    """Register a package by its folders, without running its `__init__.py`."""
     package = ModuleType(name)
     package.__path__ = list(places)
     sys.modules[name] = package

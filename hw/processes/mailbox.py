@@ -1,7 +1,6 @@
-"""The newest record of one process, for another that never waits for it.
+"""Mailbox in shared memory: the newest record of one process, read by another without waiting.
 
-Two processes share the memory. One puts records, the other gets the newest one. Stamps in records
-are those of `stopwatch`, which is the same for all processes of a computer.
+Stamps in records are those of `stopwatch`, which is the same for all processes of a computer.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from typing import Any
 
 _NUMBER = struct.Struct("<Q")
 _TRIES = 1000
-PAGE = 1024  # Bytes of memory for one mailbox
+PAGE = 1024  # of memory for one mailbox [bytes]
 
 
 class Mailbox:
@@ -21,7 +20,7 @@ class Mailbox:
 
     Args:
         memory: that both share.
-        place: of this one in it, counted in mailboxes.
+        place: number of this mailbox in it.
         layout: of its record.
     """
 
@@ -55,7 +54,7 @@ class Mailbox:
 
 
 def share_memory(count: int) -> int:
-    """A file descriptor of memory for that many mailboxes, to be inherited."""
+    """A file descriptor of memory for `count` mailboxes, to be inherited."""
     descriptor = os.memfd_create("mailboxes")
     os.ftruncate(descriptor, count * PAGE)
     return descriptor

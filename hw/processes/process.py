@@ -1,7 +1,7 @@
-"""A process of the driver, as the program that started it sees it.
+"""Driver process as seen by its parent: start, requests, last words, end.
 
-The vendor's library can crash, abort and keep the interpreter lock; in a process of its own it
-reaches nobody. A process that does not answer is killed, and a new one is started.
+The vendor's library can crash, abort and keep the interpreter lock; here it only affects its own
+process. A process that does not answer is killed, and a new one is started.
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ _LIGHT = str(Path(__file__).with_name("light.py"))
 
 
 class NoAnswerError(HardwareError):
-    """A process was asked for something and has not answered in time: it may still be at it."""
+    """A request was not answered in time; the process may still work on it."""
 
 
 class DriverProcess:
-    """One process, started by `start` and ended by `end`; both may be called again.
+    """One process; `start` and `end` may be repeated.
 
     Args:
-        module: what it runs.
+        module: that it runs.
         what: it drives, for people.
-        address: of it.
+        address: of the device.
         settings: for it, as JSON.
-        mailboxes: that it shares with this one.
-        connecting: how long it may take to connect [s].
-        missing: what to tell a person if its library is not installed; empty if it is.
+        mailboxes: number shared with this process.
+        connecting: timeout of connecting [s].
+        missing: hint if its library is not installed; empty if it is.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class DriverProcess:
 
     @property
     def process(self) -> subprocess.Popen[bytes] | None:
-        """The process that was started last; None when it was ended."""
+        """The running process; None when it was ended."""
         return self._process
 
     def start(self) -> None:
@@ -94,7 +94,7 @@ class DriverProcess:
             stderr=self._stderr,
             pass_fds=(self._memory,),
             env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-            start_new_session=True,  # Ctrl-C is for the program that commands
+            start_new_session=True,  # Ctrl-C is for the parent
         )
         try:
             self._expect("loaded", _LOADING)
@@ -104,11 +104,11 @@ class DriverProcess:
             raise
 
     def ask(self, timeout: float, **request: Any) -> None:
-        """Have something done that takes time; one request after the other.
+        """Send a request that takes time and wait for the answer; one after the other.
 
         Raises:
             HardwareError: it was not done.
-            NoAnswerError: nobody knows whether it was; whoever asked has to stop it.
+            NoAnswerError: it may or may not be done; the caller has to stop it.
         """
         with self._asking:
             self._asked += 1
@@ -136,7 +136,7 @@ class DriverProcess:
         return record
 
     def say(self, **request: Any) -> None:
-        """Send a request; if nobody is there any more, nothing happens."""
+        """Send a request; ignored if the process has ended."""
         process = self._process
         if process is None or process.stdin is None:
             return
@@ -145,11 +145,11 @@ class DriverProcess:
             process.stdin.flush()
 
     def silence(self, stamp: float, longest: float) -> str:
-        """Why there is nothing new, if the newest reading is too old; empty otherwise.
+        """Why there is no new reading, if the newest one is too old; empty otherwise.
 
         Args:
             stamp: of the newest reading [s of `stopwatch`].
-            longest: that may pass without one [s].
+            longest: age that is tolerated [s].
         """
         if ended := self.end_of_it():
             return ended
@@ -166,7 +166,7 @@ class DriverProcess:
             return self._last_words or "its driver is not running"
         if process.poll() is None:
             return ""
-        # Whoever waits for an answer hears of the end, too; nobody waits for him here.
+        # A thread that waits for an answer reads the last words itself.
         if not self._last_words and self._hearing.acquire(blocking=False):
             try:
                 while (message := self._next_line(0.0)) is not None:
@@ -176,7 +176,7 @@ class DriverProcess:
         return self._last_words or f"its driver has ended: {self._cause(process.returncode)}"
 
     def end(self, patience: float = 2.0) -> None:
-        """Have it stop and end; kill it if it does not."""
+        """Ask it to end; kill it if it does not."""
         process = self._process
         if process is None:
             return
@@ -199,7 +199,7 @@ class DriverProcess:
                         stream.close()
 
     def _is_starved(self) -> bool:
-        """Whether the process could go on, and waits for a processor or was suspended."""
+        """Whether the process waits for a processor or was suspended."""
         process = self._process
         try:
             text = Path(f"/proc/{process.pid if process else 0}/stat").read_text()
@@ -221,7 +221,7 @@ class DriverProcess:
         assert what in message
 
     def _message(self, timeout: float) -> dict[str, Any] | None:
-        """The next line of the process; None if none comes in time or it has ended."""
+        """The next line of the process; None on timeout or if it has ended."""
         with self._hearing:
             return self._next_line(timeout)
 

@@ -61,7 +61,7 @@ class SimBody(ABC):
         dynamics: further parameters.
     """
 
-    reflex: Stopper  # Of the arm, its hand and what it holds
+    reflex: Stopper  # of the arm, its hand and the held object
     bumper: Stopper  # Of the base
 
     def __init__(

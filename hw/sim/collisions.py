@@ -33,7 +33,7 @@ from robots import Array, Geom, Plane, coal_geometry
 
 Movable: TypeAlias = SimObject | Walker
 
-_DUE = -1.0  # The gap of a pair that was never measured [m]
+_DUE = -1.0  # gap of a pair that was never measured [m]
 
 _request = coal.DistanceRequest()
 _request.enable_signed_distance = True
@@ -45,7 +45,7 @@ class Contact(NamedTuple):
     part: str
     thing: str
     depth: float  # [m]
-    excess: float  # How much deeper that is than it yields; negative for a mere touch [m]
+    excess: float  # depth beyond the tolerance; negative for a mere touch [m]
     towards: Array  # (3,) unit normal from the robot to the thing
     owner: Movable | None  # The thing, if it can move
     text: str  # For people: who hit what

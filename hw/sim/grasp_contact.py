@@ -129,20 +129,14 @@ class _Fit:
     wTo: SE3
     width: float
     drag: float
-    contacts: tuple[tuple[Contact, ...], tuple[Contact, ...]]
-    """On the left and on the right pad: patches, and normals from pad to object."""
+    contacts: tuple[tuple[Contact, ...], tuple[Contact, ...]]  # on the left and the right pad
 
 
 def _first_touch(hand: Hand, opening: float, shapes: Sequence[Geom]) -> float | None:
     """Distance of the pads from the centre when the first of them touches any of the shapes."""
-    gone = [_closing(hand, side, opening / 2.0, shapes) for side in SIDES]
-    touched = [opening / 2.0 - g for g in gone if g is not None]
-    return max(touched, default=None)
-
-
-def _closing(hand: Hand, side: str, start: float, shapes: Sequence[Geom]) -> float | None:
-    """How far a pad can close from `start` towards the centre before it touches."""
-    return travel(hand.pad(side, start), hand.inwards(side), shapes, start)
+    start = opening / 2.0
+    gone = [travel(hand.pad(side, start), hand.inwards(side), shapes, start) for side in SIDES]
+    return max((start - g for g in gone if g is not None), default=None)
 
 
 def _fit(hand: Hand, opening: float, target: SimObject, wTo: SE3) -> _Fit | None:
@@ -160,15 +154,14 @@ def _fit(hand: Hand, opening: float, target: SimObject, wTo: SE3) -> _Fit | None
     slid = SE3(wTo.rotation, wTo.translation - offset * hand.wTe.rotation[:, 1])
     parts = target.placed(slid)
     left, right = (
-        [
+        tuple(
             found
             for part in parts
             if (found := patch(hand.pad(side, width / 2.0 - _PRESS), part)) is not None
-        ]
+        )
         for side in SIDES
     )
-    contacts = (tuple(left), tuple(right))
-    return _Fit(wTo=slid, width=width, drag=abs(offset), contacts=contacts)
+    return _Fit(wTo=slid, width=width, drag=abs(offset), contacts=(left, right))
 
 
 def _seated(
@@ -202,10 +195,32 @@ def _seated(
 
 
 def _load_factor(hand: Hand, force: float, target: SimObject, fit: _Fit) -> float | None:
-    """How many times its weight is carried; None if the pads do not oppose each other."""
+    """How many times its weight is carried, at most 50; None if the pads do not oppose each other.
+
+    Contact forces are combinations of the edges of the friction cones with a torsion each way.
+    """
+    from scipy.optimize import linprog  # slow to import
+
     axes = [hand.inwards(side) for side in SIDES]
-    friction = _SAFE_FRICTION * target.friction
-    return load_factor(fit.contacts, axes, fit.wTo.translation, target.mass, friction, force)
+    friction, centre = _SAFE_FRICTION * target.friction, fit.wTo.translation
+    columns = [
+        np.array([*edge, *(np.cross(point - centre, edge) + twist) / _LEVER, edge @ axis])
+        for contacts, axis in zip(fit.contacts, axes, strict=True)
+        for points, normal in contacts
+        for edge in _cone(normal, friction)
+        for point in points
+        for twist in (_TORSION * normal, -_TORSION * normal)
+    ]
+    if not columns:
+        return None
+    weight = np.array([0.0, 0.0, -target.mass * _GRAVITY, 0.0, 0.0, 0.0, 0.0])
+    found = linprog(
+        [*[0.0] * len(columns), -1.0],
+        A_eq=np.column_stack([*columns, weight]),
+        b_eq=[*[0.0] * 6, 2.0 * force],
+        bounds=[*[(0.0, None)] * len(columns), (0.0, _MAX_LOAD)],
+    )
+    return float(found.x[-1]) if found.status == 0 else None
 
 
 def _turned(fit: _Fit, rotation: Array) -> SE3:
@@ -228,50 +243,6 @@ def _pushed_into(target: SimObject, wTo: SE3, neighbours: Sequence[Geom]) -> boo
             if gap < -_BLOCK and sideways and gap < separation(before, neighbour)[0] - _BLOCK:
                 return True
     return False
-
-
-def load_factor(
-    sides: Sequence[Sequence[Contact]],
-    axes: Sequence[Array],
-    centre: Array,
-    mass: float,
-    friction: float,
-    force: float,
-) -> float | None:
-    """How many times its weight a grip carries, at most 50.
-
-    Args:
-        sides: the contacts of each pad.
-        axes: (3,) unit vector along which each finger presses.
-        centre: (3,) of mass, in the world [m].
-        mass: [kg].
-        friction: Coulomb's coefficient.
-        force: of each finger [N].
-
-    Returns:
-        None if the contacts cannot hold it even without weight, since they do not oppose each
-        other.
-    """
-    from scipy.optimize import linprog  # slow to import
-
-    columns = [
-        np.array([*edge, *(np.cross(point - centre, edge) + twist) / _LEVER, edge @ axis])
-        for contacts, axis in zip(sides, axes, strict=True)
-        for points, normal in contacts
-        for edge in _cone(normal, friction)
-        for point in points
-        for twist in (_TORSION * normal, -_TORSION * normal)
-    ]
-    if not columns:
-        return None
-    weight = np.array([0.0, 0.0, -mass * _GRAVITY, 0.0, 0.0, 0.0, 0.0])
-    found = linprog(
-        [*[0.0] * len(columns), -1.0],
-        A_eq=np.column_stack([*columns, weight]),
-        b_eq=[*[0.0] * 6, 2.0 * force],
-        bounds=[*[(0.0, None)] * len(columns), (0.0, _MAX_LOAD)],
-    )
-    return float(found.x[-1]) if found.status == 0 else None
 
 
 def _cone(normal: Array, friction: float) -> Array:

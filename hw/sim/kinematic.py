@@ -115,7 +115,7 @@ class KinematicBody(SimBody):
         if self._holds and self.world.held is None:  # somebody took it out of the hand
             self._holds, self._width_goal = False, self._wanted_width
         width = self.width + float(np.clip(self._width_goal - self.width, -step, step))
-        # They lie against it, and press in no deeper: a hit is what is deeper than a tolerance.
+        # They touch it within the tolerance of a contact.
         pressed = max(0.0, width - 2.0 * HAND_TOLERANCE)
         if self._slipping and self.world.collision(self.hand, pressed):
             width = self.width

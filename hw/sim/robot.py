@@ -178,7 +178,7 @@ class SimCamera(_SimPart):
         self._executor.shutdown(wait=False, cancel_futures=True)
 
     def _capture(self, shapes: list[Visible], wTc: SE3, number: int, stamp: float) -> DepthImage:
-        # One generator a frame: it looks the same whether or not those before were asked for.
+        # One generator a frame, so that it does not depend on earlier frames.
         rng = np.random.default_rng((self._seed, number))
         depth = self._renderer.render(shapes, wTc)
         noisy = self._noise.apply(depth, self._camera, rng)

@@ -12,7 +12,7 @@ from pinocchio import SE3
 from controller import Obstacle
 from robots import Array, Colour, Cylinder, Geom
 
-_ACCELERATION = 2.0  # With which it starts and stops at each way point [m/s²]
+_ACCELERATION = 2.0  # at each way point [m/s²]
 _CLOTHES: Colour = (86, 98, 140)
 
 

@@ -25,10 +25,10 @@ _MIN_LEVEL = 0.3
 class GraspOutcome:
     """Result of closing the fingers."""
 
-    holding: str | None  # Name of the object that is held now; None if the hand is empty
+    holding: str | None  # name of the held object; None if the hand is empty
     width: float  # Distance between the pads where they came to rest [m]
-    reason: Reason  # Held, or why not; `reason.value` is for people
-    touched: str | None = None  # Name of the object that the pads pressed on, held or not
+    reason: Reason  # held, or why not; `reason.value` is for people
+    touched: str | None = None  # name of the object that the pads pressed on
 
 
 class World:
@@ -55,9 +55,9 @@ class World:
         self.surfaces = tuple(surfaces)
         self.objects = list(objects)
         self.walkers = tuple(walkers)
-        self.touches: list[Touch] = []  # What the robot has hit so far, in order
+        self.touches: list[Touch] = []  # collisions of the robot until now
         self.held: SimObject | None = None
-        self.eTo = SE3.Identity()  # The held object in the end effector
+        self.eTo = SE3.Identity()  # held object in the end effector
         self._held_width = 0.0
         self._vicinity = Vicinity(self.fixtures)
         self._resting = Resting(self.fixtures, self.objects, self._vicinity)

@@ -23,8 +23,8 @@ class D435Noise:
 
     disparity_noise: float = 0.08
     """Standard deviation of the disparity [px]; equal in blocks of 2 x 2."""
-    disparity_step: float = 1.0 / 32.0  # Disparity is measured in steps of this [px]
-    edge_step: float = 0.02  # Neighbours whose depths differ by more than this are at an edge [m]
+    disparity_step: float = 1.0 / 32.0  # quantization of the disparity [px]
+    edge_step: float = 0.02  # depth difference of neighbours at an edge [m]
     edge_loss: float = 0.7  # Probability that a pixel at an edge is lost
     speckle: float = 0.008  # Share of pixels lost in small patches
 

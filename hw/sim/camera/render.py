@@ -165,7 +165,7 @@ def painted(shapes: Sequence[Visible], ids: Ids) -> npt.NDArray[np.uint8]:
         shapes: that were rendered.
         ids: (H, W) which of them each pixel shows, -1 for none.
     """
-    # The last one is that of -1.
+    # the last one is that of -1
     colours = np.array([*(shape.colour for shape in shapes), GREY], dtype=np.uint8)
     return colours[ids]
 

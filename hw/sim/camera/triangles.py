@@ -23,10 +23,10 @@ Numbers: TypeAlias = npt.NDArray[np.int64]
 class Body(NamedTuple):
     """Triangles in front of a camera."""
 
-    number: int  # By which it is told from others
+    number: int  # in `ids`
     corners: Array  # (V, 3) in the camera [m]
     triangles: Triangles  # (T, 3) numbers of the corners, counter-clockwise as seen from outside
-    closed: bool  # Whether they are seen from outside only
+    closed: bool  # visible from outside only
 
 
 def draw(

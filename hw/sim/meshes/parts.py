@@ -28,15 +28,15 @@ from hw.sim.meshes.shaping import (
 from hw.sim.sim_object import Mesh
 from robots import Array, Geom, Triangles, hull_of, volume
 
-_RECIPE = "2"  # Changes when the same mesh shall get other parts
-_CONVEX = 1.02  # A body is convex if its hull is larger by less than this factor ...
+_RECIPE = "2"  # version of the method, part of the cache key
+_CONVEX = 1.02  # largest volume of the hull of a convex body, relative
 _ADDS = 0.003
 """... and two pieces are one if their hull adds less than this share of the hull of all."""
 _MOST_BODIES = 64
 _MOST_PIECES, _VOXELS = 48, 150_000
-_MOST_CORNERS = 64  # Of a part that was not split
-_SIMPLE = 8000  # Triangles that are split at most
-_PATIENCE = 180.0  # How long splitting may take [s]
+_MOST_CORNERS = 64  # of a part that was not split
+_SIMPLE = 8000  # largest number of triangles that are split
+_PATIENCE = 180.0  # timeout of splitting [s]
 
 
 def convex_parts(mesh: Mesh, name: str = "a mesh") -> tuple[Geom, ...]:

@@ -23,13 +23,13 @@ from robots import Array, Triangles
 Units: TypeAlias = Literal["m", "cm", "mm", "in"]
 Up: TypeAlias = Literal["x", "y", "z", "-x", "-y", "-z"]
 
-SUFFIXES = (".glb", ".obj", ".off", ".ply", ".stl")  # Of the files that can be read
+SUFFIXES = (".glb", ".obj", ".off", ".ply", ".stl")  # of supported files
 
 METRES: dict[Units, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 
 _LARGEST_FILE = 200_000_000
 _MOST_READ = 1_000_000
-_MOST_KEPT = 20_000  # Triangles: of a file, and after those of a scan were made fewer
+_MOST_KEPT = 20_000  # triangles, after simplification
 _MOST_DRAWN = 2500
 _THINNEST = 2e-4  # [m]
 _TURNS = {

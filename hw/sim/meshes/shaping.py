@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from robots import Array, Triangles
 
-_WELD = 1e-6  # Corners nearer than this share of the largest edge of the bounding box are one
-_MOST_LOST = 0.05  # Share of the surface that simplifying may take away
+_WELD = 1e-6  # distance of merged corners, relative to the bounding box
+_MOST_LOST = 0.05  # share of the surface that simplifying may remove
 
 
 def welded(vertices: Array, triangles: Triangles) -> tuple[Array, Triangles]:

@@ -28,7 +28,7 @@ MAX_HEIGHT = 0.11  # Largest height of an object as it rests [m]
 
 _LYING = exp3(np.array([0.0, np.pi / 2.0, 0.0]))
 DENSITY = (200.0, 1200.0)  # [kg/m³]
-FRICTION = (0.45, 0.7)  # With the finger pads
+FRICTION = (0.45, 0.7)  # Coulomb coefficient with the finger pads
 
 PALETTE: tuple[Colour, ...] = (
     (214, 84, 70),

@@ -14,7 +14,7 @@ from robots import Array, Geom, Hull, hull_of
 Profile: TypeAlias = Sequence[tuple[float, float]]
 """Heights and radii of a turned body, from below [m]."""
 
-SIDES = 24  # Of what is round. It stands on a side, not on a corner, when it lies.
+SIDES = 24  # of a round body, which lies on a side, not on a corner
 
 _ANGLES = (np.arange(SIDES) + 0.5) * (2.0 * np.pi / SIDES)
 _CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)

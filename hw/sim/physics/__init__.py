@@ -1,4 +1,4 @@
-"""The physical simulator: the same robots, scenes and images as the kinematic one, on MuJoCo.
+"""The physical simulator: the same robots, scenes and images as the kinematic one, in MuJoCo.
 
 Only this room imports MuJoCo, which is an extra.
 """

@@ -1,7 +1,7 @@
-"""The physical robot: motors move it, contacts carry, drop, topple and stop things and it.
+"""Physical robot: motors move it, contacts carry, drop, topple and stop objects and the robot.
 
-Nothing is decided here about what holds and what is hit. The body tells the motors what they are to
-do, and reads off where everything is; what is held is what both fingers press on.
+No rule decides what is held or hit. The body commands the motors and reads all poses; an object is
+held while both fingers press on it.
 """
 
 from __future__ import annotations
@@ -15,23 +15,22 @@ from pinocchio import SE3
 from controller import Command
 from hw.clock import Clock
 from hw.sim.body import Dynamics, SimBody
-from hw.sim.physics.engine import Engine
 from hw.sim.physics.mjcf import TIMESTEP
-from hw.sim.physics.reflex import ForceReflex
-from hw.sim.physics.simulation import Press, between_fingers
+from hw.sim.physics.simulation import Press, RobotSimulation, between_fingers
 from hw.sim.robot_shapes import BASE, FINGERS, HELD
 from hw.sim.sim_object import SimObject
 from hw.sim.world import World
 from robots import Array, RobotDescription
 
-_SETTLING = 1.0  # Before a run begins everything comes to rest for this long [s]
+_MARGIN = 15.0  # by which a forgiven force may grow [N]
+_SETTLING = 1.0  # time for all bodies to come to rest before a run [s]
 _REFLEX_FORCE, _BUMPER_FORCE = 30.0, 30.0  # On the tool and on the base [N]
-_FILTER = 0.02  # Time constant with which forces are estimated [s]
+_FILTER = 0.02  # time constant of the force estimate [s]
 _TOUCH = 1.0  # Smallest force that counts as a contact [N]
-_SETTING_DOWN = 20.0  # With more than that the held object is not set down, but hits something [N]
-_HOLDING_FORCE = 20.0  # Of the fingers until they are told another one [N]
+_SETTING_DOWN = 20.0  # a larger force on the held object is a collision [N]
+_HOLDING_FORCE = 20.0  # initial force of the fingers [N]
 _AT_WIDTH, _STILL_SPEED, _STILL_TIME = 5e-4, 0.004, 0.1
-"""Fingers have come to rest at their width [m], or after a time [s] below a speed [m/s]."""
+"""Fingers rest at their width [m], or after a time [s] below a speed [m/s]."""
 
 
 class PhysicalBody(SimBody):
@@ -46,12 +45,12 @@ class PhysicalBody(SimBody):
         super().__init__(description, world, clock, dynamics)
         self.reflex = ForceReflex(_REFLEX_FORCE)
         self.bumper = ForceReflex(_BUMPER_FORCE)
-        self.engine = Engine(description, world)
+        self.engine = RobotSimulation(description, world)
         self._poses = [obj.pose for obj in world.objects]
-        """As they were told last: who replaces the pose of an object moves it."""
+        """Poses of the objects after the last step: a replaced pose moves the object."""
         self._twist = np.zeros(3)
         self._load = np.zeros(7)
-        self._pushed = 0.0
+        self._push_force = 0.0
         self._width_goal = self._width_now = self.width
         self._force = _HOLDING_FORCE
         self._still_for = 0.0
@@ -60,7 +59,7 @@ class PhysicalBody(SimBody):
             self.engine.step()
         self._steps = 0
         self._begun = self.now
-        self._look()
+        self._read_engine()
 
     def _grip(self, width: float, force: float) -> None:
         self._opening = width > self.width
@@ -70,7 +69,7 @@ class PhysicalBody(SimBody):
         self._still_for = 0.0
 
     def _integrate(self, command: Command, dt: float) -> None:
-        self._put_what_was_moved()
+        self._put_moved_objects()
         if self.reflex.reason is None:
             self.engine.turn(command.qd)
         pinched = None
@@ -78,21 +77,21 @@ class PhysicalBody(SimBody):
         while self._steps < end:
             self._drive(command.base_twist)
             self._drive_fingers()
-            self._move_by_themselves()
+            self._move_obstacles_and_objects()
             self.engine.step()
             self._steps += 1
             presses = self.engine.presses(self.world.held)
-            self._feel(presses)
-            self._note(presses)
+            self._update_reflexes(presses)
+            self._record_touches(presses)
             pinched = between_fingers(presses) or pinched
         self.world.held = None if self._opening else pinched
         self._set_time(self.now + dt)
-        self._look()
+        self._read_engine()
         self._rest_fingers(dt)
 
     @property
     def _time(self) -> float:
-        """That the engine has come to [s]."""
+        """Of the engine [s]."""
         return self._begun + self._steps * TIMESTEP
 
     def _set_time(self, now: float) -> None:
@@ -100,15 +99,15 @@ class PhysicalBody(SimBody):
             walker.move_to(now)
             self.engine.put_walker(number, walker.pose)
 
-    def _put_what_was_moved(self) -> None:
-        """Into the engine what somebody has put elsewhere in the world."""
+    def _put_moved_objects(self) -> None:
+        """Move objects in the engine whose pose was replaced."""
         for number, obj in enumerate(self.world.objects):
             if obj.pose is not self._poses[number]:
                 self.engine.put_object(number, obj.pose)
                 self._poses[number] = obj.pose
 
-    def _move_by_themselves(self) -> None:
-        """Walkers, and objects on their way until they are touched."""
+    def _move_obstacles_and_objects(self) -> None:
+        """Walkers, and moving objects until they are touched."""
         now = self._time
         self._set_time(now)
         for number, obj in enumerate(self.world.objects):
@@ -118,42 +117,41 @@ class PhysicalBody(SimBody):
                 self.engine.push_object(number, here[:2], velocity[:2])
 
     def _drive(self, twist: Array) -> None:
-        """The base follows a twist (3,) with its lag, and not with its bumper pressed."""
-        self._twist += _share(self.description.base.lag) * (twist - self._twist)
+        """The base follows a twist (3,) with its lag, unless its bumper is pressed."""
+        self._twist += _lag_share(self.description.base.lag) * (twist - self._twist)
         if self.bumper.reason is not None:
             self._twist = np.zeros(3)
         self.engine.drive(self._twist)
 
     def _drive_fingers(self) -> None:
-        """The width that is asked for changes at the gripper's speed."""
+        """The commanded width changes at the gripper's speed."""
         step = self.description.gripper.speed * TIMESTEP
         self._width_now += float(np.clip(self._width_goal - self._width_now, -step, step))
         self.engine.press(self._width_now, self._force)
 
     def _rest_fingers(self, dt: float) -> None:
-        """Whether the fingers still move."""
         self._still_for = self._still_for + dt if self.engine.finger_speed < _STILL_SPEED else 0.0
         if abs(self.width - self._width_goal) < _AT_WIDTH or self._still_for > _STILL_TIME:
             self.fingers_move = False
 
-    def _feel(self, presses: list[Press]) -> None:
+    def _update_reflexes(self, presses: list[Press]) -> None:
         """Estimate the forces, and trip on them."""
-        self._load += _share(_FILTER) * (self.engine.load - self._load)
+        self._load += _lag_share(_FILTER) * (self.engine.load - self._load)
         pushed = sum(press.force for press in presses if press.part == BASE)
-        self._pushed += _share(_FILTER) * (pushed - self._pushed)
-        if self.bumper.feels(self._pushed):
+        self._push_force += _lag_share(_FILTER) * (pushed - self._push_force)
+        if self.bumper.is_triggered_by(self._push_force):
             hardest = _hardest([press for press in presses if press.part == BASE])
             towards = None if hardest is None else hardest.towards
             self.bumper.trip(_text(hardest, self.world.held), towards)
         force = self.engine.force_at_tool(self._load)
-        if self.reflex.feels(force):
+        if self.reflex.is_triggered_by(force):
             on_arm = [press for press in presses if press.part != BASE]
-            told = _text(_hardest(on_arm), self.world.held)
-            self.reflex.trip(f"{told} with {force:.0f} N")
+            text = _text(_hardest(on_arm), self.world.held)
+            self.reflex.trip(f"{text} with {force:.0f} N")
             self.engine.relax()
 
-    def _note(self, presses: list[Press]) -> None:
-        """Note down what the robot touches; what it touches no longer moves by itself."""
+    def _record_touches(self, presses: list[Press]) -> None:
+        """Record collisions; an object that is touched stops its own motion."""
         for press in presses:
             if press.force < (_SETTING_DOWN if press.part == HELD else _TOUCH):
                 continue
@@ -164,8 +162,8 @@ class PhysicalBody(SimBody):
             text = _text(press, self.world.held)
             self._note_touch(press.part, press.thing, text, self._time)
 
-    def _look(self) -> None:
-        """Read off where everything is."""
+    def _read_engine(self) -> None:
+        """Read all poses and velocities."""
         engine = self.engine
         x, y, heading = engine.base.tolist()
         c, s = cos(heading), sin(heading)
@@ -180,8 +178,44 @@ class PhysicalBody(SimBody):
             obj.pose = self._poses[number] = engine.object_pose(number)
 
 
-def _share(lag: float) -> float:
-    """Of a step that a first-order lag [s] follows in one `TIMESTEP`."""
+class ForceReflex:
+    """Trips on a force above a limit.
+
+    Clearing it forgives the present force: the robot may slide along or away. What is forgiven
+    shrinks with the force, down to the limit.
+
+    Args:
+        limit: [N].
+    """
+
+    def __init__(self, limit: float) -> None:
+        self.reason: str | None = None
+        """The contact that it tripped on, for people; None while the part may move."""
+        self.towards: Array = np.zeros(3)
+        """(3,) unit vector from the robot to that contact, in the world; 0 if unknown."""
+        self._limit = limit
+        self._allowed = limit
+        self._force = 0.0
+
+    def is_triggered_by(self, force: float) -> bool:
+        """Whether a force [N] stops the part now."""
+        self._force = force
+        self._allowed = max(self._limit, min(self._allowed, force + _MARGIN))
+        return self.reason is None and force > self._allowed
+
+    def trip(self, reason: str, towards: Array | None = None) -> None:
+        """Stop the part on a contact in a direction (3,) in the world."""
+        self.reason = reason
+        self.towards = np.zeros(3) if towards is None else towards
+
+    def clear(self) -> None:
+        """Let the part move again."""
+        self.reason = None
+        self._allowed = max(self._limit, self._force + _MARGIN)
+
+
+def _lag_share(lag: float) -> float:
+    """Share of a step that a first-order lag [s] follows in one `TIMESTEP`."""
     return 1.0 - exp(-TIMESTEP / lag)
 
 
@@ -190,7 +224,6 @@ def _hardest(presses: list[Press]) -> Press | None:
 
 
 def _text(press: Press | None, held: SimObject | None) -> str:
-    """Who hit what, for people."""
     if press is None:
         return "the arm met something"
     if press.part == HELD and held is not None:

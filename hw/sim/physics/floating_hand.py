@@ -1,4 +1,4 @@
-"""A hand without an arm among rigid bodies: what closing it on something leads to, by physics."""
+"""Hand without an arm in the physical world, to try grasps."""
 
 from __future__ import annotations
 
@@ -9,19 +9,18 @@ import mujoco
 import numpy as np
 from pinocchio import SE3, exp3, log3
 
-from hw.sim.physics.floating import CARRIER, DOWN
-from hw.sim.physics.mjcf import TIMESTEP, hand_model_in
+from hw.sim.physics.mjcf import CARRIER, DOWN, TIMESTEP, hand_model_in
 from hw.sim.physics.simulation import Simulation, addresses, between_fingers
 from hw.sim.sim_object import SimObject
 from hw.sim.world import World
 from robots import Array, RobotDescription
 
 _STILL = 0.002
-"""Below this speed an object lies still [m/s, m]; turning it counts with a lever of 50 mm."""
+"""Below this speed an object is at rest [m/s]; rotation counts with a lever [m]."""
 _LEVER = 0.05
-_OPENING_FORCE = 20.0  # Of the fingers while they do not close [N]
-_TURN_RATE = 2.0  # At which the hand turns at most [rad/s]
-_LOOKS = 0.1  # Between two looks at whether all lies still [s]
+_OPENING_FORCE = 20.0  # of the fingers except at closing [N]
+_TURN_RATE = 2.0  # fastest rotation of the hand [rad/s]
+_INTERVAL = 0.1  # between two checks for rest [s]
 
 
 class FloatingHand(Simulation):
@@ -32,10 +31,10 @@ class FloatingHand(Simulation):
     Args:
         description: of the robot.
         world: around it, as it is now.
-        wTe: where the hand is; like all its poses it points straight down.
+        wTe: pose of the hand; like all its poses it points straight down.
 
     Raises:
-        HardwareError: while it moves: the motion has become impossible to compute.
+        HardwareError: while it moves: the simulation has diverged.
     """
 
     def __init__(self, description: RobotDescription, world: World, wTe: SE3) -> None:
@@ -44,7 +43,7 @@ class FloatingHand(Simulation):
         self._q, self._v = addresses(self._model, CARRIER)
         self._motors = [self._model.actuator(name).id for name in CARRIER]
         self.hardest = 0.0
-        """The largest force of contacts on the hand since it was put somewhere [N]."""
+        """The largest contact force on the hand since `put` [N]."""
         self.opening = description.gripper.opening  # Between the pads of the open hand [m]
         self._speed = description.gripper.speed
         self._width_now = self.opening
@@ -68,7 +67,7 @@ class FloatingHand(Simulation):
         self.hardest = 0.0
 
     def move(self, wTe: SE3, speed: float) -> None:
-        """Lead the hand straight to a pose [m/s]; where it meets something it only presses."""
+        """Move the hand straight to a pose at a speed [m/s]; obstacles are only pressed."""
         start, goal = self._data.ctrl[self._motors].copy(), _coordinates(wTe)
         goal[3] = start[3] + remainder(goal[3] - start[3], tau)
         duration = max(
@@ -78,11 +77,11 @@ class FloatingHand(Simulation):
         self._lead(lambda t: start + (goal - start) * _smooth(t / duration), duration)
 
     def shake(self, size: Array, rate: float, duration: float) -> None:
-        """Shake the hand about where it is.
+        """Shake the hand.
 
         Args:
             size: (4,) amplitudes along x, y and z and about z [m, rad].
-            rate: how often a second [Hz].
+            rate: [Hz].
             duration: [s].
         """
         start = self._data.ctrl[self._motors].copy()
@@ -102,7 +101,7 @@ class FloatingHand(Simulation):
             self._width_now = max(0.0, self._width_now - self._speed * TIMESTEP)
             self.press(self._width_now, force)
             self.step()
-        self._look()
+        self._update_objects()
 
     def open(self, width: float) -> None:
         """Open the fingers to a width [m]."""
@@ -110,17 +109,17 @@ class FloatingHand(Simulation):
             self._width_now = min(width, self._width_now + self._speed * TIMESTEP)
             self.press(self._width_now, _OPENING_FORCE)
             self.step()
-        self._look()
+        self._update_objects()
 
     def settle(self, most: float) -> bool:
-        """Wait until all lies still, at most a time [s]; whether it does."""
-        for _ in range(round(most / _LOOKS)):
+        """Wait until all objects rest, at most a time [s]; whether they do."""
+        for _ in range(round(most / _INTERVAL)):
             before = [obj.pose for obj in self._objects]
-            for _ in range(round(_LOOKS / TIMESTEP)):
+            for _ in range(round(_INTERVAL / TIMESTEP)):
                 self.step()
-            self._look()
+            self._update_objects()
             if all(
-                _moved(a, obj.pose) < _STILL * _LOOKS
+                _moved(a, obj.pose) < _STILL * _INTERVAL
                 for a, obj in zip(before, self._objects, strict=True)
             ):
                 return True
@@ -137,12 +136,12 @@ class FloatingHand(Simulation):
         return between_fingers(self.presses(None))
 
     def _lead(self, at: Callable[[float], Array], duration: float) -> None:
-        """Lead the hand along coordinates (4,) over time [s]."""
+        """Command coordinates (4,) over a time [s]."""
         count = max(1, round(duration / TIMESTEP))
         for number in range(1, count + 1):
             self._data.ctrl[self._motors] = at(duration * number / count)
             self.step()
-        self._look()
+        self._update_objects()
 
     def step(self) -> None:
         """One `TIMESTEP`."""
@@ -150,7 +149,7 @@ class FloatingHand(Simulation):
         pressed = float(np.linalg.norm(self._data.qfrc_constraint[self._v[:3]]))
         self.hardest = max(self.hardest, pressed)
 
-    def _look(self) -> None:
+    def _update_objects(self) -> None:
         for number, obj in enumerate(self._objects):
             obj.pose = self.object_pose(number)
 
@@ -166,7 +165,6 @@ def _pose(position: Array, yaw: float) -> SE3:
 
 
 def _smooth(share: float) -> float:
-    """From 0 to 1 without a jump of velocity."""
     return share * share * (3.0 - 2.0 * share)
 
 

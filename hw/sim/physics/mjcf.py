@@ -1,46 +1,55 @@
-"""MuJoCo's models of a robot in a world, or of its hand alone, from description and shapes.
+"""MuJoCo models of a robot in a world, or of its hand alone.
 
-Nothing is drawn here: images are rendered from the same shapes as in the kinematic world. So the
-model has only what moves and what can be touched.
+The models have collision shapes only: images are rendered as in the kinematic world.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import sqrt
 from typing import Any
 
 import mujoco
+import numpy as np
+from pinocchio import SE3, Inertia
 
-from hw.sim.physics.floating import add_floating_hand
-from hw.sim.physics.robot import add_robot
-from hw.sim.physics.shapes import ALL, Kind, add_body, add_geom
+from hw.sim.physics.robot import add_hand, add_robot
+from hw.sim.physics.shapes import ALL, Kind, add_body, add_geom, weigh
 from hw.sim.sim_object import SimObject
 from hw.sim.world import World
 from robots import Box, Plane, RobotDescription, volume
 
 TIMESTEP = 0.002  # [s]
 
-_IMPRATIO = 10.0  # How much stiffer friction is than pressure: what is held creeps less
+_IMPRATIO = 10.0  # stiffness of friction relative to pressure
 _FRICTION = 0.5  # Of furniture and walkers
-_MEMORY = 64 * 2**20  # For contacts and what they need, most of it never touched [bytes]
+_MEMORY = 64 * 2**20  # for contacts, most of it never touched [bytes]
+CARRIER = ("x", "y", "z", "yaw")
+"""Joints and motors that move the floating hand along and about the axes of the world."""
+DOWN = SE3(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
+"""End effector on its carrier: it points down."""
+
+_MASS, _TURNING = 4.0, 0.05  # of the missing arm, as felt at the tool [kg, kg m²]
+_STIFFNESS, _TURNING_STIFFNESS = 16000.0, 200.0
+"""Of the servos: those of the arm's joints at half a metre [N/m, Nm/rad]."""
+_FORCE, _TORQUE = 150.0, 12.0  # limits of the servos [N, Nm]
 
 
 def robot_model_in(description: RobotDescription, world: World) -> mujoco.MjModel:
-    """The model of a robot in a world, its bodies where they are when a run begins.
+    """The model of a robot in a world, as a run begins.
 
-    Bodies besides those of `add_robot` are called `walker/N` and `object/N`, geoms of the
-    furniture `fixture/N`.
+    Bodies besides those of `add_robot` are called `walker/N` and `object/N`, geoms of the furniture
+    `fixture/N`.
     """
     return _model(world, lambda spec: add_robot(spec, description))
 
 
 def hand_model_in(description: RobotDescription, world: World) -> mujoco.MjModel:
-    """The same world around only the hand of a robot; see `add_floating_hand`."""
-    return _model(world, lambda spec: add_floating_hand(spec, description))
+    """The same world around the hand of a robot alone."""
+    return _model(world, lambda spec: _add_floating_hand(spec, description))
 
 
 def _model(world: World, add: Callable[[Any], None]) -> mujoco.MjModel:
-    """A world, and in it what is added to its specification."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     option = spec.option
@@ -75,3 +84,28 @@ def _object(spec: Any, name: str, obj: SimObject) -> None:
         geom.mass = obj.mass * volume(part.shape) / total
         if not isinstance(part.shape, Box):
             geom.condim = 6  # it may roll
+
+
+def _add_floating_hand(spec: Any, description: RobotDescription) -> None:
+    """Add the hand of a robot, pointing down, its end effector at the origin.
+
+    Joints and actuators are called as in `CARRIER`; those of the fingers as in `add_robot`.
+    """
+    carrier = add_body(spec.worldbody, "carrier", SE3.Identity())
+    carrier.gravcomp = 1.0
+    weigh(carrier, Inertia.FromSphere(0.1, 0.05))
+    for name, axis in zip(CARRIER, (*np.eye(3), np.eye(3)[2]), strict=True):
+        turns = name == "yaw"
+        mass = _TURNING if turns else _MASS
+        stiffness = _TURNING_STIFFNESS if turns else _STIFFNESS
+        force = _TORQUE if turns else _FORCE
+        kind = mujoco.mjtJoint.mjJNT_HINGE if turns else mujoco.mjtJoint.mjJNT_SLIDE
+        carrier.add_joint(name=name, type=kind, axis=axis, armature=mass)
+        servo = spec.add_actuator(
+            name=name,
+            target=name,
+            trntype=mujoco.mjtTrn.mjTRN_JOINT,
+            forcerange=(-force, force),
+        )
+        servo.set_to_position(kp=stiffness, kv=2.0 * sqrt(stiffness * mass))
+    add_hand(spec, carrier, DOWN * description.gripper.hTe.inverse(), description)

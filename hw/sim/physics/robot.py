@@ -1,4 +1,4 @@
-"""The robot in MuJoCo's specification of a model: its bodies, joints and motors."""
+"""MuJoCo specification of the robot: bodies, joints and motors."""
 
 from __future__ import annotations
 
@@ -18,32 +18,31 @@ ARM = tuple(f"joint{number}" for number in range(1, 8))
 FINGER_MOTOR = "fingers"  # Its actuator
 
 _PADS = (-88000.0, -600.0)
-"""Stiffness [1/s²] and damping [1/s] of the pads, negative, as MuJoCo wants them; with any partner.
-Friction knows no place, only a velocity that it takes away at this damping: what is carried round
-at ω creeps by about ω²r / 600 s. A step lets it grow to 1000; there it would shake."""
+"""Stiffness [1/s²] and damping [1/s] of the pads, negative for MuJoCo; with any partner. Friction
+only takes away a velocity at this damping: an object carried round at ω creeps by about ω²r /
+600 s. At 1000 a time step would let it shake."""
 _SHELL = (0.014, 1.0)
-"""Time constant [s] and damping ratio of all other shapes of the robot, whose covers yield: with a
-partner the mean of both counts."""
-_FRICTION = 0.3  # Of all of it; of two surfaces the rougher counts
+"""Time constant [s] and damping ratio of all other shapes of the robot, whose covers yield; the
+mean with those of the partner counts."""
+_FRICTION = 0.3  # of all shapes; of two surfaces the rougher counts
 
 _STIFFNESS = np.array([4000.0] * 4 + [1500.0] * 3)  # Of the servos of the joints [Nm/rad]
 _ARMATURE, _DAMPING = 0.1, 0.5
-"""Of each joint's motor and gear: inertia [kg m²] and viscous friction [Nm s]."""
+"""Inertia [kg m²] and viscous friction [Nm s] of each joint's motor and gear."""
 
 _DRIVE = ((20000.0, 500.0), (20000.0, 800.0), (3000.0, 250.0))
-"""Of the base along x and y and about z: gain [N s/m, Nm s] and largest force [N, Nm]; along y a
-differential drive has only its tyres, which hold against that much."""
+"""Of the base along x and y and about z: gain [N s/m, Nm s] and largest force [N, Nm]; along y only
+the tyres of a differential drive hold."""
 
 _FINGER_STIFFNESS, _FINGER_DAMPING = 8000.0, 80.0  # Of the gripper's servo [N/m, N s/m]
 _FINGER_ARMATURE = 0.1  # [kg]
 
 
 def add_robot(spec: Any, description: RobotDescription) -> None:
-    """Add a robot to a specification, where it is when a run begins but for its posture.
+    """Add a robot to a specification, at its start but for its posture.
 
     Bodies are called `base`, `hand`, `left` and `right`, joints as in `AXES`, `ARM` and `SIDES`,
-    actuators like the joints, that of both fingers `fingers`. Geoms begin with their part
-    (`link3/...`).
+    actuators like the joints, that of both fingers `fingers`. Names of geoms begin with their part.
     """
     base, arm, gripper = description.base, description.arm, description.gripper
     on_base = add_body(spec.worldbody, "base", SE3.Identity())
@@ -99,7 +98,7 @@ def add_hand(spec: Any, parent: Any, pTh: SE3, description: RobotDescription) ->
 
 
 def _hand(parent: Any, pTh: SE3, description: RobotDescription) -> tuple[Any, dict[str, Any]]:
-    """The hand and its fingers without their shapes."""
+    """Hand and fingers without their shapes."""
     gripper, camera = description.gripper, description.camera
     hand = add_body(parent, "hand", pTh)
     hand.gravcomp = 1.0
@@ -113,7 +112,7 @@ def _hand(parent: Any, pTh: SE3, description: RobotDescription) -> tuple[Any, di
 def _add_member(
     spec: Any, body: Any, place: SE3, number: int, member: Member, against: int, pad: str
 ) -> None:
-    """One of `members`, in a frame that is at a place on a body; pads are called `pad`."""
+    """One of `members`, in a frame at a place on a body."""
     name, shape = f"{member.part}/{number}", member.geom.moved(place)
     geom = add_geom(spec, body, shape, name, 0, against, _FRICTION)
     geom.solref = _PADS if shape.name.endswith(pad) else _SHELL
@@ -165,7 +164,7 @@ def _actuators(spec: Any, description: RobotDescription) -> None:
 
 
 def _finger_motor(spec: Any) -> None:
-    """Both fingers move alike, by one motor."""
+    """One motor moves both fingers symmetrically."""
     spec.add_equality(
         type=mujoco.mjtEq.mjEQ_JOINT,
         objtype=mujoco.mjtObj.mjOBJ_JOINT,

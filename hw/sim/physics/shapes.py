@@ -1,4 +1,4 @@
-"""Bodies and shapes in MuJoCo's specification of a model."""
+"""Bodies and shapes in a MuJoCo specification."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from pinocchio import SE3, Inertia, Quaternion
 from robots import Array, Box, Capsule, Cylinder, Geom, Hull, Plane, Shape, Sphere
 
 _HARD = (0.006, 1.0)
-"""Time constant [s] and damping ratio of contacts; of two partners the mean counts."""
+"""Time constant [s] and damping ratio of contacts; the mean with those of the partner counts."""
 _SOLIMP = (0.95, 0.99, 0.0005, 0.5, 2.0)
 """Contacts are nearly rigid from the first half millimetre on."""
-_TORSION, _ROLLING = 0.005, 0.0005  # Radii over which contacts resist to twisting and rolling [m]
+_TORSION, _ROLLING = 0.005, 0.0005  # radii of torsional and rolling friction [m]
 
 
 class Kind(IntFlag):
-    """What can be hit: MuJoCo's contact types."""
+    """Contact types (MuJoCo's contype bits)."""
 
     FIXTURE = 1
     FLOOR = 2
@@ -27,7 +27,7 @@ class Kind(IntFlag):
     OBJECT = 8
 
 
-ALL = sum(Kind)  # Whatever there is
+ALL = sum(Kind)
 
 
 def add_body(parent: Any, name: str, pose: SE3) -> Any:
@@ -36,7 +36,7 @@ def add_body(parent: Any, name: str, pose: SE3) -> Any:
 
 
 def weigh(body: Any, inertia: Inertia) -> None:
-    """Give a body its mass, instead of that of its shapes."""
+    """Set the inertia of a body, instead of that of its shapes."""
     i = inertia.inertia
     body.explicitinertial = True
     body.mass, body.ipos = inertia.mass, inertia.lever
@@ -46,7 +46,7 @@ def weigh(body: Any, inertia: Inertia) -> None:
 def add_geom(
     spec: Any, body: Any, geom: Geom, name: str, kind: int, against: int, friction: float
 ) -> Any:
-    """A shape on a body: what it is to others, and what it meets."""
+    """A shape on a body: its contact type, and those that it collides with."""
     return body.add_geom(
         **_shape(spec, geom.shape, name),
         name=name,

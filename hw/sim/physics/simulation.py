@@ -1,4 +1,4 @@
-"""Rigid bodies in MuJoCo behind plain numbers: objects, fingers, and what presses on what."""
+"""MuJoCo simulation of a gripper or robot in a world: commands, poses and contact forces."""
 
 from __future__ import annotations
 
@@ -10,38 +10,41 @@ import numpy as np
 from pinocchio import SE3, Quaternion
 
 from hw.robot import HardwareError
-from hw.sim.physics.robot import FINGER_MOTOR, SIDES
+from hw.sim.physics.mjcf import robot_model_in
+from hw.sim.physics.robot import ARM, AXES, FINGER_MOTOR, SIDES
 from hw.sim.robot_shapes import HELD
 from hw.sim.sim_object import SimObject
 from hw.sim.walker import Walker
 from hw.sim.world import World
-from robots import Array
+from robots import Array, RobotDescription
+
+_WINDUP = 0.05  # largest lead of a servo over its joint, besides its lag [rad]
 
 mujoco.set_mju_user_warning(lambda text: None)  # else it writes a file; `step` raises instead
 
 
 class Press(NamedTuple):
-    """A part of the robot presses on something, or what it holds does."""
+    """A contact force of a part of the robot, or of the held object, on a thing."""
 
     part: str
     side: str  # Of the hand, if it is a finger
     thing: str
-    owner: SimObject | Walker | None  # What is pressed on, if it can move
+    owner: SimObject | Walker | None  # the thing, if it can move
     force: float  # [N]
     towards: Array  # (3,) unit normal from the robot to the thing, in the world
 
 
 class _Identity(NamedTuple):
-    """Who a geom belongs to."""
+    """What a geom belongs to: a part of the robot, or a thing."""
 
     part: str = ""  # Of the robot
     side: str = ""
-    thing: str = ""  # That is not of the robot
+    thing: str = ""  # not of the robot
     owner: SimObject | Walker | None = None
 
 
 class Simulation:
-    """A gripper, whatever moves it, in one world, stepped by `TIMESTEP`.
+    """A gripper in one world, stepped by `TIMESTEP`.
 
     Args:
         model: of both.
@@ -54,7 +57,7 @@ class Simulation:
         self._gripper = model.actuator(FINGER_MOTOR).id
         frees = [f"object/{number}" for number in range(len(world.objects))]
         self._object_q, self._object_v = addresses(model, frees)
-        self._places = np.full((len(frees), 7), np.nan)
+        self._coordinates = np.full((len(frees), 7), np.nan)
         self._poses = [obj.pose for obj in world.objects]
         self._geoms = [_identity(model.geom(geom), model, world) for geom in range(model.ngeom)]
         self._is_robot = np.array([bool(geom.part) for geom in self._geoms])
@@ -66,7 +69,7 @@ class Simulation:
         """One `TIMESTEP`.
 
         Raises:
-            HardwareError: the motion has become impossible to compute.
+            HardwareError: the simulation has diverged.
         """
         mujoco.mj_step(self._model, self._data)
         if (numbers := self._data.warning.number).any():
@@ -74,7 +77,7 @@ class Simulation:
             raise HardwareError(f"the physical world cannot be computed any further ({what})")
 
     def press(self, width: float, force: float) -> None:
-        """Bring the fingers to a width [m] with at most a force of each [N], from now on."""
+        """Close or open the fingers to a width [m] with at most a force of each [N]."""
         self._data.ctrl[self._gripper] = width
         self._model.actuator_forcerange[self._gripper] = (-force, force)
 
@@ -89,31 +92,31 @@ class Simulation:
         return float(np.abs(self._data.qvel[self._finger_v]).max())
 
     def object_pose(self, number: int) -> SE3:
-        """Of an object in the world; the same one again while it lies still."""
+        """Of an object in the world; the same object again while it lies still."""
         first = self._object_q[number]
         place = self._data.qpos[first : first + 7]
-        if not np.array_equal(place, self._places[number]):
-            self._places[number] = place
+        if not np.array_equal(place, self._coordinates[number]):
+            self._coordinates[number] = place
             w, x, y, z = place[3:]
             turn = Quaternion(w, x, y, z).normalized().toRotationMatrix()
             self._poses[number] = SE3(turn, place[:3].copy())
         return self._poses[number]
 
     def put_object(self, number: int, wTo: SE3) -> None:
-        """Put an object somewhere, at rest but awake."""
+        """Move an object, at rest but awake."""
         first, rate = self._object_q[number], self._object_v[number]
         x, y, z, w = Quaternion(wTo.rotation).coeffs()
         self._data.qpos[first : first + 7] = (*wTo.translation, w, x, y, z)
         self._data.qvel[rate : rate + 6] = (0.0, 0.0, -1e-6, 0.0, 0.0, 0.0)
 
     def push_object(self, number: int, xy: Array, velocity: Array) -> None:
-        """Move an object over what carries it: to a place (2,) with a velocity (2,) [m, m/s]."""
+        """Move an object horizontally, to a position (2,) with a velocity (2,) [m, m/s]."""
         first, rate = self._object_q[number], self._object_v[number]
         self._data.qpos[first : first + 2] = xy
         self._data.qvel[rate : rate + 2] = velocity
 
     def presses(self, held: SimObject | None) -> list[Press]:
-        """What robot and held object press on; objects do not count for the held one."""
+        """Contact forces of robot and held object, except those of the held one on objects."""
         contacts = self._data.contact
         pairs, rows, is_robot = contacts.geom, contacts.efc_address, self._is_robot
         is_ours = is_robot if held is None else is_robot | self._is_of[held.name]
@@ -131,6 +134,93 @@ class Simulation:
         return found
 
 
+class RobotSimulation(Simulation):
+    """One robot in one world, stepped by `TIMESTEP`.
+
+    Args:
+        description: of the robot.
+        world: around it, as it is now.
+    """
+
+    def __init__(self, description: RobotDescription, world: World) -> None:
+        super().__init__(robot_model_in(description, world), world)
+        model, data = self._model, self._data
+        self._base_q, self._base_v = addresses(model, AXES)
+        self._arm_q, self._arm_v = addresses(model, ARM)
+        self._drive = np.array([model.actuator(name).id for name in AXES])
+        self._servos = np.array([model.actuator(name).id for name in ARM])
+        self._set_points = model.actuator_actadr[self._servos]
+        self._tool = model.site("tool").id
+        self._mocaps = [model.body(f"walker/{n}").mocapid[0] for n in range(len(world.walkers))]
+        self._arm_lag = description.arm.lag
+        data.qpos[self._arm_q] = data.act[self._set_points] = description.arm.ready
+        data.ctrl[self._gripper] = description.gripper.opening
+        mujoco.mj_forward(model, data)
+
+    # commands
+
+    def drive(self, twist: Array) -> None:
+        """Command a twist (3,) of the base."""
+        self._data.ctrl[self._drive] = twist
+
+    def turn(self, qd: Array) -> None:
+        """Command joint velocities (7,)."""
+        data = self._data
+        ahead = data.qpos[self._arm_q] + self._arm_lag * data.qvel[self._arm_v]
+        data.ctrl[self._servos] = qd
+        data.act[self._set_points] = np.clip(
+            data.act[self._set_points], ahead - _WINDUP, ahead + _WINDUP
+        )
+
+    def relax(self) -> None:
+        """Hold the joints where they are, without pressing further."""
+        self._data.act[self._set_points] = self._data.qpos[self._arm_q]
+        self._data.ctrl[self._servos] = 0.0
+
+    # readings
+
+    @property
+    def base(self) -> Array:
+        """(3,) x, y, heading [m, m, rad]."""
+        values: Array = self._data.qpos[self._base_q]
+        return values
+
+    @property
+    def base_velocity(self) -> Array:
+        """(3,) in the world [m/s, m/s, rad/s]."""
+        values: Array = self._data.qvel[self._base_v]
+        return values
+
+    @property
+    def q(self) -> Array:
+        """(7,) of the arm [rad]."""
+        values: Array = self._data.qpos[self._arm_q]
+        return values
+
+    @property
+    def qd(self) -> Array:
+        """(7,) of the arm [rad/s]."""
+        values: Array = self._data.qvel[self._arm_v]
+        return values
+
+    def put_walker(self, number: int, pose: SE3) -> None:
+        """Move a walker."""
+        self._data.mocap_pos[self._mocaps[number]] = pose.translation
+
+    @property
+    def load(self) -> Array:
+        """(7,) torques of contacts and of the held object on the arm [Nm]."""
+        values: Array = self._data.qfrc_constraint[self._arm_v]
+        return values
+
+    def force_at_tool(self, load: Array) -> float:
+        """The force at the end effector that fits torques (7,) of the arm best [N]."""
+        jacobian = np.zeros((6, self._model.nv))
+        mujoco.mj_jacSite(self._model, self._data, jacobian[:3], jacobian[3:], self._tool)
+        wrench, *_ = np.linalg.lstsq(jacobian[:, self._arm_v].T, load, rcond=1e-2)
+        return float(np.linalg.norm(wrench[:3]))
+
+
 def between_fingers(presses: list[Press]) -> SimObject | None:
     """The object that both fingers press on, if any."""
     for press in presses:
@@ -142,7 +232,7 @@ def between_fingers(presses: list[Press]) -> SimObject | None:
 
 
 def addresses(model: mujoco.MjModel, joints: Sequence[str]) -> tuple[Array, Array]:
-    """Where the positions and the velocities of joints begin among those of all."""
+    """Addresses of the positions and of the velocities of joints."""
     found = [model.joint(name) for name in joints]
     places = np.array([joint.qposadr[0] for joint in found], dtype=int)
     return places, np.array([joint.dofadr[0] for joint in found], dtype=int)
