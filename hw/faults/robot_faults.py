@@ -206,7 +206,7 @@ ROBOT_FAULTS = (
     Injectable("base too fast", _BaseTooFast, "the base is three times as fast as told"),
     Injectable("readings late", _LateReadings, "readings arrive 50 ms late"),
     Injectable(
-        "readings slow", _SlowReading, "every reading blocks the loop for 30 ms (real time)"
+        "readings slow", _SlowReading, "every reading blocks the loop for 30 ms of real time"
     ),
     Injectable("reading fails", partial(_ReadingFails, _no_answer), "`read` raises HardwareError"),
     Injectable("reading breaks", partial(_ReadingFails, _lost), "`read` raises an OSError"),
