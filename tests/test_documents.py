@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
 import re
 import shlex
 from pathlib import Path
@@ -117,6 +119,17 @@ def test_every_other_command_names_what_is_there(page):
             assert not word.startswith("tests/") or (ROOT / word).exists(), word
     for _, module in (words[:2] for words in command_lines(page, "python")):
         assert (ROOT / module.replace(".", "/")).with_suffix(".py").is_file(), module
+
+
+@each_page
+def test_python_examples_import_names_that_exist(page):
+    for block in re.findall(r"^```python\n(.*?)^```", page.read_text("utf-8"), re.M | re.S):
+        for node in ast.walk(ast.parse(block)):
+            if isinstance(node, ast.ImportFrom) and node.module == "greeting":
+                continue  # the guide's own file
+            if isinstance(node, ast.ImportFrom) and node.module:
+                module = importlib.import_module(node.module)
+                assert [name.name for name in node.names if not hasattr(module, name.name)] == []
 
 
 @each_page
