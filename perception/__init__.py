@@ -15,21 +15,19 @@ if TYPE_CHECKING:
     from perception.frame_check import FrameChecker, frame_problem
     from perception.geometry import disc, points_along_rays, world_points
     from perception.grasp import Detection, GraspEstimate
-    from perception.grasps.candidates import WITHOUT_NETWORK, Candidates, CandidateSource, Proposals
+    from perception.grasps.candidates import WITHOUT_NETWORK, Candidates, Proposals
     from perception.grasps.detector import GraspDetector
     from perception.grasps.feasibility import assess
     from perception.grasps.hand_geometry import hand_sizes
     from perception.grasps.height_map import HeightMap, build_height_map
-    from perception.grasps.network_input import METRES_PER_PIXEL, Crop, central_crop, prepare
+    from perception.grasps.network_input import central_crop, prepare
     from perception.grasps.network_io import (
         ANGLE_BINS,
-        INPUT_SIZE,
         OUTPUT_STRIDE,
         WeightsError,
     )
     from perception.grasps.patches import NUMBERS, GraspPatches, HoldProbability, joined_patches
     from perception.grasps.scene_memory import SceneMemory
-    from perception.grasps.table_plane import NoTableError, camera_above_table
     from perception.grasps.tracker import GraspTracker, TrackerSettings
     from perception.objects.agreement import consensus
     from perception.objects.boundaries import (
@@ -54,19 +52,15 @@ __all__ = [
     "ANGLE_BINS",
     "BOUNDARY_FEATURES",
     "COLOURS",
-    "INPUT_SIZE",
-    "METRES_PER_PIXEL",
     "NUMBERS",
     "OUTPUT_STRIDE",
     "SHAPE_CLASSES",
     "WALL_MARGIN",
     "WITHOUT_NETWORK",
     "BoundaryModel",
-    "CandidateSource",
     "Candidates",
     "ColourFrame",
     "ColourName",
-    "Crop",
     "DetectedObject",
     "DetectedObjects",
     "Detection",
@@ -80,7 +74,6 @@ __all__ = [
     "HoldProbability",
     "Labelled",
     "Labels",
-    "NoTableError",
     "Proposals",
     "Recogniser",
     "RecogniserError",
@@ -98,7 +91,6 @@ __all__ = [
     "blob_of",
     "boundary_features",
     "build_height_map",
-    "camera_above_table",
     "candidate_boundaries",
     "central_crop",
     "colour_name",

@@ -1,16 +1,17 @@
-"""What to evaluate: a network and how its grasps are ranked; and that on many items at once."""
+"""Choice of the detector to evaluate, and its evaluation on many items in parallel."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib.util import find_spec
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import cv2
 
-from behaviours import LOOKS
+from config import ConfigError
 from lab.grasps.scenes import ROBOT
 from lab.shared import progress, run_all
 from perception import WITHOUT_NETWORK, GraspDetector
@@ -19,68 +20,38 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
-class Ranking(NamedTuple):
-    """What puts one grasp before another."""
-
-    by_likelihood: bool
-    """How likely it holds; else the score of the check, with the network's."""
-    lever_arm: bool
-    """Grasps near the middle of a thing are preferred."""
-    looks: int
-    """How often the camera looks again, where there is no grasp or only a doubtful one."""
-
-
-RANKINGS: Mapping[str, Ranking] = {
-    "likelihood": Ranking(by_likelihood=True, lever_arm=True, looks=LOOKS),
-    "check": Ranking(by_likelihood=False, lever_arm=True, looks=LOOKS),
-    "first": Ranking(by_likelihood=False, lever_arm=False, looks=0),
-}
-"""By name: that of a run, that of a run without a network, and that of the first version."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class NetworkChoice:
     """What to evaluate; see `GraspDetector`."""
 
     weights: Path | None = None
     network: str | None = None
-    """Of the shipped ones, or one of `WITHOUT_NETWORK`."""
+    """Name of a shipped network, or one of `WITHOUT_NETWORK`."""
     ranked: str | None = None
-    """One of `RANKINGS`; None is that of a run."""
+    """`likelihood` (to hold) or `check` (score of check and network); None is that of a run."""
 
     @property
     def name(self) -> str:
         """For tables."""
         name = str(self.weights) if self.weights else self.detector().proposer.name
-        return name if self.ranked in (None, self._usual) else f"{name}, {self.ranked} ranking"
+        return name if self.ranked in (None, self._default) else f"{name}, {self.ranked} ranking"
 
     @property
-    def ranking(self) -> Ranking:
-        """What puts one grasp before another."""
-        return RANKINGS[self.ranked or self._usual]
-
-    @property
-    def _usual(self) -> str:
+    def _default(self) -> str:
         return "check" if self.network in WITHOUT_NETWORK else "likelihood"
 
     def detector(self) -> GraspDetector:
         """A detector on one thread; made once per process."""
-        return _detector(self)
+        return _detector(self.weights, self.network, (self.ranked or self._default) == "check")
 
 
 @lru_cache(maxsize=8)
-def _detector(choice: NetworkChoice) -> GraspDetector:
+def _detector(weights: Path | None, network: str | None, by_check: bool) -> GraspDetector:
     import torch
 
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
-    return GraspDetector(
-        choice.weights,
-        choice.network,
-        gripper=ROBOT.gripper,
-        by_check=not choice.ranking.by_likelihood,
-        lever_arm=choice.ranking.lever_arm,
-    )
+    return GraspDetector(weights, network, gripper=ROBOT.gripper, by_check=by_check)
 
 
 def all_results(
@@ -93,11 +64,11 @@ def all_results(
     """Results in the order of the items, with a progress bar.
 
     Args:
-        name: of the items, for people.
+        name: of the items, for the bar.
         work: a function that other processes can import.
         items: its arguments.
         workers: number of processes.
-        good: whether a result is none of those that are counted as failures.
+        good: whether a result counts as a success in the bar.
     """
     results: dict[int, Result] = {}
     if items:
@@ -106,3 +77,13 @@ def all_results(
                 results[number] = result
                 advance(not good(result))
     return [results[number] for number in range(len(items))]
+
+
+def require_physics(command: str) -> None:
+    """Refuse a command that needs MuJoCo where it is not installed.
+
+    Raises:
+        ConfigError: MuJoCo is missing.
+    """
+    if find_spec("mujoco") is None:
+        raise ConfigError(f'{command} needs an extra: pip install "frankie-task[physics]"')

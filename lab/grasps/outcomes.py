@@ -1,8 +1,7 @@
-"""What becomes of random feasible grasps, by physics: to learn from, and to judge what was learnt.
+"""Outcomes of random feasible grasps in physics: to learn from, and to evaluate what was learnt.
 
-They are drawn evenly over all that the check lets pass, not from the best: what is learnt from them
-has to tell good from bad anywhere. Every 50 scenes are a file, so that an interrupted collection
-goes on where it was.
+The grasps are drawn evenly over all that the feasibility check accepts, not from the best. Every 50
+scenes are a file, so that an interrupted collection resumes.
 """
 
 from __future__ import annotations
@@ -10,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -18,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from config import ConfigError
+from lab.grasps.choice import require_physics
 from lab.shared import run_all
 from perception import (
     Candidates,
@@ -33,38 +32,38 @@ SETS: Mapping[str, tuple[int, tuple[str, ...]]] = {
     "light": (400_000, ("trained, as they are", "bodies, as they are")),
     "heldout": (0, ("shapes", "heavy", "modelled", "large")),
 }
-"""By name: the seed of the first scene, and the groups of objects that take turns. Nothing is ever
-learnt from the last."""
+"""By name: seed of the first scene, and the groups of objects that take turns. Nothing is ever
+trained on the last."""
 SCENES = 50
-"""In each file."""
-_DRAWS = 4  # the stream of random numbers that grasps are drawn from
+"""Scenes in each file."""
+_GRASP_STREAM = 4  # of random numbers
 _POINTS = 40  # tried in a frame at most
 _GRASPS = 6  # executed of a frame at most
 _DIRECTIONS = 4  # at each point
-_DRAWN = 16  # feasible ones at a point, of which one is drawn, at most
+_FEASIBLE = 16  # grasps at a point at most, of which one is drawn
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Outcomes:
-    """Grasps as they were seen, and what became of them."""
+    """Measurements around grasps, and their outcomes."""
 
     patches: GraspPatches
-    """Of N grasps."""
+    """N grasps."""
     good: npt.NDArray[np.bool_]
     """(N,) whether it held without a hard contact."""
     scene: npt.NDArray[np.int64]
     """(N,) seeds of the scenes."""
     objects: npt.NDArray[np.int64]
-    """(N,) how many there were in the scene."""
+    """(N,) number of objects in the scene."""
     mass: npt.NDArray[np.float64]
-    """(N,) of the object at each grasp [kg], which no image shows."""
+    """(N,) of the object at each grasp [kg]; no image shows it."""
 
 
 _COLUMNS = tuple(f.name for f in fields(Outcomes) if f.name != "patches")
 
 
 class _OnePoint:
-    """A point by chance where a grasp may be, another one each time."""
+    """Proposes one random point where a grasp may be."""
 
     name = "one"
 
@@ -80,51 +79,53 @@ class _OnePoint:
             width=np.zeros(1),
             quality=np.ones(1),
         )
-        return Proposals(found, allowed.astype(np.float32), _DIRECTIONS, turn_cost=0.0, most=_DRAWN)
+        return Proposals(
+            found, allowed.astype(np.float32), _DIRECTIONS, turn_cost=0.0, most=_FEASIBLE
+        )
 
 
 def group_of(seed: int, groups: tuple[str, ...]) -> str:
-    """Whose turn it is among groups of objects; a scene of one object and a bin are a turn."""
+    """The group of objects of a scene; a scene of one object and a bin are a turn."""
     return groups[seed // 2 % len(groups)]
 
 
 def scene_outcomes(seed: int, groups: tuple[str, ...]) -> Outcomes | None:
-    """Random feasible grasps, each executed in the same scene at rest; None if there were none.
+    """Random feasible grasps, each executed in the same scene at rest; None without any.
 
-    Half the scenes are of one object and seen once, half are bins and seen from two views.
+    Half the scenes are one object in one view, half are bins in two views.
 
     Args:
         seed: of the scene.
-        groups: of objects, by turns.
+        groups: of objects, in turn.
     """
     # Not at the top: MuJoCo is an extra.
-    from lab.grasps.physical_judge import execute
-    from lab.grasps.physical_results import BIN
-    from lab.grasps.physical_scenes import dropped, look
+    from lab.grasps.dropped_scenes import drop_scene, random_frame
+    from lab.grasps.judge import execute
+    from lab.grasps.results import BIN
     from lab.grasps.scenes import EVALUATION_SEED, ROBOT, nearest_object
 
     count = (1, BIN)[seed % 2]
-    scene = dropped(seed, count, group=group_of(seed, groups))
-    rng = np.random.default_rng((EVALUATION_SEED, _DRAWS, seed))
-    seen = _Recorder()
-    detector = GraspDetector(gripper=ROBOT.gripper, proposer=_OnePoint(rng), hold=seen)
+    scene = drop_scene(seed, count, group=group_of(seed, groups))
+    rng = np.random.default_rng((EVALUATION_SEED, _GRASP_STREAM, seed))
+    recorder = _Recorder()
+    detector = GraspDetector(gripper=ROBOT.gripper, proposer=_OnePoint(rng), hold=recorder)
     patches: list[GraspPatches] = []
     good: list[bool] = []
     mass: list[float] = []
     for _ in range(1 if count == 1 else 2):
-        frame = look(scene.world, rng)
-        left = _GRASPS
+        frame = random_frame(scene.world, rng)
+        remaining = _GRASPS
         for _ in range(_POINTS):
             found = detector.detect(frame, scene.region).grasps
             if not found:
                 continue
             chosen = int(rng.integers(len(found)))
             attempt = execute(*scene.hand(), found[chosen])
-            patches.append(seen.patches.only(np.array([chosen])))
+            patches.append(recorder.patches.only(np.array([chosen])))
             good.append(attempt.held and not attempt.hard)
             mass.append(nearest_object(scene.world, found[chosen].wTg.translation).mass)
-            left -= 1
-            if not left:
+            remaining -= 1
+            if not remaining:
                 break
     if not good:
         return None
@@ -138,7 +139,7 @@ def scene_outcomes(seed: int, groups: tuple[str, ...]) -> Outcomes | None:
 
 
 class _Recorder:
-    """Leaves the order of grasps as it is, and remembers what was seen of them."""
+    """A hold probability of 1 that keeps the patches it was asked for."""
 
     patches: GraspPatches
 
@@ -148,19 +149,18 @@ class _Recorder:
 
 
 def collect_outcomes(folder: Path, kinds: str, *, scenes: int, workers: int) -> Iterator[Outcomes]:
-    """Add the files of scenes that a folder lacks to it, and yield their outcomes.
+    """Write the files that a folder lacks, and yield their outcomes.
 
     Args:
-        folder: of the files; it is made if there is none.
+        folder: of the files.
         kinds: one of `SETS`.
-        scenes: how many there shall be, rounded up to whole files.
+        scenes: number of scenes, rounded up to whole files.
         workers: number of processes.
 
     Raises:
         ConfigError: MuJoCo is missing.
     """
-    if find_spec("mujoco") is None:
-        raise ConfigError('grasp outcomes needs an extra: pip install "frankie-task[physics]"')
+    require_physics("grasp outcomes")
     folder.mkdir(parents=True, exist_ok=True)
     first, _ = SETS[kinds]
     starts = range(first, first + scenes, SCENES)
@@ -171,7 +171,7 @@ def collect_outcomes(folder: Path, kinds: str, *, scenes: int, workers: int) -> 
 
 
 def read_outcomes(folder: Path, *kinds: str) -> Outcomes:
-    """All outcomes of some of the sets that a folder holds.
+    """All outcomes of some sets in a folder.
 
     Raises:
         ConfigError: there are none, or a file cannot be read.

@@ -1,8 +1,4 @@
-"""Random scenes to train and evaluate the grasp networks on, and random views of them.
-
-Objects lie alone or in clutter, in a container of random size or on a bare surface; the wrist
-camera looks from a random height and tilt, with a random level of noise.
-"""
+"""Random scenes to train and evaluate the grasp networks on, and random views of them."""
 
 from __future__ import annotations
 
@@ -37,13 +33,11 @@ from robots import load_robot
 Array = npt.NDArray[np.float64]
 
 ROBOT = load_robot("frankie")
-"""The robot whose camera sees the scenes and whose gripper grasps in them."""
 FLOOR = 0.456
 """Height of the support surface [m]."""
 OBJECT_WIDTHS = (5.0, 70.0)
 """Range of the smallest width by which the objects can be grasped [mm]."""
 TRAINING_CLASSES: tuple[str, ...] = (*HOUSEHOLD, *TRAIN)
-"""Classes of the objects in training scenes."""
 HELDOUT_CLASSES: tuple[str, ...] = tuple(HELDOUT)
 """Classes of the objects in evaluation scenes; none is in training scenes."""
 EVALUATION_SEED = 1_000_000
@@ -73,7 +67,7 @@ class View:
     tilt: float
     """Of the optical axis from straight down [rad]."""
     noise_level: float
-    """From 0, the least noise of the camera, to 1, the most."""
+    """0 to 1."""
     noise: D435Noise
 
 
@@ -120,14 +114,9 @@ def world_with(objects: Objects, rng: np.random.Generator) -> tuple[World, Regio
         return world, region
 
 
-def clutter_count(rng: np.random.Generator) -> int:
-    """A random number of objects in clutter: two to ten."""
-    return int(rng.integers(*_CLUTTER))
-
-
 def training_count(rng: np.random.Generator) -> int:
-    """A random number of objects in a training scene: one, or more often clutter."""
-    return 1 if rng.random() < _SINGLE else clutter_count(rng)
+    """A random number of objects in a training scene: one, or more often two to ten."""
+    return 1 if rng.random() < _SINGLE else int(rng.integers(*_CLUTTER))
 
 
 def random_view(world: World, rng: np.random.Generator, *, steep: bool = False) -> View:

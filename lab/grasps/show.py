@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from os.path import isfile
 from pathlib import Path
-from typing import Any
+from textwrap import wrap
+from typing import Any, TypeAlias
 
 import cv2
 import numpy as np
@@ -12,11 +13,18 @@ import numpy.typing as npt
 
 from config import ConfigError
 from hw import DepthFrame
-from lab.grasps.picture import overlay
-from perception import GraspDetector, NoTableError, camera_above_table
+from lab.grasps.table_plane import NoTableError, camera_above_table
+from perception import Detection, GraspDetector, GraspEstimate
 from robots import Intrinsics
 
 _D435_FOCAL = 0.6  # focal length of a D435 in image widths
+Picture: TypeAlias = npt.NDArray[np.uint8]
+"""(H, W, 3) blue, green, red, as in OpenCV."""
+
+_BEST, _OTHER, _TEXT = (60, 60, 240), (200, 180, 60), (255, 255, 255)
+_SHOWN = 5  # number of grasps
+_LINE, _LETTER = 18, 9  # height of a line and width of a letter of the caption [px]
+_PAD_HALF = 0.010  # half of the drawn length of a finger pad [m]
 
 
 def show_grasps(
@@ -27,7 +35,7 @@ def show_grasps(
     Args:
         image: a depth image or an .rrd recording.
         out: the picture to write (.png).
-        focal: focal length of the camera [px]; None is that of a D435.
+        focal: focal length [px]; None is that of the recording or of a D435.
         at: time in a recording [s]; None is the last image.
         detector: finds the grasps.
 
@@ -37,11 +45,12 @@ def show_grasps(
     Raises:
         ConfigError: the image cannot be read or shows no table, or the picture cannot be written.
     """
-    recorded = None
     if image.suffix == ".rrd":
-        depth, recorded = _recorded(image, at)
+        from app.review import recorded_depth
+
+        depth, recorded = recorded_depth(image, at)
     else:
-        depth = read_depth(image)
+        depth, recorded = read_depth(image), None
     height, width = depth.shape
     focal = focal or recorded or _D435_FOCAL * width
     camera = Intrinsics(
@@ -68,13 +77,6 @@ def show_grasps(
     if not written:
         raise ConfigError(f"{out}: cannot be written; give a .png file in an existing folder")
     return f"{summary}\n{out}"
-
-
-def _recorded(path: Path, at: float | None) -> tuple[npt.NDArray[np.float32], float | None]:
-    """Depth [m] from a recording, and the camera's focal length [px] if it was recorded."""
-    from app.review import recorded_depth
-
-    return recorded_depth(path, at)
 
 
 def read_depth(path: Path) -> npt.NDArray[np.float32]:
@@ -108,3 +110,67 @@ def read_depth(path: Path) -> npt.NDArray[np.float32]:
 def _is_depth(dtype: np.dtype[Any]) -> bool:
     """Whether numbers of a type can be depths: real, and of more than 8 bits."""
     return dtype.kind in "fiu" and dtype.itemsize > 1
+
+
+def depth_picture(depth: npt.NDArray[np.float32]) -> Picture:
+    """A depth image from near (bright) to far (dark); missing depth is blue."""
+    known = np.isfinite(depth) & (depth > 0.0)
+    low, high = np.percentile(depth[known], (1, 99)) if known.any() else (0.0, 1.0)
+    scaled = np.clip((high - np.where(known, depth, high)) / max(high - low, 1e-3), 0.0, 1.0)
+    grey = (40.0 + 200.0 * scaled).astype(np.uint8)
+    picture = np.repeat(grey[..., None], 3, axis=2)
+    picture[~known] = (90, 40, 20)
+    return picture
+
+
+def overlay(
+    depth: npt.NDArray[np.float32], intrinsics: Intrinsics, detection: Detection, caption: str
+) -> Picture:
+    """An (H, W) depth image [m], the quality and best grasps over it, and a caption below."""
+    picture = depth_picture(depth)
+    u, v, size = (round(x) for x in detection.crop)
+    if size > 0:
+        quality = cv2.resize(detection.quality, (size, size), interpolation=cv2.INTER_LINEAR)
+        quality = np.clip(quality, 0.0, 1.0)
+        colours = cv2.applyColorMap((255 * quality).astype(np.uint8), cv2.COLORMAP_INFERNO)
+        part = picture[v : v + size, u : u + size]
+        weight = (0.6 * np.sqrt(quality))[: part.shape[0], : part.shape[1], None]
+        part[:] = ((1 - weight) * part + weight * colours[: part.shape[0], : part.shape[1]]).astype(
+            np.uint8
+        )
+    for rank, grasp in reversed(list(enumerate(detection.grasps[:_SHOWN]))):
+        _draw(picture, grasp, depth, intrinsics, _OTHER if rank else _BEST)
+    lines = wrap(caption, picture.shape[1] // _LETTER)
+    below = np.zeros((_LINE * len(lines) + 8, picture.shape[1], 3), dtype=np.uint8)
+    for number, line in enumerate(lines, 1):
+        font = cv2.FONT_HERSHEY_SIMPLEX
+        cv2.putText(below, line, (6, _LINE * number), font, 0.45, _TEXT, 1, cv2.LINE_AA)
+    return np.vstack([picture, below])
+
+
+def _draw(
+    picture: Picture,
+    grasp: GraspEstimate,
+    depth: npt.NDArray[np.float32],
+    intrinsics: Intrinsics,
+    colour: tuple[int, int, int],
+) -> None:
+    """A rectangle as wide as the opening; its thick sides are the finger pads."""
+    u, v = grasp.pixel
+    row, column = np.clip(np.rint((v, u)).astype(int), 0, np.array(depth.shape) - 1)
+    distance = depth[row, column]
+    if not np.isfinite(distance) or distance <= 0.0:
+        distance = float(np.nanmedian(depth))
+    along = 0.5 * grasp.opening * intrinsics.fx / distance
+    across = _PAD_HALF * intrinsics.fx / distance
+    direction = np.array([np.cos(grasp.angle), np.sin(grasp.angle)])
+    normal = np.array([-direction[1], direction[0]])
+    centre = np.array([u, v])
+    corners = [
+        tuple(np.rint(centre + a * along * direction + b * across * normal).astype(int).tolist())
+        for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
+    for index, thick in enumerate((1, 3, 1, 3)):
+        cv2.line(
+            picture, corners[index], corners[(index + 1) % 4], colour, thick, lineType=cv2.LINE_AA
+        )

@@ -1,7 +1,7 @@
 """CPU time of a perception step, from a frame of the wrist camera to grasps in the world.
 
-Every detector gets every frame, in an order that is drawn for each frame, on one thread. Times are
-CPU times of the thread, which other processes do not affect.
+Every detector gets every frame, in a random order, on one thread. Times are CPU times of the
+thread, which other processes do not affect.
 """
 
 from __future__ import annotations
@@ -17,14 +17,19 @@ import numpy as np
 from pinocchio import SE3
 from rich.table import Table
 
+from behaviours import Region
 from hw import DepthFrame
-from hw.sim import D435Noise, load_scene
-from lab.grasps.closed_loop import CONTAINER, wrist_frame
-from lab.grasps.scenes import ROBOT
+from hw.sim import D435Noise, Hand, load_scene
+from lab.grasps.scenes import ROBOT, noisy_frame
 from lab.shared import Functions, PartTimer
 from perception import GraspDetector
 
 _ROUNDS = 3
+_CONTAINER = Region(  # of the scene `household`, its inside
+    name="container",
+    wTr=SE3(np.eye(3), np.array([3.0, 0.0, 0.556])),
+    size=np.array([0.44, 0.36, 0.20]),
+)
 
 
 def _parts() -> Functions:
@@ -38,7 +43,7 @@ def _parts() -> Functions:
         "height map": ((detector, "local_heights"),),
         "network": ((Proposer, "infer"),),
         "candidates": ((Proposer, "propose"),),
-        "refine": ((detector.GraspSearch, "among"),),
+        "refine": ((detector.GraspRanking, "among"),),
     }
 
 
@@ -68,15 +73,17 @@ class PerceptionResult:
         return {f"{other.name} / {first.name}": other.median / first.median for other in others}
 
 
-def approach(frames: int) -> list[DepthFrame]:
-    """Noisy frames of the wrist camera on its way down into a full container."""
+def _approach(frames: int) -> list[DepthFrame]:
+    """Noisy frames of the wrist camera, with the open hand in it, on its way into a container."""
     world = load_scene("household", 0)
     rng, noise = np.random.default_rng(0), D435Noise()
-    down = np.diag([1.0, -1.0, -1.0])
-    return [
-        wrist_frame(world, SE3(down, np.array([2.94, 0.02, height])), noise, rng)
-        for height in np.linspace(0.85, 0.68, frames)
-    ]
+    seen = []
+    for height in np.linspace(0.85, 0.68, frames):
+        wTe = SE3(np.diag([1.0, -1.0, -1.0]), np.array([2.94, 0.02, height]))
+        hand = Hand(ROBOT.gripper, wTe).shapes(ROBOT.gripper.opening)
+        shapes = [*world.shapes(), *hand]
+        seen.append(noisy_frame(shapes, wTe * ROBOT.camera.eTc, noise, rng))
+    return seen
 
 
 def _detectors() -> dict[str, GraspDetector]:
@@ -92,7 +99,7 @@ def _detectors() -> dict[str, GraspDetector]:
     }
 
 
-def time_steps(
+def _time_steps(
     detectors: Mapping[str, GraspDetector], frames: Sequence[DepthFrame]
 ) -> tuple[StepTimes, ...]:
     """Times of all detectors on the same frames."""
@@ -104,37 +111,29 @@ def time_steps(
     names = list(detectors)
     spent: dict[str, list[int]] = {name: [] for name in names}
     for name in names:
-        detectors[name].detect(frames[0], CONTAINER)  # warm-up
+        detectors[name].detect(frames[0], _CONTAINER)  # warm-up
     for frame in [*frames] * _ROUNDS:
         for index in rng.permutation(len(names)):
             name = names[index]
             begun = thread_time_ns()
-            detectors[name].detect(frame, CONTAINER)
+            detectors[name].detect(frame, _CONTAINER)
             spent[name].append(thread_time_ns() - begun)
-    result = []
-    for name in names:
-        median, p95, worst = np.percentile(spent[name], (50.0, 95.0, 100.0)) / 1e6
-        result.append(
-            StepTimes(
-                name=name,
-                steps=len(spent[name]),
-                median=float(median),
-                p95=float(p95),
-                worst=float(worst),
-            )
-        )
-    return tuple(result)
+    times = []
+    for name, all_of in spent.items():
+        median, p95, worst = (np.percentile(all_of, (50.0, 95.0, 100.0)) / 1e6).tolist()
+        times.append(StepTimes(name=name, steps=len(all_of), median=median, p95=p95, worst=worst))
+    return tuple(times)
 
 
 def measure_perception(frames: int) -> PerceptionResult:
     """Times of all shipped networks, and of the parts of the default's step."""
-    seen, detectors = approach(frames), _detectors()
-    times = time_steps(detectors, seen)
+    seen, detectors = _approach(frames), _detectors()
+    times = _time_steps(detectors, seen)
     timer = PartTimer(_parts())
     default = next(iter(detectors.values()))
     with timer.watching():
         for frame in seen:
-            timer.step(lambda frame=frame: default.detect(frame, CONTAINER))  # type: ignore[misc]
+            timer.step(lambda frame=frame: default.detect(frame, _CONTAINER))  # type: ignore[misc]
     parts = {name: 1e-3 * median for name, median in timer.medians().items()}
     return PerceptionResult(times=times, parts=parts)
 
@@ -148,7 +147,7 @@ def perception_table(result: PerceptionResult) -> Table:
 
 
 def perception_notes(result: PerceptionResult) -> list[str]:
-    """The times of the parts and the ratios, one per line."""
+    """Times of the parts, and ratios."""
     parts = ", ".join(f"{name} {time:.1f}" for name, time in result.parts.items())
     ratios = [f"{name}: {ratio:.1f}" for name, ratio in result.ratios.items()]
     return [f"{result.times[0].name}, ms: {parts}", *ratios]

@@ -1,4 +1,4 @@
-"""Train the weights of a network from scratch: render scenes, label them, train, evaluate.
+"""Train the weights of a network from scratch: render scenes, label them, train.
 
 One folder contains the shards, a checkpoint of every round and the final weights. The same command
 resumes an interrupted training.
@@ -6,28 +6,70 @@ resumes an interrupted training.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import cv2
+from pydantic import Field
 from rich.console import Console
 from rich.progress import track
 
-from config import ConfigError
-from lab.grasps.images import CATEGORIES, evaluate_images, valid_rate
-from lab.grasps.recipe import TrainingRecipe
-from lab.grasps.scenes import ROBOT
+from config import ConfigError, StrictModel, read_config, suggest
 from lab.grasps.training_data import shard_count, shard_path, write_shards
-from perception import GraspDetector
 
 if TYPE_CHECKING:
     from perception.networks import RoundReport
 
-EVALUATED = 200
-"""Images of each category on which new weights are evaluated, for the metadata of their file."""
+RECIPES = Path(__file__).parent / "recipes"
+"""Folder of the shipped recipes."""
 
-Item = TypeVar("Item")
+Count = Annotated[int, Field(ge=1)]
+Seed = Annotated[int, Field(ge=0)]
+
+
+class Data(StrictModel):
+    """The rendered images."""
+
+    images: Count = 16384
+    validation_images: Count = 1024
+    """Of other scenes; they decide when training stops."""
+    seed: Seed = 0
+
+
+class Learning(StrictModel):
+    """Length and speed of the training; see `perception.networks.TrainingSettings`."""
+
+    seed: Seed = 0
+    rounds: Count = 16
+    steps: Count = 500
+    batch: Count = 16
+    learning_rate: Annotated[float, Field(gt=0.0, le=1.0)] = 2e-3
+    patience: Count = 4
+
+
+class TrainingRecipe(StrictModel):
+    """A recipe file."""
+
+    network: Literal["bins", "ggcnn"]
+    data: Data = Data()
+    learning: Learning = Learning()
+
+
+def read_recipe(name: str) -> TrainingRecipe:
+    """Read a shipped recipe by its name, or a recipe file by its path.
+
+    Raises:
+        ConfigError: there is no such recipe, or its file is not valid.
+    """
+    path = Path(name)
+    if not path.is_file():
+        path = RECIPES / f"{name}.yaml"
+    if not path.is_file():
+        names = sorted(each.stem for each in RECIPES.glob("*.yaml"))
+        raise ConfigError(
+            f"no recipe is called `{name}`; {suggest(name, names)} A recipe file works too"
+        )
+    return read_config(path, TrainingRecipe)
 
 
 def train_weights(
@@ -43,7 +85,7 @@ def train_weights(
         console: for progress.
 
     Returns:
-        The weights file, with the recipe and the valid rates in its metadata.
+        The weights file, with the recipe in its metadata.
 
     Raises:
         ConfigError: the folder contains a training with another recipe.
@@ -57,8 +99,8 @@ def train_weights(
     if device == "auto":
         device = "cuda" if torch.cuda.is_available() else "cpu"
     train_on, validate_on = _shards(recipe, folder / "shards", workers, console)
-    torch.manual_seed(recipe.learning.seed)
     learning = recipe.learning
+    torch.manual_seed(learning.seed)
 
     def report(report: RoundReport) -> None:
         console.print(
@@ -80,16 +122,9 @@ def train_weights(
     except ValueError as error:
         raise ConfigError(str(error)) from error
     out = folder / f"{recipe.network}.safetensors"
-    save_network(network, out, {"recipe": recipe.model_dump()})
-    detector = GraspDetector(out, gripper=ROBOT.gripper)
-    valid_rates = {
-        category: valid_rate(evaluate_images(detector, category, range(EVALUATED)))
-        for category in CATEGORIES
-    }
     metadata = {
         "recipe": recipe.model_dump(),
         "validation_loss": validation,
-        "valid_of_unseen": valid_rates,
         "licence": "Apache-2.0",
     }
     save_network(network, out, metadata)
@@ -102,13 +137,9 @@ def _shards(
     training = shard_count(recipe.data.images)
     total = training + shard_count(recipe.data.validation_images)
     seed = recipe.data.seed
-    missing = sum(not shard_path(folder, seed, n).is_file() for n in range(total))
-    for _ in _with_bar(write_shards(folder, total, seed, workers), missing, "rendering", console):
-        pass
     paths = [shard_path(folder, seed, number) for number in range(total)]
+    if missing := sum(not path.is_file() for path in paths):
+        new = write_shards(folder, total, seed, workers)
+        for _ in track(new, "rendering", total=missing, console=console):
+            pass
     return paths[:training], paths[training:]
-
-
-def _with_bar(items: Iterable[Item], total: int, what: str, console: Console) -> Iterator[Item]:
-    if total:
-        yield from track(items, what, total=total, console=console)

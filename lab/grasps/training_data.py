@@ -1,11 +1,9 @@
 """Training data of the grasp networks: noisy depth images with exact, dense labels.
 
 Each scene is rendered once without noise from high above, which gives its exact height map. The
-grasp feasibility of points all over the objects in every closing direction labels it. Then the
-wrist camera renders noisy images from several poses, and each cell takes the labels of the point
-that it shows.
-
-A shard depends only on the seed of its data set and its number, so shards can be made in parallel.
+grasp feasibility of points all over the objects, in every closing direction, labels it. Each cell
+of a noisy image of the wrist camera takes the labels of the point that it shows. A shard depends
+only on the seed of its data set and its number.
 """
 
 from __future__ import annotations
@@ -51,7 +49,7 @@ from robots import Intrinsics
 Array = npt.NDArray[np.float64]
 
 SPACING = 0.005
-"""Between the points that are labelled [m]."""
+"""Between labelled points [m]."""
 VIEWS = 4
 """Images per scene."""
 STEEP_VIEWS = 0.25
@@ -68,17 +66,7 @@ _SAME_SURFACE = 0.006  # a cell shows a labelled point if their heights differ b
 
 
 def write_shards(folder: Path, count: int, seed: int, workers: int) -> Iterator[Path]:
-    """Make the missing shards of a data set.
-
-    Args:
-        folder: of the shards.
-        count: number of shards of the data set.
-        seed: of the data set.
-        workers: number of processes.
-
-    Yields:
-        The path of each new shard.
-    """
+    """Write the missing ones of `count` shards, and yield their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     numbers = [n for n in range(count) if not shard_path(folder, seed, n).is_file()]
     write = partial(_write_shard, folder, seed)
@@ -90,7 +78,7 @@ def write_shards(folder: Path, count: int, seed: int, workers: int) -> Iterator[
 
 
 def shard_path(folder: Path, seed: int, number: int) -> Path:
-    """Path of a shard of a data set."""
+    """Path of a shard."""
     return folder / f"seed{seed}-{number:04d}.npz"
 
 
@@ -181,14 +169,7 @@ def label_world(world: World) -> WorldLabels:
 def render_sample(
     world: World, labels: WorldLabels, view: View, rng: np.random.Generator
 ) -> Sample:
-    """Render one noisy image of the wrist camera, and label its cells.
-
-    Args:
-        world: the scene.
-        labels: of the scene.
-        view: pose of the camera, and its noise.
-        rng: random generator of the noise.
-    """
+    """Render one noisy image of the wrist camera, and label its cells."""
     along_axis = float((FLOOR - view.wTc.translation[2]) / view.wTc.rotation[2, 2])
     camera = ROBOT.camera.intrinsics
     crop = central_crop((camera.height, camera.width), camera, along_axis)

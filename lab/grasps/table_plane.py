@@ -1,4 +1,4 @@
-"""Estimates the camera's pose above a table, for images that come without one.
+"""The camera's pose above a table, for images that come without one.
 
 The table is the plane with the most inliers, found by RANSAC on three pixels at a time (Fischler
 and Bolles, "Random sample consensus", 1981) and refitted to its inliers.
@@ -7,10 +7,10 @@ and Bolles, "Random sample consensus", 1981) and refitted to its inliers.
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 from pinocchio import SE3
 
-from perception.frame import Array, Image
-from robots import Intrinsics
+from robots import Array, Intrinsics
 
 _STRIDE = 6  # only every sixth row and column is used, for speed [px]
 _SAMPLES = 300  # of three points: enough for one free of outliers at 25 % inliers, to 1 %
@@ -22,7 +22,7 @@ class NoTableError(Exception):
     """No table was found; the message says why."""
 
 
-def camera_above_table(depth: Image, intrinsics: Intrinsics) -> SE3:
+def camera_above_table(depth: npt.NDArray[np.float32], intrinsics: Intrinsics) -> SE3:
     """Pose of the camera in a world whose floor, z = 0, is the table.
 
     Its origin is the point of the table at the middle of the image; x is along u.

@@ -1,8 +1,8 @@
-"""Scenes for the judge by physics: objects that were dropped and have come to rest.
+"""Scenes for the judge: objects that were dropped and have come to rest.
 
-A third of the scenes are of shapes made of primitives, a third of bodies with curved and hollow
-surfaces, a third of the same bodies drawn out and heavy: grasps of those fail most. No network is
-trained on any of them. A folder of meshes replaces them all.
+A third of the scenes are shapes made of primitives, a third bodies with curved and hollow surfaces,
+a third the same bodies stretched and heavy. No network is trained on any of them. A folder of
+meshes replaces them all.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from perception import WALL_MARGIN
 from robots import Array, Box, Capsule, Cylinder, Geom, Hull, Sphere, hull_of
 
 GROUPS = {"shapes": HELDOUT_CLASSES, "modelled": tuple(MODELLED), "large": tuple(MODELLED)}
-"""The classes of objects; in a bin only two are large."""
+"""Classes of objects; in a bin only two are large."""
 PARKED = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, FLOOR + 1.5]))
-"""Where the hand is while the camera looks; it is not in the image."""
+"""Pose of the hand while the camera captures; it is not in the image."""
 
 _CLASSES = {
     **GROUPS,
@@ -48,19 +48,19 @@ _CLASSES = {
     "trained, as they are": TRAINING_CLASSES,
     "bodies, as they are": tuple(RANDOM_BODIES),
 }
-_HEAVIER = ("trained", "heavy")  # the groups whose masses are those of large objects
-_VARIED = ("trained, drawn out", "bodies", "bodies, drawn out")  # most are drawn out, all heavier
-_VARIED_LARGE = 0.7  # share of them that are drawn out
-_LONG = (0.18, 0.30)  # range of the length of large objects [m]
-_HEAVY = (0.1, 0.8)  # and of their mass [kg]
+_HEAVIER = ("trained", "heavy")  # groups with the masses of large objects
+_VARIED = ("trained, drawn out", "bodies", "bodies, drawn out")  # most are stretched, all heavier
+_STRETCHED = 0.7  # share of them that are stretched
+_LENGTH = (0.18, 0.30)  # of large objects [m]
+_MASS = (0.1, 0.8)  # of large objects [kg]
 _CLEARANCE = 0.01  # of a dropped object above what is below it [m]
-_FALLING, _RESTING = 3.0, 0.3  # for objects to come to rest at most, and to do so again [s]
-_TRIES = 50  # at a scene
+_FALLING, _RESTING = 3.0, 0.3  # longest time to come to rest, and to do so again [s]
+_TRIES = 50
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Dropped:
-    """Objects at rest, and where to grasp."""
+class DroppedScene:
+    """Objects at rest, and the region in which to grasp."""
 
     group: str
     """One of `GROUPS`, or `meshes`."""
@@ -68,22 +68,22 @@ class Dropped:
     region: Region
 
     def hand(self) -> tuple[FloatingHand, World]:
-        """A hand in a world of copies of these objects, so that these stay where they are."""
+        """A hand in a copy of the world, so that these objects stay where they are."""
         objects = [replace(obj) for obj in self.world.objects]
         world = World(self.world.fixtures, objects, surfaces=self.world.surfaces)
         return at_rest(world), world
 
 
-def dropped(
+def drop_scene(
     seed: int, count: int, meshes: Sequence[Path] = (), group: str | None = None
-) -> Dropped:
-    """The scene of a seed: objects fallen in any orientation, all of them within the walls.
+) -> DroppedScene:
+    """The scene of a seed: objects fallen in any orientation, all within the walls.
 
     Args:
         seed: of the scene.
         count: of the objects.
         meshes: files to take objects from, instead of `GROUPS`.
-        group: of the objects; None takes the next of `GROUPS`.
+        group: of the objects; None takes one of `GROUPS` in turn.
 
     Raises:
         SceneError: a mesh cannot be read.
@@ -97,33 +97,33 @@ def dropped(
             varied = [_varied(obj, rng) for obj in world.objects]
             world = World(world.fixtures, varied, surfaces=world.surfaces)
         if group == "large":
-            large = [_drawn_out(obj, rng) for obj in world.objects[:2]]
+            large = [_stretched(obj, rng) for obj in world.objects[:2]]
             world = World(world.fixtures, [*large, *world.objects[2:]])
         if group in _HEAVIER:
             heavier = [_heavier(obj, rng) for obj in world.objects]
             world = World(world.fixtures, heavier, surfaces=world.surfaces)
-        _hang(world.objects, region, rng)
+        _stack(world.objects, region, rng)
         hand = FloatingHand(ROBOT, world, PARKED)
         if hand.settle(_FALLING) and all(is_inside(obj, region) for obj in world.objects):
-            return Dropped(group=group, world=world, region=region)
+            return DroppedScene(group=group, world=world, region=region)
     raise ConfigError(f"the objects of scene {seed} come to rest nowhere within the walls")
 
 
 def is_inside(obj: SimObject, region: Region) -> bool:
-    """Whether a hand can be asked to grasp an object there."""
+    """Whether an object is far enough from the walls to be grasped."""
     where = obj.pose.translation
     room = np.array([WALL_MARGIN + 0.012, WALL_MARGIN + 0.012, 0.0])
     return bool(region.contains(np.array([where + side * room for side in (-1.0, 1.0)])).all())
 
 
-def look(world: World, rng: np.random.Generator) -> DepthFrame:
+def random_frame(world: World, rng: np.random.Generator) -> DepthFrame:
     """A noisy frame from a random view of the objects."""
     view = random_view(world, rng)
     return noisy_frame(world.shapes(), view.wTc, view.noise, rng)
 
 
 def at_rest(world: World) -> FloatingHand:
-    """A hand, parked, in a world whose objects lie."""
+    """A parked hand in a world of objects at rest."""
     hand = FloatingHand(ROBOT, world, PARKED)
     hand.settle(_RESTING)
     return hand
@@ -142,31 +142,31 @@ def _objects(
 
 
 def _varied(obj: SimObject, rng: np.random.Generator) -> SimObject:
-    return _drawn_out(obj, rng) if rng.random() < _VARIED_LARGE else _heavier(obj, rng)
+    return _stretched(obj, rng) if rng.random() < _STRETCHED else _heavier(obj, rng)
 
 
 def _heavier(obj: SimObject, rng: np.random.Generator) -> SimObject:
-    """The object, its mass drawn anew."""
-    return replace(obj, mass=float(rng.uniform(*_HEAVY)))
+    """The object with another mass."""
+    return replace(obj, mass=float(rng.uniform(*_MASS)))
 
 
-def _drawn_out(obj: SimObject, rng: np.random.Generator) -> SimObject:
-    """The object, its longest side drawn out, and its mass drawn anew."""
+def _stretched(obj: SimObject, rng: np.random.Generator) -> SimObject:
+    """The object with its longest side stretched and another mass."""
     parts = [(part, _corners(part)) for part in obj.parts]
     corners = np.concatenate([of_part for _, of_part in parts])
     extent = np.ptp(corners, axis=0)
     stretch = np.ones(3)
     longest = int(extent.argmax())
-    stretch[longest] = max(1.0, rng.uniform(*_LONG) / extent[longest])
+    stretch[longest] = max(1.0, rng.uniform(*_LENGTH) / extent[longest])
     return replace(
         obj,
         parts=tuple(hull_of(of * stretch, part.name, part.colour) for part, of in parts),
-        mass=float(rng.uniform(*_HEAVY)),
+        mass=float(rng.uniform(*_MASS)),
     )
 
 
 def _corners(part: Geom) -> Array:
-    """(N, 3) points whose hull is a part, what is round as polygons; in its object's frame [m]."""
+    """(N, 3) points whose convex hull approximates a part, in the frame of its object [m]."""
     shape = part.shape
     if isinstance(shape, Hull):
         corners = shape.vertices
@@ -187,8 +187,8 @@ def _corners(part: Geom) -> Array:
     return placed
 
 
-def _on_a_ball(count: int) -> Array:
-    """(N, 3) points spread evenly over the unit ball's surface, along a spiral."""
+def _sphere_points(count: int) -> Array:
+    """(N, 3) points spread evenly over the unit sphere, along a spiral."""
     at = np.arange(count) + 0.5
     polar, azimuth = np.arccos(1.0 - 2.0 * at / count), np.pi * (1.0 + np.sqrt(5.0)) * at
     return np.stack(
@@ -197,14 +197,14 @@ def _on_a_ball(count: int) -> Array:
 
 
 _CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
-_BALL, _SIDES = _on_a_ball(60), 20
+_BALL, _SIDES = _sphere_points(60), 20
 
 
-def _hang(objects: Sequence[SimObject], region: Region, rng: np.random.Generator) -> None:
-    """Every object above the one before, turned by chance, over the middle of the region."""
+def _stack(objects: Sequence[SimObject], region: Region, rng: np.random.Generator) -> None:
+    """Place the objects one above the other, randomly turned, over the middle of the region."""
     height = FLOOR
     for obj in objects:
-        turn = _random_turn(rng)
+        turn = _random_rotation(rng)
         spread = np.maximum(region.size[:2] / 2.0 - obj.radius - 0.03, 0.0)
         xy = region.wTr.translation[:2] + rng.uniform(-spread, spread)
         obj.pose = SE3(turn, np.zeros(3))
@@ -214,8 +214,8 @@ def _hang(objects: Sequence[SimObject], region: Region, rng: np.random.Generator
         height += _CLEARANCE + low + high
 
 
-def _random_turn(rng: np.random.Generator) -> Array:
-    """(3, 3) any rotation is as likely as any other."""
+def _random_rotation(rng: np.random.Generator) -> Array:
+    """(3, 3) uniformly distributed."""
     x, y, z, w = rng.standard_normal(4)
     turn: Array = Quaternion(w, x, y, z).normalized().toRotationMatrix()
     return turn

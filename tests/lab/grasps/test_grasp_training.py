@@ -1,20 +1,25 @@
-"""Rendered training data: labels from exact geometry, the same for the same seed."""
+"""Training data: labels from exact geometry, the same for the same seed; recipes, a training."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 from pinocchio import SE3, exp3
+from typer.testing import CliRunner
 
+from app.commands import app
+from config import ConfigError
 from hw.sim import D435Noise, SimObject, World
 from lab.grasps.scenes import (
     FLOOR,
     HELDOUT_CLASSES,
+    ROBOT,
     TRAINING_CLASSES,
     View,
     random_view,
     random_world,
 )
+from lab.grasps.train import read_recipe
 from lab.grasps.training_data import (
     label_world,
     render_sample,
@@ -23,6 +28,7 @@ from lab.grasps.training_data import (
     shard_path,
     write_shards,
 )
+from perception import GraspDetector
 from perception.grasps.network_input import METRES_PER_PIXEL
 from perception.grasps.network_io import ANGLE_BINS, GRID_SIZE
 from perception.training_samples import Sample, Shard
@@ -57,7 +63,7 @@ def seen(yaw: float, camera_yaw: float, tilt: float = 0.0) -> Sample:
 
 @pytest.mark.parametrize(
     ("yaw", "camera_yaw", "tilt"),
-    [(0.0, 0.0, 0.0), (0.6, 0.0, 0.0), (0.6, 0.9, 0.0), (-0.8, 2.5, 0.0), (0.6, 0.9, 0.2)],
+    [(0.6, 0.0, 0.0), (-0.8, 2.5, 0.0), (0.6, 0.9, 0.2)],
 )
 def test_labels_of_a_box_are_across_it_and_as_wide(
     yaw: float, camera_yaw: float, tilt: float
@@ -118,3 +124,27 @@ def test_shards_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None
     assert list(write_shards(tmp_path / "a", 2, 0, 1)) == []
     assert shard_count(257) == 2
     assert shard_path(tmp_path / "a", 0, 1).is_file()
+
+
+def test_recipes_are_checked_with_their_place(tmp_path: Path) -> None:
+    assert read_recipe("bins").network == "bins"
+    with pytest.raises(ConfigError, match="did you mean `bins`"):
+        read_recipe("bin")
+    path = tmp_path / "r.yaml"
+    path.write_text("network: bins\nlearning: {round: 3}\n")
+    with pytest.raises(ConfigError, match=r"r.yaml:2:12: learning.round: unknown key.*`rounds`"):
+        read_recipe(str(path))
+
+
+@pytest.mark.slow
+def test_training_from_a_recipe_writes_weights(tmp_path: Path) -> None:
+    recipe = tmp_path / "tiny.yaml"
+    recipe.write_text(
+        "network: bins\ndata: {images: 1, validation_images: 1}\n"
+        "learning: {rounds: 2, steps: 2, batch: 2}\n"
+    )
+    arguments = ["grasp", "train", str(recipe), "--folder", str(tmp_path / "t"), "--workers", "2"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    weights = tmp_path / "t" / "bins.safetensors"
+    assert GraspDetector(weights, gripper=ROBOT.gripper).proposer.name == "bins"

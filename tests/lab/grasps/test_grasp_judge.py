@@ -1,4 +1,4 @@
-"""The judge by physics: what it holds, what it refuses, and its figures."""
+"""The judge of grasps by physics, and `grasp eval`."""
 
 import json
 import re
@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 
 from app.commands import app
 from hw.sim import SimObject, World
+from lab.grasps import evaluation, views
 from lab.grasps.choice import NetworkChoice
 from lab.grasps.scenes import FLOOR, ROBOT, random_view
-from lab.shared import paired_difference
 from perception import Detection, GraspDetector, GraspEstimate, GraspPatches, Workspace
 from perception.frame import Frame
 from robots import Box, Geom
@@ -34,10 +34,10 @@ def box_alone() -> World:
     return World([table], [SimObject(name="box 1", parts=parts, mass=0.2, pose=here)])
 
 
-def grasp(y: float = 0.0, z: float = 0.02, opening: float = 0.06) -> GraspEstimate:
+def grasp(y: float = 0.0, z: float = 0.02) -> GraspEstimate:
     wTg = SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, y, FLOOR + z]))
     return GraspEstimate(
-        wTg=wTg, width=0.04, quality=1.0, stamp=0.0, pixel=(0, 0), angle=0.0, opening=opening
+        wTg=wTg, width=0.04, quality=1.0, stamp=0.0, pixel=(0, 0), angle=0.0, opening=0.06
     )
 
 
@@ -46,33 +46,29 @@ def grasp(y: float = 0.0, z: float = 0.02, opening: float = 0.06) -> GraspEstima
     [
         (grasp(), "held", False),
         (grasp(z=0.07), "nothing between the fingers", False),
-        (grasp(y=0.12), "nothing between the fingers", False),
         (grasp(y=0.03, z=0.011), "nothing between the fingers", True),  # a finger into the box
     ],
 )
 def test_grasps_end_as_they_would(asked: GraspEstimate, end: str, hard: bool) -> None:
-    from lab.grasps.physical_judge import execute
-    from lab.grasps.physical_scenes import at_rest
+    from lab.grasps.dropped_scenes import at_rest
+    from lab.grasps.judge import execute
 
     world = box_alone()
     attempt = execute(at_rest(world), world, asked)
-    assert attempt.end == end
-    assert attempt.hard is hard
-    assert attempt.target_class == "box"
+    assert (attempt.end, attempt.hard, attempt.target_class) == (end, hard, "box")
 
 
 def test_a_scene_is_judged_the_same_every_time_and_no_detector_disturbs_the_next() -> None:
-    from lab.grasps.physical_judge import judge_single
+    from lab.grasps.judge import judge_single
 
     none, check = (NetworkChoice(network=name) for name in ("none", "check"))
-    both = judge_single(7, [none, check])
-    assert judge_single(7, [none, check]) == both
-    assert judge_single(7, [check])[2] == both[2][1:]
+    both = judge_single([none, check], (), 7)
+    assert judge_single([check], (), 7)[2] == both[2][1:]
 
 
 def test_the_judge_looks_again_from_straight_above_where_nothing_is_likely_to_hold() -> None:
-    from lab.grasps.chosen import chosen_grasp
-    from lab.grasps.physical_scenes import dropped
+    from lab.grasps.dropped_scenes import drop_scene
+    from lab.grasps.judge import best_grasp
 
     frames = []
 
@@ -84,12 +80,12 @@ def test_the_judge_looks_again_from_straight_above_where_nothing_is_likely_to_ho
     def never(patches: GraspPatches) -> npt.NDArray[np.float64]:
         return np.zeros(len(patches.numbers))
 
-    scene = dropped(7, 1)
+    scene = drop_scene(7, 1)
     detector = Doubting(gripper=ROBOT.gripper, hold=never)
     rng = np.random.default_rng(1)
     view = random_view(scene.world, rng)
-    seen = chosen_grasp(detector, scene.world, scene.region, view.wTc, view.noise, rng, looks=2)
-    assert seen is None
+    found = best_grasp(detector, scene.world, scene.region, view.wTc, view.noise, rng, looks=2)
+    assert found is None
     first, *others = frames
     assert first.wTc.rotation[2, 2] > -0.9999
     assert len(others) == 2
@@ -102,9 +98,9 @@ def test_the_judge_looks_again_from_straight_above_where_nothing_is_likely_to_ho
 
 
 def test_dropped_objects_rest_within_the_walls() -> None:
-    from lab.grasps.physical_scenes import dropped, is_inside
+    from lab.grasps.dropped_scenes import drop_scene, is_inside
 
-    scene = dropped(2, 6)
+    scene = drop_scene(2, 6)
     assert scene.group == "large"
     assert len(scene.world.objects) == 6
     for obj in scene.world.objects:
@@ -118,51 +114,35 @@ def test_dropped_objects_rest_within_the_walls() -> None:
         assert np.linalg.norm(copy.pose.translation - pose.translation) < 2e-3
 
 
-def test_a_paired_difference_knows_what_chance_can_do() -> None:
-    rng = np.random.default_rng(1)
-    one = (rng.random(400) < 0.9).astype(float)
-    assert paired_difference(one, one) == (0.0, 0.0, 0.0)
-    worse = one.copy()
-    worse[np.flatnonzero(one)[:40]] = 0.0
-    mean, low, high = paired_difference(one, worse)
-    assert mean == pytest.approx(0.1)
-    # Of 40 in 400 by the binomial distribution.
-    assert (low, high) == pytest.approx((0.1 - 0.0294, 0.1 + 0.0294), abs=0.004)
-    mean, low, high = paired_difference(one, (rng.random(400) < 0.9).astype(float))
-    assert low < 0.0 < high
-    per_attempt = paired_difference(one, one, (np.full(400, 1.0), np.full(400, 2.0)))
-    assert per_attempt[0] == pytest.approx(one.mean() / 2.0)
-
-
-def test_figures_are_written_and_compared_later(tmp_path: Path) -> None:
+def test_figures_are_written_and_compared_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(evaluation, "BASELINES", (NetworkChoice(network="none"),))
+    monkeypatch.setattr("lab.grasps.judge.ATTEMPTS", 0.3)
     file = tmp_path / "before.json"
-    arguments = ["grasp", "eval", "--judge", "physics", "--workers", "1", "--network", "check"]
-    few = [*arguments, "--scenes", "3", "--bins", "1"]
+    arguments = ["grasp", "eval", "--workers", "1", "--network", "check"]
+    few = [*arguments, "--scenes", "2", "--bins", "1"]
     result = RUN.invoke(app, [*few, "--json", str(file)])
     assert result.exit_code == 0, result.output
-    assert "the kinematic judge agrees on" in result.output
     figures = json.loads(file.read_text())
-    assert [row["name"] for row in figures["rows"]] == [
-        "check",
-        "check, likelihood ranking",
-        "none",
-        "none, first ranking",
-    ]
-    assert len(figures["rows"][0]["singles"]) == len(figures["scenes"]) == 3
+    names = [row["name"] for row in figures["rows"]]
+    assert names == ["check", "none"]
+    assert len(figures["rows"][0]["singles"]) == len(figures["scenes"]) == 2
+    assert "machine" in figures
     again = RUN.invoke(app, [*few, "--against", str(file)], env={"COLUMNS": "200"})
     assert again.exit_code == 0, again.output
     assert "check, before" in again.output
     assert "+0.0 (+0.0 to +0.0), 0 won, 0 lost" in again.output
-    other = RUN.invoke(app, [*arguments, "--scenes", "2", "--bins", "0", "--against", str(file)])
+    other = RUN.invoke(app, [*arguments, "--scenes", "1", "--bins", "0", "--against", str(file)])
     assert other.exit_code == 2
     assert "other scenes" in other.output
 
 
-def test_what_no_grasp_holds_is_told_apart_from_what_a_row_has_lost(tmp_path: Path) -> None:
+def test_an_object_that_no_grasp_holds_does_not_count_as_lost(tmp_path: Path) -> None:
     trimesh.creation.box((0.12, 0.12, 0.12)).export(tmp_path / "too_wide.stl")
     trimesh.creation.box((0.12, 0.04, 0.04)).export(tmp_path / "brick.stl")
     few = ["--scenes", "2", "--bins", "0", "--workers", "1", "--by-chance", "4"]
-    arguments = ["grasp", "eval", "--judge", "physics", "--meshes", str(tmp_path), *few]
+    arguments = ["grasp", "eval", "--meshes", str(tmp_path), *few]
     result = RUN.invoke(app, arguments, env={"COLUMNS": "200"})
     assert result.exit_code == 0, result.output
     assert "too_wide: in 1 scenes none of 4 grasps by chance held" in result.output
@@ -170,20 +150,43 @@ def test_what_no_grasp_holds_is_told_apart_from_what_a_row_has_lost(tmp_path: Pa
     assert re.search(r"bins, where any grasp holds +│ 100\.0", result.output)
 
 
-def test_grasps_by_chance_find_what_can_be_held() -> None:
-    from lab.grasps.by_chance import holds_by_chance
+def test_random_grasps_find_what_can_be_held() -> None:
+    from lab.grasps.judge import random_grasp_holds
 
-    assert holds_by_chance(40, (), 301)
+    assert random_grasp_holds(40, (), 301)
+
+
+@pytest.mark.parametrize("tilt_deg", [0.0, 40.0])
+def test_a_view_looks_at_the_object_at_its_tilt_from_its_distance(tilt_deg: float) -> None:
+    target = np.array([0.1, -0.2, 0.5])
+    wTc = views.looking_at(target, np.radians(tilt_deg), 0.7, np.random.default_rng(3))
+    assert wTc.actInv(target) == pytest.approx([0.0, 0.0, 0.7], abs=1e-9)
+    assert np.degrees(np.arccos(-wTc.rotation[2, 2])) == pytest.approx(tilt_deg, abs=1e-6)
+
+
+def test_every_view_of_a_scene_is_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(views, "TILTS_DEG", (0.0, 40.0))
+    monkeypatch.setattr(views, "DISTANCES", (0.45,))
+    seen = views.evaluate_views(NetworkChoice(network="none"), scenes=2, workers=1)
+    assert [(one.tilt_deg, one.distance) for one in seen] == [(0.0, 0.45), (40.0, 0.45)] * 2
+    assert any(one.held for one in seen)
+    few = ["grasp", "eval", "--by-view", "--scenes", "1", "--network", "none", "--workers", "1"]
+    result = RUN.invoke(app, few)
+    assert result.exit_code == 0, result.output
+    assert "0.45 m" in result.output
 
 
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("--judge", "physics", "--plot", "x.png"), "kinematic judge"),
-        (("--judge", "physics", "--meshes", "/nowhere"), "no mesh"),
-        (("--judge", "physics", "--against", "/nowhere.json"), "not figures of"),
-        (("--meshes", "."), "belong to --judge physics"),
-        (("--ranked", "first"), "belong to --judge physics"),
+        (("--network", "resnet"), "`bins`, `ggcnn`"),
+        (("--weights", "nowhere.safetensors"), "no such weights file"),
+        (("--network", "bins", "--weights", "x"), "give one of the two"),
+        (("--json", "/nowhere/x.json"), "no folder"),
+        (("--meshes", "/nowhere"), "no mesh"),
+        (("--against", "/nowhere.json"), "not figures of"),
+        (("--judge", "kinematic"), "by physics alone"),
+        (("--by-view", "--by-chance", "3"), "--by-view"),
     ],
 )
 def test_bad_input_is_one_line(arguments: tuple[str, ...], says: str) -> None:

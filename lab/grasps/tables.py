@@ -1,4 +1,4 @@
-"""Tables of what the judge by physics found."""
+"""Tables of an evaluation of grasps."""
 
 from __future__ import annotations
 
@@ -9,16 +9,14 @@ import numpy as np
 import numpy.typing as npt
 from rich.table import Table
 
-from lab.grasps.closed_loop import HELD
-from lab.grasps.physical_results import BIN, HARD, NO_GRASP, PhysicalEvaluation, Row
-from lab.shared import interval, paired_difference, percent
+from lab.grasps.results import BIN, HARD, NO_GRASP, GraspEvaluation, Row
+from lab.shared import paired_difference, percent
 
-_TOLD = 20
-"""Ends of attempts at single objects that are told at most."""
+_LISTED = 20  # kinds of failures at most
 
 
-def physical_tables(evaluation: PhysicalEvaluation) -> list[Table]:
-    """The shares of all rows with their intervals, and how much more the first row has."""
+def evaluation_tables(evaluation: GraspEvaluation) -> list[Table]:
+    """Success rates of all rows with their intervals, and their difference to the first."""
     first = evaluation.rows[0]
     title = f"one object, {len(evaluation.scenes)} scenes, by physics"
     columns = ("held [%]", "no grasp", f"over {HARD:.0f} N", f"{first.name} more [points]")
@@ -45,14 +43,8 @@ def physical_tables(evaluation: PhysicalEvaluation) -> list[Table]:
     return [single, bins]
 
 
-def physical_notes(evaluation: PhysicalEvaluation) -> list[str]:
-    """What the kinematic judge says of the same grasps, and how the first row failed."""
-    asked = [each for row in evaluation.rows for each in row.singles if each.kinematic]
-    if not asked:
-        return []
-    said = [(each.kinematic == HELD, each.held) for each in asked]
-    same = [kinematic == physical for kinematic, physical in said]
-    low, high = interval(same)
+def evaluation_notes(evaluation: GraspEvaluation) -> list[str]:
+    """The scenes in which no grasp held, and the failures of the first row."""
     first = evaluation.rows[0]
     failed = Counter(
         f"{each.end}: {scene.partition(', ')[2]}"
@@ -65,31 +57,26 @@ def physical_notes(evaluation: PhysicalEvaluation) -> list[str]:
             f"{scene}: in {count} scenes none of {evaluation.by_chance} grasps by chance held"
             for scene, count in hopeless.most_common()
         ),
-        f"the kinematic judge agrees on {sum(same)} of {len(same)} grasps "
-        f"({100 * low:.1f} to {100 * high:.1f} %); it holds {said.count((True, False))} that did "
-        f"not hold, and refuses {said.count((False, True))} that did",
-        *(f"{first.name}, {count} x {end}" for end, count in failed.most_common(_TOLD)),
+        *(f"{first.name}, {count} x {end}" for end, count in failed.most_common(_LISTED)),
     ]
 
 
 def _single_cells(row: Row, first: Row) -> tuple[str, ...]:
     executed = [each for each in row.singles if each.end != NO_GRASP]
-    hard = sum(each.hard for each in executed)
-    missing = len(row.singles) - len(executed)
     return (
         percent(row.held),
-        str(missing),
-        f"{hard} of {len(executed)}",
+        str(len(row.singles) - len(executed)),
+        f"{sum(each.hard for each in executed)} of {len(executed)}",
         "" if row is first else _single_difference(row, first),
     )
 
 
 def _single_difference(row: Row, first: Row) -> str:
-    """How much more the first holds, in points."""
+    """Difference of the success rates, in percentage points."""
     one, other = np.array(first.held), np.array(row.held)
     mean, low, high = (100.0 * x for x in paired_difference(one.astype(float), other.astype(float)))
-    gained, lost = int((one & ~other).sum()), int((other & ~one).sum())
-    return f"{mean:+.1f} ({low:+.1f} to {high:+.1f}), {gained} won, {lost} lost"
+    won, lost = int((one & ~other).sum()), int((other & ~one).sum())
+    return f"{mean:+.1f} ({low:+.1f} to {high:+.1f}), {won} won, {lost} lost"
 
 
 def _bin_cells(row: Row, first: Row) -> tuple[str, ...]:

@@ -1,0 +1,146 @@
+"""Fit of the network that estimates how likely a grasp holds, and how good its estimate is.
+
+AUC is the share of pairs of a good and a bad grasp that a score orders rightly (Hanley and McNeil,
+1982). The calibration error is the mean distance between estimated and true shares, over bins of
+equally many grasps (Naeini et al., 2015).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+from rich.table import Table
+
+from config import ConfigError
+from lab.grasps.outcomes import SETS, Outcomes, group_of, read_outcomes
+from lab.grasps.scenes import ROBOT
+from perception import NUMBERS, HoldProbability, hand_sizes
+
+if TYPE_CHECKING:
+    from perception.networks import FitReport
+
+Array: TypeAlias = npt.NDArray[np.float64]
+Score: TypeAlias = Callable[[Array, Array], float]
+
+TRAINING_SETS = ("trained", "bodies", "light")
+"""The sets of outcomes that are learnt from."""
+_BINS = 10  # of the calibration error
+_DRAWS = 1000  # of a bootstrap
+
+
+def fit_hold_network(folder: Path, out: Path, *, rounds: int, say: Callable[[str], None]) -> None:
+    """Fit to all outcomes of `TRAINING_SETS` in a folder, and write the weights.
+
+    Args:
+        folder: of the outcomes.
+        out: the weights file to write.
+        rounds: passes over the data.
+        say: receives lines of progress.
+
+    Raises:
+        ConfigError: there are no outcomes, or a file cannot be read.
+    """
+    # Not at the top: torch takes a second to import.
+    import torch
+
+    from perception.networks import FitSettings, fit_hold, save_network
+
+    outcomes = read_outcomes(folder, *TRAINING_SETS)
+    settings = FitSettings(rounds=rounds)
+    torch.set_num_threads(1)  # the order of sums is then always the same
+
+    def report(done: FitReport) -> None:
+        say(f"round {done.round} of {settings.rounds}: loss {done.loss:.4f}")
+
+    say(f"{len(outcomes.good)} grasps, {100 * outcomes.good.mean():.1f} % of them good")
+    network = fit_hold(outcomes.patches, outcomes.good, ROBOT.gripper, settings, report)
+    metadata = {
+        "settings": asdict(settings),
+        "grasps": len(outcomes.good),
+        "last_scenes": {name: _last_scene(folder, name) for name in TRAINING_SETS},
+        "hand": hand_sizes(ROBOT.gripper),
+        "licence": "Apache-2.0",
+    }
+    save_network(network, out, metadata)
+
+
+def _last_scene(folder: Path, name: str) -> int | None:
+    """The largest seed among the scenes of a set; None if there are none."""
+    if not list(folder.glob(f"{name}-*.npz")):
+        return None
+    return int(read_outcomes(folder, name).scene.max())
+
+
+def auc(estimated: Array, good: Array) -> float:
+    """Area under the ROC curve; ties count half, NaN without both outcomes."""
+    positive, negative = estimated[good > 0.5], np.sort(estimated[good < 0.5])
+    if not len(positive) or not len(negative):
+        return float("nan")
+    below = np.searchsorted(negative, positive, "left")
+    not_above = np.searchsorted(negative, positive, "right")
+    return float((below + not_above).mean() / (2 * len(negative)))
+
+
+def calibration_error(estimated: Array, good: Array) -> float:
+    """Mean of |estimated - true| over `_BINS` bins of equally many grasps."""
+    order = np.argsort(estimated, kind="stable")
+    parts = [part for part in np.array_split(order, _BINS) if len(part)]
+    return float(sum(abs(estimated[p].sum() - good[p].sum()) for p in parts) / len(estimated))
+
+
+def probability_table(judged: Outcomes, hold: HoldProbability) -> Table:
+    """AUC and calibration error of a network, and of the score of the check.
+
+    Each with its 95 % interval, of all, of single objects and bins, and of each group of objects.
+
+    Raises:
+        ConfigError: the outcomes are all the same.
+    """
+    good = judged.good.astype(float)
+    if len(set(good)) < 2:
+        raise ConfigError("the outcomes to judge by are all the same; collect more scenes")
+    estimates = {
+        "the network": hold(judged.patches),
+        "the score of the check": judged.patches.numbers[:, NUMBERS.index("score")].astype(float),
+    }
+    title = f"{len(good)} grasps in {len(np.unique(judged.scene))} scenes, {int(good.sum())} good"
+    table = Table("estimated by", "grasps", "AUC", "calibration error", title=title)
+    _, groups = SETS["heldout"]
+    of_groups = np.array([group_of(int(seed), groups) for seed in judged.scene])
+    parts = {
+        "all": np.ones(len(good), dtype=np.bool_),
+        "single": judged.objects == 1,
+        "in a bin": judged.objects > 1,
+        **{group: of_groups == group for group in groups},
+    }
+    for name, values in estimates.items():
+        for part, chosen in parts.items():
+            if len(set(good[chosen])) < 2:
+                continue
+            cells = (
+                "{:.3f} ({:.3f} to {:.3f})".format(
+                    *_with_interval(score, values[chosen], good[chosen], judged.scene[chosen])
+                )
+                for score in (auc, calibration_error)
+            )
+            table.add_row(name, part, *cells)
+    return table
+
+
+def _with_interval(
+    score: Score, estimated: Array, good: Array, scene_of: npt.NDArray[np.int64]
+) -> tuple[float, float, float]:
+    """A score and its interval by a bootstrap over the scenes (Efron, 1979)."""
+    rng = np.random.default_rng(0)
+    members = [np.flatnonzero(scene_of == scene) for scene in np.unique(scene_of)]
+    drawn = []
+    for _ in range(_DRAWS):
+        some = np.concatenate([members[i] for i in rng.integers(0, len(members), len(members))])
+        drawn.append(score(estimated[some], good[some]))
+    low, high = np.nanpercentile(drawn, (2.5, 97.5))
+    return score(estimated, good), float(low), float(high)

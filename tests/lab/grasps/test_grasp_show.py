@@ -1,0 +1,119 @@
+"""`grasp show`: grasps in images and recordings, the pose of the table, and damaged files."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import rerun as rr
+from pinocchio import SE3
+from typer.testing import CliRunner
+
+from app.commands import app
+from hw.sim import DepthRenderer
+from lab.grasps.scenes import FLOOR, HELDOUT_CLASSES, ROBOT, random_world
+from lab.grasps.table_plane import NoTableError, camera_above_table
+
+RUN = CliRunner()
+CAMERA = ROBOT.camera.intrinsics
+
+
+def table_depth(tilt: float) -> np.ndarray:
+    """Depth of a table 0.9 m away along the axis, with a block of 50 mm in the middle [m]."""
+    v, u = np.mgrid[0 : CAMERA.height, 0 : CAMERA.width].astype(float)
+    x, y = (u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy
+    normal = np.array([0.0, -np.sin(tilt), -np.cos(tilt)])  # of the table, as the camera sees it
+    depth = 0.9 * normal[2] / (x * normal[0] + y * normal[1] + normal[2])
+    depth[(np.abs(u - 330) < 14) & (np.abs(v - 250) < 45)] -= 0.05
+    return depth.astype(np.float32)
+
+
+@pytest.fixture(scope="module")
+def depth() -> np.ndarray:
+    """One object seen from above; 0 where nothing was measured."""
+    world, _ = random_world(np.random.default_rng(5), HELDOUT_CLASSES, 1)
+    x, y, _ = world.objects[0].pose.translation
+    wTc = SE3(np.diag([1.0, -1.0, -1.0]), np.array([x, y, FLOOR + 0.4]))
+    return np.nan_to_num(DepthRenderer(CAMERA).render(world.shapes(), wTc))
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.8])
+def test_the_table_tells_where_the_camera_is(tilt: float) -> None:
+    wTc = camera_above_table(table_depth(tilt), CAMERA)
+    assert wTc.translation[2] == pytest.approx(0.9 * np.cos(tilt), abs=1e-3)
+    assert wTc.rotation[2, 2] == pytest.approx(-np.cos(tilt), abs=1e-3)
+    assert wTc.rotation[:, 0] == pytest.approx([1.0, 0.0, 0.0], abs=1e-3)
+
+
+def test_a_wall_is_no_table() -> None:
+    with pytest.raises(NoTableError, match="a wall"):
+        camera_above_table(table_depth(1.4), CAMERA)
+
+
+@pytest.mark.parametrize("kind", ["npy", "png"])
+def test_grasps_in_an_image_are_drawn(tmp_path: Path, kind: str, depth: np.ndarray) -> None:
+    path = tmp_path / f"mine.{kind}"
+    if kind == "npy":
+        np.save(path, depth)
+    else:
+        cv2.imwrite(str(path), np.rint(1000 * depth).astype(np.uint16))
+    result = RUN.invoke(app, ["grasp", "show", str(path), "--focal", str(CAMERA.fx)])
+    assert result.exit_code == 0, result.output
+    assert "mm wide" in result.output
+    picture = cv2.imread(str(tmp_path / "mine_grasps.png"))
+    assert picture.shape[1] == 640
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
+
+
+def test_grasps_in_a_recording_are_shown(tmp_path: Path, depth: np.ndarray) -> None:
+    stream = rr.RecordingStream("test")
+    stream.save(tmp_path / "mine.rrd")
+    for time, metres in ((0.0, np.full_like(depth, 0.7)), (1.0, depth)):
+        stream.set_time("t", duration=time)
+        stream.log("eye", rr.DepthImage(metres.astype(np.float32), meter=1.0))
+    stream.flush()
+    stream.disconnect()
+    arguments = ["grasp", "show", str(tmp_path / "mine.rrd"), "--focal", str(CAMERA.fx)]
+    result = RUN.invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    assert "mm wide" in result.output
+    assert "no grasp: " in RUN.invoke(app, [*arguments, "--at", "0.1"]).output
+
+
+PETABYTE = (
+    b"\x93NUMPY\x01\x00v\x00{'descr': '<f8', 'fortran_order': False, "
+    b"'shape': (9999999999999, 22), }".ljust(127)
+    + b"\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "says"),
+    [
+        ("words.rrd", b"hello", "not a recording"),
+        ("missing.npy", None, "no such file"),
+        ("text.png", b"hello", "not a depth image"),
+        ("empty.npy", b"", "cannot be read"),
+        ("petabyte.npy", PETABYTE, "cannot be read"),
+        ("colour.npy", np.zeros((4, 4, 3)), "not a depth image"),
+        ("words.npy", np.full((20, 20), "a"), "not a depth image"),
+        ("truths.npy", np.ones((20, 20), bool), "not a depth image"),
+        ("records.npy", np.zeros((20, 20), [("a", float)]), "not a depth image"),
+        ("noise.npy", np.random.default_rng(0).uniform(0.5, 2, (240, 320)), "one plane"),
+        ("endless.npy", np.full((20, 20), 1e300), "hardly any depth"),
+        ("nothing.npy", np.ones((0, 0)), "hardly any depth"),
+    ],
+)
+def test_a_file_without_a_depth_image_is_one_clear_line(
+    tmp_path: Path, name: str, content: object, says: str
+) -> None:
+    path = tmp_path / name
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    elif content is not None:
+        np.save(path, content)
+    result = RUN.invoke(app, ["grasp", "show", str(path)])
+    assert result.exit_code == 2
+    assert says in result.output
+    assert result.output.startswith(str(path))
+    assert len(result.output.strip().splitlines()) == 1

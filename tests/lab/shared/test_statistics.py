@@ -1,0 +1,31 @@
+"""Confidence intervals of shares, and of paired differences."""
+
+import numpy as np
+import pytest
+
+from lab.shared import interval, paired_difference
+
+
+def test_the_interval_contains_the_share_and_narrows() -> None:
+    few, many = interval([True] * 9 + [False]), interval([True] * 900 + [False] * 100)
+    assert few[0] < 0.9 < few[1]
+    assert many[1] - many[0] < 0.25 * (few[1] - few[0])
+    assert interval([True] * 10)[1] == pytest.approx(1.0)
+    # Figures of the textbook example: 10 of 100.
+    assert interval([True] * 10 + [False] * 90) == pytest.approx((0.0552, 0.1744), abs=2e-4)
+
+
+def test_the_interval_of_a_paired_difference() -> None:
+    rng = np.random.default_rng(1)
+    one = (rng.random(400) < 0.9).astype(float)
+    assert paired_difference(one, one) == (0.0, 0.0, 0.0)
+    worse = one.copy()
+    worse[np.flatnonzero(one)[:40]] = 0.0
+    mean, low, high = paired_difference(one, worse)
+    assert mean == pytest.approx(0.1)
+    # Of 40 in 400 by the binomial distribution.
+    assert (low, high) == pytest.approx((0.1 - 0.0294, 0.1 + 0.0294), abs=0.004)
+    mean, low, high = paired_difference(one, (rng.random(400) < 0.9).astype(float))
+    assert low < 0.0 < high
+    per_attempt = paired_difference(one, one, (np.full(400, 1.0), np.full(400, 2.0)))
+    assert per_attempt[0] == pytest.approx(one.mean() / 2.0)
