@@ -53,6 +53,7 @@ def evaluate_views(choice: NetworkChoice, *, scenes: int, workers: int) -> list[
 
 
 def _scene(choice: NetworkChoice, seed: int) -> list[ViewResult]:
+    from behaviours import LOOKS
     from lab.grasps.dropped_scenes import drop_scene
     from lab.grasps.judge import best_grasp, execute
 
@@ -67,7 +68,7 @@ def _scene(choice: NetworkChoice, seed: int) -> list[ViewResult]:
             wTc = looking_at(target, np.radians(tilt_deg), distance, rng)
             noise = camera_noise(rng.random())
             grasp = best_grasp(
-                choice.detector(), scene.world, scene.region, wTc, noise, rng, looks=0
+                choice.detector(), scene.world, scene.region, wTc, noise, rng, looks=LOOKS
             )
             held = grasp is not None and execute(*scene.hand(), grasp).held
             results.append(ViewResult(tilt_deg, distance, grasp is not None, held))
