@@ -77,7 +77,7 @@ class Context:
             fixtures=self._around(),
             moving=tuple(self.obstacles(self.state.stamp)),
             loose=self.set_down.shapes,
-            seen=None if self.depth_obstacles is None else self.depth_obstacles.cloud,
+            depth_points=None if self.depth_obstacles is None else self.depth_obstacles.cloud,
             held=self.held,
         )
 

@@ -169,7 +169,7 @@ class Grasp(Leaf):
                 speed=_FOLLOW_SPEED,
                 straight=True,
                 hand_may_touch=True,
-                onward=self._next_now if vision.tracker.locked else None,
+                next_goal=self._next_now if vision.tracker.locked else None,
             ),
             "follow",
         )
@@ -295,6 +295,6 @@ class Grasp(Leaf):
             position_tolerance=_DESCEND_TOLERANCE,
             straight=True,
             hand_may_touch=True,
-            onward=self._next_now,
+            next_goal=self._next_now,
         )
         return self.pursue(goal, "descend")

@@ -168,7 +168,7 @@ def straight_up(
         position_tolerance=_RISE_TOLERANCE,
         straight=True,
         hand_may_touch=True,
-        onward=next_goal,
+        next_goal=next_goal,
     )
 
 

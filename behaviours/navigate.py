@@ -85,7 +85,7 @@ class Navigate(Leaf):
         return PoseGoal(
             wTe=wTe,
             speed=self._speed,
-            onward=self._next,
+            next_goal=self._next,
             position_tolerance=self._within,
             orientation_tolerance=max(
                 PoseGoal.orientation_tolerance, self._within / METRES_PER_RADIAN

@@ -62,7 +62,7 @@ class PoseGoal:
     grasp from a container or to set something down. The palm comes near, but does not touch; the
     rest of the robot keeps its distance."""
 
-    onward: SE3 | None = None
+    next_goal: SE3 | None = None
     """Where the end effector is to go next; the base stands so that it is soon on its way there,
     and sets out as far as the arm can keep to this goal meanwhile. None keeps the base here."""
 

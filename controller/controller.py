@@ -8,12 +8,11 @@ import numpy as np
 from pinocchio import SE3
 
 from controller.base_lag import BaseLag
-from controller.bounds import VelocityBounds
 from controller.collision import (
     SLACK_COSTS,
-    Avoidance,
+    CollisionAvoidance,
     CollisionModels,
-    Near,
+    NearestPair,
     SelfCollision,
     waits_for,
 )
@@ -27,16 +26,17 @@ from controller.command import (
     PostureGoal,
 )
 from controller.floor import Pose2D, drive_along, plain_lead
-from controller.goal_qp import GoalQP, qp_towards, to_posture, with_base
-from controller.guidance import Guide
-from controller.holistic import Linearisation, build_qp, linearise
+from controller.guidance import Guidance
+from controller.holistic_qp import Linearisation, build_qp, linearise
 from controller.model import RobotModel
-from controller.qp import QP, Rows, Solver, joined
+from controller.qp_solver import QP, Rows, Solver, joined
 from controller.report import StepReport
 from controller.servo import Servo, error_norm, pose_error
 from controller.settings import ControllerSettings
 from controller.surroundings import OPEN_FLOOR, Obstacle, Surroundings
+from controller.tasks import GoalQP, qp_towards, to_posture, with_base
 from controller.validation import check_inputs
+from controller.velocity_bounds import VelocityBounds
 
 _SLOWING = 0.9
 """Share of its velocities that a robot keeps in a period in which it does not know where to go."""
@@ -74,10 +74,14 @@ class HolisticController:
         collision = self.settings.collision
         models = CollisionModels(model)
         self._avoidance = (
-            None if collision is None else Avoidance(model, self.settings, collision, models)
+            None
+            if collision is None
+            else CollisionAvoidance(model, self.settings, collision, models)
         )
         guided = self.settings.guidance is not None
-        self._guide = Guide(model, self.settings, SelfCollision(model), models) if guided else None
+        self._guide = (
+            Guidance(model, self.settings, SelfCollision(model), models) if guided else None
+        )
         self._servo = Servo(self.settings)
         self._base_lag = BaseLag(model, self.settings.period)
         self._made_up = np.zeros(model.n)
@@ -135,7 +139,7 @@ class HolisticController:
                 motion = self._to_base_pose(state, here, goal, bounds, surroundings)
             case None:
                 motion = GoalQP(qp_towards(np.zeros(model.n), bounds))
-        rows, near, self._waits_for = None, Near(), ""
+        rows, near, self._waits_for = None, NearestPair(), ""
         if self._avoidance is not None:
             self._avoidance.follow(applied)
             rows, near = self._avoidance.rows(state, here, goal, bounds, surroundings)
@@ -170,9 +174,9 @@ class HolisticController:
             detour=motion.detour,
             clearance=near.clearance,
             nearest=near.name,
-            feels=near.points,
+            nearest_points=near.points,
             way=None if self._guide is None else self._guide.way,
-            near=near.pairs,
+            near_pairs=near.pairs,
             waits_for=self._waits_for,
         )
 
@@ -223,11 +227,11 @@ class HolisticController:
             guide.waits = bool(self._waits_for)
             bias = guide.bias(goal, error, here, state.q, surroundings)
             (base_time, posture_error), bearing = guide.left, guide.bearing
-            if goal.onward is None:
+            if goal.next_goal is None:
                 guide.onward.reset()
             elif bias is None:
                 m, lag = linearisation.manipulability, self._base_lag
-                bias = guide.onward.bias(goal.onward, error.position, m, lag, here, state.q)
+                bias = guide.onward.bias(goal.next_goal, error.position, m, lag, here, state.q)
         norm = error_norm(settings, bTe, error)
         steady = last - self._made_up  # what makes up for the lag is not to last
         qp = build_qp(model, settings, linearisation, twist, norm, bounds, steady, bias, bearing)

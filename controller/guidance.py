@@ -15,8 +15,8 @@ from controller.servo import PoseError
 from controller.settings import ControllerSettings
 from controller.stance import (
     Approach,
-    Follower,
-    Onward,
+    MovingGoalFollower,
+    NextGoalApproach,
     Remaining,
     Stance,
     StanceBias,
@@ -30,7 +30,7 @@ _LONGEST_REST = 50
 """Periods after which a robot whose goal changes all the time goes there without a stance."""
 
 
-class Guide:
+class Guidance:
     """Keeps the stance of one goal from period to period.
 
     Args:
@@ -58,8 +58,8 @@ class Guide:
         self._route = Route(model, settings)
         self._base_goal, self._base_obstacle = Pose2D(inf, inf, inf), ""
         self._approach = Approach(model, settings.guidance, self._route)
-        self._follower = Follower(model, settings)
-        self.onward = Onward(model, settings, self._finder)
+        self._follower = MovingGoalFollower(model, settings)
+        self.onward = NextGoalApproach(model, settings, self._finder)
         self._hand_may_touch = self._follows = False
         self.waits = False
         """Whether the robot gives way to somebody: that is no stall."""
@@ -226,7 +226,7 @@ class Guide:
 
     def _look_for_a_stance(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> None:
         wTe, failed, follows = goal.wTe.copy(), self._failed, self._follows
-        self._search = self._finder.search(wTe, wTb, q, failed, goal.onward, in_front=follows)
+        self._search = self._finder.search(wTe, wTb, q, failed, goal.next_goal, in_front=follows)
 
     def _search_on(self, goal: PoseGoal) -> None:
         """Do one piece of the search, and take what it has found when it is over."""

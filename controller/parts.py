@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
-from controller import controller, holistic
-from controller.bounds import VelocityBounds
-from controller.collision import Dampers, Proximity
-from controller.guidance import Guide
+from controller import controller, holistic_qp
+from controller.collision import DistanceConstraints, Proximity
+from controller.guidance import Guidance
 from controller.model import RobotModel
-from controller.qp import Solver
+from controller.qp_solver import Solver
+from controller.velocity_bounds import VelocityBounds
 
 STEP_PARTS: dict[str, tuple[tuple[Any, str], ...]] = {
     "checks and bounds": ((controller, "check_inputs"), (VelocityBounds, "__call__")),
     "kinematics": ((RobotModel, "kinematics"),),
-    "manipulability": ((holistic, "manipulability"),),
-    "guidance": ((Guide, "bias"),),
-    "distances": ((Proximity, "near"), (Dampers, "rows")),
+    "manipulability": ((holistic_qp, "manipulability"),),
+    "guidance": ((Guidance, "bias"),),
+    "distances": ((Proximity, "near"), (DistanceConstraints, "rows")),
     "build QP": ((controller, "build_qp"),),
     "solve": ((Solver, "solve"),),
 }

@@ -46,12 +46,12 @@ class StepReport:
     """Whether that is a way around, after a stall."""
     clearance: float = inf
     """Distance between the robot and what is nearest to it, if that is near [m]."""
-    near: int = 0
+    near_pairs: int = 0
     """Pairs of shapes, of which one is the robot's, that are so near to each other that they matter
     at their speed."""
     nearest: str = ""
     """What comes nearest to what, for people; empty if nothing is near."""
-    feels: tuple[Array, Array] | None = None
+    nearest_points: tuple[Array, Array] | None = None
     """The two points (3,), in the world, between which that distance was measured last; None if
     nothing is near, or only points that a camera has seen."""
     way: Array | None = None
@@ -59,5 +59,5 @@ class StepReport:
     same way. None if the base goes without one."""
     waits_for: str = ""
     """Who moves nearest, while the robot gives way; empty if it need not."""
-    plans: bool = False
+    planning: bool = False
     """Whether the robot stands because its motion is being planned."""

@@ -11,7 +11,7 @@ import pinocchio as pin
 from pinocchio import SE3
 
 from controller.command import Array, PoseGoal
-from controller.goal_motion import GoalMotion
+from controller.goal_velocity import GoalVelocity
 from controller.settings import ControllerSettings, ServoSettings
 
 _NEAR, _NEAR_ANGLE = 0.04, 0.14
@@ -65,7 +65,7 @@ class Servo:
 
     def reset(self) -> None:
         """Forget the goal."""
-        self._goal_motion = GoalMotion(self._period)
+        self._goal_motion = GoalVelocity(self._period)
         self._last = np.zeros(6)
 
     def with_motion(self, goal: PoseGoal) -> PoseGoal:

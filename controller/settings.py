@@ -75,7 +75,7 @@ class CollisionSettings(Checked):
     """Velocity dampers between shapes, from whose speed the robot can always brake.
 
     They keep it off itself, the floor and what stands around; see
-    `controller/collision/dampers.py`.
+    `controller/collision/distance_constraints.py`.
     """
 
     POSITIVE = ("influence_distance", "braking", "max_deceleration", "delay_periods")

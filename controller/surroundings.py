@@ -32,7 +32,7 @@ class Surroundings:
     """What stands on fixtures and may be carried away, in the world. The links of the arm and the
     camera keep off it. The hand, which works among such things, does not, nor do the base, its way
     and its stance look at it. The same object as long as nothing has changed."""
-    seen: PointCloud | None = None
+    depth_points: PointCloud | None = None
     """Points of surfaces that a camera has seen; another one for every frame."""
     held: tuple[Geom, ...] = ()
     """The shapes of what the hand holds, in e: they move with the robot and must not hit anything

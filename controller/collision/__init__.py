@@ -5,22 +5,22 @@ from typing import TYPE_CHECKING
 from config import lazy_face
 
 if TYPE_CHECKING:
-    from controller.collision.avoidance import Avoidance, Near
+    from controller.collision.avoidance import CollisionAvoidance, NearestPair
     from controller.collision.collision_model import CollisionModel, CollisionModels, PairKind
-    from controller.collision.dampers import SLACK_COSTS, Dampers
+    from controller.collision.distance_constraints import SLACK_COSTS, DistanceConstraints
+    from controller.collision.moving_obstacles import waits_for
     from controller.collision.proximity import Proximity
     from controller.collision.self_collision import SelfCollision
-    from controller.collision.yielding import waits_for
 else:
     __getattr__ = lazy_face(__name__)
 
 __all__ = [
     "SLACK_COSTS",
-    "Avoidance",
+    "CollisionAvoidance",
     "CollisionModel",
     "CollisionModels",
-    "Dampers",
-    "Near",
+    "DistanceConstraints",
+    "NearestPair",
     "PairKind",
     "Proximity",
     "SelfCollision",

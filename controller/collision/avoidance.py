@@ -8,18 +8,18 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.collision.collision_model import CollisionModels, PairKind
-from controller.collision.dampers import Dampers
+from controller.collision.distance_constraints import DistanceConstraints
+from controller.collision.moving_obstacles import MovingObstacleAvoidance
 from controller.collision.proximity import Proximity
-from controller.collision.yielding import Yielding
 from controller.command import Array, KinematicState, MotionGoal, PoseGoal
 from controller.floor import FloorMap, Pose2D
 from controller.model import RobotModel
-from controller.qp import Rows
+from controller.qp_solver import Rows
 from controller.settings import CollisionSettings, ControllerSettings
 from controller.surroundings import Obstacle, Surroundings
 
 
-class Near(NamedTuple):
+class NearestPair(NamedTuple):
     """What is near the robot."""
 
     pairs: int = 0
@@ -30,7 +30,7 @@ class Near(NamedTuple):
     """Where those two are nearest to each other, in the world."""
 
 
-class Avoidance:
+class CollisionAvoidance:
     """Distances, how fast they may shrink, and giving way to what moves.
 
     Args:
@@ -47,9 +47,9 @@ class Avoidance:
         collision: CollisionSettings,
         models: CollisionModels,
     ) -> None:
-        self._dampers = Dampers(model, settings, collision)
+        self._dampers = DistanceConstraints(model, settings, collision)
         self._proximity = Proximity(model, self._dampers.ranges, models)
-        self._yielding = Yielding(model)
+        self._yielding = MovingObstacleAvoidance(model)
 
     def prepare(self, surroundings: Surroundings) -> None:
         """Compute now what the first period in surroundings needs."""
@@ -66,7 +66,7 @@ class Avoidance:
         goal: MotionGoal | None,
         bounds: tuple[Array, Array],
         surroundings: Surroundings,
-    ) -> tuple[Rows | None, Near]:
+    ) -> tuple[Rows | None, NearestPair]:
         """The distance rows that can bind in this period, and what is near.
 
         Args:
@@ -81,16 +81,16 @@ class Avoidance:
         if isinstance(goal, PoseGoal) and goal.hand_may_touch:
             near = near.without(PairKind.HAND)
         if not len(near.d):
-            return None, Near()
+            return None, NearestPair()
         away = np.where(near.kind == PairKind.SELF, inf, near.d)
         first = int(away.argmin())
         clearance = float(away[first])
         rows = self._dampers.rows(near, bounds, goal)
         if clearance == inf:
-            return rows, Near(len(near.d))
+            return rows, NearestPair(len(near.d))
         pair = int(near.pair[first])
         name, points = self._proximity.pair_name(pair), self._proximity.pair_points(pair)
-        return rows, Near(len(near.d), clearance, name, points)
+        return rows, NearestPair(len(near.d), clearance, name, points)
 
     def give_way(
         self,
@@ -102,6 +102,6 @@ class Avoidance:
         floor: FloorMap | None,
         bounds: tuple[Array, Array],
     ) -> Rows | None:
-        """The rows that give way to what moves; see `Yielding.rows`."""
+        """The rows that give way to what moves; see `MovingObstacleAvoidance.rows`."""
         now = self._dampers.velocities
         return self._yielding.rows(here, q, now, wanted, led, moving, floor, bounds)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 import pinocchio as pin
 from pinocchio import SE3
 
-from controller.collision.shapes import Part, robot_parts, upright_edges
+from controller.collision.robot_shapes import Part, robot_parts, upright_edges
 from controller.command import Array
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings

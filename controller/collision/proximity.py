@@ -15,7 +15,7 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 from controller.collision.collision_model import CollisionModels, PairKind
-from controller.collision.feelers import Feelers, Felt
+from controller.collision.point_clearance import NearPoints, PointClearance
 from controller.command import Array
 from controller.floor import Pose2D, wrap
 from controller.model import RobotModel
@@ -115,7 +115,7 @@ class Proximity:
         self._reach = collision.reach[pairs.first] * np.abs(self._moves)
         """(P, n) the most by which a degree of freedom changes each distance."""
         self._matters = self._ranges.of(pairs.kind)
-        self._feelers: Feelers | None = None
+        self._feelers: PointClearance | None = None
         self._at_least: Array = np.full(len(pairs.first), -inf)
         """(P,) least distance that each pair may have [m]."""
         self._velocities = np.zeros((len(collision.masks), 3))
@@ -153,7 +153,7 @@ class Proximity:
         self.heed(surroundings)
         collision = self._collision
         self._note_motion(here or Pose2D.of(wTb), q)
-        cloud = surroundings.seen
+        cloud = surroundings.depth_points
         self._motion[:, 1] = fastest
         changes = self._reach @ self._motion
         self._at_least -= changes[:, 0]
@@ -164,7 +164,7 @@ class Proximity:
         (some,) = np.nonzero(self._at_least <= matters)
         felt = None
         if cloud is not None:
-            feelers = self._feelers = self._feelers or Feelers(collision)
+            feelers = self._feelers = self._feelers or PointClearance(collision)
             felt = feelers.due(cloud, self._motion, self._ranges.of(feelers.kind))
         self._motion[:, 0] = 0.0
         if not len(some) and felt is None:
@@ -192,7 +192,7 @@ class Proximity:
             some,
         )
 
-    def _points(self, felt: Felt) -> Distances:
+    def _points(self, felt: NearPoints) -> Distances:
         """The same of points that were seen; their numbers go on after those of the pairs."""
         collision = self._collision
         return Distances(

@@ -16,7 +16,7 @@ from controller.command import Array
 from controller.floor.base_drive import Lead, Pose2D, drive_to, time_to_drive, wrap
 from controller.floor.floor_map import FloorMap
 from controller.floor.path import SPACING
-from controller.floor.route_plan import CLEARANCE, Leg, Planner, duration, turns
+from controller.floor.route_planner import CLEARANCE, Leg, Planner, duration, turns
 from controller.model import RobotModel
 from controller.settings import ControllerSettings
 

@@ -12,7 +12,7 @@ from controller.collision import CollisionModels
 from controller.command import Array, KinematicState, PoseGoal
 from controller.model import RobotModel
 from controller.planning.arm_space import ArmSpace, FreeTest
-from controller.planning.reaching import postures_at, straight_postures
+from controller.planning.inverse_kinematics import postures_at, straight_postures
 from controller.planning.rrt import planning_library, rrt_connect
 from controller.planning.settings import PlanningSettings
 from controller.planning.trajectory import Trajectory, timed

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from controller.command import KinematicState, PoseGoal, PostureGoal
-from controller.holistic import linearise
+from controller.holistic_qp import linearise
 from controller.model import RobotModel
 from controller.report import StepReport
 from controller.servo import pose_error

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.bounds import VelocityBounds
 from controller.collision import CollisionModels, SelfCollision
 from controller.command import (
     Array,
@@ -39,6 +38,7 @@ from controller.stance import Stance, StanceFinder, se3_of
 from controller.stance_settings import StanceSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
 from controller.validation import check_inputs
+from controller.velocity_bounds import VelocityBounds
 
 _AT_REST = 1e-3
 """Commands that are slower than this are none [m/s and rad/s]."""
@@ -283,4 +283,4 @@ class PlanningController:
     def _report(self, goal: PoseGoal | PostureGoal) -> StepReport:
         where = left_to(goal, self.model, self.settings, self._now.state)
         unreachable = "" if where.arrived else self._unreachable
-        return replace(where, base_time=self._left, unreachable=unreachable, plans=self._plans)
+        return replace(where, base_time=self._left, unreachable=unreachable, planning=self._plans)

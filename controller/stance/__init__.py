@@ -8,10 +8,10 @@ if TYPE_CHECKING:
     from controller.stance.approach import Approach
     from controller.stance.bias import Remaining, StanceBias, bias_towards
     from controller.stance.finder import StanceFinder
-    from controller.stance.following import Follower
     from controller.stance.free_space import se3_of
-    from controller.stance.onward import Onward
-    from controller.stance.postures import Bank, bank, forward_kinematics
+    from controller.stance.moving_goal import MovingGoalFollower
+    from controller.stance.next_goal import NextGoalApproach
+    from controller.stance.posture_bank import PostureBank, bank, forward_kinematics
     from controller.stance.reachability import out_of_reach
     from controller.stance.search import StanceSearch
     from controller.stance.stance import REACHED, Stance, refine_standing
@@ -21,9 +21,9 @@ else:
 __all__ = [
     "REACHED",
     "Approach",
-    "Bank",
-    "Follower",
-    "Onward",
+    "MovingGoalFollower",
+    "NextGoalApproach",
+    "PostureBank",
     "Remaining",
     "Stance",
     "StanceBias",

@@ -16,10 +16,10 @@ from controller.floor import FloorMap, Pose2D, Route
 from controller.model import RobotModel
 from controller.settings import GuidanceSettings
 from controller.stance.bias import Remaining
-from controller.stance.carrying import Carrying
 from controller.stance.docking import moved
 from controller.stance.free_space import FreeSpace
 from controller.stance.stance import Stance
+from controller.stance.transport_posture import TransportPosture
 
 _AT_DOCK = 0.1
 """A base that is nearer than this to the line on which it goes in does so [m and rad] ..."""
@@ -42,7 +42,7 @@ class Approach:
         self._model = model
         self._joint_speed = guidance.joint_speed
         self._route = route
-        self._carrying = Carrying(model, guidance.posture_time)
+        self._carrying = TransportPosture(model, guidance.posture_time)
         self.reset()
 
     def reset(self) -> None:

@@ -15,7 +15,7 @@ from controller.command import Array, PoseGoal
 from controller.floor import Lead, Pose2D, drive_along
 from controller.model import RobotModel
 from controller.settings import ControllerSettings, GuidanceSettings
-from controller.stance.following import MIN_TRACKING, elbow_upright, follow_weight
+from controller.stance.moving_goal import MIN_TRACKING, elbow_upright, follow_weight
 
 
 class StanceBias(NamedTuple):

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from pinocchio import SE3
 
 from controller.command import Array
-from controller.stance.postures import Bank
+from controller.stance.posture_bank import PostureBank
 
 Indices: TypeAlias = npt.NDArray[np.int64]
 
@@ -44,7 +44,9 @@ class Candidates(NamedTuple):
     """(N,) of the first joint [rad]: by so much the base turns the other way."""
 
 
-def candidates(bank: Bank, wTe: SE3, *, among_fixtures: bool = False) -> Iterator[Candidates]:
+def candidates(
+    bank: PostureBank, wTe: SE3, *, among_fixtures: bool = False
+) -> Iterator[Candidates]:
     """The postures whose end effector is about as high and as tilted as a pose.
 
     Where the end effector points down, some of them come again, the base turned below the arm.

@@ -10,7 +10,7 @@ from controller.command import Array, PoseGoal
 from controller.floor import FloorMap, Pose2D
 from controller.model import RobotModel
 from controller.stance.free_space import FreeSpace, group_names
-from controller.stance.postures import bank
+from controller.stance.posture_bank import bank
 from controller.stance.reachability import obstacle_to, why_no_stance
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance

@@ -8,9 +8,9 @@ import numpy as np
 
 from controller.collision import SelfCollision
 from controller.floor import Pose2D
-from controller.stance.driving_times import Start
 from controller.stance.free_space import ARM, HAND, FreeSpace, se3_of
 from controller.stance.stance import Stance
+from controller.stance.stance_cost import Start
 
 _SAMPLES = np.linspace(0.0, 1.0, 17)[1:, None]
 """Where it is checked for contact of the robot with itself and the floor."""

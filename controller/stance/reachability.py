@@ -9,7 +9,7 @@ from pinocchio import SE3
 
 from controller.command import Array, PoseGoal
 from controller.stance.free_space import FreeSpace
-from controller.stance.postures import BANK, Bank, forward_kinematics
+from controller.stance.posture_bank import BANK, PostureBank, forward_kinematics
 from controller.stance.search import StanceSearch
 from robots import RobotDescription
 
@@ -29,7 +29,7 @@ _INSIDE_STRAIGHT = 0.03
 _SPOKEN = {"link7": "the wrist", "held": "what the hand holds"}
 
 
-def obstacle_to(goal: PoseGoal, bank: Bank, space: FreeSpace | None) -> str:
+def obstacle_to(goal: PoseGoal, bank: PostureBank, space: FreeSpace | None) -> str:
     """What is wrong with a goal wherever the robot stands; empty if nothing is.
 
     Args:
@@ -65,13 +65,13 @@ def out_of_reach(robot: RobotDescription, wTe: SE3) -> str:
 
 
 @lru_cache(maxsize=4)
-def _few(robot: RobotDescription) -> Bank:
+def _few(robot: RobotDescription) -> PostureBank:
     q = np.load(BANK)[::4].astype(float)
     q = q[((robot.limits.q_min <= q) & (q <= robot.limits.q_max)).all(axis=1)]
-    return Bank(q, forward_kinematics(robot, q))
+    return PostureBank(q, forward_kinematics(robot, q))
 
 
-def why_no_stance(search: StanceSearch, bank: Bank) -> str:
+def why_no_stance(search: StanceSearch, bank: PostureBank) -> str:
     """Why a search that is over has found no stance; empty if what it has found will do."""
     if _UNREACHED < search.error < np.inf:
         height = float(search.wTe.translation[2])
@@ -83,7 +83,7 @@ def why_no_stance(search: StanceSearch, bank: Bank) -> str:
     return f"no stance stands free of {search.blocked}"
 
 
-def heights_in_tilt(bank: Bank, vertical: Array) -> tuple[float, float]:
+def heights_in_tilt(bank: PostureBank, vertical: Array) -> tuple[float, float]:
     """Lowest and highest place of the hand [m] that sees the world's vertical (3,) like this."""
     alike = np.flatnonzero(bank.tools.rotations[:, 2] @ vertical > _SAME_TILT)
     if len(alike) == 0:

@@ -21,10 +21,9 @@ from controller.floor import CostField, FloorMap, Pose2D
 from controller.model import RobotModel
 from controller.stance.candidates import Candidates, candidates, sideways
 from controller.stance.docking import with_docking
-from controller.stance.driving_times import Start
 from controller.stance.fold import room_missing
 from controller.stance.free_space import ARM, FreeSpace, group_names, se3_of
-from controller.stance.postures import Bank, ToolPoses, forward_kinematics
+from controller.stance.posture_bank import PostureBank, ToolPoses, forward_kinematics
 from controller.stance.stance import (
     REACHED,
     Stance,
@@ -33,6 +32,7 @@ from controller.stance.stance import (
     refine_standing,
     stance_costs,
 )
+from controller.stance.stance_cost import Start
 from controller.stance_settings import StanceSettings
 
 Indices: TypeAlias = npt.NDArray[np.int64]
@@ -82,7 +82,7 @@ class StanceSearch:
         self,
         model: RobotModel,
         settings: StanceSettings,
-        bank: Bank,
+        bank: PostureBank,
         collision: SelfCollision,
         wTe: SE3,
         wTb: Pose2D,

@@ -13,8 +13,8 @@ from pinocchio import SE3
 from controller.command import Array
 from controller.floor import Pose2D
 from controller.model import RobotModel
-from controller.stance.driving_times import Start, driving_times, leaving_times
-from controller.stance.postures import ToolPoses, forward_kinematics
+from controller.stance.posture_bank import ToolPoses, forward_kinematics
+from controller.stance.stance_cost import Start, driving_times, leaving_times
 from controller.stance_settings import StanceSettings
 
 REACHED = 1e-3

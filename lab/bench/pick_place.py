@@ -82,9 +82,9 @@ class _PlanTimes(Instruments):
         self._planned = False
 
     def after(self, tick: Tick) -> None:
-        if tick.report.plans and not self._planned:
+        if tick.report.planning and not self._planned:
             self.seconds.append(tick.seconds)
-        self._planned = tick.report.plans
+        self._planned = tick.report.planning
 
 
 def run_pick_place(

@@ -25,7 +25,7 @@ class Keep(Leaf):
 
     def __init__(self, context, wTe: SE3, onward: SE3 | None) -> None:
         super().__init__("keep", context)
-        self._goal = PoseGoal(wTe=wTe, straight=True, onward=onward)
+        self._goal = PoseGoal(wTe=wTe, straight=True, next_goal=onward)
         self.errors: list[tuple[float, float]] = []
 
     def update(self) -> Status:

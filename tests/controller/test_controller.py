@@ -19,9 +19,9 @@ from controller import (
     PostureGoal,
     robot_model,
 )
-from controller.bounds import VelocityBounds
-from controller.qp import Solver
+from controller.qp_solver import Solver
 from controller.settings import ControllerSettings
+from controller.velocity_bounds import VelocityBounds
 from robots import load_robot
 
 READY = load_robot("frankie").arm.ready

@@ -21,9 +21,9 @@ from controller import (
 from controller.collision.collision_model import CollisionModel, CollisionModels
 from controller.floor import FloorMap, Pose2D
 from controller.stance import Stance, StanceFinder
-from controller.stance.carrying import Carrying
 from controller.stance.docking import PARTS, ROOM, YIELD, moved, with_docking
 from controller.stance.free_space import FreeSpace, se3_of
+from controller.stance.transport_posture import TransportPosture
 from controller.stance_settings import StanceSettings
 from robots import Box, Geom
 
@@ -140,7 +140,7 @@ def test_an_arm_that_waits_unfolds_only_where_it_has_room():
     space = FreeSpace(model, FloorMap((box(0.45, 0.5, 0.1, 0.1, height=1.6),), model.description))
     way = np.array([[x, 0.0, 0.0] for x in np.linspace(1.2, 0.0, 25)])
     for waits in (True, False):
-        carrying = Carrying(model, 0.4)
+        carrying = TransportPosture(model, 0.4)
         held = [
             carrying.posture(space, way, Pose2D(*pose), ready, stance, (pose[0], 1.0), waits=waits)
             for pose in way.tolist()

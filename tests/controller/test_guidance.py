@@ -26,9 +26,9 @@ from controller import (
     robot_model,
 )
 from controller.floor.base_drive import Pose2D
-from controller.guidance import Guide
+from controller.guidance import Guidance
 from controller.servo import pose_error
-from controller.stance.postures import BANK, SEED, bank, draw, forward_kinematics
+from controller.stance.posture_bank import BANK, SEED, bank, draw, forward_kinematics
 from controller.stance.search import StanceSearch
 from controller.stance_settings import StanceSettings
 from robots import load_robot, robot_names
@@ -102,7 +102,7 @@ def test_a_stance_that_failed_is_not_chosen_again():
 
 def guide_and_ask(robot: str = "frankie"):
     model = robot_model(robot)
-    guide = Guide(model, ControllerSettings(), SelfCollision(model))
+    guide = Guidance(model, ControllerSettings(), SelfCollision(model))
 
     def ask(goal: PoseGoal, state: State):
         """What the guide says as soon as it knows."""

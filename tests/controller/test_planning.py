@@ -55,7 +55,7 @@ def test_the_base_drives_first_and_the_arm_reaches_when_it_stands():
     assert drives.any()
     assert reaches.any()
     assert not (drives & reaches).any()
-    assert any(report.plans for report in reports)
+    assert any(report.planning for report in reports)
 
 
 def test_planned_motion_keeps_speeds_and_accelerations():
@@ -102,7 +102,7 @@ def test_planning_is_charged_as_time_that_the_robot_stands():
     goal = PoseGoal(wTe=at(0.6, 0.3, 0.7))
     quick, _ = go(goal, planning=PlanningSettings(planning_time=0.0))
     slow, reports = go(goal, planning=PlanningSettings(planning_time=1.0))
-    assert sum(report.plans for report in reports) == 100
+    assert sum(report.planning for report in reports) == 100
     assert slow.duration - quick.duration == pytest.approx(1.0, abs=0.02)
 
 
@@ -137,5 +137,5 @@ def test_the_base_alone_is_driven_as_ever():
     state = State(wTb=SE3.Identity(), q=model.description.arm.ready)
     command, report = controller.step(state, BaseGoal(wTb=target), state.command)
     assert np.abs(command.base_twist).max() > 0.0
-    assert not report.plans
+    assert not report.planning
     assert report.base_time > 0.0

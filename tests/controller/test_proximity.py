@@ -14,7 +14,7 @@ from controller import (
     Surroundings,
     robot_model,
 )
-from controller.collision.dampers import Dampers
+from controller.collision.distance_constraints import DistanceConstraints
 from controller.collision.proximity import Distances, Proximity
 from robots import Box, Cylinder, Geom
 
@@ -34,7 +34,7 @@ def model(request):
 def proximity(model) -> Proximity:
     settings = ControllerSettings()
     assert settings.collision is not None
-    return Proximity(model, Dampers(model, settings, settings.collision).ranges)
+    return Proximity(model, DistanceConstraints(model, settings, settings.collision).ranges)
 
 
 def walker(step: int) -> Obstacle:
@@ -97,7 +97,7 @@ def test_what_is_prepared_changes_nothing_but_the_time(model):
             last, report = controller.step(state, goal, last, around)
             state.wTb = state.wTb * SE3(np.eye(3), 0.01 * last.base_twist * [1.0, 1.0, 0.0])
             state.q = state.q + 0.01 * last.qd
-            steps.append([*last.base_twist, *last.qd, report.near, report.clearance])
+            steps.append([*last.base_twist, *last.qd, report.near_pairs, report.clearance])
         runs.append(steps)
     np.testing.assert_array_equal(*runs)
     assert max(step[-2] for step in runs[0]) > 0

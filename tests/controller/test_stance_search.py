@@ -23,7 +23,7 @@ from controller.servo import pose_error
 from controller.stance import search as stance_search
 from controller.stance import stance
 from controller.stance.free_space import FreeSpace
-from controller.stance.postures import bank
+from controller.stance.posture_bank import bank
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
 from controller.stance_settings import StanceSettings

@@ -96,7 +96,7 @@ class IntentPanel:
     def write(self, shown: Sequence[Snapshot]) -> None:
         """Add some snapshots, each of which is drawn if it has changed."""
         self._send("world/way", shown, lambda s: s.way, _way)
-        self._send("world/felt", shown, lambda s: s.report.feels, _felt)
+        self._send("world/felt", shown, lambda s: s.report.nearest_points, _felt)
         some = [snapshot for snapshot in shown if self._seen.due(snapshot.stamp)]
         self._send("world/seen", some, lambda s: s.seen, _seen)
 
@@ -130,10 +130,12 @@ def _way(snapshot: Snapshot) -> tuple[int, Any]:
 def _felt(snapshot: Snapshot) -> tuple[int, Any]:
     """A line over the shortest distance that the controller keeps, with its length."""
     distance = snapshot.report.clearance
-    if snapshot.report.feels is None or not distance < _FAR:
+    if snapshot.report.nearest_points is None or not distance < _FAR:
         return 0, rr.LineStrips3D.columns(strips=[], labels=[])
     label = f"{100.0 * distance:.0f} cm"
-    return 1, rr.LineStrips3D.columns(strips=[np.stack(snapshot.report.feels)], labels=[label])
+    return 1, rr.LineStrips3D.columns(
+        strips=[np.stack(snapshot.report.nearest_points)], labels=[label]
+    )
 
 
 def _seen(snapshot: Snapshot) -> tuple[int, Any]:

@@ -103,7 +103,9 @@ def test_the_way_and_the_nearest_distance_are_drawn_while_they_are_there(tmp_pat
     points = (np.array([1.0, 0.0, 0.3]), np.array([1.0, 0.12, 0.3]))
     run = list(samples.run(60))
     for tick in range(20, 40):
-        report = replace(run[tick].report, clearance=0.12, way=way, feels=points, stance=STANCE)
+        report = replace(
+            run[tick].report, clearance=0.12, way=way, nearest_points=points, stance=STANCE
+        )
         run[tick] = replace(run[tick], report=report)
     path = record(tmp_path / "x.rrd", run)
     counts = [(row["tick"], len(row["strips"])) for row in rows(path, "/world/way")]

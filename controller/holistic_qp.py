@@ -26,7 +26,7 @@ from pinocchio import SE3
 from controller.command import Array
 from controller.floor import wrap
 from controller.model import RobotModel, manipulability
-from controller.qp import QP
+from controller.qp_solver import QP
 from controller.settings import ControllerSettings
 from controller.stance import StanceBias
 

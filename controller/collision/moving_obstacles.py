@@ -20,19 +20,19 @@ from math import hypot, inf
 import numpy as np
 
 from controller.collision.collision_model import PairKind
-from controller.collision.courses import (
+from controller.collision.rollouts import (
     HORIZON,
     MARGIN,
     STOPPING,
-    Courses,
-    Sight,
+    MovingScene,
+    Rollouts,
     radius,
     seen_from_above,
 )
 from controller.command import Array
 from controller.floor import FloorMap, Pose2D
 from controller.model import RobotModel
-from controller.qp import Rows
+from controller.qp_solver import Rows
 from controller.surroundings import Obstacle
 
 _ENOUGH = 0.06
@@ -54,16 +54,16 @@ _ROOM = 0.02
 _NOISE = 0.005
 """Of the map [m]."""
 _AT_ONCE = 8
-"""Courses whose ways are looked at together."""
+"""Rollouts whose ways are checked together."""
 _TRIED = 96
-"""Courses whose ways are looked at, at most."""
+"""Rollouts whose ways are checked, at most."""
 _TOLERANCE = 1e-3
 """The QP keeps the velocity to this [m/s, rad/s]."""
 _BINDS = 1e-4
 """A row binds that is kept by no more than this [m/s]."""
 
 
-class Yielding:
+class MovingObstacleAvoidance:
     """Decides how the base of one robot gives way, from period to period.
 
     Args:
@@ -75,7 +75,7 @@ class Yielding:
         n_base = model.n_base
         self._lower, self._upper = model.velocity_limits[:, :n_base]
         self._velocities = _grid(model)
-        self._courses = Courses(model)
+        self._courses = Rollouts(model)
         self._taken: Array | None = None
         """(n_base,) velocity that the base took in the last period to give way."""
 
@@ -108,7 +108,7 @@ class Yielding:
         near = [one for one in obstacles if self._matters(one, wTb)]
         if not near:
             return None
-        sight = Sight(wTb, seen_from_above(self._model, q), near)
+        sight = MovingScene(wTb, seen_from_above(self._model, q), near)
         now, wanted = velocities[:n_base], wanted[:n_base]
         skipped = 0 if before is None else _AGAIN
         led = wanted if led is None else np.clip(led, self._lower, self._upper)

@@ -8,7 +8,7 @@ from pinocchio import SE3
 
 from controller import Command, HolisticController, PoseGoal, RobotModel, SelfCollision
 from controller.floor.base_drive import Pose2D
-from controller.stance.postures import bank
+from controller.stance.posture_bank import bank
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
 from controller.stance_settings import StanceSettings
@@ -89,7 +89,7 @@ def test_a_base_goes_on_to_the_stance_that_it_has_set_out_for(both_ways):
     here = both_ways.wTe(state.wTb, state.q)
     up = SE3(here.rotation, here.translation + np.array([0.0, 0.0, 0.1]))
     for _ in range(30):
-        goal = PoseGoal(wTe=up, straight=True, onward=BEHIND)
+        goal = PoseGoal(wTe=up, straight=True, next_goal=BEHIND)
         last, report = controller.step(state, goal, last)
         move(state, last, 0.01)
     assert report.stance is None

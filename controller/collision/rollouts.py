@@ -1,4 +1,4 @@
-"""Courses of the base, seen from above, and how near they come to what moves."""
+"""Rollouts of the base, seen from above, and how near they come to what moves."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _ARM_POINTS = (0, 4, 6, 7, 8)
 """Of the arm's foot, links and hand: where it bends."""
 
 
-class Sight(NamedTuple):
+class MovingScene(NamedTuple):
     """What moves, and from where it is seen."""
 
     wTb: Pose2D
@@ -53,7 +53,7 @@ class Sight(NamedTuple):
     obstacles: list[Obstacle]
 
 
-class Courses:
+class Rollouts:
     """Leads velocities of one robot's base on.
 
     Args:
@@ -95,7 +95,7 @@ class Courses:
         y = np.cumsum(s * twists[..., 0] + c * twists[..., 1], axis=-1)
         return np.stack([x, y, headings], axis=-1)
 
-    def missing(self, courses: Array, sight: Sight, margin: float) -> Array:
+    def missing(self, courses: Array, sight: MovingScene, margin: float) -> Array:
         """(V, T) what it costs that courses (V, T, K, 3) come too near to what moves."""
         wTb = sight.wTb
         arm = sight.arm

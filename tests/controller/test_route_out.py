@@ -13,10 +13,10 @@ from controller.floor import wrap
 from controller.floor.base_drive import Pose2D
 from controller.floor.cost_field import CostField
 from controller.floor.floor_map import FloorMap
-from controller.stance.driving_times import leaving_times
 from controller.stance.free_space import FreeSpace
-from controller.stance.postures import bank
+from controller.stance.posture_bank import bank
 from controller.stance.search import StanceSearch
+from controller.stance.stance_cost import leaving_times
 from controller.stance_settings import StanceSettings
 
 BESIDE_THE_WAY = tool_pose(3.0, 0.72, 0.85, yaw=np.pi / 2.0)

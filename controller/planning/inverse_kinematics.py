@@ -9,7 +9,7 @@ from pinocchio import SE3
 from controller.command import Array
 from controller.floor import Pose2D, wrap
 from controller.model import RobotModel
-from controller.stance import REACHED, Bank, refine_standing
+from controller.stance import REACHED, PostureBank, refine_standing
 from controller.stance_settings import StanceSettings
 
 _METRES_PER_TILT = 0.3
@@ -21,7 +21,7 @@ _ALIKE = 0.05
 
 
 def postures_at(
-    model: RobotModel, settings: StanceSettings, bank: Bank, wTb: SE3, wTe: SE3, q: Array
+    model: RobotModel, settings: StanceSettings, bank: PostureBank, wTb: SE3, wTe: SE3, q: Array
 ) -> Array:
     """Postures (N, 7) with the end effector at `wTe`, the nearest to q (7,) first; N may be 0.
 

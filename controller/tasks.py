@@ -10,7 +10,7 @@ import numpy as np
 from controller.command import Array, KinematicState, PostureGoal
 from controller.floor import Pose2D
 from controller.model import RobotModel
-from controller.qp import QP
+from controller.qp_solver import QP
 from controller.servo import approach_speed
 from controller.settings import ControllerSettings
 

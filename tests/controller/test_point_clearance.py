@@ -7,7 +7,7 @@ from pinocchio import SE3
 
 from controller import ControllerSettings, PointCloud, Surroundings, robot_model
 from controller.collision.collision_model import PairKind
-from controller.collision.dampers import Dampers
+from controller.collision.distance_constraints import DistanceConstraints
 from controller.collision.proximity import Proximity
 from robots import Box, Capsule, Geom, Sphere, from_rounded_boxes, rounded_box
 
@@ -25,7 +25,7 @@ def around(seed: int, count: int = 300) -> np.ndarray:
 def proximity(model) -> Proximity:
     settings = ControllerSettings()
     assert settings.collision is not None
-    return Proximity(model, Dampers(model, settings, settings.collision).ranges)
+    return Proximity(model, DistanceConstraints(model, settings, settings.collision).ranges)
 
 
 def near(model, q, wTb=None, **known):
@@ -45,7 +45,7 @@ def by_name(model, known) -> dict[str, np.ndarray]:
 def test_points_are_as_near_to_every_link_as_coal_says(model):
     points = around(0, 200)
     balls = tuple(Geom(Sphere(1e-5), SE3(np.eye(3), p), f"{k}") for k, p in enumerate(points))
-    ours = by_name(model, Surroundings(seen=PointCloud(points)))
+    ours = by_name(model, Surroundings(depth_points=PointCloud(points)))
     coals = by_name(model, Surroundings(fixtures=balls))
     assert set(ours) >= {"base", "link1", "link3", "link5", "link7", "hand", "camera"}
     for name, distances in ours.items():
@@ -58,14 +58,14 @@ def test_points_are_as_near_to_every_link_as_coal_says(model):
 @pytest.mark.parametrize("seed", range(3))
 def test_rows_are_the_rates_at_which_distances_grow(model, seed):
     cloud, q = PointCloud(around(seed)), model.description.arm.ready
-    start, step = near(model, q, seen=cloud), 1e-6
+    start, step = near(model, q, depth_points=cloud), 1e-6
     assert len(start.d) > 10
     for number in range(model.n):
         moved = np.zeros(model.n)
         moved[number] = step
         twist = model.command(moved).base_twist
         wTb = pin.exp6(np.array([twist[0], twist[1], 0.0, 0.0, 0.0, twist[2]]))
-        after = near(model, q + moved[model.n_base :], wTb, seen=cloud)
+        after = near(model, q + moved[model.n_base :], wTb, depth_points=cloud)
         rates = (after.d - start.d) / step
         np.testing.assert_allclose(rates, start.rows[:, number], atol=1e-4)
 
@@ -79,14 +79,14 @@ def test_what_was_measured_before_is_measured_again_in_time(model):
         q[0] += 0.01
         if step == 30:
             cloud = PointCloud(around(2))
-        known = Surroundings(seen=cloud)
+        known = Surroundings(depth_points=cloud)
         ours, fresh = (p.near(wTb, q, known, slow) for p in (kept, proximity(model)))
         np.testing.assert_array_equal(np.sort(ours.d), np.sort(fresh.d))
 
 
 def test_a_cloud_without_points_is_no_obstacle(model):
     q, nothing = model.description.arm.ready, PointCloud(np.zeros((0, 3)))
-    assert len(near(model, q, seen=nothing).d) == len(near(model, q).d)
+    assert len(near(model, q, depth_points=nothing).d) == len(near(model, q).d)
 
 
 def test_distances_from_rounded_boxes():

@@ -7,10 +7,10 @@ import pytest
 from scipy.optimize import lsq_linear, minimize
 
 from controller import ControllerSettings, robot_model
-from controller.bounds import VelocityBounds
-from controller.collision.dampers import SLACK_COSTS
-from controller.holistic import build_qp, linearise
-from controller.qp import Solver
+from controller.collision.distance_constraints import SLACK_COSTS
+from controller.holistic_qp import build_qp, linearise
+from controller.qp_solver import Solver
+from controller.velocity_bounds import VelocityBounds
 from robots import load_robot
 
 READY = load_robot("frankie").arm.ready

@@ -27,7 +27,7 @@ _REST = 1e-9
 """What is smaller than this does not change any longer [m, rad and per second]."""
 
 
-class GoalMotion:
+class GoalVelocity:
     """Keeps the velocity of the goal from period to period.
 
     Args:

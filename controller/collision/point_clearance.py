@@ -29,7 +29,7 @@ _EACH = 2
 Numbers = npt.NDArray[np.int64]
 
 
-class Felt(NamedTuple):
+class NearPoints(NamedTuple):
     """K points that are near shapes of the robot."""
 
     d: Array
@@ -42,7 +42,7 @@ class Felt(NamedTuple):
     """(K,) `PairKind`."""
 
 
-class Feelers:
+class PointClearance:
     """Of one robot, with what it holds.
 
     Args:
@@ -92,7 +92,7 @@ class Feelers:
         (some,) = np.nonzero(self._at_least <= self._matters)
         return some if len(some) and len(cloud.points) else None
 
-    def feel(self, some: Numbers) -> Felt:
+    def feel(self, some: Numbers) -> NearPoints:
         """The nearest points of every shape; the collision model has been placed.
 
         Args:
@@ -118,7 +118,7 @@ class Feelers:
         kept = kept[d[kept] <= self._matters[some[kept]]]
         n, p = (R[kept] @ out[kept][:, :, None])[:, :, 0], points[kept]
         lines = np.concatenate([n, np.cross(p, n)], axis=1)
-        return Felt(d[kept], lines, self._shape[body[kept]], self.kind[some[kept]])
+        return NearPoints(d[kept], lines, self._shape[body[kept]], self.kind[some[kept]])
 
 
 def _ranks(groups: Numbers) -> Numbers:

@@ -7,14 +7,14 @@ from motion import State, move, tool_pose
 from pinocchio import SE3
 
 from controller import Command, HolisticController, PoseGoal, robot_model
-from controller.goal_motion import GoalMotion
+from controller.goal_velocity import GoalVelocity
 
 PERIOD = 0.01
 
 
 def estimated(positions) -> list[np.ndarray]:
     """The twist that a goal seems to have, after each of its positions."""
-    motion, twists = GoalMotion(PERIOD), []
+    motion, twists = GoalVelocity(PERIOD), []
     for position in positions:
         goal = motion(PoseGoal(wTe=tool_pose(*position)))
         twists.append(np.zeros(6) if goal.twist is None else goal.twist)
@@ -29,7 +29,7 @@ def test_the_velocity_of_a_goal_that_moves_steadily_is_found_within_a_second():
 
 
 def test_the_turn_rate_of_a_goal_is_found():
-    motion = GoalMotion(PERIOD)
+    motion = GoalVelocity(PERIOD)
     for k in range(100):
         goal = motion(PoseGoal(wTe=tool_pose(1.0, 0.0, 0.5, yaw=0.4 * PERIOD * k)))
     np.testing.assert_allclose(goal.twist, [0.0, 0.0, 0.0, 0.0, 0.0, 0.4], atol=1e-3)
@@ -50,7 +50,7 @@ def test_a_goal_that_stops_stands_still_soon():
 
 def test_a_velocity_that_is_given_is_kept():
     given = np.full(6, 0.1)
-    assert GoalMotion(PERIOD)(PoseGoal(wTe=tool_pose(1, 0, 1), twist=given)).twist is given
+    assert GoalVelocity(PERIOD)(PoseGoal(wTe=tool_pose(1, 0, 1), twist=given)).twist is given
 
 
 def line(time: float) -> tuple[SE3, np.ndarray]:

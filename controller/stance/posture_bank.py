@@ -122,7 +122,7 @@ def _clean(transform: Array) -> Array:
     return np.where(np.abs(transform - whole) < 1e-12, whole, transform)
 
 
-class Bank(NamedTuple):
+class PostureBank(NamedTuple):
     """The bank for one robot, sorted by the height of the end effector."""
 
     q: Array
@@ -131,13 +131,13 @@ class Bank(NamedTuple):
 
 
 @lru_cache(maxsize=4)
-def bank(robot: RobotDescription) -> Bank:
+def bank(robot: RobotDescription) -> PostureBank:
     """The stored postures that a robot may take."""
     q = np.load(BANK).astype(float)
     q = q[((robot.limits.q_min <= q) & (q <= robot.limits.q_max)).all(axis=1)]
     tools = forward_kinematics(robot, q)
     order = np.argsort(tools.positions[:, 2])
-    return Bank(q[order], ToolPoses(*(values[order] for values in tools)))
+    return PostureBank(q[order], ToolPoses(*(values[order] for values in tools)))
 
 
 def draw(count: int, rng: np.random.Generator) -> Array:

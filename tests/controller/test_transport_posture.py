@@ -12,10 +12,10 @@ from test_floor_map import box
 from controller import Command, HolisticController, PoseGoal, Surroundings, robot_model
 from controller.collision.collision_model import CollisionModel
 from controller.floor import FloorMap, Pose2D
-from controller.stance.carrying import Carrying, thinned
 from controller.stance.docking import PARTS, ROOM
 from controller.stance.free_space import FreeSpace, se3_of
 from controller.stance.stance import Stance
+from controller.stance.transport_posture import TransportPosture, thinned
 
 CORRIDOR = (
     box(1.25, 2.55, 1.0, 4.0, height=1.6),
@@ -59,7 +59,7 @@ def test_the_arm_is_carried_up_to_the_door_and_no_farther(model):
     way = np.array([[x, 0.0, 0.0] for x in np.linspace(-2.0, 3.0, 101)])
     door = FreeSpace(model, FloorMap(CORRIDOR[2:], model.description))
     stance = Stance(sideways, model.bTe(sideways), reverse=False)
-    carrying, carried, q = Carrying(model, _PACE), {}, ready
+    carrying, carried, q = TransportPosture(model, _PACE), {}, ready
     for pose in way:
         base, times = Pose2D(*pose.tolist()), (3.0 - float(pose[0]), 1.0)
         posture = carrying.posture(door, way, base, q, stance, times)
@@ -74,7 +74,9 @@ def test_the_arm_is_carried_up_to_the_door_and_no_farther(model):
     assert 1.0 < ended < 2.0
     room = FreeSpace(model, FloorMap((), model.description))
     start = Pose2D(-2.0, 0.0, 0.0)
-    assert Carrying(model, _PACE).posture(room, way, start, ready, stance, (5.0, 1.0)) is None
+    assert (
+        TransportPosture(model, _PACE).posture(room, way, start, ready, stance, (5.0, 1.0)) is None
+    )
 
 
 def test_a_way_is_looked_at_everywhere_and_where_the_base_turns_on_the_spot():

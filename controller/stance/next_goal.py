@@ -23,7 +23,7 @@ from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
 
 
-class Onward:
+class NextGoalApproach:
     """Leads the base to where it will stand for one next goal after the other.
 
     Args:

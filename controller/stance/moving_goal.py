@@ -96,7 +96,7 @@ class _Arm(NamedTuple):
     """1 if the hand points up, -1 if it points down, 0 if it is level."""
 
 
-class Follower:
+class MovingGoalFollower:
     """Chooses how a differential drive goes on below a goal that moves.
 
     Args:

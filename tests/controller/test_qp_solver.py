@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from controller.qp import MOST_ROWS, QP, Rows, Solver
+from controller.qp_solver import MOST_ROWS, QP, Rows, Solver
 
 N, GROUPS = 9, 6
 COSTS = np.full(GROUPS, 1e3)

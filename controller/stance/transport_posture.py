@@ -27,7 +27,7 @@ _RADIAN = 0.4
 """What a turn counts like, to tell how far the base has come [m]."""
 
 
-class Carrying:
+class TransportPosture:
     """Tells where on one way after the other the arm is to be carried.
 
     Args:

@@ -27,7 +27,7 @@ from controller.collision.collision_model import PairKind
 from controller.collision.proximity import Distances, Ranges
 from controller.command import Array, MotionGoal, PoseGoal
 from controller.model import RobotModel
-from controller.qp import Rows
+from controller.qp_solver import Rows
 from controller.settings import CollisionSettings, ControllerSettings
 
 SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 1e4, 1e3, 3e3, 1.5e3])
@@ -35,7 +35,7 @@ SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 1e4, 1e3, 3e3, 1.5e3])
 knows better than the distance of now."""
 
 
-class Dampers:
+class DistanceConstraints:
     """Makes rows of distances, and keeps the velocities that the robot really has.
 
     Args:
