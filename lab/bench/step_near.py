@@ -60,7 +60,7 @@ class _Twins:
             results[one] = controller.step(state, goal, last, around)
             cpu, wall = thread_time_ns() - cpu, perf_counter_ns() - wall
             times[one] = wall, cpu
-        if ROWS[0] <= results[0][1].near <= ROWS[1]:
+        if ROWS[0] <= results[0][1].near_pairs <= ROWS[1]:
             self.times.append((times[0], times[1]))
         return results[0]
 
