@@ -1,8 +1,8 @@
 """The holistic reactive controller: one small QP over base and arm in every period.
 
 After Haviland, Sünderhauf and Corke, "A Holistic Approach to Reactive Mobile Manipulation", RA-L
-2022, with a way out of its local minima. Pure mathematics: no clock, no input or output, no
-randomness; the bank of postures that it looks up was drawn beforehand.
+2022, with guidance out of local minima. Pure mathematics: no clock, no randomness, and no input or
+output but the stored posture bank.
 """
 
 from typing import TYPE_CHECKING
@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from config import lazy_face
 
 if TYPE_CHECKING:
-    from controller.checked import Checked
     from controller.collision import SelfCollision
     from controller.command import (
         N_ARM,
@@ -22,22 +21,19 @@ if TYPE_CHECKING:
         PoseGoal,
         PostureGoal,
     )
-    from controller.controller import HolisticController
+    from controller.controller import STEP_PARTS, HolisticController
     from controller.floor import Pose2D
     from controller.model import RobotModel, manipulability, robot_model
-    from controller.motion import MotionController
-    from controller.parts import STEP_PARTS
     from controller.planning import (
         PlanningController,
         PlanningError,
         PlanningSettings,
         planning_library,
     )
-    from controller.point_cloud import PointCloud
-    from controller.report import StepReport
-    from controller.settings import PAPER, PRESETS, ControllerSettings
+    from controller.report import MotionController, StepReport
+    from controller.settings import PAPER, PRESETS, Checked, ControllerSettings
     from controller.stance import out_of_reach
-    from controller.surroundings import OPEN_FLOOR, Obstacle, Surroundings
+    from controller.surroundings import OPEN_FLOOR, Obstacle, PointCloud, Surroundings
     from controller.validation import GoalError
 else:
     __getattr__ = lazy_face(__name__)

@@ -1,8 +1,8 @@
-"""How fast the base still is: it takes up a velocity late, and the arm makes up for it meanwhile.
+"""First-order lag of the mobile base, which the arm compensates for.
 
-Base and joints follow a command with first-order lags, the base with much the longer one. While it
-brakes by 1 m/s² with a lag of 0.1 s it is 0.1 m/s faster than it is told. A hand that is to go down
-a straight line would be 25 mm beside it, at a gain of 4 / s.
+Base and joints follow a command with first-order lags, and the base with the longer one. A base
+that brakes by 1 m/s² with a lag of 0.1 s is 0.1 m/s faster than commanded, which would put an end
+effector on a straight line off by 25 mm at a gain of 4 / s.
 """
 
 from __future__ import annotations
@@ -16,34 +16,29 @@ from controller.model import RobotModel
 
 
 class BaseLag:
-    """The velocity that the base has, as far as its lag tells.
-
-    Args:
-        model: the robot.
-        period: of the controller [s].
-    """
+    """Predicts the velocity of the base from its commands; `period` is the control period [s]."""
 
     def __init__(self, model: RobotModel, period: float) -> None:
         base, arm = model.description.base.lag, model.description.arm.lag
         self.response = 1.0 - exp(-period / base)
-        """Share of a change of its velocity that the base has taken up after one period."""
+        """Share of a commanded change of velocity that the base has taken up after one period."""
         self._lead = 1.0 - exp(-arm / base)
-        self.told = np.zeros(model.n_base)
+        self.commanded = np.zeros(model.n_base)
         """(n_base,) velocities of the last command."""
         self._now: Array | None = None
 
-    def follow(self, told: Array) -> None:
-        """Note what the base was told in the last period: (n_base,) velocities."""
-        before = told if self._now is None else self._now
-        self.told, self._now = told, before + self.response * (told - before)
+    def update(self, commanded: Array) -> None:
+        """Note the base velocities (n_base,) that were commanded in the last period."""
+        before = commanded if self._now is None else self._now
+        self.commanded, self._now = commanded, before + self.response * (commanded - before)
 
     @property
     def velocity(self) -> Array:
-        """(n_base,) by the time the joints follow, if the base is told the same once more."""
-        now = self.told if self._now is None else self._now
-        return now + self._lead * (self.told - now)
+        """(n_base,) once the joints have followed, if the same is commanded again."""
+        now = self.commanded if self._now is None else self._now
+        return now + self._lead * (self.commanded - now)
 
-    def surplus(self, told: Array) -> Array:
-        """(n_base,) by how much it is faster then than it is told now, (n_base,)."""
-        now = told if self._now is None else self._now
-        return (1.0 - self._lead) * (now - told)
+    def surplus(self, commanded: Array) -> Array:
+        """(n_base,) by which the base is faster then than it is commanded now, (n_base,)."""
+        now = commanded if self._now is None else self._now
+        return (1.0 - self._lead) * (now - commanded)

@@ -1,4 +1,4 @@
-"""Commands to the robot, goals for the controller, and the state that it needs."""
+"""Commands, motion goals, and the robot state that the controller reads."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ class Command:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PoseGoal:
-    """Bring the end effector to a pose in the world, base and arm moving as one."""
+    """Bring the end effector to a pose in the world with base and arm together."""
 
     wTe: SE3
     """Desired end-effector pose in the world."""
     twist: Array | None = None
-    """(6,) velocity of the goal itself, linear then angular, in world axes [m/s, rad/s]; None where
-    it is not known, and then estimated from one goal after another."""
+    """(6,) velocity of the goal in world axes, linear first [m/s, rad/s]; None estimates it from
+    successive goals."""
     speed: float = 1.5
     """Largest speed of the end effector, and of the base on its way [m/s]."""
     turn_rate: float = 2.0
@@ -53,18 +53,16 @@ class PoseGoal:
     orientation_tolerance: float = np.deg2rad(2.0)
     """... and turned less than this away [rad]."""
     straight: bool = False
-    """Whether the end effector must go straight, as near obstacles: no detour even if it stalls."""
+    """Move the end effector in a straight line, as near obstacles: no detour after a stall."""
     stance_if_near: bool = False
-    """Whether base and arm are led to a stance even where the goal is near, as where the end
-    effector alone would get stuck."""
+    """Lead base and arm to a stance even for a near goal, where the end effector alone would get
+    stuck."""
     hand_may_touch: bool = False
-    """Whether the hand and what it holds may come as near to what is around as they like, as to
-    grasp from a container or to set something down. The palm comes near, but does not touch; the
-    rest of the robot keeps its distance."""
-
+    """Let the hand and what it holds touch obstacles, as to grasp from a container or to set
+    something down. Palm and arm keep their distance."""
     next_goal: SE3 | None = None
-    """Where the end effector is to go next; the base stands so that it is soon on its way there,
-    and sets out as far as the arm can keep to this goal meanwhile. None keeps the base here."""
+    """Next end-effector pose: the base chooses its stance for it and leaves as early as the arm can
+    still hold this goal. None keeps the base here."""
 
     @property
     def is_moving(self) -> bool:
@@ -74,7 +72,7 @@ class PoseGoal:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PostureGoal:
-    """Bring the arm to joint positions, the base held."""
+    """Bring the arm to joint positions with the base at rest."""
 
     q: Array
     """(7,) desired joint positions [rad]."""
@@ -84,7 +82,7 @@ class PostureGoal:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BaseGoal:
-    """Bring the base to a pose on the floor, the arm held."""
+    """Bring the base to a pose on the floor with the arm at rest."""
 
     wTb: SE3
     """Desired base pose in the world."""
@@ -93,7 +91,7 @@ class BaseGoal:
     heading_tolerance: float = np.deg2rad(5.0)
     """... and turned less than this away [rad]."""
     reverse: bool = False
-    """Whether a base with a front drives there backwards."""
+    """Drive there backwards (differential drives)."""
     speed: float = inf
     """Largest speed of the base, if less than its own [m/s]."""
 
@@ -102,7 +100,7 @@ MotionGoal: TypeAlias = PoseGoal | PostureGoal | BaseGoal
 
 
 class KinematicState(Protocol):
-    """What the controller needs to know of the robot; `hw.RobotState` is one."""
+    """The part of the robot's state that the controller reads; `hw.RobotState` has it."""
 
     @property
     def wTb(self) -> SE3:

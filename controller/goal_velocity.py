@@ -1,9 +1,8 @@
-"""How fast a goal moves, from where it was in one control period after another.
+"""Estimates the velocity of a moving goal from successive goals.
 
 Position and orientation each have a fading-memory filter of the second order (the critically damped
 alpha-beta filter; Morrison, "Introduction to Sequential Smoothing and Prediction", 1969). A goal
-that jumps is another goal and not a fast one, and a goal that only trembles, as one that is seen
-anew in every frame, stands still.
+that jumps is a new goal, and one that jitters, as detected anew in every frame, is at rest.
 """
 
 from __future__ import annotations
@@ -18,36 +17,32 @@ from pinocchio import SE3
 from controller.command import Array, PoseGoal
 
 _MEMORY = 0.1
-"""Time constant of the filters: twice this is what the velocity lags behind [s]."""
+"""Time constant of the filters: the velocity lags by twice this [s]."""
 _JUMP, _TURN = 0.008, 0.03
 """A change in one period that differs from the one before by more than this is a jump [m, rad]."""
 _STILL, _STILL_TURN = 0.02, 0.06
-"""A velocity below this is none, and one above twice this counts fully [m/s, rad/s]."""
+"""A velocity below this counts as 0, and one above twice this fully [m/s, rad/s]."""
 _REST = 1e-9
-"""What is smaller than this does not change any longer [m, rad and per second]."""
+"""Smaller filter states count as 0 [m, rad and per second]."""
 
 
 class GoalVelocity:
-    """Keeps the velocity of the goal from period to period.
-
-    Args:
-        period: control period [s].
-    """
+    """Adds an estimated twist to goals without one; `period` is the control period [s]."""
 
     def __init__(self, period: float) -> None:
         self._period = period
         self.reset()
 
     def reset(self) -> None:
-        """Forget the goal: the next one stands still."""
+        """Forget the goal; the next one is at rest."""
         self._last: SE3 | None = None
         self._settled = False
-        """Whether the goal has stood still for so long that the filters have nothing to forget."""
+        """Whether the goal is at rest and the filters have converged."""
         self._linear = _Filter(self._period, _JUMP, _STILL)
         self._angular = _Filter(self._period, _TURN, _STILL_TURN)
 
     def __call__(self, goal: PoseGoal) -> PoseGoal:
-        """The goal with the velocity that it seems to have, unless it is given or none."""
+        """The goal with its estimated twist, unless it has one or is at rest."""
         last = self._last
         stands = last is not None and goal.wTe == last
         if stands and (self._settled or goal.twist is not None):
@@ -66,13 +61,7 @@ class GoalVelocity:
 
 
 class _Filter:
-    """The rate of three numbers from their changes.
-
-    Args:
-        period: time between two changes [s].
-        jump: a change that differs from the one before by more than this is a jump.
-        still: a rate below this is none, one above twice this counts fully [1/s].
-    """
+    """Rate (3,) of three numbers from their changes (3,) per period."""
 
     def __init__(self, period: float, jump: float, still: float) -> None:
         fading = exp(-period / _MEMORY)
@@ -83,13 +72,12 @@ class _Filter:
         self._forget()
 
     def _forget(self) -> None:
-        self._behind = np.zeros(3)  # what the filtered position lacks
+        self._behind = np.zeros(3)  # error of the filtered position
         self._rate = np.zeros(3)
         self.at_rest = True
-        """Whether nothing changes any longer while the goal stands still."""
+        """Whether the filter has converged to rest."""
 
     def __call__(self, change: Array) -> Array | None:
-        """The rate (3,) after another change (3,); None if there is none."""
         size, unlike = _length(change), _length(change - self._last_change)
         self._last_change = change
         if unlike > self._jump:

@@ -1,4 +1,4 @@
-"""The way out of local minima: towards a stance that is known to reach the goal."""
+"""Guidance out of local minima: leads base and arm to a stance that is known to reach the goal."""
 
 from __future__ import annotations
 
@@ -26,19 +26,12 @@ from controller.stance import (
 )
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
-_LONGEST_REST = 50
-"""Periods after which a robot whose goal changes all the time goes there without a stance."""
+_MAX_REST = 50
+"""Periods after which a robot whose goal changes all the time moves without a stance."""
 
 
 class Guidance:
-    """Keeps the stance of one goal from period to period.
-
-    Args:
-        model: the robot.
-        settings: of the controller; `guidance` is not None.
-        collision: the robot's shapes.
-        models: where those of robot and surroundings are made; None makes them for this alone.
-    """
+    """Keeps the stance of one goal from period to period; `settings.guidance` is not None."""
 
     def __init__(
         self,
@@ -51,48 +44,61 @@ class Guidance:
         self._settings = settings
         assert settings.guidance is not None
         self._guidance = settings.guidance
-        self._finder = StanceFinder(
-            model, settings.guidance.stance, collision, models or CollisionModels(model)
-        )
+        self._finder = StanceFinder(model, collision, models or CollisionModels(model))
         self._min_turn_cosine = cos(self._guidance.goal_turn)
         self._route = Route(model, settings)
         self._base_goal, self._base_obstacle = Pose2D(inf, inf, inf), ""
         self._approach = Approach(model, settings.guidance, self._route)
         self._follower = MovingGoalFollower(model, settings)
-        self.onward = NextGoalApproach(model, settings, self._finder)
+        self.next_goal = NextGoalApproach(model, settings, self._finder)
         self._hand_may_touch = self._follows = False
         self.waits = False
-        """Whether the robot gives way to somebody: that is no stall."""
+        """Whether the robot gives way to a moving obstacle, which is no stall."""
         self.reset()
 
     def prepare(self, surroundings: Surroundings) -> None:
-        """Compute now what the first step among these fixtures needs."""
-        self._finder.map(surroundings.fixtures)
+        """Compute in advance what the first step among these fixtures needs."""
+        self._finder.update_map(surroundings.fixtures)
 
     def reset(self, *, keeps_bearing: bool = False) -> None:
         """Forget the goal: the next one is new."""
         if not keeps_bearing:
             self.bearing = 0.0
             """Of the end effector, seen from the base, in the last stance [rad]."""
-        self.left = (0.0, 0.0)
-        """What the last step left of the way to the stance: least time of the base [s] and largest
-        joint error [rad]; both 0 without a stance."""
+        self.remaining = (0.0, 0.0)
+        """Least time of the base [s] and largest joint error [rad] to the stance; 0 without one."""
         self.unreachable = ""
-        """Why the robot cannot get to the goal; empty if it can, as far as is known."""
+        """Why the goal cannot be reached; empty if it can, as far as is known."""
         self._goal: SE3 | None = None
         self._base = Pose2D(0.0, 0.0, 0.0)
         self._base_of: tuple[Stance | None, SE3 | None] = (None, None)
         self._first_goal: SE3 | None = None
         self._searched = 0
         self._follower.reset()
-        self.onward.reset()
+        self.next_goal.reset()
         self._start_goal(None)
         self._set_stance(None)
 
     @property
     def base(self) -> Pose2D | None:
-        """Where the stance has the base; None if the end effector goes alone."""
+        """Base pose of the stance, if there is one."""
         return None if self.stance is None else self._base
+
+    @property
+    def floor(self) -> FloorMap:
+        """Map of the static obstacles."""
+        return self._finder.floor
+
+    @property
+    def way(self) -> Array:
+        """(N, 3) base poses on the path."""
+        return self._route.way
+
+    @property
+    def rests(self) -> bool:
+        """Whether the robot must stop: the goal is out of reach, or its stance not known yet."""
+        searches = self._search is not None and self.stance is None
+        return bool(self.unreachable) or (searches and self._searched <= _MAX_REST)
 
     def _start_goal(self, wTe: SE3 | None) -> None:
         self._approach.reset()
@@ -102,21 +108,15 @@ class Guidance:
         self._search: StanceSearch | None = None
         self._stalled = False
         self._was_close = False
-        """Whether the goal was as good as reached: who has had to leave it begins anew."""
-
-    @property
-    def rests(self) -> bool:
-        """Whether it is to stand still: it cannot get to the goal, or does not know how yet."""
-        searches = self._search is not None and self.stance is None
-        return bool(self.unreachable) or (searches and self._searched <= _LONGEST_REST)
+        """Whether the goal was nearly reached: a robot that has to leave it starts anew."""
 
     def _set_stance(self, stance: Stance | None, detour: bool = False) -> None:
         if stance is not None:
             self.bearing = stance.bearing
         self.stance = stance
-        """Where base and arm are led; None if the end effector goes alone."""
+        """Where base and arm are led; None if the end effector moves without a stance."""
         self.detour = detour
-        """Whether that is on a way around, the end effector waiting."""
+        """Whether the stance is a detour, the end effector waiting."""
         self._best = (inf, inf, inf)
         self._stage = False, False
         self._waited = 0
@@ -129,19 +129,19 @@ class Guidance:
         q: Array,
         surroundings: Surroundings = OPEN_FLOOR,
     ) -> StanceBias | None:
-        """Velocities towards the goal's stance; None if the end effector goes alone, or `rests`.
+        """The bias of one period towards the goal's stance; None without one, or if it `rests`.
 
         Args:
-            goal: where the end effector is to be.
+            goal: of the end effector.
             error: of the end effector.
             wTb: base pose.
             q: (7,) joint positions [rad].
-            surroundings: what must not be hit.
+            surroundings: the obstacles.
         """
         g = self._guidance
         distance = error.position + g.metres_per_radian * error.orientation
-        if moved := self._finder.meet(surroundings):
-            self.onward.reset()
+        if moved := self._finder.update(surroundings):
+            self.next_goal.reset()
         changed = moved or (bool(self.unreachable) and goal.hand_may_touch != self._hand_may_touch)
         follows = goal.is_moving and not goal.straight and self._model.n_base == 2
         changed = changed or (follows and not self._follows)
@@ -150,17 +150,17 @@ class Guidance:
             if self._is_new(goal.wTe) or changed:
                 self._begin(goal, distance, wTb, q)
             self._goal = goal.wTe.copy()
-        elif self._was_close and distance > self._guidance.min_distance and not goal.is_moving:
+        elif self._was_close and distance > g.min_distance and not goal.is_moving:
             self._begin(goal, distance, wTb, q)
         if not moved:  # a new map is work enough for one period
-            self._search_on(goal)
+            self._advance_search()
         remaining = self._remaining(goal, distance, wTb, q)
         if remaining.lead is not None and remaining.lead.unreachable:
             self._give_up_stance(goal, wTb, q)
             if self._search is None:
                 self.unreachable = remaining.lead.unreachable
         if self.rests:
-            self.left = (inf, inf)
+            self.remaining = (inf, inf)
             return None
         if self._has_stalled(remaining, goal) and not goal.straight and self._detours_left:
             stance, detour = self.stance, self.detour
@@ -168,7 +168,7 @@ class Guidance:
             self._stalled = True
             if self._search is not None:
                 self._set_stance(stance, detour)  # until another is found
-        self.left = (remaining.base_time, remaining.max_joint_error)
+        self.remaining = (remaining.base_time, remaining.max_joint_error)
         if self.stance is None or remaining.lead is None:
             return None
         following = None
@@ -179,20 +179,10 @@ class Guidance:
             model, settings, remaining, goal, wTb, q, detour=detour, following=following
         )
 
-    @property
-    def floor(self) -> FloorMap:
-        """What stands around, seen from above."""
-        return self._finder.floor
-
-    @property
-    def way(self) -> Array:
-        """(N, 3) poses of the base on its way."""
-        return self._route.way
-
     def lead_base(self, goal: BaseGoal, wTb: Pose2D, surroundings: Surroundings) -> Lead:
-        """Where the base is led now on its way to a pose of its own."""
+        """Where the base is led now on its way to a base goal."""
         there = Pose2D.of(goal.wTb)
-        if self._finder.meet(surroundings) or there != self._base_goal:
+        if self._finder.update(surroundings) or there != self._base_goal:
             self._base_goal, self._base_obstacle = there, self._finder.obstacle_to_base(there)
         if self._base_obstacle:
             still = Pose2D(0.0, 0.0, 0.0)
@@ -200,7 +190,7 @@ class Guidance:
         return self._route.lead(self._finder.floor, wTb, there, goal.reverse)
 
     def _begin(self, goal: PoseGoal, distance: float, wTb: Pose2D, q: Array) -> None:
-        """Judge a new goal, and look for its stance if it is to have one."""
+        """Judge a new goal, and search its stance if it is to have one."""
         crept = self._first_goal is not None and not self._has_jumped(goal.wTe)
         self._start_goal(goal.wTe.copy())
         self._set_stance(self.stance if crept else None)
@@ -209,27 +199,27 @@ class Guidance:
         if self.unreachable:
             self._set_stance(None)
         elif not goal.straight and (goal.stance_if_near or distance > self._guidance.min_distance):
-            self._set_stance(self.onward.stance_for(goal.wTe) or self.stance)
+            self._set_stance(self.next_goal.stance_for(goal.wTe) or self.stance)
             if self.stance is None or crept:
-                self._look_for_a_stance(goal, wTb, q)
+                self._start_search(goal, wTb, q)
         else:
             self._set_stance(None)
 
     def _give_up_stance(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> None:
-        """Look for another stance, unless that was done often enough."""
+        """Search another stance, unless that was done often enough."""
         if self.stance is not None:
             self._failed = (*self._failed, self.stance)
         self._set_stance(None)
         self._detours_left = max(0, self._detours_left - 1)
         if self._detours_left:
-            self._look_for_a_stance(goal, wTb, q)
+            self._start_search(goal, wTb, q)
 
-    def _look_for_a_stance(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> None:
+    def _start_search(self, goal: PoseGoal, wTb: Pose2D, q: Array) -> None:
         wTe, failed, follows = goal.wTe.copy(), self._failed, self._follows
         self._search = self._finder.search(wTe, wTb, q, failed, goal.next_goal, in_front=follows)
 
-    def _search_on(self, goal: PoseGoal) -> None:
-        """Do one piece of the search, and take what it has found when it is over."""
+    def _advance_search(self) -> None:
+        """Do one piece of the search, and take its result when it is over."""
         search = self._search
         self._searched = 0 if search is None else self._searched + 1
         if search is None:
@@ -252,7 +242,6 @@ class Guidance:
         return abs(rise) > g.goal_rise or tilt < g.goal_tilt
 
     def _has_jumped(self, wTe: SE3) -> bool:
-        """Whether a goal is not where it was in the last period, or nearly so."""
         if self._goal is None:
             return True
         g, moved = self._guidance, wTe.translation - self._goal.translation
@@ -265,29 +254,22 @@ class Guidance:
             return Remaining(distance)
         if stance is not self._base_of[0] or self._goal is not self._base_of[1]:
             self._base, self._base_of = stance.base_for(goal.wTe), (stance, self._goal)
+        floor, space, follows = self._finder.floor, self._finder.space, goal.is_moving
         return self._approach.remaining(
-            stance,
-            self._base,
-            distance,
-            wTb,
-            q,
-            self._finder.floor,
-            self._finder.space,
-            follows=goal.is_moving,
+            stance, self._base, distance, wTb, q, floor, space, follows=follows
         )
 
     def _has_stalled(self, remaining: Remaining, goal: PoseGoal) -> bool:
-        """Whether nothing has come nearer for a while: neither end effector, base nor arm.
+        """Whether end effector, base and arm have made no progress for a while.
 
-        What follows a moving goal comes no nearer either, so it never stalls; and who waits for
-        somebody goes on when he has passed.
+        A robot that follows a moving goal or waits for a moving obstacle never stalls.
         """
         g = self._guidance
         if remaining.distance < g.close or goal.is_moving:
             self._was_close = remaining.distance < g.close
             self._set_stance(self.stance)
             return False
-        stage = remaining.carried, remaining.docks
+        stage = remaining.in_transport, remaining.docks
         if stage != self._stage:
             self._stage, self._best = stage, (inf, inf, inf)
         left = remaining.distance, remaining.base_time, remaining.max_joint_error

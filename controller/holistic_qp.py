@@ -1,18 +1,16 @@
-"""The holistic QP (Haviland, Sünderhauf and Corke, RA-L 2022, eq. 6-16).
+"""Builds the holistic QP (Haviland, Sünderhauf and Corke, RA-L 2022, eq. 6-16).
 
 The paper's QP is, with x = (q̇, δ) (eq. 9) and the slack δ = ν - J q̇ of the end-effector twist ν,
 
     min  ½ xᵀ Q x + Cᵀ x    subject to  J q̇ + δ = ν,  velocity dampers,  X⁻ <= x <= X⁺.   (6)
 
-The slack can be put into the cost: with Q = diag(Λ_q, Λ_δ) (eq. 10) and C = (c, 0) (eq. 11),
+The slack can be eliminated: with Q = diag(Λ_q, Λ_δ) (eq. 10) and C = (c, 0) (eq. 11),
 
     min  ½ q̇ᵀ (Λ_q + Jᵀ Λ_δ J) q̇ + (c - Jᵀ Λ_δ ν)ᵀ q̇    subject to  lower <= q̇ <= upper,
 
-which has the same minimiser, only n variables, and always a solution. This leaves out the bounds of
-the slack, ±10 in the published example. The paper does not have the smoothness term, the bias
-towards a stance, the bounds on acceleration, nor a least |e| in the weights that grow as 1/|e|; and
-its base always turns to have the end effector in front (eq. 13), where here a stance may have it
-beside.
+which has the same minimiser, only n variables, and always a solution; the bounds of the slack (±10
+in the published example) are left out. Not in the paper: smoothness term, bias towards a stance,
+acceleration bounds, a least |e| in the weights 1/|e|, and a desired bearing other than 0 (eq. 13).
 """
 
 from __future__ import annotations
@@ -32,7 +30,7 @@ from controller.stance import StanceBias
 
 
 class Linearisation(NamedTuple):
-    """The robot in one posture, as the QP needs it."""
+    """Kinematics and gradients at one posture."""
 
     bTe: SE3
     J: Array
@@ -40,13 +38,13 @@ class Linearisation(NamedTuple):
     manipulability: float
     """Of the arm."""
     gradient: Array
-    """(n,) Ĵ_m: gradient of the manipulability that the settings ask for (eq. 12)."""
+    """(n,) Ĵ_m: gradient of the manipulability chosen by the settings (eq. 12)."""
     heading_error: float
     """θ_ε: bearing of the end effector seen from the base [rad] (eq. 13)."""
 
 
 def linearise(model: RobotModel, settings: ControllerSettings, q: Array) -> Linearisation:
-    """Kinematics and gradients that the QP needs, for joint positions q (7,) [rad]."""
+    """Kinematics and gradients at joint positions q (7,) [rad]."""
     bTe, J, screws, hessian = model.kinematics(q)
     n_base = model.n_base
     gradient = np.zeros(model.n)
@@ -77,12 +75,11 @@ def build_qp(
         settings: the weights.
         linearisation: from `linearise`.
         twist: (6,) desired end-effector twist ν in base axes [m/s, rad/s].
-        error: |e|, distance to the goal [m]; near the goal the twist is followed more strictly
-            and the base moves less (λ_δ, and λ_q of eq. 14).
+        error: |e|, distance to the goal [m], in the weights λ_δ and λ_q (eq. 14).
         bounds: lower and upper bounds (n,) of the velocities.
         last: (n,) velocities of the previous period.
-        bias: from the guidance, if there is any.
-        bearing: where the end effector is to be, seen from the base: 0 is in front of it [rad].
+        bias: towards a stance.
+        bearing: desired bearing of the end effector seen from the base [rad].
     """
     n_base, J = model.n_base, linearisation.J
     if bias is not None and bias.coasting is not None:

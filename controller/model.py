@@ -1,7 +1,6 @@
 """Kinematics of a mobile manipulator: one Pinocchio chain over base and arm.
 
-The base is a chain of virtual joints before the arm, always at zero: all poses are in the frame of
-the base.
+The base is a chain of virtual joints that stay at zero: poses are in the base frame.
 """
 
 from __future__ import annotations
@@ -19,13 +18,12 @@ from controller.command import N_ARM, Array, Command
 from robots import RobotDescription, load_robot
 
 _SINGULAR = 1e-9
-"""Less manipulability than this has no gradient."""
+"""Manipulability below which the gradient is zero."""
 
 _BASE_JOINTS = (pin.JointModelPX, pin.JointModelPY, pin.JointModelRZ)
 
 
 def _chain(description: RobotDescription) -> pin.Model:
-    """The virtual joints of the base, then the arm's, and the tool as a frame."""
     chain = pin.Model()
     joint = 0
     for number, axis in enumerate(description.base.axes.T, start=1):
@@ -41,25 +39,21 @@ def _chain(description: RobotDescription) -> pin.Model:
 
 
 class Kinematics(NamedTuple):
-    """Where the end effector is and how the joints move it, for one posture."""
+    """Pose, Jacobian and Hessian of the end effector at one posture."""
 
     bTe: SE3
     J: Array
     """(6, n) Jacobian at the end effector, linear first, in base axes, base first (eq. 5)."""
     screws: Array
-    """(6, n) the same at the base's origin instead, the screws of the joints; a view into
-    Pinocchio's workspace that holds until the model is asked again."""
+    """(6, n) Jacobian at the base's origin; a view that is valid until the next call."""
     hessian: Array
-    """(n, n, 6) derivative of the screws by the joints: [k, i] is of screw i by joint k."""
+    """(n, n, 6) derivative of the screws: [k, i] is that of screw i by joint k."""
 
 
 class RobotModel:
     """Forward kinematics, Jacobian and Hessian of a mobile manipulator.
 
-    Not to be shared between threads: Pinocchio's workspace is reused from call to call.
-
-    Args:
-        description: which robot.
+    Not thread-safe: Pinocchio's workspace is reused from call to call.
     """
 
     def __init__(self, description: RobotDescription) -> None:
@@ -83,9 +77,9 @@ class RobotModel:
         self.position_limits = np.array([[*-free, *limits.q_min], [*free, *limits.q_max]])
         """(2, n) lower and upper positions of every degree of freedom, base first."""
         self.base_turn = axes[2]
-        """(n_base,) how much every degree of freedom of the base turns it."""
+        """(n_base,) rotation of the base per degree of freedom."""
         self.chain = _chain(description)
-        """The robot in Pinocchio: base joints, then the arm's."""
+        """The Pinocchio model: base joints, then the arm's."""
         self._data = self.chain.createData()
         self._tool = self.chain.getFrameId("tool")
         self._joints = np.zeros(self.n)
@@ -100,7 +94,7 @@ class RobotModel:
         return np.concatenate([command.base_twist @ self.description.base.axes, command.qd])
 
     def joints(self, q: Array) -> Array:
-        """(n,) positions of all joints of the chain for arm joints q (7,): the base's are zero."""
+        """(n,) joint positions of the chain for arm joints q (7,): the base's are zero."""
         self._joints[self.n_base :] = q
         return self._joints
 
@@ -146,8 +140,7 @@ def robot_model(robot: str | Path) -> RobotModel:
 def manipulability(screws: Array, hessian: Array) -> tuple[float, Array]:
     """Yoshikawa's manipulability m = sqrt(det(J Jᵀ)) and its gradient (Haviland 2022, eq. 12).
 
-    The gradient is J_m of the paper: m vec(J H_kᵀ)ᵀ vec((J Jᵀ)⁻¹) for every joint k. Both are the
-    same for every point of the end effector and all axes that J may be expressed in.
+    The gradient is m vec(J H_kᵀ)ᵀ vec((J Jᵀ)⁻¹) for every joint k.
 
     Args:
         screws: (6, n) J of a part of the chain.

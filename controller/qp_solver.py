@@ -12,19 +12,18 @@ import piqp
 from controller.command import Array
 
 MOST_ROWS = 32
-"""Rows in one QP; of more, those that are in most danger."""
+"""Largest number of rows in one QP; of more, those with the least margin."""
 
 _PRECISION = 1e-10
-"""Of PIQP, absolute and relative; a coarser solution saves no iterations to speak of."""
+"""Absolute and relative tolerance of PIQP."""
 _SOFT_PRECISION = 1e-6
-"""The same with slack, whose weights spread the numbers over more orders of magnitude."""
+"""The same with slack variables, whose weights make the QP worse conditioned."""
 _ROW_TOLERANCE = 1e-7
-"""A row is kept if it is passed by no more than this."""
+"""Violation up to which a row counts as satisfied."""
 _WIDENING = 1e-8
-"""The bounds are this much wider for PIQP: where they coincide there is no interior."""
+"""PIQP gets bounds this much wider: where they coincide there is no interior."""
 _MOST_SLACK = 100.0
-_ITERATIONS = 100
-"""Of PIQP at most."""
+_MAX_ITERATIONS = 100
 
 
 class QP(NamedTuple):
@@ -41,31 +40,29 @@ class QP(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Further constraints A x >= least."""
+    """Inequality constraints A x >= least."""
 
     A: Array
     """(m, n)."""
     least: Array
     """(m,)."""
     group: npt.NDArray[np.int64]
-    """(m,) numbers of their slack: where not all rows can be kept, the rows of a group are all
-    passed by up to as much as one of them has to be."""
+    """(m,) index of their slack: rows of a group share one slack variable."""
 
 
 def joined(first: Rows | None, second: Rows | None) -> Rows | None:
-    """All rows of both."""
+    """The rows of both."""
     if first is None or second is None:
         return first or second
     return Rows(*(np.concatenate(both) for both in zip(first, second, strict=True)))
 
 
 class Solver:
-    """PIQP, with workspaces that are kept from period to period.
+    """PIQP with hard rows where they are feasible together, else with soft ones.
 
     Args:
-        slack_costs: (g,) cost of the slack of each group of rows, and of half its square. What is
-            large against the gradients of the other costs is only used where there is no way
-            without; and where not all groups can be kept, the cheaper ones give way.
+        slack_costs: (g,) linear and quadratic cost of the slack of each group of rows; exact
+            penalties, so that slack is used only where the rows are infeasible.
     """
 
     def __init__(self, slack_costs: Array) -> None:
@@ -75,16 +72,13 @@ class Solver:
         self._soft = _Workspace(_SOFT_PRECISION)
 
     def solve(self, qp: QP, rows: Rows | None = None) -> Array | None:
-        """The minimiser (n,), inside the bounds to the last bit; None if none was found.
-
-        Rows are hard where all of them can be kept. Elsewhere they are soft, the bounds are not.
-        """
+        """The minimiser (n,), exactly inside the bounds; None if none was found."""
         x = self._solve_box(qp)
         if x is None or rows is None or (rows.A @ x >= rows.least - _ROW_TOLERANCE).all():
             return x
         if len(rows.least) > MOST_ROWS:
-            rows = _in_most_danger(rows, x)
-        # A single row that no velocity keeps says it without PIQP.
+            rows = _least_margin(rows, x)
+        # A row that no x within the bounds satisfies is infeasible by itself.
         best = np.maximum(rows.A * qp.lower, rows.A * qp.upper).sum(axis=1)
         if (best >= rows.least).all() and (kept := self._solve_hard(qp, rows)) is not None:
             return kept
@@ -109,7 +103,7 @@ class Solver:
         return None if x is None else np.minimum(np.maximum(x, qp.lower), qp.upper)
 
     def _solve_soft(self, qp: QP, rows: Rows) -> Array | None:
-        """With a slack t >= 0 for every group: A x + t >= least."""
+        """With slack variables t >= 0 for the groups: A x + t >= least."""
         n, m, costs = len(qp.c), len(rows.least), self._slack_costs
         g = len(costs)
         P = np.zeros((n + g, n + g), order="F")
@@ -130,21 +124,19 @@ class Solver:
 
 
 class _Workspace:
-    """A solver of PIQP for problems of one size."""
+    """A PIQP solver that is reused for problems of one size."""
 
     def __init__(self, precision: float) -> None:
         self._precision = precision
         self._n = 0
 
     def solve(self, **problem: Any) -> Array | None:
-        """The minimiser; None if there is none."""
         if self._n != len(problem["c"]):
             self._set_up(problem)
         else:
             self._piqp.update(**problem)
         if self._piqp.solve() != piqp.PIQP_SOLVED:
-            # A new workspace is scaled for this problem; one that is updated keeps the scaling of
-            # its first.
+            # An updated workspace keeps the scaling of its first problem; a new one is rescaled.
             self._set_up(problem)
             if self._piqp.solve() != piqp.PIQP_SOLVED:
                 return None
@@ -157,12 +149,12 @@ class _Workspace:
         settings.eps_abs = settings.eps_rel = self._precision
         settings.check_duality_gap = True
         settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = self._precision
-        settings.max_iter = _ITERATIONS
+        settings.max_iter = _MAX_ITERATIONS
         self._piqp.setup(**problem)
         self._n = len(problem["c"])
 
 
-def _in_most_danger(rows: Rows, x: Array) -> Rows:
+def _least_margin(rows: Rows, x: Array) -> Rows:
     margin = rows.A @ x - rows.least
     chosen = np.sort(np.argsort(margin, kind="stable")[:MOST_ROWS])
     return Rows(rows.A[chosen], rows.least[chosen], rows.group[chosen])

@@ -1,14 +1,18 @@
-"""What one control step measured and achieved."""
+"""The interface of motion controllers, and the report of one control step."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
+from typing import Protocol
 
 from pinocchio import SE3
 
-from controller.command import Array
+from controller.command import Array, Command, KinematicState, MotionGoal
 from controller.floor import Pose2D
+from controller.model import RobotModel
+from controller.settings import ControllerSettings
+from controller.surroundings import OPEN_FLOOR, Surroundings
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -25,39 +29,61 @@ class StepReport:
     """Yoshikawa's measure of the arm."""
     heading_error: float
     """θ_ε: bearing of the end effector seen from the base [rad]."""
-    slack: float
-    """|δ|: norm of the end-effector twist that was desired and not achieved [m/s and rad/s]."""
-    solved: bool
-    """Whether the QP was solved; if not, the command brakes."""
     bTe: SE3
     """End effector in the base."""
+    slack: float = 0.0
+    """|δ|: norm of the end-effector twist that was desired but not achieved [m/s and rad/s]."""
+    solved: bool = True
+    """Whether the QP was solved; if not, the command brakes."""
     base_time: float = 0.0
-    """Least time in which the base gets to its goal, or to where the guidance wants it [s]; 0 where
-    it has no place of its own to go to."""
+    """Least time in which the base gets to its goal or stance [s]; 0 without one."""
     posture_error: float = 0.0
-    """Largest joint error to the goal's posture, or to that of the guidance [rad]; 0 without."""
+    """Largest joint error to the posture of the goal or the stance [rad]; 0 without one."""
     unreachable: str = ""
     """Why the robot cannot get to the goal; empty if it can, as far as is known."""
     stance: Pose2D | None = None
-    """Where the guidance wants the base; None if the end effector goes alone."""
+    """Base pose of the stance; None if the end effector moves without one."""
     blend: float = 0.0
-    """s in [0, 1]: 0 leaves all to the end effector, 1 nearly all to base and arm."""
+    """s in [0, 1]: 0 leaves the motion to the end effector, 1 nearly all to base and arm."""
     detour: bool = False
-    """Whether that is a way around, after a stall."""
+    """Whether the stance is a detour after a stall."""
     clearance: float = inf
-    """Distance between the robot and what is nearest to it, if that is near [m]."""
+    """Distance between the robot and the nearest obstacle, if one is near [m]."""
     near_pairs: int = 0
-    """Pairs of shapes, of which one is the robot's, that are so near to each other that they matter
-    at their speed."""
+    """Pairs of shapes near enough to matter at their speed."""
     nearest: str = ""
-    """What comes nearest to what, for people; empty if nothing is near."""
+    """The parts that `clearance` is between; empty if nothing is near."""
     nearest_points: tuple[Array, Array] | None = None
-    """The two points (3,), in the world, between which that distance was measured last; None if
-    nothing is near, or only points that a camera has seen."""
+    """The two points (3,) in the world that `clearance` is between; None if nothing is near, or
+    only depth points."""
     way: Array | None = None
-    """(N, 3) base poses on the way around what stands there; the same object as long as it is the
-    same way. None if the base goes without one."""
+    """(N, 3) base poses of the planned path, the same object as long as it is the same path. None
+    if the base has none."""
     waits_for: str = ""
-    """Who moves nearest, while the robot gives way; empty if it need not."""
+    """The nearest moving obstacle while the robot gives way; else empty."""
     planning: bool = False
     """Whether the robot stands because its motion is being planned."""
+
+
+class MotionController(Protocol):
+    """Turns motion goals into commands, one step a period."""
+
+    @property
+    def model(self) -> RobotModel:
+        """The robot."""
+
+    @property
+    def settings(self) -> ControllerSettings:
+        """With the control period."""
+
+    def prepare(self, surroundings: Surroundings) -> None:
+        """Compute in advance what the first step in these surroundings needs."""
+
+    def step(
+        self,
+        state: KinematicState,
+        goal: MotionGoal | None,
+        last: Command,
+        surroundings: Surroundings = OPEN_FLOOR,
+    ) -> tuple[Command, StepReport]:
+        """The command for the next period, and the report of this one."""

@@ -1,4 +1,4 @@
-"""Position-based servoing: the end-effector twist that leads to a pose."""
+"""Position-based servoing: the desired end-effector twist towards a pose goal."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from controller.goal_velocity import GoalVelocity
 from controller.settings import ControllerSettings, ServoSettings
 
 _NEAR, _NEAR_ANGLE = 0.04, 0.14
-"""Where the twist begins to be steadied; it is wholly at half of this [m and rad]."""
+"""Error below which the twist is low-pass filtered, fully at half of this [m and rad]."""
 
 
 class PoseError(NamedTuple):
-    """How far one pose is from another."""
+    """Error between two poses."""
 
     position: float
     """Distance [m]."""
@@ -46,13 +46,10 @@ def error_norm(settings: ControllerSettings, bTe: SE3, error: PoseError) -> floa
 
 
 class Servo:
-    """The end-effector twist that leads to a goal, from period to period.
+    """Computes the desired twist in every period; keeps the goal's velocity and the last twist.
 
-    What it keeps is how the goal moves, and the last twist.
-
-    Args:
-        settings: of the controller. Without guidance, as published, no motion is estimated, and
-            going straight is nothing of its own.
+    Without guidance, as published, goal velocities are not estimated and straight motion has no
+    gains of its own.
     """
 
     def __init__(self, settings: ControllerSettings) -> None:
@@ -69,21 +66,14 @@ class Servo:
         self._last = np.zeros(6)
 
     def with_motion(self, goal: PoseGoal) -> PoseGoal:
-        """The goal with the velocity that it seems to have, unless it is given or none."""
+        """The goal with its estimated twist, unless it has one or is at rest."""
         return self._goal_motion(goal) if self._estimates_motion else goal
 
     def __call__(self, goal: PoseGoal, bTw: SE3, bTe: SE3, error: PoseError) -> Array:
-        """The twist ν (6,) that leads to a goal and moves with it, in base axes [m/s, rad/s].
+        """The twist ν (6,) towards a goal, with the goal's own, in base axes [m/s, rad/s].
 
-        Near the goal most of the error is noise of the state, and the robot would follow each
-        sample of it. There the twist passes a low-pass filter of the first order. Farther away it
-        does not, so that the arrival is not delayed.
-
-        Args:
-            goal: the goal.
-            bTw: the world in the base.
-            bTe: the end effector in the base.
-            error: from `bTe` to the goal, in base axes.
+        Near the goal the twist is low-pass filtered, as most of the error is state noise there.
+        `error` is from `bTe` to the goal, in base axes.
         """
         settings = self._straight if goal.straight else self._plain
         steadying = settings.steadying
@@ -102,21 +92,10 @@ class Servo:
 def desired_twist(
     settings: ServoSettings, goal: PoseGoal, bTw: SE3, bTe: SE3, error: PoseError
 ) -> Array:
-    """The twist ν (6,) of the end effector that leads to a goal (Haviland 2022, eq. 17).
+    """The twist ν (6,) towards a goal at rest, in base axes (Haviland 2022, eq. 17) [m/s, rad/s].
 
-    Near the goal it is proportional to the error; with a finite deceleration it is never faster
-    than can be braked before the goal, nor than the goal allows. What the goal moves by itself is
-    not in it.
-
-    Args:
-        settings: gains and decelerations.
-        goal: the goal.
-        bTw: the world in the base.
-        bTe: the end effector in the base.
-        error: from `bTe` to the goal, in base axes.
-
-    Returns:
-        The twist in base axes, linear first [m/s, rad/s].
+    Proportional to the error near the goal; with a finite deceleration the speed is limited by
+    `approach_speed`. `error` is from `bTe` to the goal, in base axes.
     """
     rotation = error.rotation_vector
     if settings.rotation_error == "roll pitch yaw":
@@ -138,16 +117,10 @@ def desired_twist(
 
 
 def approach_speed(distance: float, gain: float, deceleration: float, max_speed: float) -> float:
-    """Speed at a distance from the goal from which the robot can still brake in time.
+    """Speed at a distance to the goal (not negative) from which the robot can still brake in time.
 
-    Proportional near the goal as Haviland 2022, eq. 17, then the square root of a constant
-    deceleration, joined where their slopes agree, and never above `max_speed`.
-
-    Args:
-        distance: what is left, not negative [m or rad].
-        gain: speed per distance near the goal [1/s].
-        deceleration: [m/s^2 or rad/s^2].
-        max_speed: [m/s or rad/s].
+    Proportional with `gain` [1/s] near the goal (Haviland 2022, eq. 17), then the square root of a
+    constant deceleration, joined where their slopes agree, and at most `max_speed`.
     """
     transition = deceleration / (gain * gain)
     if distance <= transition:
@@ -156,7 +129,7 @@ def approach_speed(distance: float, gain: float, deceleration: float, max_speed:
 
 
 def velocity_along(vector: Array, length: float, speed: float) -> Array:
-    """A velocity of this speed along a vector of this length; zero if it has no length."""
+    """A velocity of a speed along a vector of a length; zero if the length is zero."""
     return vector * (speed / length) if length > 0.0 else np.zeros_like(vector)
 
 

@@ -1,50 +1,74 @@
-"""What stands around the robot, as far as it is known."""
+"""Obstacles around the robot: fixtures, moving obstacles, loose and held objects, depth points."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+import numpy.typing as npt
+
 from controller.command import Array
-from controller.point_cloud import PointCloud
 from robots import Geom
+
+
+class PointCloud:
+    """Immutable points (N, 3) in the world [m] with a k-d tree for nearest-point queries."""
+
+    def __init__(self, points: Array) -> None:
+        self.points = points
+        self._tree = None
+        if len(points):
+            from scipy.spatial import cKDTree  # slow to import; see `HolisticController`
+
+            self._tree = cKDTree(points, balanced_tree=False)
+
+    def nearest(self, places: Array, within: float) -> tuple[Array, npt.NDArray[np.int64]]:
+        """Distances (F,) from places (F, 3) to the nearest points [m], and their indices (F,).
+
+        Where no point is nearer than `within` [m] the distance is infinite and the index N.
+        """
+        if self._tree is None:
+            return np.full(len(places), np.inf), np.zeros(len(places), dtype=np.int64)
+        distances, numbers = self._tree.query(places, distance_upper_bound=within)
+        return distances, numbers
 
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """Something that moves, and that must not be hit."""
+    """A moving obstacle."""
 
     geom: Geom
-    """Where it is now, in the world."""
+    """Its present shape in the world."""
     velocity: Array
     """(3,) of its centre, in world axes [m/s]; it does not turn."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Surroundings:
-    """What the robot must not hit. The floor is not named: it is always there."""
+    """Everything the robot must not hit; the floor is always included.
+
+    What is computed from `fixtures` and `loose`, such as a map, is cached as long as they are the
+    same objects.
+    """
 
     fixtures: tuple[Geom, ...] = ()
-    """What never moves, in the world. The same object as long as nothing has changed: what is
-    computed from it once, such as a map, is kept."""
+    """Static obstacles in the world."""
     moving: tuple[Obstacle, ...] = ()
-    """What moves by itself."""
     loose: tuple[Geom, ...] = ()
-    """What stands on fixtures and may be carried away, in the world. The links of the arm and the
-    camera keep off it. The hand, which works among such things, does not, nor do the base, its way
-    and its stance look at it. The same object as long as nothing has changed."""
+    """Objects on fixtures, in the world. The arm's links and the camera avoid them; the hand, which
+    works among them, and the base do not."""
     depth_points: PointCloud | None = None
-    """Points of surfaces that a camera has seen; another one for every frame."""
+    """Surface points seen by a depth camera; a new object for every frame."""
     held: tuple[Geom, ...] = ()
-    """The shapes of what the hand holds, in e: they move with the robot and must not hit anything
-    either."""
+    """Shapes of the held object in e: they move with the robot and avoid obstacles too."""
 
     def has_shapes_of(self, other: Surroundings) -> bool:
-        """Whether the same stands around and is held, wherever what moves by itself is."""
+        """Whether all shapes are the same, wherever the moving obstacles are."""
         same = self.held is other.held and self.loose is other.loose
         return same and self.stands_like(other)
 
     def stands_like(self, other: Surroundings) -> bool:
-        """Whether the same stands around that is not loose, wherever what moves by itself is."""
+        """Whether fixtures and shapes of moving obstacles are the same."""
         if self.fixtures is not other.fixtures or len(self.moving) != len(other.moving):
             return False
         both = zip(self.moving, other.moving, strict=True)
@@ -52,4 +76,4 @@ class Surroundings:
 
 
 OPEN_FLOOR = Surroundings()
-"""Nothing around."""
+"""No obstacles."""

@@ -1,52 +1,85 @@
-"""The QP that each kind of goal asks for, and what is told of it."""
+"""Tasks of the QP: what each kind of motion goal asks of base and arm in one control period."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from pinocchio import SE3
 
-from controller.command import Array, KinematicState, PostureGoal
-from controller.floor import Pose2D
+from controller.base_lag import BaseLag
+from controller.command import Array, BaseGoal, KinematicState, MotionGoal, PoseGoal, PostureGoal
+from controller.floor import Pose2D, drive_along, plain_lead
+from controller.guidance import Guidance
+from controller.holistic_qp import Linearisation, build_qp
 from controller.model import RobotModel
 from controller.qp_solver import QP
-from controller.servo import approach_speed
+from controller.report import StepReport
+from controller.servo import Servo, approach_speed, error_norm, pose_error
 from controller.settings import ControllerSettings
+from controller.surroundings import Surroundings
+
+_DECAY = 0.9
+"""Ratio of successive velocities of a robot that stops because it has no way to its goal."""
+_NEAR = 0.1
+"""Nearer to the goal of a straight motion than this the arm fully compensates for the lag of the
+base, and not at all beyond twice this [m]."""
+_MIN_SURPLUS = 0.001
+"""Smaller velocities of the lagging base are not compensated for [m/s and rad/s]."""
+_LED = 0.5
+"""Blend from which on the base follows the guidance."""
 
 
-class GoalQP(NamedTuple):
-    """What one kind of goal asks for."""
+class Tick(NamedTuple):
+    """Inputs of one control period."""
+
+    state: KinematicState
+    base: Pose2D
+    goal: MotionGoal | None
+    applied: Array
+    """(n,) velocities of the last period."""
+    bounds: tuple[Array, Array]
+    """Lower and upper bounds (n,) of the velocities."""
+    kinematics: Linearisation
+    surroundings: Surroundings
+
+
+class Task(NamedTuple):
+    """The QP of a motion goal, and the report about the goal."""
 
     qp: QP
-    position_error: float = np.nan
-    orientation_error: float = np.nan
-    arrived: bool = False
+    report: StepReport
     twist: Array | None = None
-    """(6,) the end-effector twist that is desired, in base axes; None if none is."""
-    base_time: float = 0.0
-    posture_error: float = 0.0
-    unreachable: str = ""
-    stance: Pose2D | None = None
-    blend: float = 0.0
-    detour: bool = False
+    """(6,) desired end-effector twist in base axes, if there is one."""
     base_velocity: Array | None = None
-    """(n_base,) where the base is led, however fast it is now; None if it is not."""
-    arm_alone: Callable[[Array], QP | None] = lambda base: None
-    """(n_base,) velocities of the base to the QP in which the arm makes up for its lag; None where
-    there is nothing to make up for."""
+    """(n_base,) desired velocity of the base, if it is led somewhere."""
+    lag_compensation: Callable[[Array], QP | None] = lambda base: None
+    """From base velocities (n_base,) to the QP in which the arm compensates for the base's lag."""
 
 
-def to_posture(
-    model: RobotModel,
-    settings: ControllerSettings,
-    state: KinematicState,
-    goal: PostureGoal,
-    bounds: tuple[Array, Array],
-) -> GoalQP:
+def report(kinematics: Linearisation, **measured: Any) -> StepReport:
+    """The report of a period with these kinematics and measurements."""
+    return StepReport(
+        manipulability=kinematics.manipulability,
+        heading_error=kinematics.heading_error,
+        bTe=kinematics.bTe,
+        **measured,
+    )
+
+
+def rest_task(tick: Tick) -> Task:
+    """Base and arm come to rest."""
+    measured = {"arrived": False, "position_error": np.nan, "orientation_error": np.nan}
+    return Task(_qp_towards(np.zeros(len(tick.applied)), tick), report(tick.kinematics, **measured))
+
+
+def posture_task(
+    model: RobotModel, settings: ControllerSettings, tick: Tick, goal: PostureGoal
+) -> Task:
     """The arm to joint positions, all joints arriving together; the base comes to rest."""
     servo, limits = settings.servo, model.limits
-    error = goal.q - state.q
+    error = goal.q - tick.state.q
     max_error = float(np.abs(error).max())
     deceleration = limits.qdd.min() * servo.joint_deceleration
     speeds = [
@@ -55,19 +88,112 @@ def to_posture(
     ]
     duration = max(abs(e) / v if v > 0.0 else 0.0 for e, v in zip(error, speeds, strict=True))
     qd = error / duration if duration > 0.0 else np.zeros_like(error)
-    desired = np.concatenate([np.zeros(model.n_base), qd])
-    qp = qp_towards(desired, bounds)
-    arrived = max_error <= goal.tolerance
-    return GoalQP(qp, 0.0, max_error, arrived=arrived, posture_error=max_error)
+    progress = report(
+        tick.kinematics,
+        arrived=max_error <= goal.tolerance,
+        position_error=0.0,
+        orientation_error=max_error,
+        posture_error=max_error,
+    )
+    return Task(_qp_towards(np.concatenate([np.zeros(model.n_base), qd]), tick), progress)
 
 
-def qp_towards(velocities: Array, bounds: tuple[Array, Array]) -> QP:
+def base_task(
+    model: RobotModel,
+    settings: ControllerSettings,
+    guidance: Guidance | None,
+    tick: Tick,
+    goal: BaseGoal,
+) -> Task:
+    """The base to a pose; the arm comes to rest."""
+    error = pose_error(SE3.Identity(), tick.state.wTb.inverse() * goal.wTb)
+    if guidance is None:
+        lead = plain_lead(model, tick.base, Pose2D.of(goal.wTb), goal.reverse)
+    else:
+        lead = guidance.lead_base(goal, tick.base, tick.surroundings)
+    base = drive_along(model, settings, lead, goal.speed)
+    progress = report(
+        tick.kinematics,
+        arrived=error.position <= goal.position_tolerance
+        and error.orientation <= goal.heading_tolerance,
+        position_error=error.position,
+        orientation_error=error.orientation,
+        base_time=lead.time_left,
+        unreachable=lead.unreachable,
+    )
+    qp = _qp_towards(np.concatenate([base, np.zeros(len(tick.state.q))]), tick)
+    return Task(qp, progress, base_velocity=base)
+
+
+class PoseTask:
+    """Base and arm together to end-effector poses; keeps servo and guidance between periods."""
+
+    def __init__(
+        self,
+        model: RobotModel,
+        settings: ControllerSettings,
+        guidance: Guidance | None,
+        base_lag: BaseLag,
+    ) -> None:
+        self._model, self._settings = model, settings
+        self._guidance, self._base_lag = guidance, base_lag
+        self._servo = Servo(settings)
+
+    def reset(self, goal: MotionGoal | None) -> None:
+        """Forget the last pose goal, in a period with another kind of goal."""
+        if self._guidance is not None:
+            self._guidance.reset(keeps_bearing=not isinstance(goal, PostureGoal))
+        self._servo.reset()
+
+    def __call__(self, tick: Tick, goal: PoseGoal, steady: Array) -> Task:
+        """The task of one period; `steady` (n,) are the last velocities without compensation."""
+        model, settings, guidance = self._model, self._settings, self._guidance
+        bTe, J, bounds = tick.kinematics.bTe, tick.kinematics.J, tick.bounds
+        goal = self._servo.with_motion(goal)
+        bTw = tick.state.wTb.inverse()
+        error = pose_error(bTe, bTw * goal.wTe)
+        twist = self._servo(goal, bTw, bTe, error)
+        norm = error_norm(settings, bTe, error)
+        measured: dict[str, Any] = {
+            "arrived": error.position <= goal.position_tolerance
+            and error.orientation <= goal.orientation_tolerance,
+            "position_error": error.position,
+            "orientation_error": error.orientation,
+        }
+        bias, bearing, near = None, 0.0, min(1.0, 2.0 - error.position / _NEAR)
+        if guidance is not None:
+            bias = guidance.bias(goal, error, tick.base, tick.state.q, tick.surroundings)
+            bearing = guidance.bearing
+            measured["base_time"], measured["posture_error"] = guidance.remaining
+            measured["unreachable"] = guidance.unreachable
+            measured["stance"], measured["detour"] = guidance.base, guidance.detour
+            if goal.next_goal is None:
+                guidance.next_goal.reset()
+            elif bias is None:
+                m, lag = tick.kinematics.manipulability, self._base_lag
+                bias = guidance.next_goal.bias(
+                    goal.next_goal, error.position, m, lag, tick.base, tick.state.q
+                )
+        measured["blend"] = 0.0 if bias is None else bias.blend
+        qp = build_qp(model, settings, tick.kinematics, twist, norm, bounds, steady, bias, bearing)
+        compensates = guidance is not None and goal.straight and bias is None and near > 0.0
+        if guidance is not None and guidance.rests:
+            qp, compensates = _qp_towards(_DECAY * tick.applied, tick), False
+
+        def lag_compensation(base: Array) -> QP | None:
+            surplus = near * self._base_lag.surplus(base)
+            if not compensates or np.abs(surplus).max() < _MIN_SURPLUS:
+                return None
+            late = twist - J[:, : model.n_base] @ surplus
+            lower, upper = bounds[0].copy(), bounds[1].copy()
+            lower[: len(base)] = upper[: len(base)] = base
+            fixed = lower, upper
+            return build_qp(model, settings, tick.kinematics, late, norm, fixed, tick.applied)
+
+        led = None if bias is None or bias.blend < _LED else bias.base_velocity
+        return Task(qp, report(tick.kinematics, **measured), twist, led, lag_compensation)
+
+
+def _qp_towards(velocities: Array, tick: Tick) -> QP:
     """The QP whose minimiser is nearest to velocities (n,)."""
-    return QP(np.eye(len(velocities)), -velocities, *bounds)
-
-
-def with_base(bounds: tuple[Array, Array], velocities: Array) -> tuple[Array, Array]:
-    """Bounds (n,) in which the base has these velocities (n_base,)."""
-    lower, upper = bounds[0].copy(), bounds[1].copy()
-    lower[: len(velocities)] = upper[: len(velocities)] = velocities
-    return lower, upper
+    return QP(np.eye(len(velocities)), -velocities, *tick.bounds)

@@ -1,4 +1,4 @@
-"""Checks of what goes into a step: numbers must be finite, and rotations must be rotations."""
+"""Validation of the inputs of a control step."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from controller.command import (
 )
 
 _MAX_SIZE = 1e12
-"""No length, angle or speed is larger, and sums of squares stay accurate [m, rad and per s]."""
+"""Largest length, angle or speed: sums of squares stay accurate [m, rad and per s]."""
 _ROTATION_TOLERANCE = 1e-4
-"""Poses that were written with few digits have rotation matrices that are this far from one."""
+"""For poses written with few digits."""
 
 
 class GoalError(ValueError):
-    """A goal or a state has numbers that no goal can have, or a matrix that is not a rotation."""
+    """A goal or state with numbers that are not finite, or a matrix that is not a rotation."""
 
 
 def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) -> None:
-    """Check everything that goes into a step.
+    """Check state, goal and last command.
 
     Raises:
         GoalError: names the input and what is wrong with it.
@@ -44,21 +44,18 @@ def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) 
             poses["goal pose"] = goal.wTe
             if goal.twist is not None:
                 numbers["goal twist"] = goal.twist
-            _check_positive("speed", goal.speed)
-            _check_positive("turn rate", goal.turn_rate)
-            _check_tolerance("position tolerance", goal.position_tolerance)
-            _check_tolerance("orientation tolerance", goal.orientation_tolerance)
+            tolerances = ("position_tolerance", "orientation_tolerance")
+            _check_numbers(goal, ("speed", "turn_rate"), tolerances)
         case PostureGoal():
             numbers["goal posture"] = goal.q
             if np.shape(goal.q) != (N_ARM,):
                 raise GoalError(f"the goal posture must have {N_ARM} joints, got {goal.q}")
-            _check_tolerance("tolerance", goal.tolerance)
+            _check_numbers(goal, (), ("tolerance",))
         case BaseGoal():
             poses["goal base pose"] = goal.wTb
             if not goal.speed > 0.0:
                 raise GoalError(f"the goal speed must be above 0, got {goal.speed}")
-            _check_tolerance("position tolerance", goal.position_tolerance)
-            _check_tolerance("heading tolerance", goal.heading_tolerance)
+            _check_numbers(goal, (), ("position_tolerance", "heading_tolerance"))
     everything: list[float] = []
     for array in numbers.values():
         everything += array.tolist()
@@ -70,14 +67,17 @@ def check_inputs(state: KinematicState, goal: MotionGoal | None, last: Command) 
         _check_rotation(name, pose.rotation)
 
 
-def _check_positive(name: str, value: float) -> None:
-    if not 0.0 < value <= _MAX_SIZE:
-        raise GoalError(f"the goal's {name} must be a number above 0, got {value}")
-
-
-def _check_tolerance(name: str, value: float) -> None:
-    if not value >= 0.0:
-        raise GoalError(f"the goal's {name} must be a number of at least 0, got {value}")
+def _check_numbers(
+    goal: MotionGoal, positive: tuple[str, ...], tolerances: tuple[str, ...]
+) -> None:
+    for name in positive:
+        if not 0.0 < (value := getattr(goal, name)) <= _MAX_SIZE:
+            text = name.replace("_", " ")
+            raise GoalError(f"the goal's {text} must be a number above 0, got {value}")
+    for name in tolerances:
+        if not (value := getattr(goal, name)) >= 0.0:
+            text = name.replace("_", " ")
+            raise GoalError(f"the goal's {text} must be a number of at least 0, got {value}")
 
 
 def _check_rotation(name: str, rotation: Array) -> None:

@@ -1,4 +1,10 @@
-"""How fast every degree of freedom may move in this period, so that no limit is ever passed."""
+"""Velocity bounds of the QP: velocity, acceleration and joint position limits.
+
+The bounds are the intersection of the velocity limits, the velocity dampers of the joint limits
+(Haviland 2022, eq. 15 and 16), the speed from which a joint that lags behind its commands still
+brakes before its limit, and the velocities that the acceleration limits make reachable. Where these
+conflict the acceleration limits win; that happens only to a robot that starts outside its limits.
+"""
 
 from __future__ import annotations
 
@@ -9,46 +15,36 @@ import numpy as np
 
 from controller.command import Array
 from controller.model import RobotModel
-from controller.settings import ControllerSettings, JointLimitSettings
+from controller.settings import ControllerSettings
 
 
 class VelocityBounds:
-    """Bounds on the velocities that keep velocity, acceleration and joint position limits.
-
-    They are the intersection of the velocity limits, the velocity dampers of the joint limits
-    (Haviland 2022, eq. 15 and 16), the speed from which a joint can still brake before its limit
-    although it follows its commands with a lag, and what the acceleration limits make reachable
-    from the last velocities. Where braking for a joint limit asks for more than the acceleration
-    allows, the acceleration limit wins: the dampers are wide enough that this happens only to a
-    robot that starts outside its limits.
-
-    Args:
-        model: the robot.
-        settings: the dampers, and the control period.
-    """
+    """Computes the bounds of one control period."""
 
     def __init__(self, model: RobotModel, settings: ControllerSettings) -> None:
         limits = model.limits
-        self._dampers = dampers = settings.joint_limits
-        self._slope = dampers.damper_gain / (dampers.influence_distance - dampers.stop_distance)
+        self._dampers = settings.joint_limits
+        gap = self._dampers.influence_distance - self._dampers.stop_distance
+        self._slope = self._dampers.damper_gain / gap
         self._limit_acceleration = settings.limit_acceleration
         self._lower, self._upper = model.velocity_limits.tolist()
         self._changes = (model.acceleration_limits * settings.period).tolist()
         self._n_base = model.n_base
         lag = model.description.arm.lag
-        self._joints = [
-            _Joint.of(*numbers, lag, dampers)
-            for numbers in zip(
-                limits.q_min.tolist(),
-                limits.q_max.tolist(),
-                limits.qd.tolist(),
-                limits.qdd.tolist(),
-                strict=True,
-            )
-        ]
+        columns = (limits.q_min, limits.q_max, limits.qd, limits.qdd)
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        self._joints = [self._joint(lag, *row) for row in rows]
+
+    def _joint(
+        self, lag: float, low: float, high: float, speed: float, acceleration: float
+    ) -> _Joint:
+        dampers = self._dampers
+        braking = speed * lag + speed * speed / (2.0 * acceleration)
+        near = max(dampers.influence_distance, dampers.stop_distance + 1.001 * braking)
+        return _Joint(low, high, speed, acceleration, lag, low + near, high - near)
 
     def __call__(self, q: Array, last: Array) -> tuple[Array, Array]:
-        """Lower and upper bounds (n,), lower <= upper in every component.
+        """Lower and upper bounds (n,), lower <= upper.
 
         Args:
             q: (7,) joint positions [rad].
@@ -60,37 +56,37 @@ class VelocityBounds:
             zip(self._joints, q.tolist(), strict=True), self._n_base
         ):
             if position < joint.free_from:
-                lower[number] = -self._towards(joint, position - joint.low)
+                lower[number] = -self._approach_speed(joint, position - joint.low)
             if position > joint.free_to:
-                upper[number] = self._towards(joint, joint.high - position)
+                upper[number] = self._approach_speed(joint, joint.high - position)
         if self._limit_acceleration:
             for number, (v, change) in enumerate(zip(last.tolist(), self._changes, strict=True)):
                 least, most = v - change, v + change
-                lower[number] = _between(least, lower[number], most)
-                upper[number] = _between(least, upper[number], most)
+                lower[number] = _clamp(lower[number], least, most)
+                upper[number] = _clamp(upper[number], least, most)
         return np.array(lower), np.array(upper)
 
-    def _towards(self, joint: _Joint, distance: float) -> float:
-        """Speed at which a joint may approach a limit that is this far away [rad/s]."""
+    def _approach_speed(self, joint: _Joint, distance: float) -> float:
+        """Speed at which a joint may approach a limit at this distance [rad/s]."""
         dampers = self._dampers
         room = distance - dampers.stop_distance
         speed = joint.speed
         if distance <= dampers.influence_distance:
             speed = min(speed, self._slope * room)
         if self._limit_acceleration:
-            # The speed v from which v lag + v² / 2a is the room that is left.
+            # The speed v from which v lag + v² / 2a is the remaining room.
             delay = joint.acceleration * joint.lag
             root = sqrt(delay * delay + 2.0 * joint.acceleration * max(room, 0.0))
             speed = min(speed, root - delay)
         return max(speed, -dampers.return_speed)
 
 
-def _between(least: float, value: float, most: float) -> float:
+def _clamp(value: float, least: float, most: float) -> float:
     return least if value < least else most if value > most else value
 
 
 class _Joint(NamedTuple):
-    """Of the arm; angles in rad."""
+    """Limits of an arm joint [rad, rad/s, rad/s², s]."""
 
     low: float
     high: float
@@ -98,21 +94,5 @@ class _Joint(NamedTuple):
     acceleration: float
     lag: float
     free_from: float
-    """Between this and ..."""
+    """Between this position and `free_to` no limit is near enough to matter [rad]."""
     free_to: float
-    """... this no limit is so near that it matters."""
-
-    @classmethod
-    def of(
-        cls,
-        low: float,
-        high: float,
-        speed: float,
-        acceleration: float,
-        lag: float,
-        dampers: JointLimitSettings,
-    ) -> _Joint:
-        """A joint with these limits."""
-        braking = speed * lag + speed * speed / (2.0 * acceleration)
-        matters = max(dampers.influence_distance, dampers.stop_distance + 1.001 * braking)
-        return cls(low, high, speed, acceleration, lag, low + matters, high - matters)

@@ -1,4 +1,4 @@
-"""What robot and surroundings may come near to: their shapes, distances, and rows of the QP."""
+"""Collision avoidance: shapes, distances, and the constraints of the QP made from them."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""What keeps the robot off itself, the floor and everything around, as rows of the QP."""
+"""Collision avoidance: from the surroundings to constraints of the QP."""
 
 from __future__ import annotations
 
@@ -20,25 +20,18 @@ from controller.surroundings import Obstacle, Surroundings
 
 
 class NearestPair(NamedTuple):
-    """What is near the robot."""
+    """The pair of shapes with the smallest distance, the robot's own pairs left out."""
 
     pairs: int = 0
+    """Number of all near pairs."""
     clearance: float = inf
     name: str = ""
-    """Of what is nearest, and what it is nearest to."""
     points: tuple[Array, Array] | None = None
-    """Where those two are nearest to each other, in the world."""
+    """The nearest points (3,) of the two in the world."""
 
 
 class CollisionAvoidance:
-    """Distances, how fast they may shrink, and giving way to what moves.
-
-    Args:
-        model: the robot.
-        settings: of the controller.
-        collision: when, and how strongly.
-        models: of the robot among what stands around.
-    """
+    """Constraints of the distances of now, and of the predicted motion of moving obstacles."""
 
     def __init__(
         self,
@@ -47,45 +40,37 @@ class CollisionAvoidance:
         collision: CollisionSettings,
         models: CollisionModels,
     ) -> None:
-        self._dampers = DistanceConstraints(model, settings, collision)
-        self._proximity = Proximity(model, self._dampers.ranges, models)
-        self._yielding = MovingObstacleAvoidance(model)
+        self._constraints = DistanceConstraints(model, settings, collision)
+        self._proximity = Proximity(model, self._constraints.ranges, models)
+        self._moving_obstacles = MovingObstacleAvoidance(model)
 
     def prepare(self, surroundings: Surroundings) -> None:
-        """Compute now what the first period in surroundings needs."""
-        self._proximity.heed(surroundings)
+        """Compute in advance what the first period in these surroundings needs."""
+        self._proximity.update_shapes(surroundings)
 
-    def follow(self, applied: Array) -> None:
-        """Note what was applied in the last period, (n,)."""
-        self._dampers.follow(applied)
+    def update(self, applied: Array) -> None:
+        """Note the velocities (n,) that were applied in the last period."""
+        self._constraints.update(applied)
 
     def rows(
         self,
         state: KinematicState,
-        here: Pose2D,
+        base: Pose2D,
         goal: MotionGoal | None,
         bounds: tuple[Array, Array],
         surroundings: Surroundings,
     ) -> tuple[Rows | None, NearestPair]:
-        """The distance rows that can bind in this period, and what is near.
-
-        Args:
-            state: where base and arm are.
-            here: the base on the floor.
-            goal: says what the hand may touch, and how near the robot may come.
-            bounds: lower and upper bounds (n,) of the velocities.
-            surroundings: what must not be hit.
-        """
+        """The distance constraints that can bind within the velocity bounds (n,)."""
         fastest = np.maximum(-bounds[0], bounds[1])
-        near = self._proximity.near(state.wTb, state.q, surroundings, fastest, here)
+        near = self._proximity.near(state.wTb, state.q, surroundings, fastest, base)
         if isinstance(goal, PoseGoal) and goal.hand_may_touch:
             near = near.without(PairKind.HAND)
         if not len(near.d):
             return None, NearestPair()
-        away = np.where(near.kind == PairKind.SELF, inf, near.d)
-        first = int(away.argmin())
-        clearance = float(away[first])
-        rows = self._dampers.rows(near, bounds, goal)
+        to_obstacles = np.where(near.kind == PairKind.SELF, inf, near.d)
+        first = int(to_obstacles.argmin())
+        clearance = float(to_obstacles[first])
+        rows = self._constraints.rows(near, bounds, goal)
         if clearance == inf:
             return rows, NearestPair(len(near.d))
         pair = int(near.pair[first])
@@ -94,7 +79,7 @@ class CollisionAvoidance:
 
     def give_way(
         self,
-        here: Pose2D,
+        base: Pose2D,
         q: Array,
         wanted: Array,
         led: Array | None,
@@ -102,6 +87,6 @@ class CollisionAvoidance:
         floor: FloorMap | None,
         bounds: tuple[Array, Array],
     ) -> Rows | None:
-        """The rows that give way to what moves; see `MovingObstacleAvoidance.rows`."""
-        now = self._dampers.velocities
-        return self._yielding.rows(here, q, now, wanted, led, moving, floor, bounds)
+        """The rows that give way to moving obstacles; see `MovingObstacleAvoidance.rows`."""
+        now = self._constraints.velocities
+        return self._moving_obstacles.rows(base, q, now, wanted, led, moving, floor, bounds)

@@ -1,6 +1,6 @@
-"""The shapes of the robot and of what stands around it, and the distances between them.
+"""Collision model of the robot among obstacles: shapes, pairs, and distances measured by Coal.
 
-Coal measures. Robot and surroundings are in the world; the chain's first placement is the base's.
+Everything is in the world frame; the first joint placement of the chain is the base pose.
 """
 
 from __future__ import annotations
@@ -24,31 +24,31 @@ from robots import Geom, bounding_radius, coal_geometry, half_extents
 
 
 class PairKind(IntEnum):
-    """What meets what."""
+    """The parts of robot and surroundings that a pair of shapes belongs to."""
 
     SELF = 0
-    """The arm meets the robot itself, or the floor."""
+    """The arm and the robot itself, or the floor."""
     BASE = 1
-    """The base meets what stands around."""
+    """The base and a static obstacle."""
     ARM = 2
-    """The arm meets what stands around."""
+    """The arm and a static obstacle."""
     HAND = 3
-    """Hand, fingers and what they hold meet what stands around."""
+    """Hand, fingers or held object and a static obstacle."""
     PALM = 4
-    """The palm does, which has nothing to touch even where the fingers close."""
+    """The palm and a static obstacle; it must not touch even where the fingers may."""
     BASE_MOVING = 5
-    """The base meets what moves by itself."""
+    """The base and a moving obstacle."""
     ARM_MOVING = 6
-    """Arm or hand meet what moves by itself."""
+    """Arm or hand and a moving obstacle."""
     AHEAD = 7
-    """The base would meet later what moves by itself."""
+    """The base and the predicted motion of a moving obstacle."""
 
 
 class Pairs(NamedTuple):
-    """P pairs of shapes that can meet; the robot is the first of each."""
+    """P pairs of shapes that can collide; the first of each is the robot's."""
 
     first: npt.NDArray[np.int64]
-    """(P,) numbers of shapes."""
+    """(P,) indices of shapes."""
     second: npt.NDArray[np.int64]
     """(P,)."""
     kind: npt.NDArray[np.int64]
@@ -56,25 +56,18 @@ class Pairs(NamedTuple):
 
 
 class Body(NamedTuple):
-    """A shape of the robot that can meet what stands around."""
+    """A shape of the robot that can collide with obstacles."""
 
     number: int
-    """Of the shape."""
+    """Index of the shape."""
     geom: Geom
-    """Its pose is not that of the shape in the world."""
+    """In the frame of its link."""
     kind: PairKind
-    """With what does not move."""
+    """With static obstacles."""
 
 
 class CollisionModel:
-    """One robot in one place.
-
-    Not to be shared between threads: Pinocchio's and Coal's workspaces are reused.
-
-    Args:
-        model: the robot.
-        surroundings: what stands around it.
-    """
+    """One robot among obstacles; not thread-safe, as workspaces are reused."""
 
     def __init__(self, model: RobotModel, surroundings: Surroundings = OPEN_FLOOR) -> None:
         self._model = model
@@ -82,46 +75,40 @@ class CollisionModel:
         self._data = self._chain.createData()
         self._shapes = pin.GeometryModel()
         self._moves: list[int] = []
-        """How many degrees of freedom move each shape: the first ones, base first."""
+        """Number of degrees of freedom that move each shape, counted from the first."""
         self._radius: list[float] = []
         self._half: list[Array] = []
-        """Of the boxes around the shapes [m]."""
+        """Half extents of the shapes [m]."""
         self.names: list[str] = []
-        """Of the shapes, for people."""
+        """Names of the shapes in messages."""
         parts = robot_parts(model, surroundings.held)
         numbers = {name: [self._add(name, p) for p in some] for name, some in parts.items()}
         self.bodies = [
-            # What was seen may be what is grasped, which comes up to the palm.
+            # Depth points may be of the grasped object, which comes up to the palm.
             Body(number, part.geom, PairKind.HAND if name == "palm" else _kinds(name)[0])
             for name, some in parts.items()
             if name != "floor"
             for number, part in zip(numbers[name], some, strict=True)
         ]
         self.fixed = [self._add_still(one) for one in surroundings.fixtures]
-        """Numbers of the fixtures, in their order."""
+        """Indices of the fixtures, in their order."""
         self.moving = [self._add_still(one.geom) for one in surroundings.moving]
         edges = [
             self._add_still(edge) for one in surroundings.fixtures for edge in upright_edges(one)
         ]
         loose = [self._add_still(one) for one in surroundings.loose]
         self.pairs = pairs = self._pair(numbers, edges, loose)
-        self.lasts = ~(np.isin(pairs.first, numbers["held"]) | np.isin(pairs.second, loose))
-        """(P,) whether neither is held or loose: those pairs are the same, in the same order, as
-        long as the same fixtures stand around."""
+        self.permanent = ~(np.isin(pairs.first, numbers["held"]) | np.isin(pairs.second, loose))
+        """(P,) whether neither is held or loose: these pairs are the same, in the same order, in
+        every model with the same fixtures."""
         self._results = pin.GeometryData(self._shapes)
         self.reach = self._reach()
-        """(G, n) the most by which a degree of freedom moves any point of a shape [m/rad]."""
+        """(G, n) largest displacement of a point of a shape per degree of freedom [m/rad]."""
         self.masks = np.arange(model.n) < np.array(self._moves)[:, None]
-        """(G, n) whether it moves the shape at all."""
+        """(G, n) whether a degree of freedom moves the shape."""
 
     def place(self, wTb: SE3, q: Array, moving: Sequence[Geom] | None = None) -> None:
-        """Put the robot, and what moves by itself, where they are.
-
-        Args:
-            wTb: base pose.
-            q: (7,) joint positions [rad].
-            moving: what moves by itself, in the order of the surroundings; None leaves it.
-        """
+        """Place the robot, at q (7,) [rad], and moving obstacles unless `moving` is None."""
         for shape, geom in zip(self.moving, moving, strict=True) if moving else ():
             self._shapes.geometryObjects[shape].placement = geom.pose
         self._chain.jointPlacements[1] = wTb
@@ -133,7 +120,7 @@ class CollisionModel:
         return pin.computeDistance(self._shapes, self._results, pair)
 
     def nearest_points(self, pair: int) -> tuple[Array, Array]:
-        """Where the shapes of a pair were nearest to each other when it was last measured, (3,)."""
+        """The nearest points (3,) of a pair when it was last measured."""
         result = self._results.distanceResults[pair]
         return result.getNearestPoint1().copy(), result.getNearestPoint2().copy()
 
@@ -143,7 +130,7 @@ class CollisionModel:
         return np.array([one.rotation for one in placed]), np.array([p.translation for p in placed])
 
     def ball(self, shape: int) -> tuple[Array, float]:
-        """Centre (3,) and radius of the ball around a shape, where it was placed last [m]."""
+        """Centre (3,) and radius of the bounding ball of a shape [m]."""
         return self._results.oMg[shape].translation, self._radius[shape]
 
     def jacobian(self) -> Array:
@@ -153,12 +140,7 @@ class CollisionModel:
         return J
 
     def clearance(self, q: Array, wTb: SE3 | None = None) -> float:
-        """Smallest distance of the robot to itself, the floor and what does not move [m].
-
-        Args:
-            q: (7,) joint positions [rad].
-            wTb: base pose; the origin without it.
-        """
+        """Smallest distance of the robot to itself, floor and static obstacles at q (7,) [m]."""
         self._chain.jointPlacements[1] = wTb or SE3.Identity()
         nearest = pin.computeDistances(
             self._chain, self._data, self._shapes, self._results, self._model.joints(q)
@@ -168,7 +150,7 @@ class CollisionModel:
     def contact_test(
         self, wTb: SE3, pairs: npt.NDArray[np.int64], margins: Array
     ) -> Callable[[Array], bool]:
-        """Whether some pairs come nearer than their margins [m] at q (7,), the base at `wTb`."""
+        """A test at q (7,) whether one of some pairs is nearer than its margin [m]."""
         results = pin.GeometryData(self._shapes)
         results.deactivateAllCollisionPairs()
         for pair, margin in zip(pairs.tolist(), margins.tolist(), strict=True):
@@ -185,7 +167,7 @@ class CollisionModel:
         return touches
 
     def pair_name(self, pair: int) -> str:
-        """What meets what, for people."""
+        """The names of the shapes of a pair."""
         pairs = self.pairs
         return f"{self.names[pairs.first[pair]]} and {self.names[pairs.second[pair]]}"
 
@@ -209,13 +191,13 @@ class CollisionModel:
         )
 
     def _pair(self, numbers: dict[str, list[int]], edges: list[int], loose: list[int]) -> Pairs:
-        """All pairs that can meet: of the robot with itself, and of it with everything else."""
+        """All pairs that can collide: of the robot with itself and with obstacles."""
         found: list[tuple[int, int, PairKind]] = []
         aliases = {"hand": ("hand", "camera", "held")}
         for one, other in self._model.description.arm.may_touch:
             seconds = aliases.get(other, (other,))
             if one == "floor" and other == "hand":
-                seconds = (*seconds, "palm")  # the capsules around the hand leave its corners free
+                seconds = (*seconds, "palm")  # the hand's capsules do not cover its corners
             for second in seconds:
                 for a, b in product(numbers[one], numbers.get(second, [])):
                     found.append((b, a, PairKind.SELF))
@@ -234,7 +216,7 @@ class CollisionModel:
         return Pairs(*table.T)
 
     def _reach(self) -> Array:
-        """(G, n); from a joint to a shape it is never farther than the links between are long."""
+        """(G, n) `reach`; the distance from a joint is at most the length of the links between."""
         model, chain = self._model, self._chain
         n_base, axes = model.n_base, model.description.base.axes
         foot = hypot(*model.description.bTa.translation[:2].tolist())
@@ -257,17 +239,13 @@ class CollisionModel:
 
 
 def _corners(pose: SE3, half: Array) -> Array:
-    """(8, 3) of the box around a shape, in the frame of its pose [m]."""
+    """(8, 3) corners of the box around a shape, in the frame of its pose [m]."""
     signs = np.array(list(product((-1.0, 1.0), repeat=3)))
     return np.asarray((signs * half) @ pose.rotation.T + pose.translation)
 
 
 class CollisionModels:
-    """The collision model of what stands around now, made once for all who measure.
-
-    Args:
-        model: the robot.
-    """
+    """Shares one collision model of the present surroundings among its users."""
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model
@@ -275,7 +253,7 @@ class CollisionModels:
         self._now: CollisionModel | None = None
 
     def around(self, surroundings: Surroundings) -> CollisionModel:
-        """The same object as long as the same shapes stand around and are held."""
+        """The collision model; the same object as long as all shapes are the same."""
         if self._now is None or not surroundings.has_shapes_of(self._known):
             self._now = CollisionModel(self._model, surroundings)
         self._known = surroundings
@@ -289,9 +267,8 @@ _KINDS = {
     "palm": (PairKind.PALM, PairKind.ARM_MOVING),
     "held": (PairKind.HAND, PairKind.ARM_MOVING),
 }
-"""How parts of the robot meet what stands around, and what moves; the others are of the arm."""
+"""Kinds of pairs of a part with static and moving obstacles; other parts are of the arm."""
 
 
 def _kinds(part: str) -> tuple[PairKind, PairKind]:
-    """How a part of the robot meets what stands around, and what moves."""
     return _KINDS.get(part, (PairKind.ARM, PairKind.ARM_MOVING))

@@ -1,22 +1,21 @@
-"""Rows of the QP that keep shapes apart: velocity dampers that can always be braked.
+"""Distance constraints of the QP: velocity dampers from which the robot can always brake.
 
 NEO (Haviland and Corke, RA-L 2021), after Faverjon and Tournassoud (ICRA 1987), lets a distance
 shrink in proportion to itself,
 
     ḋ = r q̇ + v_o >= -ξ (d - d_s) / (d_i - d_s),
 
-with r = nᵀ J of the nearest points and v_o the obstacle's own share. A robot with limited
-acceleration that follows its commands late cannot keep that at any speed. Here the speed allowed
-at a distance is the one from which the robot still stops before d_s,
+with r = nᵀ J of the nearest points and v_o the obstacle's own velocity. A robot with limited
+acceleration and lag cannot keep that at any speed. Here the speed allowed at a distance is the one
+from which the robot still stops before d_s,
 
     v L + v² / 2a = d - d_s,    so    v = sqrt((a L)² + 2 a (d - d_s)) - a L,
 
-with L the time that passes before it brakes, and a what its acceleration limits allow along r. For
-small distances that is the damper of NEO with ξ / (d_i - d_s) = 1 / L.
+with L the delay before it brakes, and a the deceleration along r within the acceleration limits.
+For small distances that is the damper of NEO with ξ / (d_i - d_s) = 1 / L.
 
-Base and arm follow a command q̇ with lags τ: beside what the command itself does to the distance, it
-changes by rᵀ τ (v - q̇) until they have caught up, v being how fast they move now. So d - d_s above
-includes that; else a row can hold in command while the fast arm moves before the slow base.
+Base and arm follow a command q̇ with lags τ: until they have caught up, the distance also changes by
+rᵀ τ (v - q̇), v being their present velocities. d - d_s above includes that.
 """
 
 from __future__ import annotations
@@ -31,76 +30,69 @@ from controller.qp_solver import Rows
 from controller.settings import CollisionSettings, ControllerSettings
 
 SLACK_COSTS = np.array([1e4, 1e4, 1e4, 1e4, 1e4, 1e3, 3e3, 1.5e3])
-"""By `PairKind`: what does not move is not hit to give way to what does, and who has looked ahead
-knows better than the distance of now."""
+"""By `PairKind`: static obstacles have priority over moving ones, and the prediction of moving
+obstacles over their present distance to the base."""
+_ASSUMED_DECELERATION = 1.0
+"""Of base and arm, to decide which pairs matter; a heavy base may have less [m/s^2]."""
+_MAX_GAIN = 0.05
+"""By which the lag may enlarge a distance [m]."""
 
 
 class DistanceConstraints:
-    """Makes rows of distances, and keeps the velocities that the robot really has.
-
-    Args:
-        model: the robot.
-        settings: of the controller.
-        collision: when, and how strongly.
-    """
+    """Turns distances into rows, and tracks the velocities that the robot really has."""
 
     def __init__(
         self, model: RobotModel, settings: ControllerSettings, collision: CollisionSettings
     ) -> None:
         self._settings = collision
         self._acceleration = model.acceleration_limits
-        self._turns = model.description.base.axes[2] != 0.0
         robot = model.description
+        self._turns = robot.base.axes[2] != 0.0
         self._lag = np.concatenate(
             [np.full(model.n_base, robot.base.lag), np.full(len(robot.arm.joints), robot.arm.lag)]
         )
         self._share = 1.0 - np.exp(-settings.period / self._lag)
         self.velocities = np.zeros(model.n)
-        """(n,) that base and arm have now, as far as their lags tell."""
+        """(n,) present velocities as predicted from the lags."""
         self._last = np.zeros(model.n)
         wait = collision.delay_periods * settings.period
-        self._delay = np.full(len(PairKind), robot.base.lag + wait)
-        self._delay[PairKind.SELF] = robot.arm.lag + wait
-        deceleration = np.full(len(PairKind), _LEAST_DECELERATION)
-        deceleration[PairKind.SELF] = collision.max_deceleration
         drive = self._acceleration[: model.n_base][~self._turns]
-        braking = collision.braking * float(drive.min())
-        deceleration[PairKind.BASE] = min(_LEAST_DECELERATION, braking)
-        most = np.full(len(PairKind), collision.influence_distance)
-        most[PairKind.SELF] = collision.self_influence_distance
-        self._far = np.full(len(PairKind), collision.stop_distance)
-        self._far[PairKind.SELF] = collision.near_stop_distance
-        self._near = np.full(len(PairKind), collision.near_stop_distance)
-        self._touching = self._near.copy()
-        self._touching[PairKind.PALM] = collision.palm_stop_distance
+        base_braking = min(_ASSUMED_DECELERATION, collision.braking * float(drive.min()))
+        self._delay = _by_kind(robot.base.lag + wait, SELF=robot.arm.lag + wait)
+        near_stop = collision.near_stop_distance
+        self._far = _by_kind(collision.stop_distance, SELF=near_stop)
+        self._near = _by_kind(near_stop)
+        self._touching = _by_kind(near_stop, PALM=collision.palm_stop_distance)
         """Distances to stop at, by `PairKind` [m]."""
-        self.ranges = Ranges(collision.stop_distance, self._delay, deceleration, most)
+        self.ranges = Ranges(
+            collision.stop_distance,
+            self._delay,
+            _by_kind(_ASSUMED_DECELERATION, SELF=collision.max_deceleration, BASE=base_braking),
+            _by_kind(collision.influence_distance, SELF=collision.self_influence_distance),
+        )
         """When a pair matters."""
 
-    def follow(self, last: Array) -> None:
-        """Note what was applied in the last period, (n,): base and arm follow it with their lag."""
+    def update(self, last: Array) -> None:
+        """Note the velocities (n,) that were applied in the last period."""
         self._last = last
         self.velocities += self._share * (last - self.velocities)
 
     def rows(
         self, distances: Distances, bounds: tuple[Array, Array], goal: MotionGoal | None
     ) -> Rows | None:
-        """The rows that can bind within the bounds; None if there are none.
+        """The rows that can bind within the bounds (n,); None if there are none.
 
-        Args:
-            distances: pairs of shapes that are near each other.
-            bounds: lower and upper bounds (n,) of the velocities.
-            goal: how near the robot may come. Without one it comes to rest: it does not come
-                nearer to anything, but does not make way either.
+        The goal decides the stop distance. Without one the robot comes to rest: it does not come
+        nearer to anything, but does not give way either.
         """
         if not len(distances.d):
             return None
-        allowed, slope = self._allowed(distances, self._stop(goal))
+        allowed, slope = self._allowed(distances, self._stop_distances(goal))
         drift = distances.drift
-        if goal is None:  # standing still keeps every row
+        if goal is None:  # standing still satisfies every row
             allowed, drift = np.maximum(allowed, 0.0), np.maximum(drift, 0.0)
             slope = np.zeros(len(slope))
-        # Linear in the command at the last one: the base, which follows late, gives way late, too.
+        # Linearised in the command at the last one, because of the lag.
         late = distances.rows * self._lag
         A = distances.rows - slope[:, None] * late
         least = -allowed - slope * (late @ self._last) - drift
@@ -110,7 +102,7 @@ class DistanceConstraints:
             return None
         return Rows(A[binds], least[binds], distances.kind[binds])
 
-    def _stop(self, goal: MotionGoal | None) -> Array:
+    def _stop_distances(self, goal: MotionGoal | None) -> Array:
         if goal is None:
             return self._near
         if not isinstance(goal, PoseGoal):
@@ -120,15 +112,14 @@ class DistanceConstraints:
         return self._near if goal.straight else self._far
 
     def _allowed(self, distances: Distances, stop: Array) -> tuple[Array, Array]:
-        """How fast each distance may shrink (K,) [m/s], and by how much more with more room [1/s].
+        """Speeds (K,) at which distances may shrink [m/s], and their slopes by distance [1/s].
 
-        Where that is negative it must grow.
+        Where a speed is negative the distance must grow.
         """
         s, rows, kind = self._settings, distances.rows, distances.kind
-        # The lag alone never turns room into none.
         room = distances.d - stop[kind]
         ahead = self._lag * (self.velocities - self._last)  # until they have caught up [m or rad]
-        room = np.minimum(room + rows @ ahead, np.maximum(room, 0.0) + _MOST_GAINED)
+        room = np.minimum(room + rows @ ahead, np.maximum(room, 0.0) + _MAX_GAIN)
 
         braking = s.braking * self._braking(np.abs(rows) * self._acceleration)
         deceleration = np.minimum(np.maximum(braking, s.min_deceleration), s.max_deceleration)
@@ -138,9 +129,9 @@ class DistanceConstraints:
         return np.where(room < 0.0, back, root - late), deceleration / root
 
     def _braking(self, shares: Array) -> Array:
-        """Deceleration (K,) that the degrees of freedom have together, of shares (K, n).
+        """Joint deceleration (K,) of degrees of freedom with shares (K, n).
 
-        The base alone brakes by driving or by turning, whichever is more: a turn that makes up for
+        The base alone brakes by driving or turning, whichever is more: a turn that compensates for
         speed brings its next corner there.
         """
         base = shares[:, : len(self._turns)]
@@ -150,8 +141,9 @@ class DistanceConstraints:
         return both
 
 
-_LEAST_DECELERATION = 1.0
-"""Of base and arm, to judge which pairs matter; where the limits of an arm allow less, the pair is
-slower than is assumed of it, too. A heavy base is not [m/s^2]."""
-_MOST_GAINED = 0.05
-"""By how much the lag may make a distance larger than it is [m]."""
+def _by_kind(value: float, **exceptions: float) -> Array:
+    """Values by `PairKind`."""
+    values = np.full(len(PairKind), value)
+    for name, exception in exceptions.items():
+        values[PairKind[name]] = exception
+    return values

@@ -1,7 +1,7 @@
-"""How near the robot is to points that were seen.
+"""Distances from the robot to depth points.
 
-Feelers are places along the axes and on the faces of the robot's shapes. Each finds the point that
-is nearest to it; the distance of that point is then measured from the shape itself.
+Probes are places along the axes and on the faces of the robot's shapes. Each finds the depth point
+nearest to it; the distance of that point is then measured from the shape itself.
 """
 
 from __future__ import annotations
@@ -15,39 +15,34 @@ import numpy.typing as npt
 
 from controller.collision.collision_model import CollisionModel
 from controller.command import Array
-from controller.point_cloud import PointCloud
+from controller.surroundings import PointCloud
 from robots import Box, Hull, Shape, from_rounded_boxes, rounded_box
 
 _FAR = 1.0
-"""Points that are farther than this from a feeler do not matter [m]."""
+"""Points farther than this from a probe are ignored [m]."""
 _FACE = 0.4
-"""Feelers on the faces of boxes are at most this far apart [m]; those of the base have capsules in
-the corners besides."""
-_EACH = 2
-"""Points that one shape keeps off at a time, the nearest ones."""
+"""Largest spacing of probes on the faces of boxes [m]."""
+_MAX_POINTS = 2
+"""Number of nearest points that are kept for one shape."""
 
 Numbers = npt.NDArray[np.int64]
 
 
 class NearPoints(NamedTuple):
-    """K points that are near shapes of the robot."""
+    """K depth points that are near shapes of the robot."""
 
     d: Array
     """(K,) between point and shape [m]; negative inside."""
     lines: Array
-    """(K, 6) from the shape to the point: direction and moment about the world's origin."""
+    """(K, 6) Plücker lines from shape to point: direction, moment about the world's origin."""
     shape: Numbers
-    """(K,) numbers of the shapes in the collision model."""
+    """(K,) indices of the shapes in the collision model."""
     kind: Numbers
     """(K,) `PairKind`."""
 
 
 class PointClearance:
-    """Of one robot, with what it holds.
-
-    Args:
-        collision: its shapes.
-    """
+    """Tracks the distances of one robot's shapes to a point cloud."""
 
     def __init__(self, collision: CollisionModel) -> None:
         self._collision = collision
@@ -61,28 +56,28 @@ class PointClearance:
         self._places = np.concatenate([some for some, _ in places])
         """(F, 3) in the frame of the shape."""
         self._covers = np.repeat([covers for _, covers in places], counts)
-        """(F,) a point may be nearer to the shape than to the feeler by this much [m]."""
+        """(F,) a point may be nearer to the shape than to the probe by this much [m]."""
         self._shape = np.array([body.number for body in bodies])
         self.kind = np.array([body.kind for body in bodies], dtype=np.int64)[self._body]
         """(F,) `PairKind`."""
         self._reach = collision.reach[self._shape][self._body]
-        """(F, n) the most by which a degree of freedom moves any point of the shape [m/rad]."""
+        """(F, n) largest displacement of a point of the shape per degree of freedom [m/rad]."""
         self._cloud: PointCloud | None = None
         self._at_least = np.full(len(self._body), -np.inf)
-        """(F,) least distance that any point that a feeler finds may have from its shape [m]."""
+        """(F,) lower bound of the distances of points that a probe finds to its shape [m]."""
         self._matters = self._at_least
         """(F,) distance that matters now [m]."""
 
     def due(
         self, cloud: PointCloud, motion: Array, within: Callable[[Array], Array]
     ) -> Numbers | None:
-        """The feelers that may be so near to a point that it matters; None if none is.
+        """The probes that may be near enough to a point to matter; None if none is.
 
         Args:
             cloud: the points.
-            motion: (n, 2) how far every degree of freedom has moved at most since the last call,
-                and its largest speed.
-            within: the distances (F,) that matter at speeds (F,).
+            motion: (n, 2) largest motion of every degree of freedom since the last call, and its
+                largest speed.
+            within: from speeds (F,) to the distances (F,) that matter.
         """
         if cloud is not self._cloud:
             self._cloud, self._at_least = cloud, np.full(len(self._body), -np.inf)
@@ -92,12 +87,8 @@ class PointClearance:
         (some,) = np.nonzero(self._at_least <= self._matters)
         return some if len(some) and len(cloud.points) else None
 
-    def feel(self, some: Numbers) -> NearPoints:
-        """The nearest points of every shape; the collision model has been placed.
-
-        Args:
-            some: (S,) which feelers, as `due` tells.
-        """
+    def measure(self, some: Numbers) -> NearPoints:
+        """The nearest points found by probes (S,) of `due`, for the placed collision model."""
         cloud, body = self._cloud, self._body[some]
         assert cloud is not None
         bodies, which = np.unique(body, return_inverse=True)
@@ -107,14 +98,14 @@ class PointClearance:
         distances, found = cloud.nearest(places, _FAR)
         self._at_least[some] = np.minimum(distances, _FAR) - self._covers[some]
         (near,) = np.nonzero(self._at_least[some] <= self._matters[some])
-        # Feelers of one shape may find the same point.
+        # Probes of one shape may find the same point.
         _, first = np.unique(body[near] * (len(cloud.points) + 1) + found[near], return_index=True)
         near = near[first]
         some, body, R, points = some[near], body[near], R[near], cloud.points[found[near]]
         local = ((points - origin[near])[:, None, :] @ R)[:, 0]
         d, out = from_rounded_boxes(local, self._half[body], self._radius[body])
         kept = np.lexsort((d, body))
-        kept = kept[_ranks(body[kept]) < _EACH]
+        kept = kept[_ranks(body[kept]) < _MAX_POINTS]
         kept = kept[d[kept] <= self._matters[some[kept]]]
         n, p = (R[kept] @ out[kept][:, :, None])[:, :, 0], points[kept]
         lines = np.concatenate([n, np.cross(p, n)], axis=1)
@@ -122,14 +113,14 @@ class PointClearance:
 
 
 def _ranks(groups: Numbers) -> Numbers:
-    """(K,) the place of each within its group; groups stand together."""
+    """(K,) the rank of each element within its group of adjacent equal numbers."""
     first = np.searchsorted(groups, groups, side="left")
     ranks: Numbers = np.arange(len(groups)) - first
     return ranks
 
 
 def _places(shape: Shape) -> tuple[Array, float]:
-    """Feelers (F, 3) in the frame of a shape, and how far its surface is from one at most [m]."""
+    """Probes (F, 3) in the frame of a shape, and the largest distance of its surface to one [m]."""
     half, radius = rounded_box(shape)
     apart = _FACE if isinstance(shape, Box | Hull) else 2.0 * radius
     counts = [int(np.ceil(2.0 * h / apart)) + 1 if h > apart / 10.0 else 1 for h in half]

@@ -1,7 +1,7 @@
-"""Which shapes are near each other, and how fast their distances grow.
+"""Proximity queries: the pairs of shapes that are near, their distances and distance Jacobians.
 
-A pair is measured again only when the motion since it was last measured could have brought it so
-near that it matters.
+A pair is measured again only when the motion since its last measurement could have brought it near
+enough to matter.
 """
 
 from __future__ import annotations
@@ -21,9 +21,8 @@ from controller.floor import Pose2D, wrap
 from controller.model import RobotModel
 from controller.surroundings import OPEN_FLOOR, Surroundings
 
-_BETWEEN = 0.01
-"""What is seen is known at points that are up to 3 cm apart; between them it may come this much
-nearer [m]."""
+_POINT_MARGIN = 0.01
+"""A surface may be this much nearer between two depth points, which are up to 3 cm apart [m]."""
 
 
 class Distances(NamedTuple):
@@ -32,13 +31,13 @@ class Distances(NamedTuple):
     d: Array
     """(K,) between their surfaces [m]; negative if they overlap."""
     rows: Array
-    """(K, n) how fast the distance grows per velocity of every degree of freedom [m/rad]."""
+    """(K, n) distance Jacobian: growth per velocity of every degree of freedom [m/rad]."""
     drift: Array
-    """(K,) how fast it grows by the motion of the obstacle itself [m/s]."""
+    """(K,) growth by the motion of the obstacle itself [m/s]."""
     kind: npt.NDArray[np.int64]
     """(K,) `PairKind`."""
     pair: npt.NDArray[np.int64]
-    """(K,) numbers for `Proximity.pair_name`."""
+    """(K,) indices for `Proximity.pair_name`."""
 
     def without(self, kind: PairKind) -> Distances:
         """All pairs but those of one kind."""
@@ -51,9 +50,9 @@ class Distances(NamedTuple):
 
 
 class Ranges(NamedTuple):
-    """How near to each other pairs of each `PairKind` must be to matter.
+    """Distances below which pairs matter, by `PairKind`.
 
-    For pairs that may approach at a speed v: stop + v delay + v² / 2 deceleration, at most `most`.
+    For an approach speed v: stop + v delay + v² / 2 deceleration, at most `most`.
     """
 
     stop: float
@@ -66,7 +65,7 @@ class Ranges(NamedTuple):
     """(kinds,) [m]."""
 
     def of(self, kind: npt.NDArray[np.int64]) -> Callable[[Array], Array]:
-        """For (P,) kinds: from speeds (P,) [m/s] to the distances (P,) that matter [m]."""
+        """For kinds (P,): the function from speeds (P,) [m/s] to distances that matter (P,) [m]."""
         delay, braking, most = self.delay[kind], 0.5 / self.deceleration[kind], self.most[kind]
 
         def within(speeds: Array) -> Array:
@@ -77,15 +76,7 @@ class Ranges(NamedTuple):
 
 
 class Proximity:
-    """Keeps track of the distances of one robot.
-
-    Not to be shared between threads.
-
-    Args:
-        model: the robot.
-        ranges: when a pair matters.
-        models: where collision models are made; None makes them for this one alone.
-    """
+    """Tracks the distances of one robot from period to period; not thread-safe."""
 
     def __init__(
         self, model: RobotModel, ranges: Ranges, models: CollisionModels | None = None
@@ -96,8 +87,7 @@ class Proximity:
         axes = np.abs(model.description.base.axes)
         self._goes, self._turns = axes[:2].max(axis=0), axes[2]
         self._motion = np.zeros((model.n, 2))
-        """How far every degree of freedom has moved at most since pairs were last looked at, and
-        its largest speed."""
+        """Per degree of freedom: largest motion since the last query, and largest speed."""
         nothing = np.zeros(0)
         self._none = Distances(
             nothing, np.zeros((0, model.n)), nothing, nothing.astype(int), nothing.astype(int)
@@ -107,30 +97,30 @@ class Proximity:
         self._start()
 
     def _start(self) -> None:
-        """Know no distance, among the shapes that stand around now."""
+        """Forget all distances, and take the shapes of the present surroundings."""
         self._collision = collision = self._models.around(self._known)
         pairs = collision.pairs
         self._moves = 1.0 * collision.masks[pairs.second] - collision.masks[pairs.first]
-        """(P, n) which degrees of freedom move the second of each pair (1), or the first (-1)."""
+        """(P, n) 1 where only the second of a pair is moved, -1 where only the first is."""
         self._reach = collision.reach[pairs.first] * np.abs(self._moves)
-        """(P, n) the most by which a degree of freedom changes each distance."""
+        """(P, n) largest change of each distance per degree of freedom."""
         self._matters = self._ranges.of(pairs.kind)
-        self._feelers: PointClearance | None = None
+        self._depth: PointClearance | None = None
         self._at_least: Array = np.full(len(pairs.first), -inf)
-        """(P,) least distance that each pair may have [m]."""
+        """(P,) lower bounds of the distances [m]."""
         self._velocities = np.zeros((len(collision.masks), 3))
-        """(G, 3) of the shapes that move by themselves, in the world [m/s]."""
+        """(G, 3) of moving obstacles, in the world [m/s]."""
         self._centres = _centres(self._known)
 
-    def heed(self, surroundings: Surroundings) -> None:
-        """Start anew where other things stand around; or only with what is loose or held."""
+    def update_shapes(self, surroundings: Surroundings) -> None:
+        """Start anew with other surroundings; pairs without held or loose objects are kept."""
         known, self._known = self._known, surroundings
         if surroundings.has_shapes_of(known):
             return
-        at_least, lasting, centres = self._at_least, self._collision.lasts, self._centres
+        at_least, permanent, centres = self._at_least, self._collision.permanent, self._centres
         self._start()
         if surroundings.stands_like(known):
-            self._at_least[self._collision.lasts] = at_least[lasting]
+            self._at_least[self._collision.permanent] = at_least[permanent]
             self._centres = centres
 
     def near(
@@ -141,16 +131,16 @@ class Proximity:
         fastest: Array,
         here: Pose2D | None = None,
     ) -> Distances:
-        """All pairs that are so near to each other that they matter.
+        """All pairs that are near enough to matter.
 
         Args:
             wTb: base pose.
             q: (7,) joint positions [rad].
-            surroundings: what stands around.
+            surroundings: the obstacles.
             fastest: (n,) largest speed of every degree of freedom in this period.
-            here: base pose on the floor, where that is known already.
+            here: `wTb` on the floor, where it is known already.
         """
-        self.heed(surroundings)
+        self.update_shapes(surroundings)
         collision = self._collision
         self._note_motion(here or Pose2D.of(wTb), q)
         cloud = surroundings.depth_points
@@ -162,19 +152,18 @@ class Proximity:
             speeds = speeds + self._move_obstacles(surroundings)
         matters = self._matters(speeds)
         (some,) = np.nonzero(self._at_least <= matters)
-        felt = None
+        points = None
         if cloud is not None:
-            feelers = self._feelers = self._feelers or PointClearance(collision)
-            felt = feelers.due(cloud, self._motion, self._ranges.of(feelers.kind))
+            depth = self._depth = self._depth or PointClearance(collision)
+            points = depth.due(cloud, self._motion, self._ranges.of(depth.kind))
         self._motion[:, 0] = 0.0
-        if not len(some) and felt is None:
+        if not len(some) and points is None:
             return self._none
         collision.place(wTb, q, [one.geom for one in surroundings.moving])
         near = self._measure(some, matters[some])
-        return near if felt is None else near.joined(self._points(feelers.feel(felt)))
+        return near if points is None else near.joined(self._points(depth.measure(points)))
 
     def _measure(self, some: npt.NDArray[np.int64], matters: Array) -> Distances:
-        """Those of some pairs that are so near that they matter."""
         collision, pairs = self._collision, self._collision.pairs
         results = [collision.measure(pair) for pair in some.tolist()]
         d = np.array([result.min_distance for result in results])
@@ -192,30 +181,30 @@ class Proximity:
             some,
         )
 
-    def _points(self, felt: NearPoints) -> Distances:
-        """The same of points that were seen; their numbers go on after those of the pairs."""
+    def _points(self, points: NearPoints) -> Distances:
+        """Distances to depth points; their indices follow those of the pairs."""
         collision = self._collision
         return Distances(
-            felt.d - _BETWEEN,
-            -(felt.lines @ collision.jacobian()) * collision.masks[felt.shape],
-            np.zeros(len(felt.d)),
-            felt.kind,
-            len(collision.pairs.first) + felt.shape,
+            points.d - _POINT_MARGIN,
+            -(points.lines @ collision.jacobian()) * collision.masks[points.shape],
+            np.zeros(len(points.d)),
+            points.kind,
+            len(collision.pairs.first) + points.shape,
         )
 
     def pair_name(self, pair: int) -> str:
-        """What meets what, for people."""
+        """The names of the shapes of a pair."""
         count = len(self._collision.pairs.first)
         if pair >= count:
             return f"{self._collision.names[pair - count]} and what the camera sees"
         return self._collision.pair_name(pair)
 
     def pair_points(self, pair: int) -> tuple[Array, Array] | None:
-        """Where two shapes are nearest to each other, as last measured; None for what is seen."""
+        """The nearest points (3,) of a pair when last measured; None for depth points."""
         return self._collision.nearest_points(pair) if pair < len(self._moves) else None
 
     def _note_motion(self, here: Pose2D, q: Array) -> None:
-        """Note by how much every degree of freedom may have moved."""
+        """Add the motion of every degree of freedom since the last query."""
         gone = hypot(here.x - self._here.x, here.y - self._here.y)
         turned = abs(wrap(here.heading - self._here.heading))
         n_base, moved = self._model.n_base, self._motion[:, 0]
@@ -224,7 +213,7 @@ class Proximity:
         self._here, self._q = here, q.copy()
 
     def _move_obstacles(self, surroundings: Surroundings) -> Array:
-        """Take off the distances how far obstacles have moved; returns their speeds (P,) [m/s]."""
+        """Subtract the motion of obstacles from the distances; their speeds (P,) [m/s]."""
         moving, second = self._collision.moving, self._collision.pairs.second
         centres, steps = _centres(surroundings), np.zeros(len(self._velocities))
         steps[moving] = np.linalg.norm(centres - self._centres, axis=1)
@@ -236,12 +225,12 @@ class Proximity:
 
 
 def _line(result: Any) -> tuple[float, ...]:
-    """The normal at the nearest points as a line: direction and moment about the origin."""
+    """The normal at the nearest points as a Plücker line: direction, moment about the origin."""
     nx, ny, nz = result.normal.tolist()
     x, y, z = result.getNearestPoint1().tolist()
     return nx, ny, nz, y * nz - z * ny, z * nx - x * nz, x * ny - y * nx
 
 
 def _centres(surroundings: Surroundings) -> Array:
-    """(M, 3) of what moves by itself, in the world [m]."""
+    """(M, 3) centres of moving obstacles in the world [m]."""
     return np.array([one.geom.pose.translation for one in surroundings.moving]).reshape(-1, 3)

@@ -1,10 +1,9 @@
-"""What collides: the shapes of the robot, and edges of what stands around it.
+"""Collision shapes of the robot, and edges of boxes around it.
 
 The arm is made of capsules, the base of a box with a capsule in each corner, the camera of a box.
 
-The nearest points of a face and a wall jump when the face turns past the wall: from the end of the
-face to the other one, or to the end of the wall. A distance for each end knows what comes; without
-it the base turns into what it stands before.
+The nearest points of two faces jump from one edge to another while the base turns. So edges are
+shapes of their own: without their distances the base would turn into the wall that it faces.
 """
 
 from __future__ import annotations
@@ -20,9 +19,9 @@ from controller.model import RobotModel
 from robots import Box, Capsule, Geom, Plane
 
 _CORNER, _EDGE = 0.05, 1e-3
-"""Radii of the capsules in the corners of the base, and in the edges of what stands around [m]."""
+"""Radii of the capsules in the corners of the base, and in the edges of obstacles [m]."""
 _UPRIGHT = 0.99
-"""Cosine of the angle to the vertical up to which an edge is upright."""
+"""Cosine of the largest tilt of an upright edge."""
 
 
 class Part(NamedTuple):
@@ -35,12 +34,7 @@ class Part(NamedTuple):
 
 
 def robot_parts(model: RobotModel, held: Sequence[Geom]) -> dict[str, list[Part]]:
-    """The shapes of the robot and the floor, by the names that people know them by.
-
-    Args:
-        model: the robot.
-        held: what is held, in e.
-    """
+    """The shapes of robot and floor by part names; `held` objects are in e."""
     robot = model.description
     lTe = robot.arm.lTh * robot.gripper.hTe
     parts = {
@@ -62,7 +56,7 @@ def robot_parts(model: RobotModel, held: Sequence[Geom]) -> dict[str, list[Part]
 
 
 def upright_edges(fixture: Geom) -> list[Geom]:
-    """Thin capsules in the upright edges of a box, with its name; of other shapes none."""
+    """Thin capsules in the upright edges of a box, with its name; none for other shapes."""
     if not isinstance(fixture.shape, Box) or abs(fixture.pose.rotation[2, 2]) < _UPRIGHT:
         return []
     return [edge.moved(fixture.pose) for edge in _edges(fixture.shape.half, _EDGE, fixture.name)]

@@ -1,7 +1,7 @@
-"""Distances of the arm to itself, the base and the floor.
+"""Self-collision: distances of the arm to itself, the base and the floor.
 
-The arm is made of capsules, the base is a box, the floor a half-space, and Coal measures between
-them. The floor moves with the base, as it is flat: only the joints of the arm matter.
+Coal measures between the capsules of the arm, the box of the base and the half-space of the floor.
+The floor moves with the base, as it is flat: only the joints of the arm matter.
 """
 
 from __future__ import annotations
@@ -18,13 +18,7 @@ from robots import Box, Geom, Plane, coal_geometry
 
 
 class SelfCollision:
-    """The shapes of one robot.
-
-    Not to be shared between threads: Pinocchio's and Coal's workspaces are reused.
-
-    Args:
-        model: the robot.
-    """
+    """The collision shapes of one robot; not thread-safe, as workspaces are reused."""
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model

@@ -1,4 +1,4 @@
-"""The base on the floor: what stands there, the way between it, and driving that way."""
+"""Navigation of the base: floor map, path planning, and driving."""
 
 from typing import TYPE_CHECKING
 

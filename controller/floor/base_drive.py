@@ -1,4 +1,4 @@
-"""Driving the base to a pose on the floor: straight if it is holonomic, along a curve if not."""
+"""Drives the base to a pose on the floor: straight if holonomic, along a curve if differential."""
 
 from __future__ import annotations
 
@@ -11,9 +11,32 @@ from pinocchio import SE3
 from controller.command import Array
 from controller.model import RobotModel
 from controller.servo import approach_speed
-from controller.settings import ControllerSettings, DriveSettings
+from controller.settings import ControllerSettings
 
 Angle = TypeVar("Angle", float, Array)
+
+# The control law of a differential drive (Park and Kuipers, ICRA 2011).
+_HEADING_GAIN = 0.6
+"""k1: how strongly the path bends to arrive with the goal's heading."""
+_DETOUR = 0.6
+"""Largest deviation of the path from the straight way, to arrive with the goal's heading [m]:
+farther away the path is the tangent of a circle of this radius around the goal."""
+_CURVATURE_GAIN = 2.0
+"""k2: how fast the base turns onto that path."""
+_CURVATURE_SLOWDOWN = 0.1
+"""β: how much slower it drives where the path is curved [m^2]."""
+_PIVOT_ANGLE = 0.6
+"""Misalignment with the path from which it turns more than it drives [rad]."""
+_PIVOT_BLEND = 0.8
+"""Misalignment beyond that at which it does not drive at all [rad]."""
+_ARRIVAL_DISTANCE = 0.06
+"""Nearer than this it only turns to its final heading and creeps along its axis [m]."""
+
+# Following a path.
+_ON_THE_SPOT = 0.6
+"""A base that points away from the path by more than this turns on the spot [rad]."""
+_BLEND = 0.35
+"""Up to this much less it turns and drives [rad]."""
 
 
 class Pose2D(NamedTuple):
@@ -39,6 +62,25 @@ class Pose2D(NamedTuple):
         return Pose2D(c * dx + s * dy, c * dy - s * dx, wrap(self.heading - frame.heading))
 
 
+class Lead(NamedTuple):
+    """Where the base is led now on its way to a pose."""
+
+    target: Pose2D
+    """Where to steer, in the base frame: the pose itself, or a point ahead on the path."""
+    reverse: bool
+    """Drive there backwards."""
+    final: bool
+    """Whether the target is the pose itself, and the way there is free."""
+    speed: float
+    """Largest speed on the path [m/s]."""
+    time_left: float
+    """Least time to the pose [s]."""
+    straight: bool = False
+    """Whether the base is in a place that is too narrow to turn."""
+    unreachable: str = ""
+    """Why there is no path; empty if there is one."""
+
+
 def wrap(angle: Angle) -> Angle:
     """The same angle, or angles, in [-pi, pi) [rad]."""
     return (angle + pi) % (2.0 * pi) - pi
@@ -52,25 +94,14 @@ def drive_to(
     reverse: bool = False,
     max_speed: float = inf,
 ) -> Array:
-    """Velocities of the base's degrees of freedom that lead to a pose.
+    """Velocities (n_base,) towards a pose in the base frame [m/s, rad/s].
 
-    A differential drive follows the smooth control law of Park and Kuipers (ICRA 2011): the
-    curvature that turns the path into the goal's heading, and it turns on the spot first when it
-    points elsewhere. In reverse it does the same with its back as its front.
-
-    Args:
-        model: the robot.
-        settings: gain and decelerations of the approach, and the gains of the control law.
-        target: the pose, in the base frame.
-        reverse: drive backwards.
-        max_speed: largest speed, if less than the robot's own [m/s].
-
-    Returns:
-        (n_base,) velocities [m/s, rad/s].
+    A differential drive follows the smooth control law of Park and Kuipers (ICRA 2011), and turns
+    on the spot first when it points elsewhere; in reverse its back is its front.
     """
     x, y, turn = target
     distance = hypot(x, y)
-    servo, drive = settings.servo, settings.drive
+    servo = settings.servo
     gain = servo.gain
     travel, w_max = travel_speed(model, x, distance, reverse), float(model.limits.base_twist[2])
     speed = approach_speed(distance, gain, servo.deceleration, min(travel, max_speed))
@@ -82,44 +113,37 @@ def drive_to(
         x, y = -x, -y
     back = min(speed, travel_speed(model, x, distance, not reverse))
     creep = max(-back, min(speed, gain * x))
-    far = min(1.0, max(0.0, distance / drive.arrival_distance - 1.0))
+    far = min(1.0, max(0.0, distance / _ARRIVAL_DISTANCE - 1.0))
     if far == 0.0:
         return np.array([turning, -creep if reverse else creep])
 
-    misalignment, curvature = _path(drive, Pose2D(x, y, turn), distance)
-    v = speed / (1.0 + drive.curvature_slowdown * curvature * curvature)
+    misalignment, curvature = _path(Pose2D(x, y, turn), distance)
+    v = speed / (1.0 + _CURVATURE_SLOWDOWN * curvature * curvature)
     w = curvature * v
-    pivot = min(1.0, max(0.0, (abs(misalignment) - drive.pivot_angle) / drive.pivot_blend))
+    pivot = min(1.0, max(0.0, (abs(misalignment) - _PIVOT_ANGLE) / _PIVOT_BLEND))
     w = (1.0 - pivot) * w + pivot * copysign(min(w_max, gain * abs(misalignment)), -misalignment)
     v = far * (1.0 - pivot) * v + (1.0 - far) * creep
     w = max(-w_max, min(w_max, far * w + (1.0 - far) * turning))
     return np.array([w, -v if reverse else v])
 
 
-def _path(drive: DriveSettings, target: Pose2D, distance: float) -> tuple[float, float]:
+def _path(target: Pose2D, distance: float) -> tuple[float, float]:
     """Misalignment with the path to a pose in front [rad], and its curvature [1/m]."""
     bearing = atan2(target.y, target.x)
     delta, theta = wrap(-bearing), wrap(target.heading - bearing)
-    k1 = drive.heading_gain
+    k1 = _HEADING_GAIN
     aim = -atan(k1 * theta)
     follows = -k1 / (1.0 + (k1 * theta) ** 2) * sin(delta)
-    if abs(sin(aim)) * distance > drive.detour:
-        aim = copysign(asin(drive.detour / distance), aim)
+    if abs(sin(aim)) * distance > _DETOUR:
+        aim = copysign(asin(_DETOUR / distance), aim)
         follows = sin(aim)
     misalignment = delta - aim
-    curvature = -(drive.curvature_gain * misalignment + sin(delta) - follows) / distance
+    curvature = -(_CURVATURE_GAIN * misalignment + sin(delta) - follows) / distance
     return misalignment, curvature
 
 
 def travel_speed(model: RobotModel, x: float, distance: float, reverse: bool) -> float:
-    """Largest speed of the base on its way to a place [m/s].
-
-    Args:
-        model: the robot.
-        x: of the place in the base frame [m].
-        distance: of the place [m].
-        reverse: drive backwards; a holonomic base goes straight to where the place is.
-    """
+    """Largest speed of the base on its way to a place at x in the base frame [m/s]."""
     limits = model.limits
     forward = float(limits.base_twist[0])
     if model.n_base == 3:
@@ -128,47 +152,26 @@ def travel_speed(model: RobotModel, x: float, distance: float, reverse: bool) ->
     return limits.base_reverse if reverse else forward
 
 
-def time_to_drive(
-    model: RobotModel, drive: DriveSettings, target: Pose2D, reverse: bool = False
-) -> float:
+def time_to_drive(model: RobotModel, target: Pose2D, reverse: bool = False) -> float:
     """Least time to a pose in the base frame: turning, driving, turning [s]."""
     x, y, turn = target
     distance = hypot(x, y)
     v_max, w_max = travel_speed(model, x, distance, reverse), float(model.limits.base_twist[2])
     if model.n_base == 3:
         return max(distance / v_max, abs(turn) / w_max)
-    if distance < drive.arrival_distance:
+    if distance < _ARRIVAL_DISTANCE:
         return distance / v_max + abs(turn) / w_max
     bearing = atan2(-y, -x) if reverse else atan2(y, x)
     return distance / v_max + (abs(bearing) + abs(wrap(turn - bearing))) / w_max
 
 
-class Lead(NamedTuple):
-    """Where the base is led now on its way to a pose."""
-
-    target: Pose2D
-    """Where to steer, in the base frame: the pose itself, or a point a little ahead on the way."""
-    reverse: bool
-    """Drive there backwards."""
-    final: bool
-    """Whether the target is the pose itself, and nothing is in the way there."""
-    speed: float
-    """Largest speed that suits what comes [m/s]."""
-    time_left: float
-    """Least time to the pose [s]."""
-    straight: bool = False
-    """Whether the base is in a place that is too narrow to turn."""
-    unreachable: str = ""
-    """Why there is no way; empty if there is one."""
-
-
 def drive_along(
     model: RobotModel, settings: ControllerSettings, lead: Lead, max_speed: float = inf
 ) -> Array:
-    """Velocities (n_base,) of the base's degrees of freedom that follow a lead [m/s, rad/s].
+    """Velocities (n_base,) that follow a lead [m/s, rad/s].
 
-    A point ahead on the way is reached on the arc that leads through it, and never stopped at; a
-    base that points elsewhere turns on the spot first.
+    A point ahead on the path is reached on the arc through it (pure pursuit); a base that points
+    elsewhere turns on the spot first.
     """
     x, y, turn = lead.target
     if lead.final:
@@ -192,9 +195,3 @@ def drive_along(
     w = drive * curvature * speed + (1.0 - drive) * w
     v = drive * speed
     return np.array([w, -v if lead.reverse else v])
-
-
-_ON_THE_SPOT = 0.6
-"""A base that points away from the way by more than this turns on the spot [rad]."""
-_BLEND = 0.35
-"""Nearer than this to that it does both [rad]."""

@@ -1,4 +1,4 @@
-"""What it costs the base to drive to a place from anywhere: a graph search on a grid."""
+"""Cost-to-go of the base to a place: Dijkstra search on a grid."""
 
 from __future__ import annotations
 
@@ -16,24 +16,23 @@ if TYPE_CHECKING:
 CELL = 0.10
 """Distance between the nodes of the graph [m]."""
 _TIGHT = 30.0
-"""What a metre costs, besides itself, where the base has only just room to drive straight: a
-fifth of it where it has nearly room to turn."""
+"""Extra cost per metre where the base just fits; a fifth of it where it can nearly turn."""
 _NEAR = 0.5
-"""What a metre costs, besides itself, where the base has only just room to turn ..."""
+"""Extra cost per metre where the base can just turn ..."""
 _OPEN = 0.30
-"""... and nothing where it has this much more [m]."""
+"""... and none with this much more room [m]."""
 _MOVES = [(1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2)]
-"""From a node to its neighbours; the other half of them is opposite."""
+"""From a node to half of its neighbours; the others are opposite."""
 _CLOSED = 0.12
 """Nodes nearer than this to a closed place are closed [m]."""
 _NEXT = 5
-"""So many nodes on a way leads."""
+"""Number of nodes from a place to that ahead of it."""
 _BORDER = 2
-"""Nodes at the edge of the grid that no way starts from, as wide as the longest move."""
+"""Width of the edge of the grid without nodes: the longest move."""
 
 
 class Floor:
-    """The graph of places where the base fits.
+    """Graph of the places where the base fits.
 
     Args:
         low: x and y of the first node [m].
@@ -52,10 +51,10 @@ class Floor:
         self.passes = passes
         """(n, m) the nodes where it fits."""
         self.graph = _graph(passes, cost)
-        """What it costs from one node to the next [m]; nodes in the order of the flat grid."""
+        """Costs between neighbours [m]; nodes in the order of the flat grid."""
 
     def nodes_around(self, points: Array) -> tuple[npt.NDArray[np.int64], Array]:
-        """The four nodes around points (N, 2), as (4, N), and their distances (4, N) [m]."""
+        """Indices (4, N) of the nodes around points (N, 2), and their distances (4, N) [m]."""
         scaled = (points - self.low) / CELL
         first = np.clip(np.floor(scaled), _BORDER, self.last - _BORDER - 1).astype(np.int64)
         corners = first + np.array([[[0, 0]], [[0, 1]], [[1, 0]], [[1, 1]]])
@@ -63,10 +62,7 @@ class Floor:
         return corners[..., 0] * (self.last[1] + 1) + corners[..., 1], away
 
     def nearest_node(self, point: tuple[float, float]) -> int:
-        """The node that is nearest to a point x, y [m] and where the base fits.
-
-        The base may stand where it fits in its present heading only: that is no node.
-        """
+        """The nearest node to a point x, y [m]; the base may stand where there is none."""
         nodes, away = self.nodes_around(np.array([point]))
         free = self.passes.ravel()[nodes[:, 0]]
         if free.any():
@@ -108,16 +104,15 @@ def _graph(passes: npt.NDArray[np.bool_], cost: Array) -> csr_array:
 
 
 class CostField:
-    """What it costs to drive to one goal from anywhere.
+    """Cost to drive to one goal from anywhere: metres, more of them beside obstacles.
 
-    A metre in the open costs a metre, one beside things more. It is infinite where there is no
-    way.
+    Infinite where there is no path.
 
     Args:
-        floor: where the base fits; None if it does everywhere.
+        floor: graph of the places where the base fits; None if it does everywhere.
         goal: x and y [m].
         limit: places that cost more count as unreachable [m].
-        closed: (N, 2) places that no way may lead through [m].
+        closed: (N, 2) places that no path may lead through [m].
     """
 
     def __init__(
@@ -150,7 +145,7 @@ class CostField:
         return np.maximum(found, direct)
 
     def ahead_of(self, points: Array) -> Array:
-        """Places (N, 2) to which the way to the goal leads next from points (N, 2) [m]."""
+        """Places (N, 2) a little ahead on the paths from points (N, 2) to the goal [m]."""
         goal = np.asarray(self.goal)
         if self._floor is None:
             return np.broadcast_to(goal, points.shape)
@@ -163,7 +158,7 @@ class CostField:
         return self._floor.low + CELL * cells
 
     def way_from(self, point: tuple[float, float]) -> Array | None:
-        """Places (N, 2) from a point to the goal, node by node; None if there is no way."""
+        """Places (N, 2) from a point to the goal, node by node; None if there is no path."""
         goal = np.array([self.goal])
         if self._floor is None:
             return np.concatenate([[point], goal])

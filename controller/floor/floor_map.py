@@ -1,7 +1,6 @@
-"""What stands on the floor, seen from above: how much room there is, and the way from anywhere.
+"""Floor map: distance fields of the static obstacles, seen from above.
 
-Made once from what never moves. Distances are exact at the points of a grid and interpolated
-between them.
+Distances are exact at the points of a grid and interpolated between them.
 """
 
 from __future__ import annotations
@@ -17,32 +16,32 @@ from controller.floor.footprints import Footprint, footprint
 from robots import Geom, RobotDescription
 
 FAR = 1.0
-"""Distances of points are known up to here; what is farther counts as this far [m]."""
+"""Largest distance of a point in the map [m]."""
 NEAR = 0.7
-"""The same for distances of the base [m]."""
+"""Largest distance of the base in the map [m]."""
 _RESOLUTION = 0.05
-"""Of the grid of distances [m]."""
+"""Grid spacing [m]."""
 _FLAT = 0.002
-"""What rises less above the floor is a part of it [m]."""
+"""Lower obstacles belong to the floor [m]."""
 _OVER_BASE = 0.02
-"""What hangs lower than this above the base is in its way [m]."""
+"""Clearance that the base needs above it [m]."""
 COLUMN = 0.70
-"""Height of the part of the arm that stands above its foot whatever the posture [m]."""
+"""Height of the arm's column, which stands above its foot in every posture [m]."""
 _SPARE = 0.01
-"""The base passes where the circle in its footprint has this much to spare [m]."""
+"""The base fits where its inscribed circle has this much clearance [m]."""
 _TURNING_ROOM = 0.04
-"""It turns freely where the circle around its footprint has this much to spare [m]."""
+"""It turns where its circumscribed circle has this much clearance [m]."""
 _PASSAGE = 1.5
-"""Ways lead past everything on a strip as wide as this and `FAR` [m]."""
+"""Width of the free strip around the obstacles, besides `FAR` [m]."""
 _SPACING = 0.05
-"""Of the points on the edge of the base that are looked up [m]."""
+"""Spacing of the points on the edge of the base [m]."""
 
 
 class FloorMap:
-    """The room that fixtures leave, for the base of one robot and the column of its arm.
+    """Free room for the base of one robot and the column of its arm.
 
     Args:
-        fixtures: what never moves, in the world; planes are the floor.
+        fixtures: static obstacles in the world; planes are the floor.
         description: the robot.
     """
 
@@ -57,13 +56,13 @@ class FloorMap:
         standing = [[footprint(fixture, *band) for band in bands] for fixture in fixtures]
         known = [found for both in standing for found in both if found is not None]
         self.free = not known
-        """Whether nothing stands anywhere."""
+        """Whether there are no obstacles."""
         self.inscribed = min(length, width) / 2.0
-        """Radius of the circle in the base's footprint [m]."""
+        """Radius of the inscribed circle of the footprint [m]."""
         self.circumscribed = hypot(length, width) / 2.0
-        """Radius of the circle around the base's footprint [m]."""
+        """Radius of the circumscribed circle of the footprint [m]."""
         self.turning = self.circumscribed + _TURNING_ROOM
-        """What is farther from the base's centre than this leaves it room to turn [m]."""
+        """Distance of obstacles from the base's centre at which it can turn [m]."""
         self._low, self._high = _around(known)
         layers = _distances(standing, self._low, self._high)
         self._base, self._column = (_Grid(self._low, layer) for layer in layers)
@@ -73,15 +72,14 @@ class FloorMap:
         self._floor = None if self.free else self._graph()
 
     def clearance(self, points: Array) -> Array:
-        """Distances (N,) from points (N, 2) to what is nearest, high or low, at most `FAR` [m]."""
+        """Distances (N,) from points (N, 2) to obstacles of any height, at most `FAR` [m]."""
         points = np.asarray(points, dtype=float).reshape(-1, 2)
         return self._both.at(points[:, 0], points[:, 1])
 
     def stands_free(self, bases: Array) -> Array:
-        """Least distance (N,) of base poses x, y, heading (N, 3) to what is around [m].
+        """Distances (N,) of base and arm column at poses x, y, heading (N, 3) to obstacles [m].
 
-        Of the base's rectangle to what is as high as the base, and of the arm's column to what is
-        as high as that; 0 or less where they overlap, and at most `NEAR`.
+        Not positive where they overlap, and at most `NEAR`.
         """
         bases = np.asarray(bases, dtype=float).reshape(-1, 3)
         if self.free:
@@ -98,13 +96,7 @@ class FloorMap:
     def field(
         self, goal: tuple[float, float], limit: float = np.inf, closed: Array | None = None
     ) -> CostField:
-        """What it costs to drive to a place from anywhere.
-
-        Args:
-            goal: x and y [m].
-            limit: places that cost more count as unreachable [m].
-            closed: (N, 2) places that no way may lead through [m].
-        """
+        """The cost to drive to a place from anywhere; see `CostField`."""
         return CostField(self._floor, goal, limit, closed)
 
     def _graph(self) -> Floor:
@@ -115,19 +107,14 @@ class FloorMap:
 
 
 class _Grid:
-    """Distances at the points of a grid.
-
-    Args:
-        low: x and y of the first point [m].
-        distances: (n, m) [m].
-    """
+    """Distances (n, m) on a grid whose first point is at `low` (x, y) [m]."""
 
     def __init__(self, low: Array, distances: Array) -> None:
         self._low = low
         self._d = distances
 
     def at(self, x: Array, y: Array) -> Array:
-        """Interpolated distances at coordinates of any shape; off the grid nothing is near."""
+        """Interpolated distances at coordinates of any shape [m]."""
         d = self._d
         columns = d.shape[1]
         u = np.clip((x - self._low[0]) * (1.0 / _RESOLUTION), 0.0, d.shape[0] - 1.001)
@@ -147,7 +134,7 @@ class _Grid:
 
 
 def _around(footprints: list[Footprint]) -> tuple[Array, Array]:
-    """Least and largest x and y at which something is nearer than `FAR` [m]."""
+    """Least and largest x and y at which an obstacle is nearer than `FAR` [m]."""
     if not footprints:
         return np.zeros(2), np.full(2, FAR)
     low = np.min([(f.corners - f.radius).min(axis=0) for f in footprints], axis=0) - FAR
@@ -185,7 +172,7 @@ def _distances(standing: list[list[Footprint | None]], low: Array, high: Array) 
 
 
 def _base_discs(length: float, width: float) -> Array:
-    """(3, N) x, y and radius of discs in the base: its edge as points, what is inside as a few."""
+    """(3, N) x, y and radius of discs that cover the base; its edge as points."""
     x = np.linspace(-length / 2.0, length / 2.0, round(length / _SPACING) + 1)
     y = np.linspace(-width / 2.0, width / 2.0, round(width / _SPACING) + 1)[1:-1]
     discs = [(a, b, 0.0) for a in x for b in (-width / 2.0, width / 2.0)]
@@ -202,7 +189,7 @@ def _column_discs(description: RobotDescription) -> Array:
     discs = []
     for link in (0, 1):
         for part in description.arm.collision[link]:
-            # The first link turns: what is not on its axis sweeps a ring.
+            # The first link turns: parts off its axis sweep a ring.
             offset = part.pose.translation[:2] if link == 0 else np.zeros(2)
             swept = hypot(*part.pose.translation[:2].tolist()) if link == 1 else 0.0
             along = part.pose.rotation[:2, 2] * getattr(part.shape, "half_length", 0.0)

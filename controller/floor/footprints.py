@@ -1,4 +1,4 @@
-"""What of a shape stands in a band of heights, seen from above."""
+"""Footprints: the part of a shape in a band of heights, seen from above."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from controller.command import Array
 from robots import Box, Capsule, Cylinder, Geom, Hull, Plane, Sphere
 
 _SIDES = 32
-"""Of the polygon around the end of a lying cylinder: it is at most 0.5 % too large."""
+"""Of the polygon around a cylinder that is not upright: at most 0.5 % too large."""
 _ANGLES = np.arange(_SIDES) * (2.0 * pi / _SIDES)
 _CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1) / np.cos(pi / _SIDES)
 _RECTANGLE = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 _UPRIGHT = 1.0 - 1e-6
-"""Cosine of the tilt below which a cylinder stands upright."""
+"""Cosine of the largest tilt of an upright cylinder."""
 
 
 class Footprint(NamedTuple):
-    """A convex polygon on the floor with round corners."""
+    """A convex polygon with round corners."""
 
     corners: Array
     """(M, 2) counter-clockwise [m]: one for a circle, two for a stadium."""
     radius: float
-    """By which the polygon of the corners grows [m]."""
+    """Of the round corners [m]."""
 
     def distances(self, x: Array, y: Array) -> Array:
-        """Distances of points to it, negative inside [m]; any shape that x and y broadcast to."""
+        """Signed distances of points x, y of any shapes that broadcast [m]."""
         outside, squared = np.array(-np.inf), np.array(np.inf)
         previous = np.roll(self.corners, 1, axis=0)
         for (ax, ay), (bx, by) in zip(previous.tolist(), self.corners.tolist(), strict=True):
@@ -46,16 +46,10 @@ class Footprint(NamedTuple):
 
 
 def footprint(geom: Geom, low: float, high: float) -> Footprint | None:
-    """What of a shape is between two heights, seen from above.
+    """The footprint of a shape in the world between two heights [m].
 
-    Args:
-        geom: the shape in the world.
-        low: lower end of the band [m].
-        high: upper end of the band [m].
-
-    Returns:
-        The footprint, at most a few millimetres too large where a round shape lies or leans. None
-        if nothing is in the band, and for a plane.
+    At most a few millimetres too large where a round shape is not upright. None if nothing of it is
+    between the heights, and for a plane.
     """
     R, p = geom.pose.rotation, geom.pose.translation
     match geom.shape:
@@ -82,7 +76,7 @@ def footprint(geom: Geom, low: float, high: float) -> Footprint | None:
 
 
 def _prism(ring: Array, half_length: float) -> Array:
-    """Two rings (2, M, 3), one this far below the other (M, 2) and one above."""
+    """(2, M, 3) a ring (M, 2) at both ends of a prism."""
     bottom = np.insert(ring, 2, -half_length, axis=1)
     top = np.insert(ring, 2, half_length, axis=1)
     return np.stack([bottom, top])

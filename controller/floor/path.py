@@ -1,4 +1,4 @@
-"""A way on the floor that a base can follow: straights with round corners, and how fast."""
+"""Paths of the base: straight lines with round corners, and speed profiles."""
 
 from __future__ import annotations
 
@@ -12,57 +12,57 @@ from controller.command import Array
 from controller.floor.base_drive import wrap
 
 Clearance: TypeAlias = Callable[[Array], Array]
-"""Distances (N,) of points (N, 2) to what is nearest [m]."""
+"""Distances (N,) of points (N, 2) to obstacles [m]."""
 StandsFree: TypeAlias = Callable[[Array], Array]
-"""Distances (N,) of the base at poses x, y, heading of the way (N, 3) to what is nearest [m]."""
+"""Distances (N,) of the base at poses x, y, heading (N, 3) to obstacles [m]."""
 IsFree: TypeAlias = Callable[[Array], bool]
-"""Whether the base may be at such poses (N, 3)."""
+"""Whether the base may be at poses (N, 3)."""
 
 SPACING = 0.05
-"""Of the points of a path [m]."""
+"""Spacing of the points of a path [m]."""
 _MAX_RADIUS = 1.2
 """Of the arcs in corners [m] ..."""
 _MIN_RADIUS = 0.12
-"""... and where none this large fits, the base turns on the spot [m]."""
+"""... and where none larger than this fits, the base turns on the spot [m]."""
 _TIGHTER = 0.65
-"""The next radius that is tried is this much smaller."""
+"""Ratio of successive radii that are tried."""
 _SHARP = 2.4
-"""A sharper corner is not rounded either [rad]."""
+"""Sharper corners are not rounded [rad]."""
 _BLUNT = 0.03
-"""A blunter one is none [rad]."""
+"""Blunter corners are ignored [rad]."""
 _TURNING = 0.85
-"""Share of the turn rate that an arc takes; the rest is left to correct."""
+"""Share of the turn rate that an arc takes."""
 _SIDEWAYS = 1.0
-"""Largest acceleration across an arc [m/s^2]."""
+"""Largest lateral acceleration [m/s^2]."""
 _BRAKING = 0.8
-"""Deceleration for what comes [m/s^2]."""
+"""Deceleration along a path [m/s^2]."""
 _TIGHT_SPEED = 0.3
-"""Speed where something is as near as `_TIGHT` [m/s] ..."""
+"""Largest speed at the distance `_TIGHT` to an obstacle [m/s] ..."""
 _TIGHT = 0.02
-"""... [m] ..."""
+"""... [m], ..."""
 _TIGHT_SLOPE = 6.0
-"""... and how much faster it may be where there is more room [1/s]."""
+"""... and its increase with more distance [1/s]."""
 _CREEP = 0.08
-"""Least speed on the way [m/s]."""
+"""Least speed on a path [m/s]."""
 
 
 class Path(NamedTuple):
-    """Points that the base passes without stopping."""
+    """A path that the base follows without stopping."""
 
     points: Array
-    """(N, 3) x, y and the heading of the way [m, rad]."""
+    """(N, 3) x, y and the heading of the path [m, rad]."""
     speeds: Array
-    """(N,) from which it can still slow down for what comes [m/s]."""
+    """(N,) speed profile [m/s]."""
     times: Array
-    """(N,) from there to the end [s]."""
+    """(N,) time to the end [s]."""
     bends: tuple[int, ...]
-    """Where arcs end."""
+    """Indices of the ends of arcs."""
 
 
 def pull_straight(way: Array, clearance: Clearance, enough: float) -> Array:
-    """The corners that are left of a way (N, 2) when it is pulled tight.
+    """The corners of a way (N, 2) after shortcuts.
 
-    A straight keeps as far from things as the piece of the way that it replaces, or `enough`.
+    A shortcut keeps the distance to obstacles of the part that it replaces, or `enough` [m].
     """
     room = np.minimum(clearance(way), enough) - 1e-6
     corners, here, last = [0], 0, len(way) - 1
@@ -82,16 +82,10 @@ def pull_straight(way: Array, clearance: Clearance, enough: float) -> Array:
 def paths_along(
     corners: Array, stands_free: StandsFree, is_free: IsFree, speed: float, turn_rate: float
 ) -> list[Path]:
-    """Paths along straights between corners (N, 2); the base turns on the spot between paths.
+    """Paths between corners (N, 2) [m]; the base turns on the spot between paths.
 
-    There are none where all corners are the same.
-
-    Args:
-        corners: of the way [m].
-        stands_free: distances of the base on its way to what is nearest.
-        is_free: whether the base may take an arc.
-        speed: on straights [m/s].
-        turn_rate: largest [rad/s].
+    `speed` is that on straight lines [m/s], `turn_rate` the largest [rad/s]. There are no paths
+    where all corners are the same.
     """
     paths: list[Path] = []
     pieces: list[Array] = []
@@ -139,7 +133,7 @@ def paths_along(
 
 
 def path_at(x: float, y: float, heading: float) -> Path:
-    """The path of a base that is there, and has only to turn."""
+    """The path of a base that only has to turn."""
     points = np.array([[x, y, heading]] * 2)
     return Path(points, np.full(2, _CREEP), np.zeros(2), ())
 
@@ -176,7 +170,7 @@ def _arc(
 
 
 def _timed(points: Array, most: Array, bends: tuple[int, ...]) -> Path:
-    """A path that is driven as fast as it may be (N,); the base comes to rest at its end."""
+    """A path with the largest speed profile below `most` (N,) that ends at rest."""
     steps = np.hypot(*np.diff(points[:, :2], axis=0).T)
     speeds, gains = most.tolist(), (2.0 * _BRAKING * steps).tolist()
     speeds[-1] = 0.0

@@ -1,8 +1,8 @@
-"""Leading the base to a pose between things that stand on the floor.
+"""Leads the base to a pose among static obstacles.
 
-Where plain driving touches nothing, the base drives plainly. Else it comes straight out of where it
-cannot turn, follows the cheapest way with round corners, and goes straight in where it cannot turn
-at the goal. A way is planned once, and anew when the room, the goal or the base's place is another.
+Where the direct way is free, the base takes it. Else it follows a planned path, with straight lines
+out of and into places where it cannot turn. The path is planned anew when map or goal change, or
+the base has left it.
 """
 
 from __future__ import annotations
@@ -21,33 +21,26 @@ from controller.model import RobotModel
 from controller.settings import ControllerSettings
 
 _NEW_GOAL = (0.1, 0.2)
-"""A goal that has moved this far is another one [m, rad]."""
+"""A goal that has moved this far is a new goal [m, rad]."""
 _LOST = 0.30
-"""This far off its way the base looks for another [m]."""
+"""Distance to the path from which it is planned anew [m]."""
 _CHECK = 100
-"""Periods after which plain driving is checked anew."""
+"""Periods after which the direct way is checked anew."""
 _NEAR_END = 0.015
-"""A leg ends this far before its last point [m]."""
+"""Distance to its last point at which a leg ends [m]."""
 _ARRIVED = 0.02
-"""The base drives plainly where that ends nearer to the goal than this [m and rad]."""
+"""Error at the end of a simulated direct way that reaches the goal [m and rad]."""
 _TRIAL = 0.15
-"""Time between the poses of a trial [s]."""
-_WORTH_PLANNING = 1.0
-"""Plain driving that takes so much longer than turns and straights at full speed is compared with
-a way [s]."""
+"""Time step of the simulation of the direct way [s] ..."""
 _TRIAL_NEAR = 1.0
-"""Nearer to the goal than this the poses are three times as close [m]."""
+"""... which is a third of it nearer to the goal than this [m]."""
 _TRIAL_STEPS = 100
-"""Steps after which a trial is given up."""
+_WORTH_PLANNING = 1.0
+"""Excess of the time of the direct way over its lower bound from which a path is planned [s]."""
 
 
 class Route:
-    """The way of the base to one pose after the other.
-
-    Args:
-        model: the robot.
-        settings: of the controller.
-    """
+    """The route of one base to successive poses."""
 
     def __init__(self, model: RobotModel, settings: ControllerSettings) -> None:
         self._model = model
@@ -55,7 +48,7 @@ class Route:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the way."""
+        """Forget the path."""
         self._room: FloorMap | None = None
         self._goal = Pose2D(inf, inf, inf)
         self._reverse = False
@@ -65,22 +58,15 @@ class Route:
         self._plain = False
         self._why_not = ""
         self._plain_time = inf
-        """What plain driving would take from where the way was planned; inf if it cannot [s]."""
+        """Time of the direct way from where the path was planned; inf if it is not free [s]."""
         self._search: Iterator[list[Leg] | None] = iter(())
         self.way = np.zeros((0, 3))
-        """(N, 3) poses of the base on its way; the same object as long as it is the same way."""
+        """(N, 3) base poses on the path; the same object as long as it is the same path."""
 
     def lead(self, room: FloorMap, wTb: Pose2D, goal: Pose2D, reverse: bool = False) -> Lead:
-        """Where to drive now.
-
-        Args:
-            room: what stands around; the same object as long as nothing changes.
-            wTb: base pose.
-            goal: base pose to get to.
-            reverse: drive there backwards.
-        """
+        """Where to drive now; `room` is the same object as long as the obstacles do not change."""
         if room.free:
-            return self._plainly(wTb, goal, reverse)
+            return plain_lead(self._model, wTb, goal, reverse)
         if room is not self._room or reverse != self._reverse or self._is_another(goal):
             self.reset()
             self._room, self._goal, self._reverse = room, goal, reverse
@@ -91,12 +77,12 @@ class Route:
             if not self._plain:
                 self._start(room, wTb, goal)
         if not self._plain and not self._legs:
-            waiting = self._think(wTb, goal)
+            waiting = self._plan(wTb, goal)
             if waiting is not None:
                 return waiting
         if self._plain:
             self.way = self._tried
-            return self._plainly(wTb, goal, reverse)
+            return plain_lead(self._model, wTb, goal, reverse)
         return self._follow(room, wTb, goal)
 
     def _is_another(self, goal: Pose2D) -> bool:
@@ -104,14 +90,8 @@ class Route:
         moved = hypot(goal.x - self._goal.x, goal.y - self._goal.y)
         return not (moved < far and abs(wrap(goal.heading - self._goal.heading)) < turned)
 
-    def _plainly(self, wTb: Pose2D, goal: Pose2D, reverse: bool) -> Lead:
-        return plain_lead(self._model, self._settings, wTb, goal, reverse)
-
     def _trial_time(self, room: FloorMap, wTb: Pose2D, goal: Pose2D, within: float) -> float:
-        """Time of plain driving that ends `within` of the goal [m and rad] and touches nothing [s].
-
-        Inf if it does not.
-        """
+        """Time of the direct way; inf unless it is free and ends `within` of the goal [s]."""
         self._unchecked = 0
         poses, time = trial(
             self._model, self._settings, wTb, goal, self._reverse, self._velocities()
@@ -125,14 +105,14 @@ class Route:
         return time if arrives and free else inf
 
     def _is_plain(self, room: FloorMap, wTb: Pose2D, goal: Pose2D, left: float) -> bool:
-        """Whether plain driving is as good as the way, on which it takes a time [s]."""
+        """Whether the direct way is about as fast as the rest of the path, `left` [s]."""
         self._plain = self._trial_time(room, wTb, goal, _ARRIVED) < left + _WORTH_PLANNING
         if self._plain:
             self._legs = []
         return self._plain
 
     def _velocities(self) -> Array:
-        """(n_base,) about what the base has on its way now; a holonomic base may have any."""
+        """(n_base,) approximate velocities of the base on its path; 0 for a holonomic base."""
         velocities = np.zeros(self._model.n_base)
         if self._legs and self._model.n_base == 2:
             leg, at = self._legs[self._leg], self._at
@@ -148,14 +128,14 @@ class Route:
         self._leg = self._at = 0
         self._legs = []
         self._plain_time = self._trial_time(room, wTb, goal, _ARRIVED)
-        drive, target = self._settings.drive, goal.relative_to(wTb)
-        least = min(time_to_drive(self._model, drive, target, back) for back in (False, True))
+        target = goal.relative_to(wTb)
+        least = min(time_to_drive(self._model, target, back) for back in (False, True))
         self._plain = self._plain_time < least + _WORTH_PLANNING
         if not self._plain:
             self._search = Planner(self._model, room, self._reverse).search(wTb, goal)
 
-    def _think(self, wTb: Pose2D, goal: Pose2D) -> Lead | None:
-        """Go on looking for a way; where to drive until there is one."""
+    def _plan(self, wTb: Pose2D, goal: Pose2D) -> Lead | None:
+        """Continue planning; the lead until there is a path."""
         legs = [] if self._why_not else next(self._search)
         if legs:
             rate = float(self._model.limits.base_twist[2])
@@ -175,7 +155,7 @@ class Route:
         return Lead(still, self._reverse, False, 0.0, inf, unreachable=self._why_not)
 
     def _follow(self, room: FloorMap, wTb: Pose2D, goal: Pose2D) -> Lead:
-        """The point ahead on the way."""
+        """The lead to a point ahead on the path."""
         leg = self._legs[self._leg]
         points = leg.path.points
         window = points[self._at : self._at + 12, :2]
@@ -190,11 +170,11 @@ class Route:
         opens = bool(leg.narrow[passed[0]] and not leg.narrow[self._at])
         bends = any(bend in passed for bend in leg.path.bends)
         if (opens or bends) and self._is_plain(room, wTb, goal, left):
-            return self._plainly(wTb, goal, self._reverse)
+            return plain_lead(self._model, wTb, goal, self._reverse)
         if self._passed(leg, wTb):
             if self._leg + 1 == len(self._legs):
                 self._plain, self._legs = True, []
-                return self._plainly(wTb, goal, self._reverse)
+                return plain_lead(self._model, wTb, goal, self._reverse)
             self._leg, self._at = self._leg + 1, 0
             self._is_plain(room, wTb, goal, self._time_left(wTb))
             return self.lead(room, wTb, goal, self._reverse)
@@ -222,7 +202,7 @@ class Route:
         )
 
     def _time_left(self, wTb: Pose2D) -> float:
-        """Least time to the goal along the way [s]."""
+        """Least time to the goal along the path [s]."""
         leg, later = self._legs[self._leg], self._legs[self._leg + 1 :]
         driving = float(leg.path.times[self._at])
         driving += sum(float(other.path.times[0]) for other in later)
@@ -233,13 +213,13 @@ class Route:
         return driving + turn / float(self._model.limits.base_twist[2])
 
     def _passed(self, leg: Leg, wTb: Pose2D) -> bool:
-        """Whether the base is beyond the end of a leg, or as good as there."""
+        """Whether the base has reached the end of a leg."""
         x, y, way = leg.path.points[-1].tolist()
         left = (x - wTb.x) * cos(way) + (y - wTb.y) * sin(way)
         return self._at >= len(leg.headings) - 3 and left < _NEAR_END
 
     def _until_turned(self, leg: Leg, wTb: Pose2D) -> float:
-        """Speed at which a base that turns on the way has turned where it gets narrow [m/s]."""
+        """Speed at which a holonomic base has turned before the next narrow place [m/s]."""
         narrow = np.flatnonzero(leg.narrow[self._at :])
         if not len(narrow):
             return inf
@@ -249,13 +229,10 @@ class Route:
         return inf if turn < 0.05 else max(0.05, (first * SPACING - 0.1) / turning)
 
 
-def plain_lead(
-    model: RobotModel, settings: ControllerSettings, wTb: Pose2D, goal: Pose2D, reverse: bool
-) -> Lead:
-    """The goal itself, as where nothing is in the way."""
+def plain_lead(model: RobotModel, wTb: Pose2D, goal: Pose2D, reverse: bool) -> Lead:
+    """The lead on the direct way to a goal."""
     target = goal.relative_to(wTb)
-    time = time_to_drive(model, settings.drive, target, reverse)
-    return Lead(target, reverse, True, inf, time)
+    return Lead(target, reverse, True, inf, time_to_drive(model, target, reverse))
 
 
 def trial(
@@ -266,9 +243,9 @@ def trial(
     reverse: bool,
     velocities: Array,
 ) -> tuple[Array, float]:
-    """Poses (N, 3) of a base that drives plainly from one pose to another, and its time [s].
+    """Poses (N, 3) of a base on the direct way from one pose to another, and its time [s].
 
-    At first it has velocities (n_base,) [m/s, rad/s].
+    `velocities` (n_base,) are its first ones [m/s, rad/s].
     """
     poses, pose, time = [start], start, 0.0
     base = model.description.base

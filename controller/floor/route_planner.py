@@ -1,4 +1,4 @@
-"""Planning the way of a base to a pose: out of where it stands, through the room, and in."""
+"""Plans the path of a base: straight out of its place, through the room, and straight in."""
 
 from __future__ import annotations
 
@@ -17,53 +17,47 @@ from controller.floor.path import SPACING, Path, path_at, paths_along, pull_stra
 from controller.model import RobotModel
 
 CLEARANCE = 0.04
-"""Distance that the base keeps where it has the choice [m]."""
+"""Distance to obstacles that the base keeps where it can [m]."""
 _LONGEST_ESCAPE = 1.6
-"""A place to turn is looked for on straights as long as this [m]."""
+"""Longest straight line out of or into a place [m]."""
 _ATTEMPTS = 5
-"""Ways that are tried."""
+"""Number of ways that are tried."""
 _LEAST = 0.01
-"""A way that comes nearer to something than this is too narrow [m] ..."""
+"""Least distance of a path to obstacles [m] ..."""
 _NO_CHOICE = 0.15
-"""... unless it does so as near to its ends as this [m]."""
+"""... except this near to its ends [m]."""
 _NO_NEARER = 0.005
-"""What an arc may come nearer to something than its ends [m]."""
+"""By which an arc may be nearer to obstacles than its ends [m]."""
 _RUN_UP = 0.25
-"""How much farther than needed the base goes straight in, where it can [m]."""
+"""Extra length of a straight line into a place, where there is room [m]."""
 
 
 class Leg(NamedTuple):
-    """A piece of the way that is driven without changing direction."""
+    """A part of the path that is driven in one direction."""
 
     path: Path
     backwards: bool
     headings: Array
-    """(N,) of the base on it [rad]."""
+    """(N,) of the base [rad]."""
     narrow: npt.NDArray[np.bool_]
     """(N,) whether the base cannot turn there."""
 
 
 def duration(legs: list[Leg], start: Pose2D, goal: Pose2D, turn_rate: float) -> float:
-    """How long it takes a base that turns on the spot between legs to drive them [s]."""
+    """Time to drive legs with turns on the spot between them [s]."""
     driving = sum(float(leg.path.times[0]) for leg in legs)
     return driving + sum(turns(legs, start, goal)) / turn_rate
 
 
 def turns(legs: list[Leg], start: Pose2D, goal: Pose2D) -> list[float]:
-    """The turns on the spot before every leg, and after the last [rad]."""
+    """Turns on the spot before every leg, and after the last [rad]."""
     come = [start.heading, *(float(leg.headings[-1]) for leg in legs)]
     go = [*(float(leg.headings[0]) for leg in legs), goal.heading]
     return [abs(wrap(after - before)) for before, after in zip(come, go, strict=True)]
 
 
 class Planner:
-    """Plans one way.
-
-    Args:
-        model: the robot.
-        room: what stands around.
-        reverse: drive backwards; what is called forwards below is then backwards.
-    """
+    """Plans one path; with `reverse`, forwards below means backwards."""
 
     def __init__(self, model: RobotModel, room: FloorMap, reverse: bool) -> None:
         self._room = room
@@ -75,13 +69,10 @@ class Planner:
         self._turn_rate = float(limits.base_twist[2])
 
     def search(self, start: Pose2D, goal: Pose2D) -> Iterator[list[Leg] | None]:
-        """The legs of the way, piece by piece of the work, so that no period takes long.
+        """Yields None after every bounded piece of work, and the legs at the end.
 
-        A way that proves too narrow somewhere is closed there, and another one is sought. If none
-        is wide enough, the widest is taken.
-
-        Yields:
-            None while there is more to do; then the legs, which are none if there is no way.
+        A path that is too narrow somewhere is closed there, and another one is sought. If none is
+        wide enough, the widest is taken. There are no legs if there is no path.
         """
         a, b = self._facing(start), self._facing(goal)
         outs = self._straights(a, (1, -1))
@@ -122,7 +113,7 @@ class Planner:
         yield widest[1]
 
     def _narrowest(self, legs: list[Leg]) -> tuple[float, Array]:
-        """Least clearance on the way, turns on the spot included [m], and where it is (2,)."""
+        """Least clearance on legs and turns on the spot [m], and its place (2,)."""
         poses = [np.column_stack([leg.path.points[:, :2], leg.headings]) for leg in legs]
         end = poses[-1][-1, :2]
         for before, after in list(pairwise(poses)):
@@ -131,7 +122,7 @@ class Planner:
             poses.append(np.column_stack([np.tile(after[0, :2], (9, 1)), headings]))
         every = np.concatenate(poses)
         clearances = self._room.stands_free(every)
-        # Where it starts and where it is to stand it has no choice.
+        # Start and goal are given.
         ends = np.array([every[0, :2], end])
         away = np.linalg.norm(every[:, None, :2] - ends, axis=2).min(axis=1)
         clearances[away < _NO_CHOICE] = CLEARANCE
@@ -142,9 +133,9 @@ class Planner:
         return Pose2D(pose.x, pose.y, wrap(pose.heading + self._flip))
 
     def _straights(self, pose: Pose2D, signs: tuple[int, int]) -> list[float]:
-        """Signed lengths of straights from a pose to places where the base can turn, best first.
+        """Signed lengths of straight lines to places where the base can turn, best first.
 
-        Without any, to where it has the most room.
+        Without any, to the place with most room.
         """
         room = self._room
         (here,) = room.clearance(np.array([pose[:2]]))
@@ -178,7 +169,7 @@ class Planner:
         *,
         backwards: bool = False,
     ) -> list[Leg]:
-        """Legs out of `a`, along a line (N, 2), and into `b`, the line driven backwards or not."""
+        """Legs out of `a`, along a line (N, 2), and into `b`."""
         before, after = np.array([a[:2], line[0]]), np.array([line[-1], b[:2]])
         if out != 0.0 and (out < 0.0) == backwards:
             line = np.concatenate([before[:1], line])
@@ -200,7 +191,7 @@ class Planner:
         room, turned = self._room, np.array([0.0, 0.0, flip + self._flip])
 
         def stands_free(poses: Array) -> Array:
-            if self._holonomic:  # it may have any heading there
+            if self._holonomic:  # with any heading
                 around = room.clearance(poses[:, :2]) - room.circumscribed
                 return around + CLEARANCE
             return room.stands_free(poses + turned)
@@ -219,10 +210,7 @@ class Planner:
         return legs
 
     def _turned(self, legs: list[Leg], a: Pose2D, b: Pose2D) -> list[Leg]:
-        """The legs with the headings of a base that turns where it likes.
-
-        It turns where there is room to, and keeps one heading through every narrow place.
-        """
+        """The legs with the headings of a holonomic base: constant in every narrow place."""
         points = np.concatenate([leg.path.points for leg in legs])
         narrow = np.concatenate([leg.narrow for leg in legs])
         headings = np.full(len(points), b.heading)
@@ -248,7 +236,6 @@ class Planner:
 
 
 def _moved(pose: Pose2D, length: float) -> Pose2D:
-    """A pose this far along its heading."""
     return Pose2D(
         pose.x + length * cos(pose.heading), pose.y + length * sin(pose.heading), pose.heading
     )

@@ -1,6 +1,6 @@
-"""Motion by plans, the baseline: the base drives to a stance, then the arm follows a trajectory.
+"""Planned motion, the baseline: the base drives to a stance, then the arm follows a trajectory.
 
-The paths of the arm come from RRT-Connect of the Open Motion Planning Library, which is an extra.
+Paths of the arm are planned by RRT-Connect of the Open Motion Planning Library (an extra).
 """
 
 from controller.planning.planning_controller import PlanningController

@@ -1,57 +1,47 @@
-"""Motions of the arm, planned as a whole before it moves."""
+"""Plans whole motions of the arm among obstacles, the base at rest."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
 from pinocchio import SE3
 
-from controller.collision import CollisionModels
+from controller.collision import CollisionModel, CollisionModels, PairKind
 from controller.command import Array, KinematicState, PoseGoal
 from controller.model import RobotModel
-from controller.planning.arm_space import ArmSpace, FreeTest
 from controller.planning.inverse_kinematics import postures_at, straight_postures
 from controller.planning.rrt import planning_library, rrt_connect
 from controller.planning.settings import PlanningSettings
 from controller.planning.trajectory import Trajectory, timed
 from controller.stance import bank
-from controller.stance_settings import StanceSettings
 from controller.surroundings import Surroundings
 
-_Tests: TypeAlias = Callable[[Array], FreeTest]
+_IsFree: TypeAlias = Callable[[Array], bool]
+"""Whether a posture (7,) is free of contact."""
 
 _ANY_SPEED = 10.0
-"""Where nobody asks for one [m/s]."""
+"""Of the end effector, for motions without a speed limit [m/s]."""
+_OF_THE_ARM = (PairKind.SELF, PairKind.ARM, PairKind.HAND, PairKind.PALM, PairKind.ARM_MOVING)
+_SLACK = 1e-3
+"""By which a pair that starts nearer than the clearance may come nearer still [m]."""
 
 
 class ArmPlanner:
-    """Plans from where the arm is, the base standing.
-
-    Args:
-        model: the robot.
-        settings: of planning.
-        stance: how near to a limit a joint may come.
-        period: of control [s].
-        models: where the shapes of robot and surroundings are made.
+    """Plans from the present posture.
 
     Raises:
         PlanningError: the library is not installed.
     """
 
     def __init__(
-        self,
-        model: RobotModel,
-        settings: PlanningSettings,
-        stance: StanceSettings,
-        period: float,
-        models: CollisionModels,
+        self, model: RobotModel, settings: PlanningSettings, period: float, models: CollisionModels
     ) -> None:
         planning_library()
         self._model = model
         self._settings = settings
-        self._stance = stance
         self._period = period
         self._models = models
         self._bank = bank(model.description)
@@ -60,7 +50,7 @@ class ArmPlanner:
     def to_posture(
         self, state: KinematicState, q: Array, surroundings: Surroundings
     ) -> Trajectory | None:
-        """The arm to joint positions q (7,) [rad]; None if no way was found."""
+        """The arm to joint positions q (7,) [rad]; None if no path was found."""
         space = self._space(state.wTb, surroundings)
         is_free = space.test(state.q, hand_may_touch=False)
         return self._along(self._first(state.q, [q], lambda _: is_free), _ANY_SPEED)
@@ -68,36 +58,31 @@ class ArmPlanner:
     def to_pose(
         self, state: KinematicState, goal: PoseGoal, surroundings: Surroundings
     ) -> Trajectory | None:
-        """The hand to a pose, straight if that is asked for; None if no way was found."""
+        """The hand to a pose, straight if the goal asks for it; None if no path was found."""
         settings, model, wTb = self._settings, self._model, state.wTb
         space, touch = self._space(wTb, surroundings), goal.hand_may_touch
         if goal.straight:
-            path = straight_postures(
-                model,
-                self._stance,
-                wTb,
-                goal.wTe,
-                state.q,
-                settings.straight_step,
-                settings.straight_jump,
-            )
+            step, jump = settings.straight_step, settings.straight_jump
+            path = straight_postures(model, wTb, goal.wTe, state.q, step, jump)
             is_free = space.test(state.q, hand_may_touch=touch)
-            if path is not None and is_free.all_free(path, settings.resolution):
+            if path is not None and self._all_free(path, is_free):
                 return self._along(path, goal.speed)
-        postures = postures_at(model, self._stance, self._bank, wTb, goal.wTe, state.q)
+        postures = postures_at(model, self._bank, wTb, goal.wTe, state.q)
         path = self._first(
             state.q, postures, lambda q: space.test(state.q, q, hand_may_touch=touch)
         )
         return self._along(path, goal.speed)
 
-    def _first(self, start: Array, goals: Iterable[Array], test_for: _Tests) -> Array | None:
-        """The path (M, 7) to the first of some postures that is free and to which there is one."""
+    def _first(
+        self, start: Array, goals: Iterable[Array], test_for: Callable[[Array], _IsFree]
+    ) -> Array | None:
+        """The path (M, 7) to the first of some postures that is free and has one."""
         settings, tried = self._settings, 0
         for goal in goals:
             is_free = test_for(goal)
             if not is_free(goal):
                 continue
-            if is_free.all_free(np.array([start, goal]), settings.resolution):
+            if self._all_free(np.array([start, goal]), is_free):
                 return np.array([start, goal])
             self._seed += 1
             path = rrt_connect(
@@ -115,10 +100,18 @@ class ArmPlanner:
                 return path
         return None
 
-    def _space(self, wTb: SE3, surroundings: Surroundings) -> ArmSpace:
+    def _all_free(self, path: Array, is_free: _IsFree) -> bool:
+        """Whether straight lines through postures (M, 7) are free."""
+        for a, b in pairwise(path):
+            count = max(1, int(np.ceil(float(np.linalg.norm(b - a)) / self._settings.resolution)))
+            if not all(is_free(a + (b - a) * step / count) for step in range(1, count + 1)):
+                return False
+        return True
+
+    def _space(self, wTb: SE3, surroundings: Surroundings) -> _ArmSpace:
         model = self._models.around(surroundings)
         model.place(wTb, self._model.description.arm.ready, [o.geom for o in surroundings.moving])
-        return ArmSpace(model, wTb, self._settings.clearance, self._settings.close_clearance)
+        return _ArmSpace(model, wTb, self._settings.clearance, self._settings.close_clearance)
 
     def _along(self, path: Array | None, speed: float) -> Trajectory | None:
         if path is None:
@@ -131,4 +124,44 @@ class ArmPlanner:
             speed=speed,
             speed_share=settings.speed_share,
             acceleration_share=settings.acceleration_share,
+        )
+
+
+class _ArmSpace:
+    """The free postures of one arm among obstacles.
+
+    The arm keeps a clearance, or a close one where the hand may touch obstacles [m].
+    """
+
+    def __init__(self, collision: CollisionModel, wTb: SE3, clearance: float, close: float) -> None:
+        self._collision = collision
+        self._wTb = wTb
+        self._clearance = clearance
+        self._close = close
+        kinds = collision.pairs.kind
+        self._pairs = np.flatnonzero(np.isin(kinds, _OF_THE_ARM))
+        self._of_the_hand = kinds[self._pairs] == PairKind.HAND
+
+    def test(self, start: Array, goal: Array | None = None, *, hand_may_touch: bool) -> _IsFree:
+        """The test for postures between start (7,) and goal (7,).
+
+        Pairs that start nearer than the clearance may stay as near, or no motion could begin. A
+        hand that may touch obstacles may come as near as at the goal, or without one to contact.
+        """
+        clearance = self._close if hand_may_touch else self._clearance
+        margins = np.minimum(clearance, self._distances(start) - _SLACK)
+        pairs = self._pairs
+        if hand_may_touch and goal is None:
+            pairs, margins = pairs[~self._of_the_hand], margins[~self._of_the_hand]
+        elif hand_may_touch and goal is not None:
+            there = np.minimum(margins, self._distances(goal) - _SLACK)
+            margins = np.where(self._of_the_hand, there, margins)
+        touches = self._collision.contact_test(self._wTb, pairs, margins)
+        return lambda q: not touches(q)
+
+    def _distances(self, q: Array) -> Array:
+        """(P,) of the pairs at a posture [m]."""
+        self._collision.place(self._wTb, q)
+        return np.array(
+            [self._collision.measure(pair).min_distance for pair in self._pairs.tolist()]
         )

@@ -1,4 +1,4 @@
-"""Postures that bring the hand to a pose, the base standing where it is."""
+"""Inverse kinematics of the arm with the base at rest: postures and straight paths of the hand."""
 
 from __future__ import annotations
 
@@ -10,29 +10,17 @@ from controller.command import Array
 from controller.floor import Pose2D, wrap
 from controller.model import RobotModel
 from controller.stance import REACHED, PostureBank, refine_standing
-from controller.stance_settings import StanceSettings
 
 _METRES_PER_TILT = 0.3
-"""What the cosine of a tilt counts like where postures are compared [m]."""
+"""Distance equivalent to the cosine of a tilt where postures are compared [m]."""
 _SEEDS = 60
-"""Postures of the bank that are brought to the pose."""
-_ALIKE = 0.05
-"""Postures of which no joint differs by more are one [rad]."""
+"""Number of postures of the bank that the solver starts from."""
+_SAME = 0.05
+"""Largest joint difference of postures that count as the same [rad]."""
 
 
-def postures_at(
-    model: RobotModel, settings: StanceSettings, bank: PostureBank, wTb: SE3, wTe: SE3, q: Array
-) -> Array:
-    """Postures (N, 7) with the end effector at `wTe`, the nearest to q (7,) first; N may be 0.
-
-    Args:
-        model: the robot.
-        settings: how near to a limit a joint may come.
-        bank: good postures, to start from.
-        wTb: base pose.
-        wTe: where the end effector is to be.
-        q: where the arm is [rad].
-    """
+def postures_at(model: RobotModel, bank: PostureBank, wTb: SE3, wTe: SE3, q: Array) -> Array:
+    """Postures (N, 7) with the end effector at `wTe`, the nearest to q (7,) first; N may be 0."""
     bTe, foot = wTb.actInv(wTe), model.description.bTa.translation
     away = bTe.translation - foot
     tools = bank.tools
@@ -44,34 +32,22 @@ def postures_at(
     postures = bank.q[seeds]
     turn = np.arctan2(away[1], away[0]) - np.arctan2(theirs[seeds, 1], theirs[seeds, 0])
     postures[:, 0] = wrap(postures[:, 0] + turn)
-    found = _brought(model, settings, wTb, wTe, np.vstack([q, postures]))
+    found = _solved(model, wTb, wTe, np.vstack([q, postures]))
     found = found[np.argsort(np.abs(found - q).max(axis=1))]
     kept: list[Array] = []
     for one in found:
-        if all(np.abs(one - other).max() > _ALIKE for other in kept):
+        if all(np.abs(one - other).max() > _SAME for other in kept):
             kept.append(one)
     return np.array(kept).reshape(-1, len(q))
 
 
 def straight_postures(
-    model: RobotModel,
-    settings: StanceSettings,
-    wTb: SE3,
-    wTe: SE3,
-    q: Array,
-    step: float,
-    jump: float,
+    model: RobotModel, wTb: SE3, wTe: SE3, q: Array, step: float, jump: float
 ) -> Array | None:
-    """Postures (M, 7) on the straight way of the hand to `wTe`; None where it cannot go straight.
+    """Postures (M, 7) from q (7,) on the straight line of the hand to `wTe`; None if there is none.
 
-    Args:
-        model: the robot.
-        settings: how near to a limit a joint may come.
-        wTb: base pose.
-        wTe: where the end effector is to be.
-        q: (7,) where the arm is [rad].
-        step: largest distance between two of them [m].
-        jump: largest difference of a joint between two of them [rad].
+    `step` [m] and `jump` [rad] are the largest distance of the hand and the largest joint
+    difference between two of them.
     """
     here = model.wTe(wTb, q)
     turn = pin.log3(here.actInv(wTe).rotation)
@@ -81,17 +57,15 @@ def straight_postures(
     for share in np.arange(1, count + 1) / count:
         between = here.translation + share * (wTe.translation - here.translation)
         pose = SE3(here.rotation @ pin.exp3(share * turn), between)
-        found = _brought(model, settings, wTb, pose, path[-1][None])
+        found = _solved(model, wTb, pose, path[-1][None])
         if not len(found) or np.abs(found[0] - path[-1]).max() > jump:
             return None
         path.append(found[0])
     return np.array(path)
 
 
-def _brought(
-    model: RobotModel, settings: StanceSettings, wTb: SE3, wTe: SE3, seeds: Array
-) -> Array:
-    """Those of postures (N, 7) that can be brought to the pose, brought there."""
+def _solved(model: RobotModel, wTb: SE3, wTe: SE3, seeds: Array) -> Array:
+    """The postures that the solver finds from postures (N, 7)."""
     base = np.tile(np.array(Pose2D.of(wTb)), (len(seeds), 1))
-    found, errors = refine_standing(model, settings, wTe, seeds, base)
+    found, errors = refine_standing(model, wTe, seeds, base)
     return found[errors <= REACHED]

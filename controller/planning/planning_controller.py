@@ -1,9 +1,8 @@
-"""Base first, then the arm: the usual way that the holistic controller is compared with.
+"""The planning controller: base first, then the arm; the baseline for the holistic controller.
 
-To a pose of the hand the arm folds, the base drives to a place before the goal, and the arm
-follows a planned trajectory. Each begins when the one before is over and at rest. A goal that moves
-a little meanwhile is not followed: what was planned is carried out, and then planned anew. What
-moves by itself counts where it is when a plan is made, and points that a camera has seen do not.
+For a pose goal the arm folds, the base drives to a stance, and the arm follows a planned
+trajectory, one after the other and each from rest. A goal that moves a little meanwhile is planned
+anew only afterwards. Plans take moving obstacles as they are at that time, and ignore depth points.
 """
 
 from __future__ import annotations
@@ -26,30 +25,30 @@ from controller.command import (
 )
 from controller.controller import HolisticController
 from controller.floor import Pose2D
+from controller.holistic_qp import linearise
 from controller.model import RobotModel
 from controller.planning.arm_planner import ArmPlanner
-from controller.planning.left import left_to
 from controller.planning.settings import PlanningSettings
 from controller.planning.trajectory import Trajectory
 from controller.report import StepReport
 from controller.servo import pose_error
 from controller.settings import ControllerSettings
 from controller.stance import Stance, StanceFinder, se3_of
-from controller.stance_settings import StanceSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
+from controller.tasks import report
 from controller.validation import check_inputs
 from controller.velocity_bounds import VelocityBounds
 
 _AT_REST = 1e-3
-"""Commands that are slower than this are none [m/s and rad/s]."""
+"""Slower commands count as rest [m/s and rad/s]."""
 _LAGS = 4.0
-"""The robot rests so many of its time constants after its last command."""
+"""Time until the robot rests after its last command [time constants]."""
 _PROGRESS = 0.01
-"""What counts as a base that comes nearer [m and s]."""
+"""Least progress of the base [m and s]."""
 
 
 class _Now(NamedTuple):
-    """What a tick is about."""
+    """Inputs of the present period."""
 
     state: KinematicState
     last: Command
@@ -60,23 +59,15 @@ class _NoWayError(Exception):
     """A goal cannot be reached; the text says why."""
 
 
-_Way = Generator[Command, None, None]
-"""Commands, one a tick, to where something has been done."""
+_Commands = Generator[Command, None, None]
+"""One command a period."""
 
 
 class PlanningController:
-    """Turns a goal into velocities as `HolisticController` does, by plans that it then follows.
-
-    Goals for the base alone, and coming to rest, are those of the holistic controller: it is the
-    driver of the base.
-
-    Args:
-        model: the robot.
-        settings: of the control period, and of the base.
-        planning: of the plans.
+    """Turns goals into velocities by plans; a holistic controller drives the base.
 
     Raises:
-        PlanningError: the library that plans is not installed.
+        PlanningError: the planning library is not installed.
     """
 
     def __init__(
@@ -88,26 +79,25 @@ class PlanningController:
         self.model = model
         self.settings = settings = settings or ControllerSettings()
         self._planning = planning or PlanningSettings()
-        stance = StanceSettings() if settings.guidance is None else settings.guidance.stance
         models = CollisionModels(model)
-        self._arm = ArmPlanner(model, self._planning, stance, settings.period, models)
-        self._finder = StanceFinder(model, stance, SelfCollision(model), models)
+        self._arm = ArmPlanner(model, self._planning, settings.period, models)
+        self._finder = StanceFinder(model, SelfCollision(model), models)
         self._driver = HolisticController(model, settings)
         self._bounds = VelocityBounds(model, settings)
         self._forget()
 
     def _forget(self) -> None:
         self._goal: MotionGoal | None = None
-        self._way: Iterator[Command] = iter(())
+        self._commands: Iterator[Command] = iter(())
         self._unreachable = ""
-        self._left = 0.0
-        self._plans = False
+        self._time_left = 0.0
+        self._is_planning = False
         self._attempts = 0
 
     def prepare(self, surroundings: Surroundings) -> None:
-        """Compute now what the first step in surroundings needs."""
+        """Compute in advance what the first step in these surroundings needs."""
         self._driver.prepare(surroundings)
-        self._finder.map(surroundings.fixtures)
+        self._finder.update_map(surroundings.fixtures)
 
     def step(
         self,
@@ -128,26 +118,26 @@ class PlanningController:
             return self._driver.step(state, goal, last, surroundings)
         if self._is_other(goal):
             self._forget()
-            self._goal, self._way = goal, self._way_to(goal)
+            self._goal, self._commands = goal, self._pursue(goal)
         self._now = _Now(state, last, surroundings)
-        command = next(self._way, None)
+        command = next(self._commands, None)
         if command is None:
             command = self._over(goal)
         return command, self._report(goal)
 
     def _over(self, goal: PoseGoal | PostureGoal) -> Command:
-        """Stay at a goal that is reached; plan once more to one that has moved meanwhile."""
+        """Stay at a reached goal; plan again for one that has moved meanwhile."""
         reached, again = self._report(goal).arrived, self._planning.attempts
         if not reached and not self._unreachable and self._attempts < again:
-            self._goal, self._way = goal, self._way_to(goal)
-            return next(self._way, self._rest())
+            self._goal, self._commands = goal, self._pursue(goal)
+            return next(self._commands, self._rest())
         if not reached and not self._unreachable:
             self._unreachable = f"not there after {again} plans"
-        self._plans, self._left = False, 0.0
+        self._is_planning, self._time_left = False, 0.0
         return self._rest()
 
     def _is_other(self, goal: PoseGoal | PostureGoal) -> bool:
-        """Whether what was planned is not for this goal, nor for one that is nearly there."""
+        """Whether a goal differs from the planned one by more than a little."""
         known, settings = self._goal, self._planning
         if isinstance(goal, PoseGoal) and isinstance(known, PoseGoal):
             error = pose_error(known.wTe, goal.wTe)
@@ -157,10 +147,10 @@ class PlanningController:
             return bool(np.abs(goal.q - known.q).max() > goal.tolerance)
         return True
 
-    def _way_to(self, goal: PoseGoal | PostureGoal) -> _Way:
-        """All that it takes to get to a goal."""
+    def _pursue(self, goal: PoseGoal | PostureGoal) -> _Commands:
+        """The commands to a goal."""
         self._attempts += 1
-        self._left = np.inf
+        self._time_left = np.inf
         try:
             yield from self._stop()
             if isinstance(goal, PostureGoal):
@@ -180,7 +170,7 @@ class PlanningController:
         state, _, surroundings = self._now
         return self._arm.to_pose(state, goal, surroundings)
 
-    def _posture(self, q: Array) -> _Way:
+    def _posture(self, q: Array) -> _Commands:
         """The arm to joint positions (7,)."""
         state, _, surroundings = self._now
         plan = self._arm.to_posture(state, q, surroundings)
@@ -189,8 +179,8 @@ class PlanningController:
             raise _NoWayError("the arm finds no way to the posture")
         yield from self._follow(plan)
 
-    def _drive_and_reach(self, goal: PoseGoal) -> _Way:
-        """Fold the arm, drive to where the goal is in reach, and reach for it."""
+    def _drive_and_reach(self, goal: PoseGoal) -> _Commands:
+        """Fold the arm, drive to a stance, and reach for the goal."""
         failed: tuple[Stance, ...] = ()
         for _ in range(self._planning.attempts):
             stance = self._stance(goal, failed)
@@ -212,7 +202,7 @@ class PlanningController:
 
     def _stance(self, goal: PoseGoal, failed: tuple[Stance, ...]) -> Stance:
         state, _, surroundings = self._now
-        self._finder.meet(surroundings)
+        self._finder.update(surroundings)
         if reason := self._finder.obstacle_to(goal):
             raise _NoWayError(reason)
         search = self._finder.search(goal.wTe, Pose2D.of(state.wTb), state.q, failed)
@@ -222,7 +212,7 @@ class PlanningController:
         return stance
 
     def _drive(self, stance: Stance, goal: PoseGoal) -> Generator[Command, None, bool]:
-        """The base to its place, the arm as it is; whether it got there."""
+        """The base to its place; whether it got there."""
         target = BaseGoal(wTb=se3_of(stance.base_for(goal.wTe)), reverse=stance.reverse)
         best, since = np.inf, 0
         while since * self.settings.period < self._planning.drive_patience:
@@ -230,15 +220,15 @@ class PlanningController:
             command, report = self._driver.step(state, target, last, surroundings)
             if report.arrived or report.unreachable:
                 return report.arrived
-            self._left = report.base_time
+            self._time_left = report.base_time
             left = report.base_time + report.position_error
             since = 0 if left < best - _PROGRESS else since + 1
             best = min(left, best)
             yield command
         return False
 
-    def _stop(self) -> _Way:
-        """Come to rest, within the usual limits."""
+    def _stop(self) -> _Commands:
+        """Come to rest."""
         description = self.model.description
         lag = max(description.base.lag, description.arm.lag)
         waits = 0
@@ -249,26 +239,26 @@ class PlanningController:
             waits = 0 if moves else waits + 1
             yield self._rest()
 
-    def _think(self) -> _Way:
-        """Stand for as long as planning is charged with."""
-        self._plans = True
+    def _think(self) -> _Commands:
+        """Stand for the planning time."""
+        self._is_planning = True
         for _ in range(round(self._planning.planning_time / self.settings.period)):
             yield self._rest()
-        self._plans = False
+        self._is_planning = False
 
     def _rest(self) -> Command:
         state, last, surroundings = self._now
         return self._driver.step(state, None, last, surroundings)[0]
 
-    def _follow(self, plan: Trajectory) -> _Way:
-        """The joints along a plan, and to its end."""
+    def _follow(self, plan: Trajectory) -> _Commands:
+        """The joints along a plan, until they have settled."""
         settings, period = self._planning, self.settings.period
         late = round(self.model.description.arm.lag / period)
         n_base = self.model.n_base
         patience = round(settings.patience / period)
         for number in range(len(plan.q) + patience):
             state, last, _ = self._now
-            self._left = max(0.0, plan.duration - number * period)
+            self._time_left = max(0.0, plan.duration - number * period)
             error = plan.q[min(max(number - late, 0), len(plan.q) - 1)] - state.q
             over = number >= len(plan.q)
             if over and np.abs(error).max() < settings.settled:
@@ -281,6 +271,21 @@ class PlanningController:
             yield self.model.command(np.minimum(np.maximum(wanted, lower), upper))
 
     def _report(self, goal: PoseGoal | PostureGoal) -> StepReport:
-        where = left_to(goal, self.model, self.settings, self._now.state)
-        unreachable = "" if where.arrived else self._unreachable
-        return replace(where, base_time=self._left, unreachable=unreachable, planning=self._plans)
+        state = self._now.state
+        kinematics = linearise(self.model, self.settings, state.q)
+        if isinstance(goal, PostureGoal):
+            position, angle = 0.0, float(np.abs(goal.q - state.q).max())
+            arrived = angle <= goal.tolerance
+        else:
+            error = pose_error(state.wTb * kinematics.bTe, goal.wTe)
+            position, angle = error.position, error.orientation
+            arrived = position <= goal.position_tolerance and angle <= goal.orientation_tolerance
+        return report(
+            kinematics,
+            arrived=arrived,
+            position_error=position,
+            orientation_error=angle,
+            base_time=self._time_left,
+            unreachable="" if arrived else self._unreachable,
+            planning=self._is_planning,
+        )

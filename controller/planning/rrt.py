@@ -13,11 +13,11 @@ from controller.command import N_ARM, Array
 
 
 class PlanningError(UserError):
-    """Motions cannot be planned: what does it is not installed."""
+    """The planning library is not installed."""
 
 
 def planning_library() -> Any:
-    """OMPL, with its messages off.
+    """The modules of OMPL, with its messages off.
 
     Raises:
         PlanningError: it is not installed.
@@ -45,22 +45,19 @@ def rrt_connect(
     shortcuts: int,
     resolution: float,
 ) -> Array | None:
-    """A path between two postures, shortened and smoothed; None if none was found.
+    """Postures (M, 7) from start to goal, shortened and smoothed [rad]; None if not found.
 
-    The budget is a number of checks and not a time: the same seed gives the same path.
+    The budget is a number of checks, not a time: the same seed gives the same path.
 
     Args:
         start: (7,) [rad].
         goal: (7,) [rad].
         limits: lower and upper joint positions, (7,) each [rad].
-        is_free: whether a posture (7,) touches nothing.
+        is_free: whether a posture (7,) is free of contact.
         seed: of the random numbers, at least 1.
-        checks: the search ends after so many postures.
-        shortcuts: how many are tried.
-        resolution: distance between two postures that are checked [rad].
-
-    Returns:
-        (M, 7) postures from `start` to `goal` [rad].
+        checks: largest number of postures that are checked.
+        shortcuts: number of shortcuts that are tried.
+        resolution: distance between postures that are checked [rad].
     """
     base, geometric, util = planning_library()
     util.RNG.setSeed(seed)

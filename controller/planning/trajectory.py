@@ -1,4 +1,4 @@
-"""A path of the arm in time: as fast as speeds and accelerations of the joints allow."""
+"""Time-optimal trajectories of the arm along paths, within joint speeds and accelerations."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from controller.command import Array
 from controller.model import RobotModel
 
 _GRID = 240
-"""Intervals that a path is divided into."""
+"""Number of intervals of a path."""
 _LEAST = 1e-9
 
 
 class Trajectory(NamedTuple):
-    """Where the joints are in every period."""
+    """Joint positions and velocities in every period."""
 
     q: Array
     """(K, 7) positions [rad]."""
@@ -39,18 +39,11 @@ def timed(
     speed_share: float,
     acceleration_share: float,
 ) -> Trajectory:
-    """The trajectory along a path, from rest to rest.
+    """The trajectory from rest to rest along a cubic spline through postures (M, 7), M at least 2.
 
-    The path is a cubic spline through its postures. Along it the speed is the largest from which
-    every joint can still keep its acceleration: one pass forwards, one backwards.
-
-    Args:
-        model: the robot.
-        path: (M, 7) postures, M at least 2 [rad].
-        period: of control [s].
-        speed: largest speed of the end effector [m/s].
-        speed_share: share of the joint speeds that is used.
-        acceleration_share: the same of the accelerations.
+    The speed profile is the largest that keeps the joint accelerations: one pass forwards, one
+    backwards. `speed` is the largest speed of the end effector [m/s]; the shares are those of the
+    joint speed and acceleration limits.
     """
     from scipy.interpolate import CubicSpline
 
@@ -67,7 +60,7 @@ def timed(
     tool = np.array([model.bTe(one).translation for one in q])
     tool_slope = np.linalg.norm(np.gradient(tool, s, axis=0), axis=1)
     fastest = np.minimum((qd / np.maximum(slope, _LEAST)).min(axis=1), speed / (tool_slope + 1e-6))
-    # In a bend half of the acceleration is left to keep to it, and half to change the speed.
+    # In a bend one half of the acceleration is for the bend, the other for changes of speed.
     fastest = np.minimum(fastest, np.sqrt(0.5 * qdd / np.maximum(bend, _LEAST)).min(axis=1))
     v = _passed(s, fastest, slope, bend, qdd)
     v = _passed(s[-1] - s[::-1], v[::-1], slope[::-1], bend[::-1], qdd)[::-1]
@@ -79,7 +72,7 @@ def timed(
 
 
 def _passed(s: Array, fastest: Array, slope: Array, bend: Array, qdd: Array) -> Array:
-    """Speeds (G,) along s that are reached from rest and keep below `fastest`."""
+    """Speeds (G,) along s that are reached from rest, below `fastest`."""
     v = np.zeros(len(s))
     for i in range(len(s) - 1):
         room = np.maximum(qdd - bend[i] * v[i] * v[i], 0.0)

@@ -1,4 +1,4 @@
-"""Where base and arm stand for a goal: finding a stance, heading for it, following with it."""
+"""Stances of base and arm for a goal: search, approach, and following of moving goals."""
 
 from typing import TYPE_CHECKING
 
@@ -7,12 +7,11 @@ from config import lazy_face
 if TYPE_CHECKING:
     from controller.stance.approach import Approach
     from controller.stance.bias import Remaining, StanceBias, bias_towards
-    from controller.stance.finder import StanceFinder
+    from controller.stance.finder import StanceFinder, out_of_reach
     from controller.stance.free_space import se3_of
     from controller.stance.moving_goal import MovingGoalFollower
     from controller.stance.next_goal import NextGoalApproach
-    from controller.stance.posture_bank import PostureBank, bank, forward_kinematics
-    from controller.stance.reachability import out_of_reach
+    from controller.stance.posture_bank import PostureBank, bank
     from controller.stance.search import StanceSearch
     from controller.stance.stance import REACHED, Stance, refine_standing
 else:
@@ -31,7 +30,6 @@ __all__ = [
     "StanceSearch",
     "bank",
     "bias_towards",
-    "forward_kinematics",
     "out_of_reach",
     "refine_standing",
     "se3_of",

@@ -1,8 +1,8 @@
-"""The way to a stance: where the base is led now, and which posture the arm takes meanwhile.
+"""Approach of a stance: where the base is led now, and which posture the arm takes meanwhile.
 
-Mostly the base goes to its place and the arm to its posture, together. Where the arm would hit
-something on that way it is carried; and the base goes first to where a line begins on which it can
-go straight in, waits there until the arm has unfolded, and goes in.
+Usually base and arm move to the stance together. Where the arm would hit an obstacle on the way, it
+takes its transport posture; the base then drives to the dock of the stance, waits there until the
+arm has unfolded, and drives straight in.
 """
 
 from __future__ import annotations
@@ -22,36 +22,30 @@ from controller.stance.stance import Stance
 from controller.stance.transport_posture import TransportPosture
 
 _AT_DOCK = 0.1
-"""A base that is nearer than this to the line on which it goes in does so [m and rad] ..."""
+"""The base drives in when nearer than this to the line from the dock [m and rad] ..."""
 _TURNED = 1.0
-"""... or, past the middle of that line, when it is turned by less than this [rad] ..."""
+"""... or, past its middle, turned by less than this [rad] ..."""
 _UNFOLDED = 0.5
-"""... and no joint is farther than this from the posture of the stance [rad]."""
+"""... and when no joint is farther than this from the posture of the stance [rad]."""
 
 
 class Approach:
-    """The way of one robot to one stance after the other.
-
-    Args:
-        model: the robot.
-        guidance: how fast the arm unfolds.
-        route: leads its base.
-    """
+    """The approach of one robot to successive stances."""
 
     def __init__(self, model: RobotModel, guidance: GuidanceSettings, route: Route) -> None:
         self._model = model
         self._joint_speed = guidance.joint_speed
         self._route = route
-        self._carrying = TransportPosture(model, guidance.posture_time)
+        self._transport = TransportPosture(model, guidance.posture_time)
         self.reset()
 
     def reset(self) -> None:
         """Forget the stance."""
         self._stance: Stance | None = None
         self.docks = False
-        """Whether the base is led to where it will go straight in."""
+        """Whether the base is led to the dock."""
         self._goes_in = False
-        self._carrying.reset()
+        self._transport.reset()
 
     def remaining(
         self,
@@ -65,17 +59,17 @@ class Approach:
         *,
         follows: bool = False,
     ) -> Remaining:
-        """What is left of the way, and where it leads now.
+        """The remaining motion, and where it leads now.
 
         Args:
-            stance: where it leads.
-            base: where that has the base.
+            stance: the stance.
+            base: its base pose.
             distance: of the end effector to the goal, rotation included [m].
             wTb: base pose.
             q: (7,) joint positions [rad].
-            floor: what stands around, seen from above.
-            space: the same in full; None on an open floor.
-            follows: the goal moves: the arm is not carried.
+            floor: map of the static obstacles.
+            space: the same in 3D; None on an open floor.
+            follows: the goal moves: no transport posture.
         """
         if stance is not self._stance:
             self.docks = self._goes_in = False
@@ -85,19 +79,19 @@ class Approach:
         dock = stance.dock if self.docks and not follows else None
         target = base if dock is None else moved(base, dock)
         lead = self._route.lead(floor, wTb, target, stance.reverse)
-        joint_error, carried = stance.q - q, None
+        joint_error, transport = stance.q - q, None
         size = np.abs(joint_error)
         joint_time = float((size / self._model.limits.qd).max())
         if not follows and not self._goes_in:
             way = self._route.way
             times = lead.time_left, joint_time / self._joint_speed
-            carried = self._carrying.posture(space, way, wTb, q, stance, times, waits=self.docks)
-            self.docks = self.docks or (carried is not None and stance.dock is not None)
+            transport = self._transport.posture(space, way, wTb, q, stance, times, waits=self.docks)
+            self.docks = self.docks or (transport is not None and stance.dock is not None)
         if dock is not None:
             straight = hypot(*dock) / float(self._model.limits.base_twist[0])
             lead = lead._replace(time_left=lead.time_left + straight)
-        if carried is not None:
-            joint_error = carried - q
+        if transport is not None:
+            joint_error = transport - q
             size = np.abs(joint_error)
             joint_time = float((size / self._model.limits.qd).max())
         return Remaining(
@@ -107,12 +101,12 @@ class Approach:
             joint_error=joint_error,
             max_joint_error=float(size.max()),
             joint_time=joint_time,
-            carried=carried is not None,
+            in_transport=transport is not None,
             docks=dock is not None,
         )
 
     def _is_docked(self, stance: Stance, base: Pose2D, wTb: Pose2D, q: Array) -> bool:
-        """Whether the base is on the line, at its beginning or past it, the arm in its posture."""
+        """Whether the base is on the line from the dock and the arm in its posture."""
         assert stance.dock is not None
         x, y, turn = wTb.relative_to(base)
         dx, dy = stance.dock

@@ -1,7 +1,7 @@
-"""How strongly base and arm are led to a stance, and how fast: what the guidance adds to the QP.
+"""Stance bias: the terms that guidance adds to the QP.
 
-Far from the goal the base is led to where it will stand and the arm to the posture it will have;
-near the goal the end effector takes over. The two are blended in one QP by their weights.
+Far from the goal base and arm are led to the stance, near the goal the end effector takes over; the
+weights of one QP blend the two.
 """
 
 from __future__ import annotations
@@ -19,48 +19,47 @@ from controller.stance.moving_goal import MIN_TRACKING, elbow_upright, follow_we
 
 
 class StanceBias(NamedTuple):
-    """What the guidance adds to one QP."""
+    """Terms of one QP towards a stance."""
 
     blend: float
-    """s in [0, 1]: 0 leaves all to the end effector, 1 nearly all to base and arm."""
+    """s in [0, 1]: 0 leaves the motion to the end effector, 1 nearly all to base and arm."""
     min_tracking: float
-    """Weight of the end effector's twist that is left at s = 1; 0 on a detour."""
+    """Weight of the end-effector twist at s = 1; 0 on a detour."""
     base_weight: float
     base_velocity: Array
-    """(n_base,) of the base's degrees of freedom towards its place."""
+    """(n_base,) towards the base pose."""
     posture_weight: float
     joint_velocity: Array
     """(7,) towards the posture [rad/s]."""
     coasting: Array | None = None
-    """(n_base,) velocity that the base has, of which this period's command changes a share; None
-    takes the base for as fast as it is told."""
+    """(n_base,) present velocity of a lagging base; None for a base without lag."""
     response: float = 1.0
-    """That share, in (0, 1]."""
+    """Share of a commanded change that the base takes up, in (0, 1]."""
 
 
 class Remaining(NamedTuple):
-    """What is left to do."""
+    """Remaining motion to a goal and its stance."""
 
     distance: float
     """Of the end effector to the goal, rotation included [m]."""
     base_target: Pose2D = Pose2D(0.0, 0.0, 0.0)
-    """The base's place in the base frame."""
+    """Base pose of the stance in the base frame."""
     lead: Lead | None = None
-    """Where the base is led now on its way there."""
+    """Where the base is led now."""
     joint_error: Array = np.zeros(7)
     """(7,) from the joint positions to the posture [rad]."""
     max_joint_error: float = 0.0
     """The largest of these [rad]."""
     joint_time: float = 0.0
-    """Time that the joints take at full speed [s]."""
-    carried: bool = False
-    """Whether the posture is not that of the stance, but one to get there in."""
+    """Time of the joints at full speed [s]."""
+    in_transport: bool = False
+    """Whether the posture is the transport posture."""
     docks: bool = False
-    """Whether the base is led to where it will go straight in."""
+    """Whether the base is led to the dock."""
 
     @property
     def base_time(self) -> float:
-        """Least time for the base to get there [s]."""
+        """Least time of the base to the stance [s]."""
         return 0.0 if self.lead is None else self.lead.time_left
 
 
@@ -80,24 +79,24 @@ def bias_towards(
     Args:
         model: the robot.
         settings: of the controller; `guidance` is not None.
-        remaining: what is left to do.
-        goal: where the end effector is to be.
+        remaining: the remaining motion.
+        goal: of the end effector.
         wTb: base pose.
         q: (7,) joint positions [rad].
         detour: whether the end effector waits.
-        following: (n_base,) velocity of a base that follows the goal instead of going to a place.
+        following: (n_base,) velocity of a base that follows a moving goal, if it does.
     """
     g = settings.guidance
     assert g is not None
     blend = _blend(g, remaining, detour)
-    waits = detour or remaining.carried or remaining.docks
+    waits = detour or remaining.in_transport or remaining.docks
     base_weight, min_tracking = blend, 0.0 if waits else g.min_tracking * blend
     if goal.is_moving:
         min_tracking = MIN_TRACKING * blend
         base_weight = max(blend, follow_weight(remaining.distance))
     duration = max(
         1.0 / g.posture_rate,
-        0.0 if remaining.carried else g.posture_time * min(remaining.base_time, _LONGEST_FOLD),
+        0.0 if remaining.in_transport else g.posture_time * min(remaining.base_time, _LONGEST_FOLD),
         remaining.joint_time / g.joint_speed,
     )
     posture_weight = g.posture_weight * max(blend, g.min_posture)
@@ -121,13 +120,13 @@ def bias_towards(
 
 _POSTURE_RATE = 1.0
 _LONGEST_FOLD = 100.0
-"""A base that does not know its time yet does not keep the arm from moving for ever [s]."""
+"""Largest time that the arm adapts to: that of a base without a path is infinite [s]."""
 
 
 def _blend(g: GuidanceSettings, remaining: Remaining, detour: bool) -> float:
-    """s: how much is left to base and arm."""
+    """s: share of the motion that is led by the stance."""
     if (
-        remaining.carried
+        remaining.in_transport
         or remaining.docks
         or (remaining.lead is not None and not remaining.lead.final)
     ):

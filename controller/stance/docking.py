@@ -1,7 +1,7 @@
-"""Where the base begins to go straight in, the arm as it will be at the goal.
+"""Docking: the base drives straight into its place, the arm already in its final posture.
 
-A hand between boards, or among things on a table, got there along one line: the base goes straight,
-and the arm does not move. Where that line begins nothing is near the arm, and it can unfold there.
+So a hand gets between boards or among objects on a table. At the dock, where the straight line
+begins, the arm has room to unfold.
 """
 
 from __future__ import annotations
@@ -18,38 +18,28 @@ from controller.stance.free_space import ARM, HAND, FreeSpace, se3_of
 from controller.stance.stance import Stance
 
 ROOM = 0.05
-"""What comes nearer than this to the arm is in its way [m]."""
+"""Obstacles nearer than this to the arm are in its way [m]."""
 YIELD = 0.005
-"""So much less than at the stance does not count as nearer [m]."""
+"""Tolerance when distances are compared with that at the stance [m]."""
 PARTS = (*ARM, *HAND, "palm")
-"""What must have room."""
+"""Parts of the robot that must have room."""
 _STEP = 0.1
-"""Between the places that are looked at [m]."""
+"""Distance between the places that are checked [m]."""
 _LONGEST = 1.0
-"""No line is longer [m]."""
+"""Longest line [m]."""
 _LEVEL = 0.3
-"""A hand that points down or up does not say where it came from: less of it is horizontal."""
+"""Least horizontal part of a hand's direction that gives the direction of a line."""
 _UNFOLDING = 0.25
-"""Between the postures that are looked at while the arm unfolds, in the joint that moves most
-[rad]."""
+"""Largest joint difference between postures that are checked while the arm unfolds [rad]."""
 _UNFOLDING_ROOM = 0.04
-"""What the arm needs there, where the line begins [m]."""
+"""Clearance of the arm while it unfolds at the dock [m]."""
 
 
 def with_docking(
     model: RobotModel, space: FreeSpace, base: Pose2D, stance: Stance
 ) -> Generator[None, None, Stance]:
-    """A stance with the place from which the base goes straight in, if there is one.
-
-    It is found in pieces of bounded work.
-
-    Args:
-        model: the robot.
-        space: what stands around.
-        base: where it will stand.
-        stance: how.
-    """
-    start = carried(model.description.arm.ready, stance.q)
+    """A stance at a base pose with its dock, if there is one; found in bounded pieces of work."""
+    start = transport_posture(model.description.arm.ready, stance.q)
     room = space.nearest(se3_of(base), stance.q, PARTS, ROOM).distance
     (stands,) = space.floor.stands_free(np.array([base])).tolist()
     lines = _lines(model, stance)
@@ -70,7 +60,7 @@ def with_docking(
 
 
 def _lines(model: RobotModel, stance: Stance) -> list[tuple[float, float]]:
-    """Directions to go straight in to, in the base frame: as the hand points, and ahead."""
+    """Directions of straight lines in the base frame: as the hand points, and ahead."""
     ahead = (-1.0 if stance.reverse else 1.0), 0.0
     x, y, _ = stance.bTe.rotation[:, 2].tolist()
     level = hypot(x, y)
@@ -79,21 +69,13 @@ def _lines(model: RobotModel, stance: Stance) -> list[tuple[float, float]]:
     return [(x / level, y / level), ahead]
 
 
-def carried(ready: Array, aim: Array) -> Array:
-    """The posture (7,) to carry the arm in: ready, the hand already turned as in posture `aim`."""
+def transport_posture(ready: Array, aim: Array) -> Array:
+    """The posture (7,) for transport: ready, with the hand turned as in posture `aim`."""
     return np.append(ready[:-1], aim[-1])
 
 
 def unfolds(space: FreeSpace, base: Pose2D, start: Array, aim: Array, room: float) -> bool:
-    """Whether an arm that goes straight in joint space has so much room [m] all the way.
-
-    Args:
-        space: what stands around.
-        base: where the base stands.
-        start: (7,) where the arm is [rad].
-        aim: (7,) where it goes; it is known to have room there [rad].
-        room: distance to everything [m].
-    """
+    """Whether the arm keeps a distance `room` [m] on its straight joint path, its end left out."""
     here, way = se3_of(base), aim - start
     steps = max(2, ceil(np.abs(way).max() / _UNFOLDING))
     postures = start + np.linspace(0.0, 1.0, steps, endpoint=False)[1:, None] * way

@@ -1,6 +1,8 @@
-"""Where and how a robot can stand for a goal in its surroundings, and why it cannot."""
+"""Finds stances for goals among obstacles, and says why a goal cannot be reached."""
 
 from __future__ import annotations
+
+from functools import lru_cache
 
 import numpy as np
 from pinocchio import SE3
@@ -10,52 +12,51 @@ from controller.command import Array, PoseGoal
 from controller.floor import FloorMap, Pose2D
 from controller.model import RobotModel
 from controller.stance.free_space import FreeSpace, group_names
-from controller.stance.posture_bank import bank
-from controller.stance.reachability import obstacle_to, why_no_stance
+from controller.stance.posture_bank import PostureBank, bank, forward_kinematics, stored_postures
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
-from controller.stance_settings import StanceSettings
 from controller.surroundings import OPEN_FLOOR, Surroundings
-from robots import Geom
+from robots import Geom, RobotDescription
 
 _BESIDE = 0.06
-"""What is nearer to the base than this is named where it cannot stand [m]."""
+"""Largest distance to the base of obstacles that are named where it cannot stand [m]."""
+_SAME_TILT = 0.96
+"""Cosine between the verticals of postures with the same tilt."""
+_BANK_GAP = 0.25
+"""Least distance beyond the bank's highest and lowest postures that is out of reach [m]."""
+_FEW_GAP = 0.3
+"""The same for a quarter of the bank [m]."""
+_UNREACHED = 0.02
+"""Least error of the best posture for a goal that is out of reach [m + rad]."""
+_INSIDE = 0.01
+"""Penetration of a hand from which it is inside an obstacle [m] ..."""
+_INSIDE_STRAIGHT = 0.03
+"""... and for straight motion: its shapes reach beyond the finger tips [m]."""
+_SPOKEN = {"link7": "the wrist", "held": "what the hand holds"}
 
 
 class StanceFinder:
-    """Judges goals and starts searches, and keeps what is computed once from the surroundings.
-
-    Args:
-        model: the robot.
-        settings: what a stance costs.
-        collision: the robot's own shapes.
-        models: where those of robot and surroundings are made.
-    """
+    """Judges goals, starts searches, and caches what is computed from the surroundings."""
 
     def __init__(
-        self,
-        model: RobotModel,
-        settings: StanceSettings,
-        collision: SelfCollision,
-        models: CollisionModels,
+        self, model: RobotModel, collision: SelfCollision, models: CollisionModels
     ) -> None:
         self._model = model
         self._models = models
-        self._settings = settings
         self._collision = collision
         self._bank = bank(model.description)
         self._surroundings = OPEN_FLOOR
         self.floor = FloorMap((), model.description)
-        """What stands around, seen from above."""
+        """Map of the static obstacles."""
         self.space: FreeSpace | None = None
-        """What stands around, in full; None on an open floor."""
+        """Static obstacles in 3D; None on an open floor."""
 
-    def meet(self, surroundings: Surroundings) -> bool:
-        """Take note of what stands around; whether it is not what stood around before."""
+    def update(self, surroundings: Surroundings) -> bool:
+        """Take the present surroundings; whether the fixtures have changed."""
         before, self._surroundings = self._surroundings, surroundings
         fixtures, held = surroundings.fixtures, surroundings.held
         moved = fixtures is not before.fixtures
-        self.map(fixtures)
+        self.update_map(fixtures)
         if moved or held is not before.held:
             models = self._models
             self.space = (
@@ -65,17 +66,31 @@ class StanceFinder:
             )
         return moved
 
-    def map(self, fixtures: tuple[Geom, ...]) -> None:
-        """See fixtures from above, unless that was done; it takes some milliseconds."""
+    def update_map(self, fixtures: tuple[Geom, ...]) -> None:
+        """Make the floor map of new fixtures, which takes some milliseconds."""
         if fixtures is not self.floor.fixtures:
             self.floor = FloorMap(fixtures, self._model.description)
 
     def obstacle_to(self, goal: PoseGoal) -> str:
-        """What is wrong with a goal wherever the robot stands; empty if nothing is."""
-        return obstacle_to(goal, self._bank, self.space)
+        """Why a goal is out of reach for every base pose; empty if it is not."""
+        height = float(goal.wTe.translation[2])
+        if height < -_INSIDE - goal.position_tolerance:
+            return f"{-height:.2f} m below the floor"
+        low, high = _heights(self._bank, goal.wTe.rotation[2])
+        if height > high + _BANK_GAP or height < low - _BANK_GAP:
+            return _out_of_reach(height, low, high)
+        if self.space is None or goal.hand_may_touch:
+            return ""
+        hand = self.space.hand_at(goal.wTe)
+        if hand.distance > -(_INSIDE_STRAIGHT if goal.straight else _INSIDE):
+            return ""
+        if fixture := self.space.around(goal.wTe.translation):
+            return f"inside {fixture}"
+        part = _SPOKEN.get(hand.part, f"the {hand.part}")
+        return f"{part} would be inside {hand.fixture}"
 
     def obstacle_to_base(self, base: Pose2D) -> str:
-        """What stands where the base is to be; empty if nothing does."""
+        """Why the base cannot stand at a pose; empty if it can."""
         if self.space is None or self.floor.stands_free(np.array([base]))[0] > 0.0:
             return ""
         return f"the base would stand in {group_names(self.space.blocking(base, _BESIDE))}"
@@ -86,15 +101,54 @@ class StanceFinder:
         wTb: Pose2D,
         q: Array,
         failed: tuple[Stance, ...] = (),
-        onward: SE3 | None = None,
+        next_goal: SE3 | None = None,
         *,
         in_front: bool = False,
     ) -> StanceSearch:
-        """A new search for a stance; see there."""
-        model, settings, bank, collision = self._model, self._settings, self._bank, self._collision
-        where = model, settings, bank, collision, wTe, wTb, q, failed, self.space, onward
-        return StanceSearch(*where, in_front=in_front)
+        """A new search for a stance; see `StanceSearch`."""
+        where = self._model, self._bank, self._collision, wTe, wTb, q, failed, self.space
+        return StanceSearch(*where, next_goal, in_front=in_front)
 
     def why_none(self, search: StanceSearch) -> str:
-        """Why a search that is over has found no stance; empty if what it has found will do."""
-        return why_no_stance(search, self._bank)
+        """Why a finished search has found no stance; empty if it has found one."""
+        if _UNREACHED < search.error < np.inf:
+            height = float(search.wTe.translation[2])
+            return _out_of_reach(height, *_heights(self._bank, search.wTe.rotation[2]))
+        if search.best is not None:
+            return ""
+        if search.base_stands and not search.base_gets_there:
+            return "no way for the base"
+        return f"no stance stands free of {search.blocked}"
+
+
+def out_of_reach(robot: RobotDescription, wTe: SE3) -> str:
+    """Why a pose is too high or low for the hand with its tilt; empty if it is not.
+
+    Quick, for checks before a robot moves: it looks at a quarter of the posture bank.
+    """
+    height, (low, high) = float(wTe.translation[2]), _heights(_few(robot), wTe.rotation[2])
+    inside = low - _FEW_GAP <= height <= high + _FEW_GAP
+    return "" if inside else _out_of_reach(height, low, high)
+
+
+@lru_cache(maxsize=4)
+def _few(robot: RobotDescription) -> PostureBank:
+    q = stored_postures(robot, every=4)
+    return PostureBank(q, forward_kinematics(robot, q))
+
+
+def _heights(bank: PostureBank, vertical: Array) -> tuple[float, float]:
+    """Least and largest height [m] of hands that see the world's vertical (3,) like this."""
+    same = np.flatnonzero(bank.tools.rotations[:, 2] @ vertical > _SAME_TILT)
+    if len(same) == 0:
+        return np.inf, -np.inf
+    heights = bank.tools.positions[same, 2]
+    return float(heights.min()), float(heights.max())
+
+
+def _out_of_reach(height: float, low: float, high: float) -> str:
+    if height > high:
+        return f"{height:.2f} m up: tilted like this the hand reaches {high:.1f} m"
+    if height < low:
+        return f"{height:.2f} m up: tilted like this the hand reaches down to {low:.1f} m"
+    return f"{height:.2f} m up: the arm has no posture of that height and tilt"

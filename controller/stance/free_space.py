@@ -1,4 +1,4 @@
-"""Whether the robot fits among what stands around it, wherever it may stand."""
+"""Free space: distances of the robot to static obstacles at any base pose."""
 
 from __future__ import annotations
 
@@ -16,31 +16,24 @@ from controller.surroundings import Surroundings
 from robots import Plane, half_extents
 
 ARM = tuple(f"link{link}" for link in range(7))
-"""What is elsewhere in every posture that brings the hand to a goal."""
+"""Parts whose place depends on the posture for a goal."""
 HAND = ("link7", "hand", "camera", "held")
-"""What is where the hand is."""
+"""Parts whose place is given by the goal."""
 
 
 class Nearest(NamedTuple):
-    """What comes nearest to what."""
+    """The nearest part of the robot and fixture."""
 
     distance: float
     """Between their surfaces [m]; negative if they overlap."""
     part: str = ""
-    """Of the robot, or of what it holds."""
     fixture: str = ""
 
 
 class FreeSpace:
-    """The fixtures around one robot.
+    """The fixtures around one robot; not thread-safe, as workspaces are reused.
 
-    Not to be shared between threads: Pinocchio's and Coal's workspaces are reused.
-
-    Args:
-        model: the robot.
-        floor: the fixtures, seen from above.
-        collision: the shapes of robot and fixtures; None makes them for this one alone, the hand
-            empty.
+    Without a collision model it makes its own, with an empty hand.
     """
 
     def __init__(
@@ -48,7 +41,7 @@ class FreeSpace:
     ) -> None:
         self._model = model
         self.floor = floor
-        """The fixtures, seen from above."""
+        """Map of the fixtures."""
         collision = collision or CollisionModel(model, Surroundings(fixtures=floor.fixtures))
         numbered = zip(floor.fixtures, collision.fixed, strict=True)
         known = [(one, number) for one, number in numbered if not isinstance(one.shape, Plane)]
@@ -63,18 +56,11 @@ class FreeSpace:
         around = np.flatnonzero(np.isin(pairs.second, solid_numbers))
         shapes = len(around) // max(1, len(solid))
         self._pairs = around.reshape(shapes, len(solid))
-        """(shapes, fixtures) numbers of the pairs."""
+        """(shapes, fixtures) indices of the pairs."""
         self._shapes = pairs.first[self._pairs[:, 0]] if solid else np.zeros(0, np.int64)
 
     def nearest(self, wTb: SE3, q: Array, parts: tuple[str, ...], within: float) -> Nearest:
-        """The part of the robot that is nearest to a fixture.
-
-        Args:
-            wTb: base pose.
-            q: (7,) joint positions [rad].
-            parts: names of those that count, of `ARM` and `HAND`.
-            within: what is farther than this is not looked at [m].
-        """
+        """The nearest of some parts to a fixture, at q (7,) [rad] and at most `within` [m]."""
         found, collision = Nearest(within), self._collision
         if not self._solid:
             return found
@@ -95,18 +81,18 @@ class FreeSpace:
         return found
 
     def hand_at(self, wTe: SE3) -> Nearest:
-        """What overlaps most with the hand and what moves with it, the end effector at `wTe`."""
+        """The deepest penetration of the hand with the end effector at `wTe`."""
         q = self._model.description.arm.ready
         return self.nearest(wTe * self._model.bTe(q).inverse(), q, HAND, 0.0)
 
     def around(self, point: Array) -> str:
-        """Name of the fixture whose box a point (3,) lies in; empty if it lies in none."""
+        """Name of the fixture whose bounding box a point (3,) is in; empty if there is none."""
         seen = np.einsum("fi,fij->fj", point - self._centres, self._axes)
         inside = np.flatnonzero((np.abs(seen) <= self._half).all(axis=1))
         return self._solid[inside[0]].name if len(inside) else ""
 
     def blocking(self, base: Pose2D, distance: float) -> list[str]:
-        """Names of what stands nearer than `distance` [m] to the base at a pose."""
+        """Names of the fixtures nearer than `distance` [m] to the base at a pose."""
         length, width, height = self._model.description.base.size
         top = height + COLUMN
         c, s = np.cos(base.heading), np.sin(base.heading)
@@ -131,6 +117,6 @@ def se3_of(base: Pose2D) -> SE3:
 
 
 def group_names(names: list[str]) -> str:
-    """The parts of names before `/`, each once, the most frequent first, at most three."""
+    """At most three of the different parts of names before `/`, the most frequent first."""
     groups = [name.partition("/")[0] for name in names]
     return ", ".join(sorted(dict.fromkeys(groups), key=lambda group: -groups.count(group))[:3])

@@ -1,11 +1,10 @@
-"""How a differential drive follows a goal that moves.
+"""Following of a moving goal by a differential drive: sampled predictive control of the base.
 
-A base that cannot drive sideways cannot keep its place below a goal that turns or moves across. The
-arm makes up for that: the goal may be on any side of the base, within reach, as long as joint 1 and
-the wrist do not run into their limits. So the base does not go to a place; every tenth of a second
-it compares what a few hundred ways to drive on would do to the arm in the next seconds, the goal
-moving on as it does now, and takes the way that leaves the arm best off. Nothing else unwinds an
-arm that a circling goal winds up: the base stops, backs or turns about below the tool in time.
+A base that cannot drive sideways cannot keep its place below a goal that turns or moves across, so
+the goal may be on any side of it, within reach, as long as joint 1 and the wrist stay off their
+limits. Every tenth of a second a few hundred pairs of base velocities are rolled out with the
+moving goal, and the one that is best for the arm is taken. So the base stops, backs or turns in
+time to unwind an arm that a circling goal winds up.
 """
 
 from __future__ import annotations
@@ -24,50 +23,44 @@ from controller.settings import ControllerSettings
 from controller.stance.stance import Stance
 
 _HORIZON, _STEPS = 1.8, 6
-"""How far it looks ahead [s], and in how many steps: half with one velocity, half with another."""
+"""Horizon [s] and its number of steps: half with one velocity, half with another."""
 _AGAIN = 0.1
-"""It chooses anew after this long [s]."""
+"""Time between two choices [s]."""
 _SPEEDS = (-1.0, -0.4, 0.0, 0.5, 1.0, 1.5)
 _LATER_SPEEDS = (-1.0, 0.0, 1.0)
-"""Speeds that are compared, as shares of the goal's, or of the largest while it is far away."""
+"""Candidates of both speeds, as shares of the goal's, or of the largest while it is far away."""
 _TURNS = (-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0)
 _LATER_TURNS = (-0.8, 0.0, 0.8)
-"""Turn rates that are compared, as shares of the largest."""
+"""Candidates of both turn rates, as shares of the largest."""
 _NUDGES = np.concatenate([scale * np.kron(np.eye(4), [[1.0], [-1.0]]) for scale in (0.05, 0.2)])
-"""What the choice before is also tried with [m/s, rad/s, m/s, rad/s]."""
+"""Changes of the last choice among the candidates [m/s, rad/s, m/s, rad/s]."""
 _SLOW = 0.02
 """A goal slower than this has no course [m/s]."""
 _TRUST, _TIGHTEST = 0.3, 1.0
-"""How fast the estimate of the turn rate of its course changes, and how large it may be [rad/s]."""
+"""Gain of the estimate of the turn rate of its course, and its largest value [rad/s]."""
 _FAR = 0.5
-"""Beyond the reach that it likes, the goal is far away [m]."""
+"""Distance beyond the preferred reach from which the goal is far away [m]."""
 _REACH, _WOUND, _LEAN = 0.09, 1.0, 0.4
-"""What costs the same: so much off the reach that the stance has [m], joint 1 or the wrist so far
-from their middle [rad], and a hand that is not upright turned so far from how the stance has it
-[rad]."""
+"""Deviations of equal cost: of the reach from the stance's [m], of joint 1 or the wrist from
+their middle [rad], and of the turn of a hand that is not vertical from the stance's [rad]."""
 _NEAREST, _FARTHEST = 0.3, 0.72
-"""Nearer to the foot of the arm than this and farther away the arm moves badly [m]."""
+"""Range of distances to the foot of the arm at which the arm is dexterous [m]."""
 _LIMIT = 0.9
-"""Distance of joint 1 and the wrist to their limits from which on they are kept away [rad]."""
+"""Distance of joint 1 and the wrist to their limits below which it costs [rad]."""
 _STEEP = 30.0
-"""Cost per radian and per 10 cm beyond that."""
+"""Cost per radian of that, and per 10 cm outside the dexterous range."""
 _CHANGE = (0.2, 0.05)
 """Cost of the square of a change of speed [s²/m²] and turn rate [s²/rad²]."""
 _WEIGHT = 40.0
-"""Of the base's velocity in the QP when the tool has caught up ..."""
+"""Weight of the base velocity in the QP when the tool has caught up ..."""
 _CAUGHT_UP = 0.005
-"""... to this [m]; it falls as 1/|e|, as the weight of the tool does."""
+"""... to this [m]; it falls as 1/|e|, like the weight of the tool."""
 MIN_TRACKING = 4.0
-"""Weight of the end effector's twist that is left at s = 1: a tool that cannot keep up stays
-upright."""
+"""Weight of the end-effector twist at s = 1: a tool that cannot keep up stays upright."""
 
 
 def follow_weight(distance: float) -> float:
-    """Weight in the QP of the velocity of a base that follows.
-
-    Args:
-        distance: of the end effector to the goal, rotation included [m].
-    """
+    """Weight of the base velocity at a distance of the end effector to the goal [m]."""
     return _WEIGHT * _CAUGHT_UP / max(distance, _CAUGHT_UP)
 
 
@@ -79,7 +72,7 @@ def elbow_upright(q: Array) -> Array:
 
 
 class _Arm(NamedTuple):
-    """What a goal asks of the arm, seen from the base as it stands now."""
+    """The goal and the arm that reaches it, seen from the present base."""
 
     x: float
     """Of the goal in the base [m]."""
@@ -87,22 +80,17 @@ class _Arm(NamedTuple):
     bearing: float
     """Of the goal, seen from the foot of the arm [rad]."""
     first: float
-    """Joint 1 when the tool is there [rad]."""
+    """Joint 1 at the goal [rad]."""
     last: float
-    """Joint 7 when the tool is there, if the hand is upright [rad]."""
+    """Joint 7 at the goal, if the hand is vertical [rad]."""
     lean: float
-    """Turn of the hand, relative to the bearing, from how the stance has it [rad]."""
+    """Turn of the hand relative to the bearing, minus that of the stance [rad]."""
     upright: float
     """1 if the hand points up, -1 if it points down, 0 if it is level."""
 
 
 class MovingGoalFollower:
-    """Chooses how a differential drive goes on below a goal that moves.
-
-    Args:
-        model: the robot.
-        settings: of the controller.
-    """
+    """Chooses the velocities of a differential drive that follows a moving goal."""
 
     def __init__(self, model: RobotModel, settings: ControllerSettings) -> None:
         self._model = model
@@ -115,7 +103,7 @@ class MovingGoalFollower:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what was chosen."""
+        """Forget the last choice."""
         self._choice = np.zeros(4)
         self._left = 0
         self._course: float | None = None
@@ -124,15 +112,7 @@ class MovingGoalFollower:
     def __call__(
         self, stance: Stance, goal: PoseGoal, error: PoseError, wTb: Pose2D, q: Array
     ) -> Array:
-        """Velocities (2,) of a differential drive that follows a moving goal [rad/s, m/s].
-
-        Args:
-            stance: how the arm likes to have the goal.
-            goal: what moves.
-            error: of the end effector, in base axes.
-            wTb: base pose.
-            q: (7,) joint positions [rad].
-        """
+        """Velocities (2,) of the base for an error in base axes [rad/s, m/s]."""
         if not self._left:
             self._choice = self._choose(stance, goal, error, wTb, q)
             self._left = self._periods
@@ -142,7 +122,7 @@ class MovingGoalFollower:
     def _choose(
         self, stance: Stance, goal: PoseGoal, error: PoseError, wTb: Pose2D, q: Array
     ) -> Array:
-        """The best way to drive on (4,): speed and turn rate now, and those later."""
+        """The best speeds and turn rates (4,): those now, and those later."""
         assert goal.twist is not None
         self._watch_course(goal.twist)
         foot = self._model.description.bTa.translation
@@ -185,7 +165,7 @@ class MovingGoalFollower:
         return _Arm(at.x, at.y, bearing, first, last, lean, upright)
 
     def _costs(self, ways: Array, arm: _Arm, goal: PoseGoal, wTb: Pose2D, liked: float) -> Array:
-        """Costs (N,) of ways to drive on (N, 4)."""
+        """Costs (N,) of candidates (N, 4)."""
         assert goal.twist is not None
         fx, fy, _ = self._model.description.bTa.translation.tolist()
         step = _HORIZON / _STEPS
@@ -223,12 +203,12 @@ class MovingGoalFollower:
     def _discomfort(
         self, arm: _Arm, reach: Array, liked: float, swing: Array, twisted: Array
     ) -> Array:
-        """What the arm minds (N,).
+        """Costs of the arm (N,).
 
         Args:
-            arm: what the goal asks of it now.
+            arm: its present state.
             reach: (N,) distances of the goal from its foot [m].
-            liked: the distance that it likes [m].
+            liked: the preferred distance [m].
             swing: (N,) turns of joint 1 from now on [rad].
             twisted: (N,) turns of the hand against that [rad].
         """

@@ -1,10 +1,8 @@
-"""On the move: the base sets out for the next goal while the end effector is busy with this one.
+"""Departure for the next goal while the end effector is busy with this one.
 
-As in Burgess-Limerick et al. (ICRA 2023) the base does not wait for the arm. It is led to where it
-will stand for the next goal, and the arm makes up for its motion. A base is slow to take up a
-velocity, so what the arm makes up for is the velocity that the base has and not the one it is told.
-The base gets slower as the arm comes to the end of what it can do, stretched or with a joint at its
-limit, and stops before.
+As in Burgess-Limerick et al. (ICRA 2023) the base does not wait for the arm: it is led to its next
+stance, and the arm compensates for the velocity that the lagging base really has. The base slows
+down and stops as the arm comes near to a singularity or a joint limit.
 """
 
 from __future__ import annotations
@@ -22,15 +20,20 @@ from controller.stance.finder import StanceFinder
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
 
+_SPEED = 0.4
+"""Largest speed of the base meanwhile [m/s]."""
+_BASE_WEIGHT = 0.1
+"""Weight of the base velocity in the QP, as a share of the end effector's λ_δ."""
+_ACCELERATION = 0.6
+"""Share of the acceleration limits of the base."""
+_LEAST_MANIPULABILITY, _SPARE_MANIPULABILITY = 0.08, 0.04
+"""Manipulability at which the base stops, and excess at which it has its full weight."""
+_LEAST_LIMIT_MARGIN, _SPARE_LIMIT_MARGIN = 0.1, 0.15
+"""Margin to the joint limits at which the base stops, and excess for its full weight [rad]."""
+
 
 class NextGoalApproach:
-    """Leads the base to where it will stand for one next goal after the other.
-
-    Args:
-        model: the robot.
-        settings: of the controller; `guidance` is not None.
-        finder: of the stances.
-    """
+    """Leads the base to its stance for successive next goals."""
 
     def __init__(
         self, model: RobotModel, settings: ControllerSettings, finder: StanceFinder
@@ -49,7 +52,7 @@ class NextGoalApproach:
         self._led: Array | None = None
 
     def stance_for(self, wTe: SE3) -> Stance | None:
-        """Where the base has set out for, if that was for this goal; None if not, or not yet."""
+        """The stance that the base has left for, if it is for this goal."""
         search = self._search
         if search is None or wTe != self._next or not search.done or self._finder.why_none(search):
             return None
@@ -58,25 +61,25 @@ class NextGoalApproach:
     def bias(
         self, wTe: SE3, error: float, manipulability: float, lag: BaseLag, wTb: Pose2D, q: Array
     ) -> StanceBias | None:
-        """The bias of one period; None as long as it is not known where to stand next.
+        """The bias of one period; None as long as the next stance is not known.
 
         Args:
             wTe: the next goal of the end effector.
             error: distance of the end effector to its present goal [m].
             manipulability: of the arm.
-            lag: how fast the base is.
+            lag: of the base.
             wTb: base pose.
             q: (7,) joint positions [rad].
         """
         if self._led is None:
-            self._led = lag.told
+            self._led = lag.commanded
         if self._search is None or wTe != self._next:
             self._next = wTe.copy()
             self._search = self._finder.search(self._next, wTb, q)
         search = self._search
         if not search.done:
             search.advance()
-        stance, onward = search.best, self._settings.onward
+        stance = search.best
         if not (search.done or search.chosen) or stance is None or self._finder.why_none(search):
             return None
         lead = self._route.lead(
@@ -84,13 +87,13 @@ class NextGoalApproach:
         )
         if lead.unreachable:
             return None
-        velocity = drive_along(self._model, self._settings, lead, onward.speed)
-        change = onward.acceleration * self._settings.period * self._accelerations
+        velocity = drive_along(self._model, self._settings, lead, _SPEED)
+        change = _ACCELERATION * self._settings.period * self._accelerations
         slower = np.abs(velocity) < np.abs(self._led)
         self._led = np.where(
             slower, velocity, np.clip(velocity, self._led - change, self._led + change)
         )
-        weight = onward.base_weight / max(error, self._settings.min_error)
+        weight = _BASE_WEIGHT / max(error, self._settings.min_error)
         return StanceBias(
             blend=0.0,
             min_tracking=0.0,
@@ -103,9 +106,9 @@ class NextGoalApproach:
         )
 
     def _ease(self, manipulability: float, q: Array) -> float:
-        """Share of its weight that the base has, so that the arm does not come to its end."""
-        onward, limits = self._settings.onward, self._model.limits
+        """Share of its weight that the base has at this dexterity of the arm."""
+        limits = self._model.limits
         margin = float(np.minimum(q - limits.q_min, limits.q_max - q).min())
-        stretch = (manipulability - onward.least_manipulability) / onward.spare_manipulability
-        room = (margin - onward.least_limit_margin) / onward.spare_limit_margin
+        stretch = (manipulability - _LEAST_MANIPULABILITY) / _SPARE_MANIPULABILITY
+        room = (margin - _LEAST_LIMIT_MARGIN) / _SPARE_LIMIT_MARGIN
         return min(1.0, max(0.0, min(stretch, room)))

@@ -1,19 +1,21 @@
-"""A bank of good arm postures, to look up a stance for a goal.
+"""The posture bank: dexterous arm postures, and the candidates among them for a goal.
 
-The base can choose x, y and heading freely, so a posture suits a goal if its end effector has the
-goal's height and tilt; the rest is the pose of the base. The bank was drawn once, at random with a
-seed, from postures that are dexterous, inside the joint limits and clear of the robot itself and
-the floor; it comes with the package.
+A posture suits a goal if its end effector has the goal's height and tilt; the base pose does the
+rest. The bank was drawn at random from dexterous postures within the joint limits and without
+self-collision; it comes with the package.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
+from math import hypot
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from pinocchio import SE3
 
 from controller.collision import SelfCollision
@@ -26,7 +28,7 @@ BANK = Path(__file__).with_name("postures.npy")
 """The stored bank: (60 000, 7) joint positions in half precision [rad], from `draw` with `SEED`."""
 SEED = 20220101
 
-# What the stored bank was drawn with: it has to be drawn again when one of these changes.
+# The stored bank must be drawn again when one of these changes.
 _LIMIT_MARGIN = 0.2
 """Least distance to every joint limit [rad]."""
 _MIN_MANIPULABILITY = 0.035
@@ -37,6 +39,25 @@ _MIN_REACH = 0.25
 _CLEARANCE = 0.03
 """Least distance from the robot itself and the floor [m]."""
 _DRAWN_AT_ONCE = 4096
+
+# The choice of candidates.
+_WINDOWS = ((0.08, 0.96), (0.2, 0.85))
+"""Largest differences of height [m] and tilt (a cosine) to the goal's: the first window that holds
+enough postures is taken, and among fixtures the next one after it."""
+_MIN_CANDIDATES = 12
+"""Least number of postures in a window."""
+_FALLBACK_CANDIDATES = 300
+"""Number of nearest postures that are taken if every window is too narrow."""
+_METRES_PER_TILT = 0.3
+"""Distance equivalent to the cosine of the tilt there [m]."""
+_MAX_FAR = 800
+"""Largest number of postures of the second window."""
+_MAX_TURNED = 160
+"""Largest number of postures of the first window for each turn of the base."""
+_TURNS = (-1.5, -1.0, -0.5, 0.5, 1.0, 1.5)
+"""Turns of the base that bring the hand beside it [rad]."""
+_DOWN = 0.3
+"""Largest `sideways` of a hand that may be beside the base from the start."""
 
 
 class ToolPoses(NamedTuple):
@@ -57,11 +78,9 @@ class ToolPoses(NamedTuple):
         return np.sqrt(np.maximum(squared, 0.0))
 
     def turned(self, bTa: SE3, turns: Array) -> ToolPoses:
-        """The same with the first joints turned by (N,) angles [rad]; J is as it was.
+        """The same with the first joints turned by (N,) angles [rad]; J is not turned.
 
-        Args:
-            bTa: foot of the arm, upright.
-            turns: (N,) [rad].
+        `bTa` is the foot of the arm, which is upright.
         """
         c, s, zero = np.cos(turns), np.sin(turns), np.zeros(len(turns))
         R = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1.0], axis=1).reshape(-1, 3, 3)
@@ -71,25 +90,20 @@ class ToolPoses(NamedTuple):
 
 
 def forward_kinematics(robot: RobotDescription, q: Array) -> ToolPoses:
-    """Forward kinematics of many postures at once.
-
-    Args:
-        robot: its arm, where it stands on the base, and its gripper.
-        q: (N, 7) joint positions [rad].
-    """
-    chain = _Chain.of(robot)
+    """Forward kinematics of many postures (N, 7) at once [rad]."""
+    bTa, placements, lTe = _transforms(robot)
     c, s = np.cos(q), np.sin(q)
     # Joint j on joint j - 1: its placement, turned about its own z.
-    x, y = chain.placements[:, :, 0], chain.placements[:, :, 1]
+    x, y = placements[:, :, 0], placements[:, :, 1]
     turned = np.empty((len(q), N_ARM, 4, 4))
-    turned[:] = chain.placements
+    turned[:] = placements
     turned[..., 0] = x * c[..., None] + y * s[..., None]
     turned[..., 1] = y * c[..., None] - x * s[..., None]
     bTj = np.empty_like(turned)
-    bTj[:, 0] = chain.bTa @ turned[:, 0]
+    bTj[:, 0] = bTa @ turned[:, 0]
     for joint in range(1, N_ARM):
         np.matmul(bTj[:, joint - 1], turned[:, joint], out=bTj[:, joint])
-    bTe = bTj[:, -1] @ chain.lTe
+    bTe = bTj[:, -1] @ lTe
     axes = np.ascontiguousarray(bTj[..., :3, 2].transpose(2, 0, 1))
     arms = bTe[:, :3, 3].T[:, :, None] - bTj[..., :3, 3].transpose(2, 0, 1)
     J = np.empty((len(q), 6, N_ARM))
@@ -99,25 +113,16 @@ def forward_kinematics(robot: RobotDescription, q: Array) -> ToolPoses:
     return ToolPoses(bTe[:, :3, 3], bTe[:, :3, :3], J)
 
 
-class _Chain(NamedTuple):
-    """The constant transforms of one arm, homogeneous."""
-
-    bTa: Array
-    placements: Array
-    """(7, 4, 4) of every joint on the one before it."""
-    lTe: Array
-
-    @classmethod
-    @lru_cache(maxsize=8)
-    def of(cls, robot: RobotDescription) -> _Chain:
-        """Those of a robot; made once."""
-        placements = [_clean(placement.homogeneous) for placement in robot.arm.joints]
-        lTe = robot.arm.lTh * robot.gripper.hTe
-        return cls(robot.bTa.homogeneous, np.array(placements), lTe.homogeneous)
+@lru_cache(maxsize=8)
+def _transforms(robot: RobotDescription) -> tuple[Array, Array, Array]:
+    """Homogeneous bTa, placements (7, 4, 4) of every joint on the one before it, and lTe."""
+    placements = [_clean(placement.homogeneous) for placement in robot.arm.joints]
+    lTe = robot.arm.lTh * robot.gripper.hTe
+    return robot.bTa.homogeneous, np.array(placements), lTe.homogeneous
 
 
 def _clean(transform: Array) -> Array:
-    """A transform without the rounding errors of quarter turns."""
+    """A transform without rounding errors of quarter turns."""
     whole = np.round(transform)
     return np.where(np.abs(transform - whole) < 1e-12, whole, transform)
 
@@ -132,16 +137,22 @@ class PostureBank(NamedTuple):
 
 @lru_cache(maxsize=4)
 def bank(robot: RobotDescription) -> PostureBank:
-    """The stored postures that a robot may take."""
-    q = np.load(BANK).astype(float)
-    q = q[((robot.limits.q_min <= q) & (q <= robot.limits.q_max)).all(axis=1)]
+    """The stored postures within the joint limits of a robot."""
+    q = stored_postures(robot)
     tools = forward_kinematics(robot, q)
     order = np.argsort(tools.positions[:, 2])
     return PostureBank(q[order], ToolPoses(*(values[order] for values in tools)))
 
 
+def stored_postures(robot: RobotDescription, every: int = 1) -> Array:
+    """Every n-th stored posture, (N, 7), within the joint limits of a robot [rad]."""
+    q = np.load(BANK)[::every].astype(float)
+    q = q[((robot.limits.q_min <= q) & (q <= robot.limits.q_max)).all(axis=1)]
+    return np.asarray(q)
+
+
 def draw(count: int, rng: np.random.Generator) -> Array:
-    """Draw a bank of (count, 7) postures that are good on every shipped robot [rad]."""
+    """Draw (count, 7) postures that are good on every shipped robot [rad]."""
     robots = [load_robot(name) for name in robot_names()]
     collisions = [SelfCollision(RobotModel(robot)) for robot in robots]
     on_the_floor, limits = replace(robots[0], bTa=SE3.Identity()), robots[0].limits
@@ -161,3 +172,50 @@ def draw(count: int, rng: np.random.Generator) -> Array:
         )
         drawn += [p for p in q[good] if all(c.clearance(p) > _CLEARANCE for c in collisions)]
     return np.array(drawn[:count])
+
+
+class Candidates(NamedTuple):
+    """N postures of the bank with the first joint turned."""
+
+    indices: npt.NDArray[np.int64]
+    """(N,) in the bank."""
+    turns: Array
+    """(N,) of the first joint [rad]; the base turns the other way."""
+
+
+def candidates(
+    bank: PostureBank, wTe: SE3, *, among_fixtures: bool = False
+) -> Iterator[Candidates]:
+    """The postures with about the height and tilt of a pose, the likely ones first.
+
+    Where the end effector points down, some of them come again with the base turned below the arm.
+    Among fixtures the postures of the next window follow, and those.
+    """
+    heights, verticals = bank.tools.positions[:, 2], bank.tools.rotations[:, 2]
+    height, vertical = wTe.translation[2], wTe.rotation[2]
+    windows: list[npt.NDArray[np.int64]] = []
+    for window, min_cosine in _WINDOWS:
+        first, last = np.searchsorted(heights, [height - window, height + window])
+        found = first + np.flatnonzero(verticals[first:last] @ vertical > min_cosine)
+        if len(found) >= _MIN_CANDIDATES:
+            windows.append(found)
+    if not windows:
+        distance = np.abs(heights - height) - _METRES_PER_TILT * (verticals @ vertical)
+        windows.append(np.argpartition(distance, _FALLBACK_CANDIDATES)[:_FALLBACK_CANDIDATES])
+    near = windows[0]
+    some = near[:: 1 + len(near) // _MAX_TURNED]
+    turned = Candidates(np.tile(some, len(_TURNS)), np.repeat(_TURNS, len(some)))
+    straight = Candidates(near, np.zeros(len(near)))
+    yield _both(straight, turned) if sideways(wTe) < _DOWN else straight
+    if among_fixtures:
+        far = windows[1][:: 1 + len(windows[1]) // _MAX_FAR] if len(windows) > 1 else near[:0]
+        yield _both(Candidates(far, np.zeros(len(far))), turned)
+
+
+def sideways(wTe: SE3) -> float:
+    """0 for an end effector that points straight up or down, 1 for a horizontal one."""
+    return hypot(*wTe.rotation[:2, 2].tolist())
+
+
+def _both(one: Candidates, other: Candidates) -> Candidates:
+    return Candidates(*(np.concatenate(pair) for pair in zip(one, other, strict=True)))

@@ -1,15 +1,14 @@
-"""The search for a stance, a bounded piece of it in every step of control.
+"""The search for a stance, a bounded piece of it in every control period.
 
-The bank's postures near the goal's height and tilt are ranked by what they would cost, the best are
-refined until they have exactly that height and tilt, and the best of those is taken whose base and
-arm stand free and whose fold, the straight path in joint space, is clear of contact.
+The bank's postures near the goal's height and tilt are ranked by cost, the best are refined by
+inverse kinematics, and the best of those is taken that stands free and whose arm moves there
+without contact.
 """
 
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
 from math import inf, pi
-from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -19,46 +18,58 @@ from controller.collision import SelfCollision
 from controller.command import Array
 from controller.floor import CostField, FloorMap, Pose2D
 from controller.model import RobotModel
-from controller.stance.candidates import Candidates, candidates, sideways
 from controller.stance.docking import with_docking
-from controller.stance.fold import room_missing
 from controller.stance.free_space import ARM, FreeSpace, group_names, se3_of
-from controller.stance.posture_bank import PostureBank, ToolPoses, forward_kinematics
+from controller.stance.posture_bank import (
+    Candidates,
+    PostureBank,
+    ToolPoses,
+    candidates,
+    forward_kinematics,
+    sideways,
+)
 from controller.stance.stance import (
+    LIMIT_MARGIN,
     REACHED,
     Stance,
     base_poses,
     refine,
     refine_standing,
-    stance_costs,
 )
-from controller.stance.stance_cost import Start
-from controller.stance_settings import StanceSettings
-
-Indices: TypeAlias = npt.NDArray[np.int64]
-Mask: TypeAlias = npt.NDArray[np.bool_]
+from controller.stance.stance_cost import Start, missing_clearance, stance_costs
 
 RANKED = 400
-"""Postures that are ranked in one step on an open floor ..."""
+"""Number of postures ranked in one piece of work on an open floor ..."""
 RANKED_AMONG_FIXTURES = 200
-"""... and among fixtures, where every one is looked up in the map."""
+"""... and among fixtures."""
 BATCH = 12
-"""Postures that are refined in one step, the best first."""
+"""Number of postures refined in one piece, the best first."""
 CHECKS = 6
-"""Postures that are checked for contact in one step; the last may be followed by its fold ..."""
-FOLD = 3
-"""... which counts as this many checks on an open floor ..."""
-FOLD_AMONG_FIXTURES = 6
-"""... and as this many among fixtures."""
+"""Number of postures checked for contact in one piece; the last may be followed by the check of its
+motion, ..."""
+MOTION_CHECKS, MOTION_CHECKS_AMONG_FIXTURES = 3, 6
+"""... which counts as this many."""
 _MAX_BATCHES = 3
-"""Batches of a window that are refined before the best posture so far is taken, good enough or
-not."""
+"""Number of batches that are refined in one window."""
+
+_CLEARANCE = 0.02
+"""Distance to obstacles that the arm keeps on its motion to the posture, and there [m]."""
+_STANDING_ROOM = 0.05
+"""Distance to obstacles that the base keeps [m]."""
+_CONTACT_COST = 1000.0
+"""Cost per missing clearance [s/m]."""
+_UNREACHED_COST = 100.0
+"""Cost of a posture with errors, and again per metre and radian of them [s]."""
+_FAILED_COST = 50.0
+"""Cost of a posture that stalled before [s]; a cheaper stance ends the search."""
+_JOINT_DIFFERENCE = 0.7
+"""Largest joint difference of postures that count as the same [rad]."""
 
 _ANGLES = np.linspace(0.0, 2.0 * pi, 12, endpoint=False)
 _RING = 0.5 * np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
-"""Places around the base; where there is a way to none, the map says nothing about ways [m]."""
-_SPOKEN_OF = 6
-"""Bases that do not stand free which are looked at to say what is in the way."""
+"""Places around the base [m]; without a path to any of them the cost field is not used."""
+_MAX_NAMED = 6
+"""Largest number of bases whose obstacles are named."""
 
 
 class StanceSearch:
@@ -66,22 +77,20 @@ class StanceSearch:
 
     Args:
         model: the robot.
-        settings: what a stance costs.
         bank: the postures to choose from.
         collision: the robot's shapes.
         wTe: the pose to reach.
         wTb: base pose.
         q: (7,) joint positions [rad].
         failed: stances that stalled before this goal; another one is preferred.
-        space: what stands around; None on an open floor.
-        onward: where the end effector goes next; None where that is not known.
-        in_front: whether the base has to have it in front, as below a goal that it follows.
+        space: static obstacles; None on an open floor.
+        next_goal: the next end-effector pose, if it is known.
+        in_front: whether the base must have the goal in front, as to follow it.
     """
 
     def __init__(
         self,
         model: RobotModel,
-        settings: StanceSettings,
         bank: PostureBank,
         collision: SelfCollision,
         wTe: SE3,
@@ -89,12 +98,11 @@ class StanceSearch:
         q: Array,
         failed: tuple[Stance, ...] = (),
         space: FreeSpace | None = None,
-        onward: SE3 | None = None,
+        next_goal: SE3 | None = None,
         *,
         in_front: bool = False,
     ) -> None:
         self._model = model
-        self._settings = settings
         self._bank = bank
         self._collision = collision
         self.wTe = wTe
@@ -103,26 +111,26 @@ class StanceSearch:
         self._failed = failed
         self._space = space
         self._start = Start(wTb, q.copy())
-        self._onward = onward
+        self._next_goal = next_goal
         self.best: Stance | None = None
-        """The best stance so far; None if there is none."""
+        """The best stance so far, if there is one."""
         self.error = inf
-        """Least error that was left to any posture [m + rad]."""
+        """Least error of any posture [m + rad]."""
         self.blocked = ""
-        """What keeps the stances that were looked at from standing free, for people."""
+        """Names of the obstacles that block the stances."""
         self.base_stands = self.base_gets_there = False
-        """Whether the base stands free in any of them, and whether there is a way to one."""
+        """Whether the base stands free in any stance, and whether there is a path to one."""
         self.chosen = False
-        """Whether `best` stays, but for where it docks."""
+        """Whether `best` is final except for its dock."""
         self.done = False
-        """Whether the search is over: `best` is good enough, or nothing better was found."""
+        """Whether the search is over."""
         self._cost = inf
         self._in_the_way: list[str] = []
         self._occupied: list[Pose2D] = []
         self._work = self._pieces()
 
     def advance(self) -> None:
-        """Do one piece of work."""
+        """Do one bounded piece of work."""
         self.done = self.done or next(self._work, "over") == "over"
 
     def finish(self) -> Stance | None:
@@ -137,10 +145,10 @@ class StanceSearch:
         if space is not None:
             self._start = self._start._replace(way=self._way(space.floor, self._start.wTb[:2]))
             yield
-        if self._onward is not None:
-            x, y, _ = self._onward.translation.tolist()
+        if self._next_goal is not None:
+            x, y, _ = self._next_goal.translation.tolist()
             way = CostField(None, (x, y)) if space is None else self._way(space.floor, (x, y))
-            self._start = self._start._replace(onward=way)
+            self._start = self._start._replace(next_goal=way)
             yield
         yield from self._look()
         if space is None:
@@ -153,10 +161,10 @@ class StanceSearch:
             return
         anywhere = next(candidates(self._bank, self.wTe)).indices[:BATCH]
         postures = self._bank.q[anywhere]
-        errors = refine(self._model, self._settings, self.wTe, postures)[1]
+        errors = refine(self._model, self.wTe, postures)[1]
         self.error = float(errors.min())
-        room = self._settings.standing_room
-        names = [name for base in self._occupied for name in space.blocking(base, room)]
+        blocking = (space.blocking(base, _STANDING_ROOM) for base in self._occupied)
+        names = [name for some in blocking for name in some]
         self.blocked = group_names([*self._in_the_way, *names])
 
     def _look(self) -> Iterator[None]:
@@ -170,22 +178,18 @@ class StanceSearch:
                 self.error = min(self.error, float(errors.min()))
                 yield
                 yield from self._judge(postures, errors)
-                if self._cost < self._settings.failed_cost:
+                if self._cost < _FAILED_COST:
                     return
 
     def _way(self, floor: FloorMap, goal: tuple[float, float]) -> CostField | None:
-        """What it costs to drive from anywhere to a place x, y [m].
-
-        None where that is not known from around the base, which may stand too near to something.
-        """
+        """The cost to drive to x, y [m]; None if there is no path from around the base."""
         x, y, _ = self._start.wTb
         way = floor.field(goal)
         return way if np.isfinite(way.at(np.array([x, y]) + _RING)).any() else None
 
     def _rank(self, some: Candidates) -> Generator[None, None, tuple[Array, Array]]:
-        """Postures (N, 7) and bases (N, 3) that are free, with a way there, the cheapest first."""
-        foot, limit = self._model.description.bTa, self._settings.limit_margin
-        limits = self._model.limits
+        """Postures (N, 7) and free bases (N, 3) with a path there, the cheapest first."""
+        foot, limits = self._model.description.bTa, self._model.limits
         postures = self._bank.q[some.indices]
         postures[:, 0] += some.turns
         costs, bases = np.empty(len(postures)), np.empty((len(postures), 3))
@@ -198,43 +202,43 @@ class StanceSearch:
             tools = tools.turned(foot, some.turns[piece])
             costs[piece], bases[piece], _ = self._costs(postures[piece], tools)
         q = postures[:, 0]
-        costs[(q < limits.q_min[0] + limit) | (q > limits.q_max[0] - limit)] = inf
+        costs[(q < limits.q_min[0] + LIMIT_MARGIN) | (q > limits.q_max[0] - LIMIT_MARGIN)] = inf
         order = np.argsort(costs)
         order = order[: np.searchsorted(costs[order], inf)]
         return postures[order], bases[order]
 
     def _refine(self, postures: Array, bases: Array) -> tuple[Array, Array]:
-        """Postures (N, 7) that reach the goal, and what they lack (N,) [m + rad]."""
-        model, settings, wTe = self._model, self._settings, self.wTe
+        """Postures (N, 7) that reach the goal, and their errors (N,) [m + rad]."""
         if self._space is None:
-            return refine(model, settings, wTe, postures)
-        return refine_standing(model, settings, wTe, postures, bases)
+            return refine(self._model, self.wTe, postures)
+        return refine_standing(self._model, self.wTe, postures, bases)
 
-    def _costs(self, postures: Array, tools: ToolPoses) -> tuple[Array, Array, Mask]:
-        """Costs (N,) [s], infinite if not free, base poses (N, 3), and whether it backs (N,)."""
+    def _costs(
+        self, postures: Array, tools: ToolPoses
+    ) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+        """Costs (N,) [s], infinite if not free; base poses (N, 3); whether backwards (N,)."""
         bases = base_poses(self.wTe, tools)
         costs, reverse = stance_costs(
-            self._model, self._settings, self._start, bases, postures, tools, self._sideways
+            self._model, self._start, bases, postures, tools, self._sideways
         )
         if self._space is not None:
-            free = self._space.floor.stands_free(bases) >= self._settings.standing_room
+            free = self._space.floor.stands_free(bases) >= _STANDING_ROOM
             self.base_stands = self.base_stands or bool(free.any())
             self.base_gets_there = self.base_gets_there or bool(np.isfinite(costs[free]).any())
-            if len(self._occupied) < _SPOKEN_OF:
+            if len(self._occupied) < _MAX_NAMED:
                 self._occupied += [Pose2D(*base) for base in bases[~free][:2].tolist()]
             costs = np.where(free, costs, inf)
         return costs, bases, reverse
 
     def _judge(self, postures: Array, errors: Array) -> Iterator[None]:
-        """Keep the best of postures (N, 7) with these errors (N,), if it is the best so far."""
-        settings = self._settings
+        """Keep the best of postures (N, 7) with errors (N,), if it is the best so far."""
         tools = forward_kinematics(self._model.description, postures)
         costs, bases, reverse = self._costs(postures, tools)
-        unreached = settings.unreached_cost if self._space is None else inf
+        unreached = _UNREACHED_COST if self._space is None else inf
         costs = np.where(errors > REACHED, costs + unreached * (1.0 + errors), costs)
         for stance in self._failed:
-            same = np.abs(postures - stance.q).max(axis=1) < settings.joint_difference
-            costs = costs + np.where(same, settings.failed_cost, 0.0)
+            same = np.abs(postures - stance.q).max(axis=1) < _JOINT_DIFFERENCE
+            costs = costs + np.where(same, _FAILED_COST, 0.0)
         if self._space is not None:
             yield
         checks = 0
@@ -248,22 +252,22 @@ class StanceSearch:
             checks += 1
             if not self._arm_is_free(base, postures[one]):
                 continue
-            checks += FOLD if self._space is None else FOLD_AMONG_FIXTURES
+            checks += MOTION_CHECKS if self._space is None else MOTION_CHECKS_AMONG_FIXTURES
             bTe = SE3(tools.rotations[one], tools.positions[one])
             stance = Stance(postures[one], bTe, bool(reverse[one]))
-            missing = room_missing(
-                self._collision, self._space, self._start, base, stance, settings.clearance
+            missing = missing_clearance(
+                self._collision, self._space, self._start, base, stance, _CLEARANCE
             )
-            cost += settings.contact_cost * missing
+            cost += _CONTACT_COST * missing
             if cost < self._cost:
                 self._cost, self.best = cost, stance
 
     def _arm_is_free(self, base: Pose2D, posture: Array) -> bool:
-        """Whether the arm stands free of fixtures; where the hand is the goal says."""
+        """Whether the arm without its hand, which the goal places, stands free of fixtures."""
         if self._space is None:
             return True
-        near = self._space.nearest(se3_of(base), posture, ARM, self._settings.clearance)
-        if near.distance < self._settings.clearance:
+        near = self._space.nearest(se3_of(base), posture, ARM, _CLEARANCE)
+        if near.distance < _CLEARANCE:
             self._in_the_way.append(near.fixture)
             return False
         return True

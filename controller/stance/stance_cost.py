@@ -1,37 +1,66 @@
-"""How long the base drives to a stance, and on from there."""
+"""Costs of stances in seconds: driving times, posture quality, and contact on the way."""
 
 from __future__ import annotations
 
-from math import pi
+from math import cos, pi, sin
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from controller.collision import SelfCollision
 from controller.command import Array
 from controller.floor import CostField, Pose2D, wrap
 from controller.model import RobotModel
-from controller.stance_settings import StanceSettings
+from controller.stance.free_space import ARM, HAND, FreeSpace, se3_of
+from controller.stance.posture_bank import ToolPoses
+from controller.stance.stance import Stance
+
+_ARM_SPEED = 0.5
+"""Expected share of the joint speed limits."""
+TURN_WEIGHT = 1.2
+"""Factor of the turning time of the base: its curves take longer than turns on the spot."""
+_REVERSE_COST = 0.4
+"""Cost of driving backwards, times `TURN_WEIGHT` [s]."""
+_OVERLAP = 0.3
+"""Share of the shorter of the times of base and arm that is added to the longer."""
+_MIN_MANIPULABILITY = 0.10
+"""Manipulability below which a posture costs ..."""
+_MANIPULABILITY_COST = 60.0
+"""... this much per missing manipulability [s]."""
+_BEARING_COST, _BEARING_COST_DOWN = 4.0, 0.3
+"""Cost per |θ_ε| of an end effector that points sideways, which the base carries in, and of one
+that points down [s/rad]."""
+_LIMIT_MARGIN = 0.35
+"""Distance to a joint limit below which a posture costs [rad] ..."""
+_LIMIT_COST = 2.0
+"""... this much per missing distance [s/rad]."""
+_SAMPLES = np.linspace(0.0, 1.0, 17)[1:, None]
+"""Shares of the arm's motion that are checked for self-collision."""
+_HERE = (0.3, 0.6)
+"""Shares that are checked for contact with fixtures at the present place of the base, ..."""
+_THERE = ((0.4, 0.8), (0.4, 1.0), (0.2, 1.0))
+"""... and distances before the stance [m] with shares that are checked there."""
 
 
 class Start(NamedTuple):
-    """Where the robot sets out from."""
+    """Where the robot starts from."""
 
     wTb: Pose2D
     q: Array
     """(7,) joint positions [rad]."""
     way: CostField | None = None
-    """What it costs to drive from anywhere to here; None on an open floor."""
-    onward: CostField | None = None
-    """What it costs to drive from anywhere to the goal after this; None where that is not known."""
+    """Cost to drive from anywhere to here; None on an open floor."""
+    next_goal: CostField | None = None
+    """Cost to drive from anywhere to the next goal, if it is known."""
 
 
 def driving_times(
-    model: RobotModel, settings: StanceSettings, start: Start, bases: Array
+    model: RobotModel, start: Start, bases: Array
 ) -> tuple[Array, npt.NDArray[np.bool_]]:
     """Expected times (N,) to drive to base poses (N, 3) [s], and whether backwards is faster.
 
-    Infinite where there is no way.
+    Infinite where there is no path.
     """
     forward, turn_rate = model.limits.base_twist[0], model.limits.base_twist[2]
     backward, here = model.limits.base_reverse, start.wTb
@@ -46,28 +75,83 @@ def driving_times(
         return np.maximum(distance / speed, np.abs(turn) / turn_rate), np.zeros(len(bases), bool)
     back = wrap(bearing + pi)
     ahead_turns = (np.abs(bearing) + np.abs(wrap(turn - bearing))) / turn_rate
-    back_turns = (np.abs(back) + np.abs(wrap(turn - back))) / turn_rate + settings.reverse_cost
-    ahead = distance / forward + settings.turn_weight * ahead_turns
-    behind = distance / backward + settings.turn_weight * back_turns
+    back_turns = (np.abs(back) + np.abs(wrap(turn - back))) / turn_rate + _REVERSE_COST
+    ahead = distance / forward + TURN_WEIGHT * ahead_turns
+    behind = distance / backward + TURN_WEIGHT * back_turns
     return np.minimum(ahead, behind), behind < ahead
 
 
-def leaving_times(
-    model: RobotModel, settings: StanceSettings, onward: CostField, bases: Array
-) -> Array:
-    """Expected times (N,) to drive on from base poses (N, 3) [s].
-
-    How the base is turned there is left open.
-    """
+def leaving_times(model: RobotModel, next_goal: CostField, bases: Array) -> Array:
+    """Expected times (N,) to drive on to the next goal from base poses (N, 3) [s]."""
     forward, _, turn_rate = model.limits.base_twist.tolist()
-    distance = onward.at(bases[:, :2])
+    distance = next_goal.at(bases[:, :2])
     ahead: Array = distance / forward
     if model.n_base == 3:
         return ahead
-    dx, dy = (onward.ahead_of(bases[:, :2]) - bases[:, :2]).T
+    dx, dy = (next_goal.ahead_of(bases[:, :2]) - bases[:, :2]).T
     bearing = np.abs(wrap(np.arctan2(dy, dx) - bases[:, 2]))
-    ahead = ahead + settings.turn_weight * bearing / turn_rate
-    back_turns = (pi - bearing) / turn_rate + settings.reverse_cost
-    behind = distance / model.limits.base_reverse + settings.turn_weight * back_turns
+    ahead = ahead + TURN_WEIGHT * bearing / turn_rate
+    back_turns = (pi - bearing) / turn_rate + _REVERSE_COST
+    behind = distance / model.limits.base_reverse + TURN_WEIGHT * back_turns
     least: Array = np.minimum(ahead, behind)
     return least
+
+
+def stance_costs(
+    model: RobotModel,
+    start: Start,
+    bases: Array,
+    postures: Array,
+    tools: ToolPoses,
+    sideways: float,
+) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """Costs (N,) of postures at base poses (N, 3) [s], and whether to drive backwards (N,).
+
+    `sideways` is 0 for an end effector that points up or down, 1 for a horizontal one.
+    """
+    limits = model.limits
+    driving, reverse = driving_times(model, start, bases)
+    folding = (np.abs(postures - start.q) / (_ARM_SPEED * limits.qd)).max(axis=1)
+    margin = np.minimum(postures - limits.q_min, limits.q_max - postures).min(axis=1)
+    bearing = np.abs(np.arctan2(tools.positions[:, 1], tools.positions[:, 0]))
+    costs = (
+        np.maximum(driving, folding)
+        + _OVERLAP * np.minimum(driving, folding)
+        + _MANIPULABILITY_COST * np.maximum(0.0, _MIN_MANIPULABILITY - tools.manipulability)
+        + (_BEARING_COST_DOWN + sideways * (_BEARING_COST - _BEARING_COST_DOWN)) * bearing
+        + _LIMIT_COST * np.maximum(0.0, _LIMIT_MARGIN - margin)
+    )
+    if start.next_goal is not None:
+        costs += leaving_times(model, start.next_goal, bases)
+    return costs, reverse
+
+
+def missing_clearance(
+    collision: SelfCollision,
+    space: FreeSpace | None,
+    start: Start,
+    base: Pose2D,
+    stance: Stance,
+    clearance: float,
+) -> float:
+    """By how much the arm's straight motion in joint space comes nearer than `clearance` [m].
+
+    The sum for the robot itself and for fixtures, of which at most `clearance` counts.
+    """
+    way = stance.q - start.q
+    least = min(collision.clearance(posture) for posture in start.q + _SAMPLES * way)
+    missing = max(0.0, clearance - least)
+    if space is None:
+        return missing
+    here, whole = se3_of(start.wTb), ARM + HAND
+    now = space.nearest(here, start.q, whole, clearance).distance  # it cannot do better than now
+    first = min(space.nearest(here, start.q + k * way, whole, clearance).distance for k in _HERE)
+    lacking = max(0.0, now - max(0.0, first))
+    forward = -1.0 if stance.reverse else 1.0
+    for before, share in _THERE:
+        x = base.x - forward * before * cos(base.heading)
+        y = base.y - forward * before * sin(base.heading)
+        there = se3_of(Pose2D(x, y, base.heading))
+        near = space.nearest(there, start.q + share * way, whole, clearance)
+        lacking = max(lacking, clearance - max(0.0, near.distance))
+    return missing + lacking

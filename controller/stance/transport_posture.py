@@ -1,9 +1,9 @@
-"""How the arm is carried on a way on which the posture of the stance would hit something.
+"""Transport posture: how the arm is carried where its motion to the stance would hit an obstacle.
 
-The base finds its way by itself; the arm may reach out farther than a passage is wide. Where it
-would hit something, as far as it will have come to the posture of its stance, it is carried as it
-is when it is ready, the hand over the front of the base, until the last such place is passed and
-there is room to unfold. The way is looked at from its end, a pose in every period.
+The arm may reach out farther than a passage of the base is wide. Where it would hit an obstacle on
+its motion to the posture of the stance, it is carried in the ready posture until the last such
+place is passed and there is room to unfold. The path is checked from its end, a pose in every
+period.
 """
 
 from __future__ import annotations
@@ -13,26 +13,24 @@ import numpy as np
 from controller.command import Array
 from controller.floor import Pose2D, wrap
 from controller.model import RobotModel
-from controller.stance.docking import PARTS, ROOM, YIELD, carried, unfolds
+from controller.stance.docking import PARTS, ROOM, YIELD, transport_posture, unfolds
 from controller.stance.free_space import FreeSpace, se3_of
 from controller.stance.stance import Stance
 
 _SPACING = 0.15
-"""Between the poses that are looked at [m] ..."""
+"""Largest distance of poses that are checked [m] ..."""
 _TURN = 0.3
-"""... or so much turned [rad]."""
+"""... and largest turn between them [rad]."""
 _UNFOLDING_ROOM = 0.02
-"""What an arm that unfolds needs, unless it has less [m]."""
+"""Clearance of an arm that unfolds, unless it has less [m]."""
 _RADIAN = 0.4
-"""What a turn counts like, to tell how far the base has come [m]."""
+"""Distance equivalent to a radian, to measure the progress of the base [m]."""
 
 
 class TransportPosture:
-    """Tells where on one way after the other the arm is to be carried.
+    """Decides on successive paths where the arm needs its transport posture.
 
-    Args:
-        model: the robot.
-        pace: share of the base's time that the arm takes.
+    `pace` is the share of the base's time that the arm takes.
     """
 
     def __init__(self, model: RobotModel, pace: float) -> None:
@@ -41,19 +39,19 @@ class TransportPosture:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the way."""
+        """Forget the path."""
         self._way: Array | None = None
         self._poses = np.zeros((0, 3))
         self._room = 0.0
-        """What the arm needs: as much as it has at the end, if that is less [m]."""
+        """Clearance of the arm at the end of the path, at most `ROOM` [m]."""
         self._at = 0
         self._last = -1
-        """The last pose at which the arm hits something, as far as is known."""
+        """The last pose at which the arm is known to hit an obstacle."""
         self._unseen = 0
-        """Poses before this one were not looked at yet."""
+        """Poses before this one were not checked yet."""
         self._carries = False
         self._free = False
-        """Whether all the way was found free for an arm that unfolds from now on."""
+        """Whether the whole path is free for an arm that unfolds from now on."""
 
     def posture(
         self,
@@ -66,16 +64,16 @@ class TransportPosture:
         *,
         waits: bool = False,
     ) -> Array | None:
-        """The posture (7,) to carry the arm in now; None if it may take that of the stance.
+        """The transport posture (7,) where the arm needs it now, else None.
 
         Args:
-            space: what stands around; None on an open floor.
-            way: (N, 3) poses of the base; the same object as long as it is the same.
+            space: static obstacles; None on an open floor.
+            way: (N, 3) base poses of the path; the same object as long as it is the same.
             wTb: base pose.
             q: (7,) joint positions [rad].
-            stance: where the way leads.
-            times: that base and arm take at least, to there [s].
-            waits: at the end of the way, too, the arm does not unfold without room.
+            stance: at the end of the path.
+            times: least times of base and arm to the stance [s].
+            waits: do not unfold without room, even at the end of the path.
         """
         if space is None or not len(way):
             return None
@@ -87,7 +85,7 @@ class TransportPosture:
             self._unseen = len(self._poses) - 1
             self._room = self._distance(space, self._unseen, aim) - YIELD
         self._advance(wTb)
-        self._look_on(space, q, aim, times)
+        self._check_next(space, q, aim, times)
         if self._last > self._at:
             self._carries = True
         elif self._carries:
@@ -95,13 +93,12 @@ class TransportPosture:
             now = space.nearest(se3_of(wTb), q, PARTS, _UNFOLDING_ROOM).distance
             free = ends or self._free or unfolds(space, wTb, q, aim, now - YIELD)
             self._carries = not free
-        return carried(self._ready, aim) if self._carries else None
+        return transport_posture(self._ready, aim) if self._carries else None
 
-    def _look_on(self, space: FreeSpace, q: Array, aim: Array, times: tuple[float, float]) -> None:
-        """Look at one more pose of the way, from its end, again and again while it carries.
-
-        The farther the base has come, the less the arm will have unfolded where something is.
-        """
+    def _check_next(
+        self, space: FreeSpace, q: Array, aim: Array, times: tuple[float, float]
+    ) -> None:
+        """Check one more pose of the path, from its end; repeatedly while the arm is carried."""
         end = len(self._poses) - 1
         if self._unseen <= self._at:
             if not self._carries:
@@ -120,10 +117,7 @@ class TransportPosture:
             self._last, self._free = -1, True
 
     def _late(self, number: int, base_time: float, arm_time: float) -> float:
-        """Share of the arm's way to its posture that is left when the base is at a pose.
-
-        It hurries as `bias_towards` has it: by a share of the time that the base has left.
-        """
+        """Remaining share of the arm's motion when the base is at a pose; see `bias_towards`."""
         end = len(self._poses) - 1
         left = (end - number) / max(1, end - self._at)
         passed = (1.0 - left) * base_time
@@ -132,12 +126,12 @@ class TransportPosture:
         return max(late, 1.0 - at_most)
 
     def _distance(self, space: FreeSpace, number: int, q: Array) -> float:
-        """From the arm to what is around, the base at a pose of the way; at most `ROOM`."""
+        """Distance of the arm to obstacles at a pose of the path, at most `ROOM` [m]."""
         pose = Pose2D(*self._poses[number].tolist())
         return space.nearest(se3_of(pose), q, PARTS, ROOM).distance
 
     def _advance(self, wTb: Pose2D) -> None:
-        """Note how far the base has come."""
+        """Update the index of the pose that the base has reached."""
         poses = self._poses
         while self._at + 1 < len(poses):
             here, there = (
@@ -151,7 +145,7 @@ class TransportPosture:
 
 
 def thinned(way: Array) -> Array:
-    """Poses (M, 3) of a way (N, 3), no nearer to each other than is looked at, and its last."""
+    """Poses (M, 3) of a path (N, 3) at the spacing of the checks, and its last one."""
     kept = [way[0]]
     for pose in way[1:]:
         moved = np.hypot(*(pose[:2] - kept[-1][:2]))
@@ -161,7 +155,7 @@ def thinned(way: Array) -> Array:
             continue
         turn = wrap(float(pose[2] - kept[-1][2]))
         before = kept[-1]
-        for k in range(1, steps + 1):  # turns on the spot between two pieces of the way
+        for k in range(1, steps + 1):  # turns on the spot
             share = k / (steps + 1)
             middle = before + share * np.array([*(pose[:2] - before[:2]), turn])
             kept.append(middle)

@@ -24,7 +24,6 @@ from controller.stance import Stance, StanceFinder
 from controller.stance.docking import PARTS, ROOM, YIELD, moved, with_docking
 from controller.stance.free_space import FreeSpace, se3_of
 from controller.stance.transport_posture import TransportPosture
-from controller.stance_settings import StanceSettings
 from robots import Box, Geom
 
 
@@ -64,8 +63,8 @@ def rigid(wTe: SE3) -> SE3:
 
 def found_stance(model: RobotModel, around: tuple[Geom, ...]) -> tuple[FreeSpace, Stance]:
     """From the origin for the hand in the middle of the shelf."""
-    finder = StanceFinder(model, StanceSettings(), SelfCollision(model), CollisionModels(model))
-    finder.meet(Surroundings(fixtures=around))
+    finder = StanceFinder(model, SelfCollision(model), CollisionModels(model))
+    finder.update(Surroundings(fixtures=around))
     ready = model.description.arm.ready
     stance = finder.search(rigid(MIDDLE), Pose2D(0.0, 0.0, 0.0), ready).finish()
     assert finder.space is not None

@@ -11,7 +11,6 @@ from controller.floor.base_drive import Pose2D
 from controller.stance.posture_bank import bank
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
-from controller.stance_settings import StanceSettings
 from lab.bench.configuration import Configuration
 from lab.bench.moving import Following, run_following
 from robots import load_robot, with_base_speeds
@@ -28,7 +27,7 @@ def both_ways() -> RobotModel:
 
 def stance_for(model: RobotModel, wTe: SE3, *, in_front: bool = False) -> Stance:
     where = bank(model.description), SelfCollision(model), wTe, Pose2D(0.0, 0.0, 0.0), READY
-    stance = StanceSearch(model, StanceSettings(), *where, in_front=in_front).finish()
+    stance = StanceSearch(model, *where, in_front=in_front).finish()
     assert stance is not None
     return stance
 

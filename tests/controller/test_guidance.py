@@ -30,7 +30,6 @@ from controller.guidance import Guidance
 from controller.servo import pose_error
 from controller.stance.posture_bank import BANK, SEED, bank, draw, forward_kinematics
 from controller.stance.search import StanceSearch
-from controller.stance_settings import StanceSettings
 from robots import load_robot, robot_names
 
 READY = load_robot("frankie").arm.ready
@@ -78,7 +77,7 @@ def test_the_chosen_stance_reaches_the_goal_clear_of_contact(robot):
     model, body = robot_model(robot), SelfCollision(robot_model(robot))
     postures = bank(model.description)
     for wTe in reachable_poses(robot, 20, seed=5):
-        search = StanceSearch(model, StanceSettings(), postures, body, wTe, ORIGIN, READY)
+        search = StanceSearch(model, postures, body, wTe, ORIGIN, READY)
         stance = search.finish()
         assert stance is not None
         x, y, heading = stance.base_for(wTe)
@@ -92,9 +91,9 @@ def test_the_chosen_stance_reaches_the_goal_clear_of_contact(robot):
 
 
 def test_a_stance_that_failed_is_not_chosen_again():
-    model, settings = robot_model("frankie"), StanceSettings()
+    model = robot_model("frankie")
     body, wTe = SelfCollision(model), tool_pose(2.0, 0.5, 0.7)
-    here = (model, settings, bank(model.description), body, wTe, ORIGIN, READY)
+    here = (model, bank(model.description), body, wTe, ORIGIN, READY)
     first = StanceSearch(*here).finish()
     second = StanceSearch(*here, failed=(first,)).finish()
     assert np.abs(first.q - second.q).max() > 0.5

@@ -10,7 +10,7 @@ from pinocchio import SE3
 
 from controller import PAPER, BaseGoal, HolisticController, PoseGoal, RobotModel
 from controller.floor.base_drive import Pose2D, drive_to, time_to_drive
-from controller.settings import ControllerSettings, DriveSettings
+from controller.settings import ControllerSettings
 from robots import load_robot, with_base_speed, with_reverse_speed
 
 FRANKIE, OMNI = with_reverse_speed(load_robot("frankie"), 1.0), load_robot("omni")
@@ -72,7 +72,7 @@ def test_a_holonomic_base_goes_straight_as_fast_as_its_reverse_speed_allows(x, y
 
 def test_driving_times_know_the_reverse_speed(model):
     behind = Pose2D(-2.0, 0.0, 0.0)
-    assert time_to_drive(model, DriveSettings(), behind, reverse=True) == pytest.approx(2.0 / SLOW)
+    assert time_to_drive(model, behind, reverse=True) == pytest.approx(2.0 / SLOW)
 
 
 def test_a_differential_drive_prefers_to_turn_where_backing_is_slow():

@@ -153,7 +153,7 @@ def test_on_an_open_floor_it_is_led_to_the_pose_itself(target, reverse):
         lead = Route(model, SETTINGS).lead(room, here, goal, reverse)
         assert lead.final
         assert lead.target == pytest.approx(goal)
-        assert lead.time_left == time_to_drive(model, SETTINGS.drive, lead.target, reverse)
+        assert lead.time_left == time_to_drive(model, lead.target, reverse)
         np.testing.assert_array_equal(
             drive_along(model, SETTINGS, lead),
             drive_to(model, SETTINGS, lead.target, reverse=reverse),

@@ -16,8 +16,7 @@ from controller.floor.floor_map import FloorMap
 from controller.stance.free_space import FreeSpace
 from controller.stance.posture_bank import bank
 from controller.stance.search import StanceSearch
-from controller.stance.stance_cost import leaving_times
-from controller.stance_settings import StanceSettings
+from controller.stance.stance_cost import TURN_WEIGHT, leaving_times
 
 BESIDE_THE_WAY = tool_pose(3.0, 0.72, 0.85, yaw=np.pi / 2.0)
 AHEAD = tool_pose(6.0, 0.0, 0.85)
@@ -27,9 +26,7 @@ LONG_TABLE = box("table", (3.0, 0.9, 0.35), (1.0, 0.3, 0.35))
 def base_for(model: RobotModel, wTe: SE3, onward: SE3 | None, fixtures=()) -> Pose2D:
     space = FreeSpace(model, FloorMap(fixtures, model.description)) if fixtures else None
     body, postures = SelfCollision(model), bank(model.description)
-    here = StanceSearch(
-        model, StanceSettings(), postures, body, wTe, ORIGIN, READY, space=space, onward=onward
-    )
+    here = StanceSearch(model, postures, body, wTe, ORIGIN, READY, space=space, next_goal=onward)
     found = here.finish()
     assert found is not None
     return found.base_for(wTe)
@@ -68,12 +65,12 @@ def test_a_next_goal_that_no_way_leads_to_does_not_matter():
 
 
 def test_leaving_takes_the_time_of_the_way_and_of_the_turn_into_it():
-    model, settings = robot_model("frankie"), StanceSettings()
+    model = robot_model("frankie")
     speed, turn_rate = model.limits.base_twist[0], model.limits.base_twist[2]
     field = CostField(None, (5.0, 0.0))
     turned = [0.0, 0.5, -0.5]
-    times = leaving_times(model, settings, field, np.array([[1.0, 0.0, a] for a in turned]))
-    expected = 4.0 / speed + settings.turn_weight * np.abs(turned) / turn_rate
+    times = leaving_times(model, field, np.array([[1.0, 0.0, a] for a in turned]))
+    expected = 4.0 / speed + TURN_WEIGHT * np.abs(turned) / turn_rate
     np.testing.assert_allclose(times, expected)
 
 

@@ -26,7 +26,6 @@ from controller.stance.free_space import FreeSpace
 from controller.stance.posture_bank import bank
 from controller.stance.search import StanceSearch
 from controller.stance.stance import Stance
-from controller.stance_settings import StanceSettings
 from robots import Box, Capsule, Geom
 
 ORIGIN = Pose2D(0.0, 0.0, 0.0)
@@ -64,7 +63,7 @@ def search(model: RobotModel, wTe: SE3, fixtures: tuple[Geom, ...]) -> StanceSea
     floor = FloorMap(fixtures, model.description)
     space = FreeSpace(model, floor) if fixtures else None
     body, postures = SelfCollision(model), bank(model.description)
-    return StanceSearch(model, StanceSettings(), postures, body, wTe, ORIGIN, READY, space=space)
+    return StanceSearch(model, postures, body, wTe, ORIGIN, READY, space=space)
 
 
 def distance_to_box(points: np.ndarray, fixture: Geom) -> float:
@@ -153,7 +152,7 @@ def test_no_step_of_a_search_does_more_than_its_share_of_work(monkeypatch, fixtu
 
         monkeypatch.setattr(where, name, function)
 
-    counted(stance_search, "stance_costs", lambda a: len(a[3]))
+    counted(stance_search, "stance_costs", lambda a: len(a[2]))
     counted(stance, "forward_kinematics", lambda a: len(a[1]))
     counted(FloorMap, "stands_free", lambda a: len(a[1]))
     counted(FloorMap, "field", lambda a: 1)
