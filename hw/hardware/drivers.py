@@ -7,7 +7,7 @@ from math import radians
 
 from hw.clock import Clock
 from hw.omron import ArclSettings, OmronBase, OmronSettings, Site
-from hw.panda import ArmSettings, HandSettings, PandaArm, PandaHand
+from hw.panda import ArmSettings, PandaArm, PandaHand
 from hw.realsense import RealSenseCamera, RealSenseSettings
 from robots import CameraDescription, FullScaleFile, HardwareFile, Limits
 
@@ -54,7 +54,7 @@ def arm_of(hardware: HardwareFile, clock: Clock) -> PandaArm:
 
 def hand_of(hardware: HardwareFile, clock: Clock) -> PandaHand:
     """The driver of the hand, not yet connected."""
-    return PandaHand(hardware.arm.address, clock, HandSettings(speed=hardware.gripper.speed))
+    return PandaHand(hardware.arm.address, clock, hardware.gripper.speed)
 
 
 def camera_of(

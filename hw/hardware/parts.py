@@ -16,7 +16,7 @@ from hw.hardware.drivers import arm_of, base_of, camera_of, hand_of
 from hw.hardware.findings import Finding, Verdict
 from hw.hardware.teleop import teleop
 from hw.omron import OmronBase
-from hw.panda import PANDA, PandaArm, PandaHand
+from hw.panda import INTERFACE_VERSION, PandaArm, PandaHand
 from hw.realsense import RealSenseCamera
 from hw.robot import HardwareError
 from robots import RealRobot, load_robot
@@ -74,7 +74,7 @@ def arm(real: RealRobot) -> Iterator[Finding]:
             return
         faults = driver.read().faults
         ready = "" if faults else ", ready to move"
-        yield Finding("arm", Verdict.GOOD, f"interface version {PANDA.interface}{ready}")
+        yield Finding("arm", Verdict.GOOD, f"interface version {INTERFACE_VERSION}{ready}")
         yield from (Finding("arm", Verdict.BAD, fault.text) for fault in faults)
         reading = driver.reading()
         text = (

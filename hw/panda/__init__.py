@@ -1,23 +1,20 @@
-"""The driver of the Franka Panda and its hand.
+"""Driver of the Franka Panda and its hand.
 
-`PandaArm` and `PandaHand` are parts of a robot. Behind each stands a process of its own with the
-vendor's library: `arm_process` with its loop at 1 kHz in `streaming` and `limiter`, and
-`hand_process`. `generation` says what is true of a Panda, and is the seam for an FR3.
+`PandaArm` and `PandaHand` are parts of a robot. Behind each is a process of its own with the
+vendor's library: `arm_process`, with its 1 kHz loop in `streaming` and `limiter`, and
+`hand_process`.
 """
 
 from hw.panda.arm import ArmSettings, PandaArm
-from hw.panda.generation import PANDA, Generation, JointLimits, missing
-from hw.panda.hand import HandSettings, PandaHand
+from hw.panda.hand import PandaHand
+from hw.panda.library import INTERFACE_VERSION, LIMITS, JointLimits, missing
 from hw.panda.limiter import VelocityLimiter
-from hw.panda.records import ArmReading, HandReading, Mode
+from hw.panda.records import Mode
 
 __all__ = [
-    "PANDA",
-    "ArmReading",
+    "INTERFACE_VERSION",
+    "LIMITS",
     "ArmSettings",
-    "Generation",
-    "HandReading",
-    "HandSettings",
     "JointLimits",
     "Mode",
     "PandaArm",

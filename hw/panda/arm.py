@@ -11,21 +11,23 @@ import numpy as np
 from hw.clock import Clock, stopwatch
 from hw.panda.arm_process import MEMORY
 from hw.panda.explanations import needs_a_person
-from hw.panda.generation import PANDA, missing
-from hw.panda.lead import Lead
+from hw.panda.library import LIMITS, missing
 from hw.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
+from hw.panda.streaming import FRESH
 from hw.processes.mailbox import Mailbox
 from hw.processes.process import DriverProcess, NoAnswerError
 from hw.robot import HardwareError
 from hw.state import ArmState, Array, Fault, FaultKind
 
 _SILENT = 0.15
-"""An arm that says nothing for so long does not answer [s]."""
+"""Without a state for this long the arm does not answer [s]."""
 _ZERO = (0.0,) * 7
 _RECOVERY, _WAY = 20.0, 60.0
-"""How long that may take [s]."""
+"""Timeouts of a recovery and of `move_to` [s]."""
 _APART = 2.0
-"""Between two recoveries [s]."""
+"""Shortest time between two recoveries [s]."""
+_SHORTEST = 0.01
+"""Shortest time between two commands for their slope [s]: a shorter one is noise."""
 _MODES = {
     Mode.OTHER: "its joints are locked: unlock them on its Desk page and activate FCI",
     Mode.GUIDING: "it is being guided by hand: let go of the buttons at its wrist",
@@ -35,26 +37,52 @@ _MODES = {
 
 @dataclass(frozen=True, kw_only=True)
 class ArmSettings:
-    """What a site may choose."""
+    """Settings of a site."""
 
     torques: tuple[float, ...] = (20.0, 20.0, 18.0, 18.0, 16.0, 14.0, 12.0)
-    """(7,) torques of a contact at which the arm stops [Nm]."""
+    """(7,) contact torques at which the arm stops [Nm]."""
     forces: tuple[float, ...] = (20.0, 20.0, 20.0, 25.0, 25.0, 25.0)
     """(6,) forces and torques at the hand at which the arm stops [N, Nm]."""
     lead: float = 0.0
-    """By how much joints follow a velocity too late; they are commanded so much ahead of it [s]."""
+    """Lag of the joints that is compensated [s]."""
     connecting: float = 6.0
-    """How long the arm may take to answer at first [s]."""
+    """Timeout of connecting [s]."""
+
+
+class Lead:
+    """Compensates the lag T of the joints: they are commanded r + T dr/dt to do r.
+
+    The slope is that of the last two commands. A command to rest, and one after a pause, does not
+    change.
+
+    Args:
+        seconds: lag of the joints; 0 changes nothing.
+        qdd: (7,) largest slopes that count [rad/s^2].
+    """
+
+    def __init__(self, seconds: float, qdd: Sequence[float]) -> None:
+        self._seconds, self._qdd = seconds, np.array(qdd)
+        self._last: Array = np.zeros(7)
+        self._at = -np.inf
+
+    def of(self, qd: Array, now: float) -> Array:
+        """What to command instead of (7,) velocities [rad/s] at a time [s]."""
+        before, gap = self._last, now - self._at
+        self._last, self._at = qd, now
+        if not self._seconds or gap > FRESH or not qd.any():
+            return qd
+        slope = (qd - before) / max(gap, _SHORTEST)
+        return qd + self._seconds * np.clip(slope, -self._qdd, self._qdd)
 
 
 class PandaArm:
     """A Panda that follows joint velocities; a process of its own holds the connection.
 
-    After a reflex, and after a person has stopped it, it moves again only when it was recovered
-    and the commands have been zero for a moment.
+    After a reflex or a user stop it moves again only when it was recovered and the commands have
+    been zero for a moment.
 
     Args:
-        address: of the arm in the network.
+        address: of the arm.
         clock: session time.
         settings: of the site.
     """
@@ -69,12 +97,12 @@ class PandaArm:
         self._commands = Mailbox(self._process.memory, 0, ARM_COMMAND)
         self._readings = Mailbox(self._process.memory, 1, ARM_READING)
         self._writing = threading.Lock()
-        self._lead = Lead(settings.lead, PANDA.limits.qdd)
+        self._lead = Lead(settings.lead, LIMITS.qdd)
         self._given = 0
         self._is_recovering, self._may_recover_at = False, 0.0
 
     def connect(self) -> None:
-        """Start the process, and see that the arm can be commanded.
+        """Start the process, and check that the arm can be commanded.
 
         Raises:
             HardwareError: it cannot be; the text says why and what to do.
@@ -91,18 +119,18 @@ class PandaArm:
             raise HardwareError(f"the {self._process.what}: {cause}")
 
     def reading(self) -> ArmReading:
-        """All that the driver knows; stamps are those of `stopwatch`.
+        """The newest state of the arm; stamps are those of `stopwatch`.
 
         Raises:
-            HardwareError: there never was one.
+            HardwareError: it was never connected.
         """
         return self._process.told(ArmReading.get(self._readings))
 
     def read(self) -> ArmState:
-        """The newest reading, stamped when it arrived.
+        """The newest reading, stamped on arrival.
 
-        From an arm that does not answer it is the last one, at rest, with a fault and the stamp of
-        now: a recovery gets its chance.
+        From an arm that does not answer it is the last one, at rest, with a fault and the current
+        stamp, so that a recovery gets its chance.
         """
         reading = self.reading()
         is_silent = self._is_recovering or bool(self._silence(reading))
@@ -114,10 +142,7 @@ class PandaArm:
         )
 
     def send(self, qd: Array) -> Array:
-        """Follow joint velocities (7,) [rad/s] for one period.
-
-        Zero while there is a fault, and instead of what is no number.
-        """
+        """Follow joint velocities (7,) [rad/s]; zero while there is a fault, or if not finite."""
         is_good = np.isfinite(qd).all() and not self._faults(self.reading())
         applied = np.array(qd, dtype=float) if is_good else np.zeros(7)
         now = stopwatch()
@@ -125,16 +150,16 @@ class PandaArm:
         return applied
 
     def move_to(self, q: Sequence[float], speed: float = 0.3) -> None:
-        """Go to joint positions (7,) [rad] straight in joint space; waits until it is there.
+        """Go to joint positions (7,) [rad] straight in joint space, without collision checks.
 
-        Nothing looks out for obstacles. `stop` and any command end it.
+        Returns on arrival. `stop` and any command end it.
 
         Args:
-            q: for example the `ready` of a robot's description.
+            q: the goal.
             speed: of the fastest joint [rad/s].
 
         Raises:
-            HardwareError: it did not get there.
+            HardwareError: the goal was not reached.
         """
         try:
             self._process.ask(_WAY, do="move", q=list(map(float, q)), speed=speed)
@@ -145,11 +170,11 @@ class PandaArm:
     def recover(self) -> None:
         """Clear a reflex; connect again if the arm or its driver does not answer.
 
-        A healthy arm, which may be in a motion, is left alone. Waits until the last recovery was
-        2 s ago: what comes back at once is not cleared away in a loop.
+        Without a fault nothing happens. Waits until the last recovery was 2 s ago, so that a
+        permanent fault is not cleared in a loop.
 
         Raises:
-            HardwareError: that cannot be done now.
+            HardwareError: that is not possible now.
         """
         reading = self.reading()
         if self._silence(reading):
@@ -165,11 +190,11 @@ class PandaArm:
                 self._may_recover_at = self._clock.now() + _APART
 
     def stop(self) -> None:
-        """Come to rest as fast as limits allow, in any state and from any thread."""
+        """Come to rest as fast as limits allow; from any thread."""
         self._put(0.0, _ZERO)
 
     def close(self) -> None:
-        """Stop, and end the process once the arm rests."""
+        """Stop, and end the process once the arm is at rest."""
         self.stop()
         self._process.end()
 
@@ -179,7 +204,7 @@ class PandaArm:
             self._commands.put(self._given, stamp, *qd)
 
     def _silence(self, reading: ArmReading) -> str:
-        """Why there is nothing new; empty if there is, and while a recovery keeps it silent."""
+        """Why there are no new states; empty if there are, and during a recovery."""
         longest = _RECOVERY if self._is_recovering else _SILENT
         return self._process.silence(reading.stamp, longest)
 

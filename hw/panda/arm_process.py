@@ -1,7 +1,7 @@
 """The process that holds the connection to the arm.
 
-It never recovers by itself. After the arm has stopped of its own accord, it moves again only once
-it has been recovered and the commands have been zero.
+It never recovers by itself. After a stop of its own the arm moves again only once it has been
+recovered and the commands have been zero.
 """
 
 from __future__ import annotations
@@ -18,26 +18,24 @@ from typing import Any
 
 from hw.clock import stopwatch
 from hw.panda.explanations import OVERLOADED, explain, explain_connecting
-from hw.panda.generation import PANDA, load_library
-from hw.panda.records import ARM_COMMAND, ARM_READING, Mode
-from hw.panda.speeding import Speeding, SpeedingError
-from hw.panda.streaming import FRESH, Streaming, reading_of
+from hw.panda.library import LIMITS, load_library
+from hw.panda.records import ARM_COMMAND, ARM_READING, ArmReading, Mode
+from hw.panda.streaming import FRESH, SpeedError, SpeedMonitor, Streaming
 from hw.processes.child import Parent, Request, claim, hurry, leave, still_alive
 from hw.processes.mailbox import Mailbox, open_memory
 
 _NAP = 0.004
 """Between two readings while the arm is not in a motion [s]."""
 _CONNECTING, _RECOVERING = 20.0, 60.0
-"""How long that may take [s]."""
+"""Timeouts [s]."""
 _UNDER_WAY = 18.0
-"""A recovery that is under way already may take this long [s]."""
+"""Timeout of a recovery that is under way already [s]."""
 _NO_FILTER = 1000.0
 """Cutoff frequency at which the library's own filter is off [Hz]."""
-_ZERO = (0.0,) * 7
 _STIFFNESS = [3000.0, 3000.0, 3000.0, 2500.0, 2500.0, 2000.0, 2000.0]
 """(7,) of the arm's own joint controller, as the vendor's examples have it [Nm/rad]."""
 _STARVED, _SAMPLE = 0.01, 100
-"""A process that waits for a processor longer than this [s] in so many periods is starved."""
+"""A process that waits for a processor longer than this [s] in this many periods is starved."""
 _LOCK_PRESENT = 1
 """MCL_CURRENT of `mlockall`."""
 MEMORY = 2
@@ -45,14 +43,14 @@ MEMORY = 2
 
 
 class ArmProcess:
-    """The arm's connection, and what is known of the arm.
+    """The connection to the arm, and its state.
 
     Args:
         library: of the vendor.
         address: of the arm.
-        settings: torques (7,) [Nm] and forces (6,) [N, Nm] of contacts at which it stops.
+        settings: contact torques (7,) [Nm] and forces (6,) [N, Nm] at which it stops.
         memory: descriptor of the shared memory.
-        parent: who commands.
+        parent: the process that commands.
     """
 
     def __init__(
@@ -65,7 +63,7 @@ class ArmProcess:
         self._contacts = settings["torques"], settings["forces"]
         self._lost = 0
         self._trouble = ""
-        self._speeding = Speeding()
+        self._monitor = SpeedMonitor()
         self._is_set_up = False
         self._may_move = True
         still_alive(_CONNECTING)
@@ -75,7 +73,7 @@ class ArmProcess:
             self._look()
 
     def run(self) -> None:
-        """Until there is no parent any more."""
+        """Serve until the parent has ended."""
         while self._parent.commands():
             still_alive()
             mode = self._look()
@@ -87,38 +85,38 @@ class ArmProcess:
                 time.sleep(_NAP)
 
     def _look(self) -> Mode:
-        """Read the arm and tell; what it is doing."""
+        """Read and publish the state; its mode."""
         state = self._robot.read_once()
         mode = Mode(int(state.robot_mode))
         if mode is Mode.REFLEX and not self._trouble:
-            # Once it rests, some arms no longer tell what they have stopped for.
+            # At rest some arms no longer report why they have stopped.
             now, last = str(state.current_errors), str(state.last_motion_errors)
             self._trouble = explain(f"{now if '_' in now else last} motion aborted by reflex")
         elif mode is Mode.USER_STOPPED and not self._trouble:
-            # With the button released it looks idle, and refuses motions until it is recovered.
+            # With the button released it looks idle, and refuses motions until recovered.
             self._trouble = explain("User Stop")
         self._allow(mode)
-        self._publish(state, _ZERO)
+        self._publish(state)
         return mode
 
     def _is_wanted(self) -> bool:
-        """Whether there is a fresh command to move."""
+        """Whether there is a valid command to move."""
         command = self._commands.get()
         return command is not None and stopwatch() - command[1] <= FRESH and any(command[2:])
 
     def _allow(self, mode: Mode) -> None:
-        """After a stop of its own, the arm may move when nobody wants it to for a moment."""
+        """After a stop of its own the arm may move once the commands have been zero."""
         if mode is not Mode.IDLE or self._trouble:
             self._may_move = False
         elif not self._is_wanted():
             self._may_move = True
 
     def _move(self, goal: Sequence[float] | None = None, speed: float = 0.5) -> bool:
-        """Be in a motion until it ends; whether the goal is reached, if there is one."""
-        self._speeding, self._ticks = Speeding(), 0
+        """Run a motion until it ends; whether its goal is reached."""
+        self._monitor, self._ticks = SpeedMonitor(), 0
         self._waits = deque([_waited()], maxlen=2)
         streaming = Streaming(
-            PANDA.limits,
+            LIMITS,
             self._commands,
             self._command,
             lambda: self._parent.is_gone,
@@ -133,7 +131,7 @@ class ArmProcess:
                 limit_rate=True,
                 cutoff_frequency=_NO_FILTER,
             )
-        except (RuntimeError, SpeedingError) as error:
+        except (RuntimeError, SpeedError) as error:
             is_late = "communication_constraints" in str(error)
             is_starved = is_late and _waited() - self._waits[0] > _STARVED
             self._trouble = OVERLOADED if is_starved else explain(error)
@@ -152,10 +150,7 @@ class ArmProcess:
         self._parent.answer(request, error)
 
     def _recover(self, mode: Mode) -> str:
-        """Clear what a program may clear; why not.
-
-        An arm that was stopped by its button looks idle after that, and is to be recovered, too.
-        """
+        """Clear errors, also of an arm that looks idle after a user stop; why not."""
         until = stopwatch() + _UNDER_WAY
         while mode is Mode.RECOVERING and stopwatch() < until and self._parent.commands():
             still_alive()
@@ -171,12 +166,12 @@ class ArmProcess:
                 self._robot.automatic_error_recovery()
             except RuntimeError as error:
                 if mode is Mode.REFLEX or "current mode" not in str(error):
-                    return explain(error)  # else there is nothing to clear
+                    return explain(error)  # otherwise there is nothing to clear
         self._trouble = self._set_up()
         return self._trouble
 
     def _set_up(self) -> str:
-        """Tell it the contacts at which it stops and its stiffness; why it does not listen."""
+        """Set contact thresholds and stiffness; why not."""
         if not self._is_set_up:
             torques, forces = self._contacts
             try:
@@ -189,29 +184,33 @@ class ArmProcess:
 
     def _command(self, state: Any, commanded: Sequence[float]) -> None:
         """One period of a motion."""
-        self._speeding.check(stopwatch(), state.dq, commanded)
+        self._monitor.check(stopwatch(), state.dq, commanded)
         self._ticks += 1
         if self._ticks % _SAMPLE == 0:
             self._waits.append(_waited())
-        self._publish(state, commanded)
+        self._publish(state)
 
-    def _publish(self, state: Any, commanded: Sequence[float]) -> None:
-        reading_of(state, commanded=commanded, lost=self._lost, trouble=self._trouble).put(
-            self._readings
+    def _publish(self, state: Any) -> None:
+        reading = ArmReading(
+            stamp=stopwatch(),
+            time=state.time.to_msec(),
+            mode=Mode(int(state.robot_mode)),
+            q=tuple(state.q),
+            qd=tuple(state.dq),
+            lost=self._lost,
+            hand_mass=state.m_ee,
+            load=state.m_load,
+            trouble=self._trouble,
         )
+        reading.put(self._readings)
 
 
 def _waited() -> float:
-    """For how long this thread could go on and waited for a processor, so far [s]."""
+    """Total time that this thread was ready and waited for a processor [s]."""
     try:
         return 1e-9 * int(Path("/proc/thread-self/schedstat").read_text().split()[1])
     except (OSError, IndexError, ValueError):
         return 0.0
-
-
-def _stay_in_memory() -> None:
-    """Ask the system to swap nothing of this process out, as far as it lets us."""
-    ctypes.CDLL(None).mlockall(_LOCK_PRESENT)
 
 
 def main() -> None:
@@ -233,7 +232,7 @@ def main() -> None:
         except RuntimeError as error:
             parent.tell(error=explain_connecting(error))
             leave(1)
-        _stay_in_memory()
+        ctypes.CDLL(None).mlockall(_LOCK_PRESENT)  # as far as the system permits
         parent.tell(ready=True)
         arm.run()
     except Exception as error:

@@ -1,4 +1,4 @@
-"""What the vendor's library says, as cause and hint for a person."""
+"""Errors of the vendor's library as cause and hint."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ _VERSIONS = re.compile(r"version (\d+).*?(?:library|but this).*?version (\d+)", 
 
 
 def explain(error: BaseException | str) -> str:
-    """One line for what the library says: its names of errors first, then what to do."""
+    """One line for an error of the library: its names of errors, then a hint."""
     text = " ".join(str(error).split())
     if versions := _VERSIONS.search(text):
         server, ours = versions.groups()
@@ -79,10 +79,10 @@ def explain(error: BaseException | str) -> str:
 
 
 def explain_connecting(error: BaseException) -> str:
-    """The same while connecting: a robot that has just answered over TCP has cable and power."""
+    """The same while connecting, after the robot has answered over TCP."""
     return UDP_BLOCKED if "UDP receive" in str(error) else explain(error)
 
 
 def needs_a_person(trouble: str) -> bool:
-    """Whether no program can clear what the arm has stopped for."""
+    """Whether no program can clear this error."""
     return any(mark in trouble for mark in _BY_HAND)

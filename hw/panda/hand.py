@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from hw.clock import Clock, stopwatch
-from hw.panda.generation import missing
 from hw.panda.hand_process import HOMING, MEMORY, NOT_HOMED, patience
+from hw.panda.library import missing
 from hw.panda.records import HAND_READING, REACHED, HandReading
 from hw.processes.mailbox import Mailbox
 from hw.processes.process import DriverProcess, NoAnswerError
@@ -15,51 +14,42 @@ from hw.robot import HardwareError
 from hw.state import Fault, FaultKind, GripperState
 
 _SILENT = 0.5
-"""A hand that says nothing for so long does not answer [s]."""
+"""Without a state for this long the hand does not answer [s]."""
+_CONNECTING = 6.0
+"""Timeout of connecting [s]."""
 _MARGIN = 5.0
-"""By which its process gives a motion up earlier than is waited for it here [s]."""
+"""Added to the timeouts of its process [s]."""
 _HELD = (
     "it was not homed and may hold something, which homing would drop: take that out, and home it "
     "on its Desk page"
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class HandSettings:
-    """What a site may choose."""
-
-    speed: float = 0.1
-    """Of the fingers [m/s]."""
-    connecting: float = 6.0
-    """How long the hand may take to answer at first [s]."""
-
-
 class PandaHand:
     """A Franka Hand; a process of its own holds the connection.
 
-    The fingers move in `grip` and in `home` only, and in a `recover` that homes. Whether the hand
-    holds something is told by the width, not by what the hand says of a grasp.
+    The fingers move only in `grip`, `home`, and a `recover` that homes. Whether the hand holds an
+    object follows from its width, not from what it reports of a grasp.
 
     Args:
         address: of the arm that carries it.
         clock: session time.
-        settings: of the site.
+        speed: of the fingers [m/s].
     """
 
-    def __init__(self, address: str, clock: Clock, settings: HandSettings | None = None) -> None:
-        settings = settings or HandSettings()
+    def __init__(self, address: str, clock: Clock, speed: float = 0.1) -> None:
         self._clock, self._offset = clock, 0.0
         self._process = DriverProcess(
             "hw.panda.hand_process",
             "Franka Hand",
             address,
-            {"speed": settings.speed},
+            {"speed": speed},
             MEMORY,
-            settings.connecting,
+            _CONNECTING,
             missing,
         )
         self._readings = Mailbox(self._process.memory, 0, HAND_READING)
-        self._longest = patience(settings.speed) + _MARGIN
+        self._longest = patience(speed) + _MARGIN
         self._gripping = 0
         self._is_homing = self._holds = self._is_unsettled = False
 
@@ -67,21 +57,21 @@ class PandaHand:
         """Start the process. Nothing moves: a hand that was not homed has a fault.
 
         Raises:
-            HardwareError: the hand cannot be reached; the text says why and what to do.
+            HardwareError: there is no connection; the text says why and what to do.
         """
         self._offset = self._clock.now() - stopwatch()
         self._process.start()
 
     def reading(self) -> HandReading:
-        """All that the driver knows; stamps are those of `stopwatch`.
+        """The newest state of the hand; stamps are those of `stopwatch`.
 
         Raises:
-            HardwareError: there never was one.
+            HardwareError: it was never connected.
         """
         return self._process.told(HandReading.get(self._readings))
 
     def read(self) -> GripperState:
-        """The newest reading, stamped when it arrived."""
+        """The newest reading, stamped on arrival."""
         reading = self.reading()
         return GripperState(
             stamp=reading.stamp + self._offset,
@@ -91,13 +81,13 @@ class PandaHand:
         )
 
     def grip(self, width: float, force: float) -> None:
-        """Move the fingers, pressing with a force [N]; waits until they rest.
+        """Move the fingers to a width [m], pressing with a force [N]; returns when they rest.
 
-        Closing on what is held already does nothing: its force stays that of the first time.
+        Closing on an object that is held already does nothing.
 
         Raises:
-            HardwareError: the fingers did not reach the width, the hand was not homed, or does not
-                answer.
+            HardwareError: the fingers did not reach the width, or the hand was not homed or does
+                not answer.
         """
         self._gripping += 1
         try:
@@ -110,10 +100,10 @@ class PandaHand:
             self._gripping -= 1
 
     def home(self) -> None:
-        """Home a hand that was not homed since it was switched on: it closes, then it opens.
+        """Home a hand that was not homed since power-on: it closes, then it opens.
 
         Raises:
-            HardwareError: that has failed, or the hand may hold something.
+            HardwareError: that has failed, or the hand may hold an object.
         """
         reading = self.reading()
         if reading.is_homed:
@@ -127,24 +117,24 @@ class PandaHand:
             self._is_homing = False
 
     def recover(self) -> None:
-        """Connect again if the hand or its driver does not answer, and stop fingers that failed.
+        """Connect again if the hand or its driver does not answer, and stop a failed motion.
 
-        A hand that was not homed is homed, unless it may hold something.
+        A hand that was not homed is homed, unless it may hold an object.
 
         Raises:
-            HardwareError: it cannot be reached or homed.
+            HardwareError: that has failed.
         """
         if self._silence(self.reading()):
             self._process.kill()
             self.connect()
         if self._is_unsettled and not self._gripping:
-            if self.reading().is_homed:  # else it has forgotten the motion, and a stop lets go
+            if self.reading().is_homed:  # otherwise it has forgotten the motion, and a stop lets go
                 self._process.say(do="stop")
             self._is_unsettled = False
         self.home()
 
     def stop(self) -> None:
-        """The fingers stop where they are."""
+        """Stop the fingers where they are."""
         if self._gripping or self._is_homing:
             self._process.say(do="stop")
 
@@ -154,7 +144,7 @@ class PandaHand:
         self._process.end()
 
     def _ask(self, longest: float, **request: Any) -> None:
-        """Have the fingers do something; a process that does not give up in time is given up."""
+        """Command a motion; a process that does not answer in time is killed."""
         try:
             self._process.ask(longest, **request)
         except NoAnswerError:

@@ -1,8 +1,8 @@
 """The process that holds the connection to the hand.
 
-Reading the hand keeps Python's interpreter lock until the hand answers. So the hand has a process
-of its own beside that of the arm. Fingers that are in the way of something go on for minutes, and
-the vendor's library waits for them: whoever reads the hand watches them, and stops them in time.
+Reading the hand keeps Python's interpreter lock until the hand answers, so it has a process of its
+own. Blocked fingers go on for minutes, and the vendor's library waits for them: the reading thread
+monitors the motion and stops it in time.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 
 from hw.clock import stopwatch
 from hw.panda.explanations import explain, explain_connecting
-from hw.panda.generation import load_library
+from hw.panda.library import load_library
 from hw.panda.records import CLOSED, HAND_READING, HOMED, REACHED, HandReading
 from hw.processes.child import Parent, Request, claim, leave, still_alive
 from hw.processes.mailbox import Mailbox, open_memory
@@ -27,21 +27,21 @@ from hw.processes.mailbox import Mailbox, open_memory
 _NAP = 0.02
 """Between two readings [s]."""
 _CONNECTING = 20.0
-"""[s]"""
+"""Timeout of connecting [s]."""
 HOMING = 30.0
-"""What homing may take; 6 to 15 s are usual [s]."""
+"""Timeout of homing; 6 to 15 s are usual [s]."""
 _WIDEST = 0.1
 """No hand opens wider [m]."""
 _MOVING, _GRASPING = 3.0, 9.0
-"""What a move and a grasp may take beside the way that they go [s]."""
+"""Timeouts of a move and a grasp, in addition to the travel time [s]."""
 _BLOCKED, _STILL = 1.5, 5e-4
-"""Fingers that rest [m] for so long in the middle of a move have met something [s]."""
+"""Fingers that rest for this long [s] (within [m]) during a move are blocked."""
 _STOPPING = 2.0
-"""What a stop may take [s]."""
+"""Timeout of a stop [s]."""
 _ANY = 0.1
 """Tolerance of a grasp that allows every width [m]."""
 _SAME = 1e-3
-"""What is held has not changed if its width has changed by less [m]."""
+"""Tolerance of the width of a held object [m]."""
 NOT_HOMED = (
     "it was not homed since it was switched on: `run` or a recovery homes it, it closes and opens"
 )
@@ -53,30 +53,29 @@ MEMORY = 1
 
 
 def patience(speed: float) -> float:
-    """What a grip may take at a speed of the fingers [m/s]: a move, a stop and a grasp [s]."""
+    """Timeout of a grip at a speed of the fingers [m/s]: a move, a stop and a grasp [s]."""
     return 2.0 * (_WIDEST / speed + _STOPPING) + _MOVING + _GRASPING
 
 
 @dataclass
 class _Motion:
-    """One motion of the fingers that is under way."""
+    """A current motion of the fingers."""
 
     limit: float
-    """What it may take [s]."""
+    """Timeout [s]."""
     rest: float
-    """How long the fingers may rest meanwhile [s]."""
+    """Longest time at rest [s]."""
     width: float
-    """Where they were when they last moved [m]."""
+    """When they last moved [m]."""
     began: float = field(default_factory=stopwatch)
     moved: float = field(default_factory=stopwatch)
     stopped: float = inf
-    """When it was stopped."""
     why: str = ""
     """Why it was stopped."""
 
 
 class HandProcess:
-    """The hand's connection.
+    """The connection to the hand.
 
     Args:
         library: of the vendor.
@@ -93,10 +92,10 @@ class HandProcess:
         self._motion: _Motion | None = None
         self._state = state = self.publish()
         self._held = state.width if state.is_grasped else None
-        """The width of the last grasp, as long as nothing else was done [m]."""
+        """Width of the last grasp, until the next motion [m]."""
 
     def publish(self) -> Any:
-        """Read the hand and tell; what it says."""
+        """Read and publish the state."""
         with self._reading:
             self._state = state = self._hand.read_once()
             HandReading(
@@ -109,7 +108,7 @@ class HandProcess:
         return state
 
     def watch(self) -> None:
-        """Read the hand; stop the fingers if they are late or rest in the middle of a move.
+        """Read the hand; stop the fingers if they are late or blocked.
 
         Raises:
             RuntimeError: the hand does not answer, or its fingers cannot be stopped.
@@ -118,7 +117,7 @@ class HandProcess:
         try:
             width = self.publish().width
         except RuntimeError:
-            if motion is None or motion.limit != HOMING:  # it may be silent while it is homed
+            if motion is None or motion.limit != HOMING:  # it may be silent while homing
                 raise
             return
         if motion is None:
@@ -136,7 +135,7 @@ class HandProcess:
             self.stop(_LATE)
 
     def stop(self, why: str = _STOPPED) -> None:
-        """Have the fingers stop where they are; returns at once."""
+        """Stop the fingers where they are; returns at once."""
         if (motion := self._motion) is not None:
             motion.why, motion.stopped = why, stopwatch()
         self._held = None
@@ -149,23 +148,22 @@ class HandProcess:
             print(explain(error), file=sys.stderr)
 
     def end(self) -> None:
-        """Leave no fingers behind that move."""
+        """Stop a current motion."""
         if self._motion is not None:
             self._stop()
 
     def home(self) -> str:
-        """Find both ends of the fingers' way; why not."""
+        """Home the hand; why not."""
         why = self._move(self._hand.homing, HOMING, inf, self._state.width)
         if why or self.publish().max_width >= HOMED:
             return why
         return "homing has found no opening: see what is between the fingers"
 
     def grip(self, width: float, force: float) -> str:
-        """Move the fingers; why they did not do it, if so.
+        """Move the fingers; why not.
 
-        Closed means: until something resists, and then to hold it. Whether it did is told by the
-        width, not by what the hand says of a grasp. If something is in the way of any other width,
-        it is held, too.
+        Closing goes on until an object resists, which is then held; so is an object in the way of
+        any other width. The width decides, not what the hand reports of a grasp.
         """
         hand, speed, before = self._hand, self._speed, self._state
         if before.max_width < HOMED:
@@ -195,7 +193,7 @@ class HandProcess:
         return why
 
     def _move(self, motion: Callable[[], bool], limit: float, rest: float, width: float) -> str:
-        """Be in a motion until it ends or was stopped; why it has not done it."""
+        """Run a motion until it ends or is stopped; why it failed."""
         self._motion = watched = _Motion(limit, rest, width)
         try:
             return "" if motion() else watched.why or _IN_THE_WAY
@@ -245,7 +243,7 @@ def main() -> None:
 
 
 def _work(hand: HandProcess, parent: Parent) -> None:
-    """Do what takes time, one after the other."""
+    """Serve requests one after the other."""
     while True:
         if request := parent.request(patience=1.0):
             try:

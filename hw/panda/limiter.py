@@ -1,7 +1,7 @@
-"""Velocities that the arm accepts: inside its limits on position, velocity, acceleration and jerk.
+"""Limits the commanded velocities in position, velocity, acceleration and jerk.
 
-A step depends on nothing but what the arm says it was commanded last. So packets that were lost,
-in whose place the arm goes on by itself, leave no error behind.
+A step depends only on what the arm reports as commanded last, so lost packets, for which the arm
+extrapolates, leave no error behind.
 """
 
 from __future__ import annotations
@@ -9,39 +9,35 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import sqrt
 
-from hw.panda.generation import JointLimits
+from hw.panda.library import JointLimits
 
 PERIOD = 0.001
-"""Of the loop of the arm [s]."""
+"""Of the control loop [s]."""
 _LOST = 4
-"""Packets in a row that may be lost at the highest speed without leaving the limits."""
+"""Number of packets in a row that may be lost at the highest speed."""
 _EPSILON = 1e-3
-"""Distance that commands keep from limits on velocity [rad/s], as the vendor's library does."""
+"""Margin to velocity limits [rad/s], as in the vendor's library."""
 _MARGIN = 0.01
-"""Distance at which joints come to rest before their limits [rad]."""
+"""Margin to position limits [rad]."""
 _ACCELERATION, _JERK = 0.95, 0.25
 """Shares of the limits that are used."""
 _HARD = 0.98
-"""Share of the jerk for a joint that packets were lost for: it accelerates beyond its speed."""
+"""Share of the jerk for a joint that lost packets accelerate beyond its speed."""
 _GAIN = 20.0
 """Slope of the speed over the distance close to a limit or a goal [1/s]."""
 
 
 class VelocityLimiter:
-    """Leads the commanded velocities of the joints to where they are wanted.
+    """Brings the commanded velocities of the joints to the wanted ones.
 
     Args:
         limits: of the arm.
-        acceleration: share of its limit that is used, 0 to 1.
-        jerk: share of its limit that is used, 0 to 1.
     """
 
-    def __init__(
-        self, limits: JointLimits, acceleration: float = _ACCELERATION, jerk: float = _JERK
-    ) -> None:
-        self.qdd = tuple(acceleration * most for most in limits.qdd)
-        """(7,) accelerations that it uses [rad/s^2]."""
-        self._qddd = tuple((jerk * most, _HARD * most) for most in limits.qddd)
+    def __init__(self, limits: JointLimits) -> None:
+        self.qdd = tuple(_ACCELERATION * most for most in limits.qdd)
+        """(7,) accelerations that are used [rad/s^2]."""
+        self._qddd = tuple((_JERK * most, _HARD * most) for most in limits.qddd)
         self._low = tuple(q + _MARGIN for q in limits.q_min)
         self._high = tuple(q - _MARGIN for q in limits.q_max)
         lost = _LOST * PERIOD
@@ -62,7 +58,7 @@ class VelocityLimiter:
             q: (7,) positions commanded last [rad].
             qd: (7,) velocities commanded last [rad/s].
             qdd: (7,) accelerations commanded last [rad/s^2].
-            wanted: (7,) velocities to come to [rad/s].
+            wanted: (7,) velocities to reach [rad/s].
 
         Returns:
             (7,) velocities one period later [rad/s].
@@ -94,7 +90,7 @@ class VelocityLimiter:
 def speed_at(distance: float, qdd: float) -> float:
     """The speed [rad/s] from which a joint comes to rest within a distance [rad].
 
-    It brakes with 0.7 qdd [rad/s^2] from afar and ever more softly in the end.
+    It decelerates with 0.7 qdd [rad/s^2] far away, and more softly near the end.
     """
     if distance <= 0.0:
         return 0.0
@@ -105,7 +101,7 @@ def speed_at(distance: float, qdd: float) -> float:
 def _towards(
     wanted: float, qd: float, qdd: float, most: float, jerk: float, largest: float
 ) -> float:
-    """One joint, one period: the acceleration is the largest that can end in time at this jerk.
+    """One joint, one period, with the largest acceleration that can end in time at this jerk.
 
     It changes with the largest jerk at most.
     """

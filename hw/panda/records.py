@@ -1,4 +1,4 @@
-"""What the processes of arm and hand tell and are told: one record each, all of them numbers."""
+"""Shared-memory records of the processes of arm and hand."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Self
 
-from hw.panda.generation import Joints
+from hw.panda.library import Joints
 from hw.processes.mailbox import Mailbox
-
-_ZERO = (0.0,) * 7
 
 
 class Mode(IntEnum):
-    """What the arm is doing, as the vendor numbers it."""
+    """Mode of the arm, as the vendor numbers it."""
 
     OTHER = 0
     IDLE = 1
@@ -25,57 +23,51 @@ class Mode(IntEnum):
     RECOVERING = 6
 
 
-ARM_READING = struct.Struct("<dQB7d7d7dQddd480s")
+ARM_READING = struct.Struct("<dQB7d7dQdd480s")
 ARM_COMMAND = struct.Struct("<Qd7d")
-"""Number, when it was given (0: it is a stop) [s], velocities [rad/s]."""
+"""Number, stamp (0: a stop) [s], velocities [rad/s]."""
 HAND_READING = struct.Struct("<ddd?B")
 HOMED = 0.05
-"""A hand that was not homed since it was switched on tells a smaller opening than this [m]."""
+"""A hand that was not homed since power-on reports a smaller opening than this [m]."""
 CLOSED = 2e-3
 """A width below this means: closed, with nothing in between [m]."""
 OPEN = 0.075
-"""A width above this means: open, with nothing in between, unless the hand says so [m]."""
+"""A width above this means: open, with nothing in between, unless it reports a grasp [m]."""
 REACHED = 2e-3
-"""Fingers nearer to a width than this are there [m]."""
+"""Tolerance of a width [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ArmReading:
-    """What the arm's process knows of the arm."""
+    """State of the arm."""
 
     stamp: float
-    """When the state arrived [s]."""
+    """Time of arrival [s]."""
     time: int
-    """Of the arm's own clock [ms]."""
+    """The arm's own clock [ms]."""
     mode: Mode
     q: Joints
     """(7,) [rad]"""
     qd: Joints
     """(7,) [rad/s]"""
-    commanded: Joints = _ZERO
-    """(7,) velocities that the arm was commanded last [rad/s]."""
-    lost: int = 0
+    lost: int
     """States that did not arrive in time, in all motions [ms]."""
-    success_rate: float = 0.0
-    """Share of the last 100 commands that reached the arm in time; 0 without a motion."""
-    hand_mass: float = 0.0
-    """Of the end effector, as Desk was told [kg]."""
-    load: float = 0.0
-    """Of what it is said to carry beside [kg]."""
-    trouble: str = ""
+    hand_mass: float
+    """Mass of the end effector, as set in Desk [kg]."""
+    load: float
+    """Mass of the load, as set in Desk [kg]."""
+    trouble: str
     """Why it has stopped and waits for a recovery."""
 
     def put(self, mailbox: Mailbox) -> None:
-        """Tell it."""
+        """Publish it."""
         mailbox.put(
             self.stamp,
             self.time,
             self.mode,
             *self.q,
             *self.qd,
-            *self.commanded,
             self.lost,
-            self.success_rate,
             self.hand_mass,
             self.load,
             self.trouble.encode()[:480],
@@ -86,16 +78,14 @@ class ArmReading:
         """The newest one."""
         if (values := mailbox.get()) is None:
             return None
-        stamp, time, mode, *joints, lost, success_rate, hand_mass, load, trouble = values
+        stamp, time, mode, *joints, lost, hand_mass, load, trouble = values
         return cls(
             stamp=stamp,
             time=time,
             mode=Mode(mode),
             q=tuple(joints[:7]),
-            qd=tuple(joints[7:14]),
-            commanded=tuple(joints[14:]),
+            qd=tuple(joints[7:]),
             lost=lost,
-            success_rate=success_rate,
             hand_mass=hand_mass,
             load=load,
             trouble=trouble.rstrip(b"\0").decode(errors="replace"),
@@ -104,31 +94,31 @@ class ArmReading:
 
 @dataclass(frozen=True, kw_only=True)
 class HandReading:
-    """What the hand's process knows of the hand."""
+    """State of the hand."""
 
     stamp: float
-    """When the state arrived [s]."""
+    """Time of arrival [s]."""
     width: float
     """Between the pads [m]."""
     opening: float
-    """Largest width, as homing found it; 0 before [m]."""
+    """Largest width, as found by homing; 0 before [m]."""
     is_grasped: bool
-    """As the hand says; after a grasp that allows every width this is so with an empty hand."""
+    """As the hand reports; also of an empty hand after a grasp that allows every width."""
     temperature: int
     """[degrees C]"""
 
     @property
     def is_homed(self) -> bool:
-        """Whether the hand was homed since it was switched on."""
+        """Whether the hand was homed since power-on."""
         return self.opening >= HOMED
 
     @property
     def may_hold(self) -> bool:
-        """Whether something may be between the fingers: a hand without power forgets a grasp."""
+        """Whether an object may be between the fingers: without power the hand forgets a grasp."""
         return self.width > CLOSED and (self.is_grasped or self.width < OPEN)
 
     def put(self, mailbox: Mailbox) -> None:
-        """Tell it."""
+        """Publish it."""
         mailbox.put(self.stamp, self.width, self.opening, self.is_grasped, self.temperature)
 
     @classmethod

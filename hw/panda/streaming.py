@@ -1,4 +1,4 @@
-"""What happens 1000 times a second: where the arm is, what is wanted, what it is commanded."""
+"""The 1 kHz loop: velocity commands become a stream that the arm accepts, and are monitored."""
 
 from __future__ import annotations
 
@@ -6,38 +6,41 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from hw.clock import stopwatch
-from hw.panda.generation import JointLimits
+from hw.panda.library import JointLimits
 from hw.panda.limiter import PERIOD, VelocityLimiter, speed_at
-from hw.panda.records import ArmReading, Mode
 from hw.processes.child import still_alive
 from hw.processes.mailbox import Mailbox
 
 FRESH = 0.06
-"""A velocity command counts for this long; then the arm comes to rest [s]."""
+"""A velocity command is valid for this long; then the arm comes to rest [s]."""
 _IDLE = 0.5
-"""An arm that rests for so long without a command leaves the motion [s]."""
+"""At rest without a command for this long the motion ends [s]."""
 _RESTS = 1e-5
-"""[rad/s]"""
+"""Slower joints are at rest [rad/s]."""
 _ZERO = (0.0,) * 7
 _SOFT = 1.5
 """Acceleration on the way to a goal [rad/s^2]."""
 _ARRIVED = 2e-3
-"""[rad]"""
+"""Tolerance of a goal [rad]."""
+_MARGIN, _TOO_FAST = 0.25, 0.2
+"""A joint that is faster than commanded by more than this [rad/s] for this long [s] is stopped."""
+_DECAY = 0.99
+"""Joints follow late: earlier commands are allowed for with this factor in each period."""
 
 Publish = Callable[[Any, Sequence[float]], None]
 
 
 class Streaming:
-    """One motion: velocity commands become a stream that the arm accepts, until they end.
+    """One motion: the callback of the vendor's control loop.
 
     Args:
         limits: of the arm.
-        commands: the newest command.
-        publish: tells (state, velocities commanded next).
-        over: whether nobody is left to command.
+        commands: with the newest command.
+        publish: called with state and next velocities.
+        over: whether the parent has ended.
         velocities: makes the vendor's command of seven velocities [rad/s].
-        goal: (7,) where to go instead of following commands [rad]; any newer command ends it.
-        speed: of the fastest joint on the way to it [rad/s].
+        goal: (7,) joint positions to go to instead [rad]; any newer command ends that.
+        speed: of the fastest joint on the way to the goal [rad/s].
         now: time of the stamps of commands [s].
     """
 
@@ -62,12 +65,12 @@ class Streaming:
         self._ticks = 0
         self._ramp = 0.0
         self.lost = 0
-        """Milliseconds of the arm's clock in which no state was seen."""
+        """Milliseconds of the arm's clock without a state."""
         self.arrived = False
         """Whether the goal is reached."""
 
     def __call__(self, state: Any, period: Any) -> Any:
-        """The velocities for the next millisecond, from the state of this one."""
+        """The velocities for the next millisecond."""
         now = self._now()
         self._ticks += 1
         if self._ticks % 100 == 1:
@@ -89,7 +92,7 @@ class Streaming:
         return self._velocities(following)
 
     def _wanted(self, now: float, q: Sequence[float]) -> Sequence[float] | None:
-        """Velocities to come to; None if there is nobody who wants any."""
+        """Velocities to reach; None without a valid command."""
         command = self._commands.get()
         if self._over() or command is None:
             return None
@@ -99,7 +102,7 @@ class Streaming:
         return command[2:] if now - command[1] <= FRESH else None
 
     def _towards(self, goal: Sequence[float], q: Sequence[float]) -> Sequence[float]:
-        """All joints arrive at the same time, none faster than allowed."""
+        """Velocities with which all joints arrive at the same time."""
         way = [g - p for g, p in zip(goal, q, strict=True)]
         farthest = max(map(abs, way))
         self.arrived = farthest < _ARRIVED
@@ -112,18 +115,42 @@ def _rest(qd: Sequence[float]) -> bool:
     return max(map(abs, qd)) < _RESTS
 
 
-def reading_of(state: Any, *, commanded: Sequence[float], lost: int, trouble: str) -> ArmReading:
-    """A state of the vendor's library as a record, stamped now."""
-    return ArmReading(
-        stamp=stopwatch(),
-        time=state.time.to_msec(),
-        mode=Mode(int(state.robot_mode)),
-        q=tuple(state.q),
-        qd=tuple(state.dq),
-        commanded=tuple(commanded),
-        lost=lost,
-        success_rate=state.control_command_success_rate,
-        hand_mass=state.m_ee,
-        load=state.m_load,
-        trouble=trouble,
-    )
+class SpeedError(Exception):
+    """A joint moves faster than commanded."""
+
+
+class SpeedMonitor:
+    """Compares measured with commanded speeds in one motion."""
+
+    def __init__(self) -> None:
+        self._commanded: Sequence[float] = _ZERO
+        self._fastest: Sequence[float] = _ZERO
+        self._since: float | None = None
+
+    def check(self, now: float, measured: Sequence[float], commanded: Sequence[float]) -> None:
+        """Once a period.
+
+        Args:
+            now: [s].
+            measured: (7,) velocities [rad/s].
+            commanded: (7,) velocities from now on [rad/s].
+
+        Raises:
+            SpeedError: one joint has been too fast for too long.
+        """
+        before, self._commanded = self._commanded, commanded
+        rows = zip(before, self._fastest, strict=True)
+        self._fastest = fastest = [max(abs(qd), _DECAY * most) for qd, most in rows]
+        beyond = [abs(qd) - most for qd, most in zip(measured, fastest, strict=True)]
+        worst = max(beyond)
+        if worst <= _MARGIN:
+            self._since = None
+        elif self._since is None:
+            self._since = now
+        elif now - self._since > _TOO_FAST:
+            joint = beyond.index(worst)
+            raise SpeedError(
+                f"joint {joint + 1} moved at {measured[joint]:.2f} rad/s and was told "
+                f"{before[joint]:.2f} rad/s: something pushes it, or the masses in Desk are wrong; "
+                "look, then recover"
+            )

@@ -22,7 +22,7 @@ from hw.emulators.panda.hand import EmulatedHand
 from hw.emulators.panda.parts import OPENING, PERIOD, Fingers, Joints
 from hw.emulators.panda.reported import AS_REPORTED
 from hw.emulators.panda.wire import Command, HandCommand, HandStatus, MotionCommand, MoveStatus
-from hw.panda import PANDA, Mode
+from hw.panda import LIMITS, Mode
 
 _GENERATORS = (wire.JOINT_POSITION, wire.JOINT_VELOCITY)
 _CONTROLLERS = (wire.JOINT_IMPEDANCE, wire.CARTESIAN_IMPEDANCE)
@@ -77,7 +77,7 @@ class PandaServer:
         reported: Sequence[str] = (),
     ) -> None:
         self._reported = names = chosen(reported, AS_REPORTED, "arm and hand")
-        self.arm, self.hand = EmulatedArm(joints, PANDA.limits, names), EmulatedHand(fingers, names)
+        self.arm, self.hand = EmulatedArm(joints, LIMITS, names), EmulatedHand(fingers, names)
         self.line = Line(delayed=1.0, delay=_SLOW) if "slow-line" in names else Line()
         self._hand_every = _SELDOM if "slow-hand" in names else _HAND_EVERY
         self.frozen_at = self.frozen_until = 0.0

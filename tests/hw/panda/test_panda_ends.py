@@ -39,7 +39,7 @@ def refusal(address: str) -> str:
 
 
 def test_without_the_library_it_says_what_to_install(monkeypatch):
-    monkeypatch.setattr("hw.panda.generation.find_spec", lambda _: None)
+    monkeypatch.setattr("hw.panda.library.find_spec", lambda _: None)
     arm = PandaArm("127.0.0.1", WallClock())
     with pytest.raises(HardwareError, match=r'pip install "frankie-task\[hardware\]"'):
         arm.connect()

@@ -7,11 +7,11 @@ import pytest
 from emulated_panda import Emulator, needs_library
 
 from hw import WallClock
-from hw.panda import PANDA, ArmSettings, PandaArm
-from hw.panda.lead import Lead
+from hw.panda import LIMITS, ArmSettings, PandaArm
+from hw.panda.arm import Lead
 
 PERIOD = 0.01
-QDD = np.array(PANDA.limits.qdd)
+QDD = np.array(LIMITS.qdd)
 
 
 def led(lead: Lead, *speeds: float) -> list[float]:

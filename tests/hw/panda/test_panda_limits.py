@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from hw.emulators.panda import EmulatedArm, LaggedJoints, MotionCommand
-from hw.panda import PANDA, VelocityLimiter
+from hw.panda import LIMITS, VelocityLimiter
 from robots import load_robot
-
-LIMITS = PANDA.limits
 
 
 def by_velocity(number: int, qd: tuple[float, ...]) -> MotionCommand:

@@ -16,13 +16,12 @@ import numpy as np
 import pytest
 
 from hw.emulators.panda import EmulatedArm, LaggedJoints, MotionCommand
-from hw.panda import PANDA, Mode
-from hw.panda.lead import Lead
+from hw.panda import LIMITS, Mode
+from hw.panda.arm import Lead
 from hw.panda.records import ARM_COMMAND
 from hw.panda.streaming import Streaming
 from hw.processes.mailbox import Mailbox, open_memory, share_memory
 
-LIMITS = PANDA.limits
 TICKS = 200
 PERIOD = 0.001
 ROUNDING = 1.0 + 1e-6

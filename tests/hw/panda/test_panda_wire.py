@@ -126,7 +126,7 @@ class Recorder(threading.Thread):
 
 SCRIPT = """
 import sys
-from hw.panda.generation import load_library
+from hw.panda.library import load_library
 library = load_library()
 {what}
 """
