@@ -1,6 +1,6 @@
 """`python -m hw.emulators.panda HOST [VERSION [MEMORY [NAME,...]]]`, names of `AS_REPORTED`.
 
-Words come in, lines of JSON go out. Without a memory, `-`, it moves in free air.
+Commands on standard input, JSON on standard output. MEMORY `-`: it moves in free air.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The arm as it behaves at its interface: modes, motions, limits, reflexes, lost packets."""
+"""Emulated arm: modes, motions, limits, reflexes, lost packets."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from hw.emulators.panda.wire import ERRORS, JOINT_VELOCITY, MotionCommand, MoveS
 from hw.panda import JointLimits, Mode
 
 _MOST_LOST = 20
-"""As the real arm has it."""
+"""Lost packets in a row that end a motion, as of the real arm."""
 _PATIENCE = 500
-"""States that a new motion may wait for its first command."""
+"""Periods that a new motion waits for its first command."""
 _RECOVERY = 100
-"""States that a recovery takes."""
+"""Periods that a recovery takes."""
 _LONG_RECOVERY, _LATE_REFLEX = 12_000, 1_500
-"""The same, and states until a reflex is told, as reported."""
+"""The same, and delay of a reflex [ms], as reported."""
 _LOW_SPEED = 0.05
-"""At which the arm believes that a joint is too fast, as reported [rad/s]."""
+"""Speed of a reported velocity violation [rad/s]."""
 _BEGINS = {"locked": Mode.OTHER, "guided": Mode.GUIDING, "user-stopped": Mode.USER_STOPPED}
-"""How an arm is found, as reported."""
+"""Initial modes, as reported."""
 _ROUNDING = 1e-6
-"""Share by which computed differences may exceed a limit."""
+"""Relative tolerance of limits."""
 _ENDS = 1e-3
 """Commanded slower than this, a joint counts as commanded to rest, and a motion may end [rad/s]."""
 _RESTS = 0.01
-"""A joint slower than this rests [rad/s]."""
+"""A slower joint is at rest [rad/s]."""
 _Z7: tuple[float, ...] = (0.0,) * 7
 NEEDS_A_PERSON = frozenset(
     {"joint_position_limits_violation", "self_collision_avoidance_violation"}
@@ -38,7 +38,7 @@ NEEDS_A_PERSON = frozenset(
 
 @dataclass
 class Seen:
-    """What the arm has seen of motions; the first three as shares of their limits."""
+    """Statistics of motions; the first three as fractions of their limits."""
 
     speed: float = 0.0
     acceleration: float = 0.0
@@ -47,16 +47,16 @@ class Seen:
     lost: int = 0
     lost_in_a_row: int = 0
     violations: list[str] = field(default_factory=list)
-    """Reflexes for what was commanded."""
+    """Reflexes because of commands."""
 
 
 class EmulatedArm:
     """One arm; `tick` is one millisecond of it.
 
     Args:
-        joints: that it moves.
-        limits: that it keeps.
-        reported: how it behaves, of `AS_REPORTED`.
+        joints: of the arm.
+        limits: of commands.
+        reported: names of `AS_REPORTED`.
     """
 
     def __init__(
@@ -65,26 +65,22 @@ class EmulatedArm:
         self.joints, self._limits, self._reported = joints, limits, reported
         self.mode = next((_BEGINS[one] for one in reported if one in _BEGINS), Mode.IDLE)
         self.needs_recovery = "needs-recovery" in reported
-        """Whether it refuses everything else, whatever its mode."""
+        """Whether it refuses everything else in any mode."""
         self.recoveries = 0
-        """How often it was asked to recover."""
         self.rush = 0.0
-        """So much faster than told turns the first joint in a motion [rad/s]."""
+        """Added to the speed of the first joint in a motion [rad/s]."""
         self.errors: frozenset[str] = frozenset()
         self.last_errors: frozenset[str] = frozenset()
         self.q_d, self.qd_d, self.qdd_d = joints.q, _Z7, _Z7
         self.number = 0
-        """Milliseconds since it was switched on."""
+        """Milliseconds since power-on."""
         self.ended: MoveStatus | None = None
-        """How the motion has ended that was under way; the server takes it."""
+        """How the motion has ended; the server takes it."""
         self.recovered = False
         """Whether a recovery has just ended; the server takes it."""
-        self.resting = 0
-        """For how many milliseconds the joints have rested."""
-        self.still = 0
-        """For how many milliseconds they were commanded to rest."""
+        self.resting = self.still = 0
+        """Milliseconds that the joints are, and are commanded, at rest."""
         self.most_lost = _MOST_LOST
-        """Packets lost in a row that end a motion."""
         self.seen = Seen()
         self._lost = self._waited = 0
         self._arrived: deque[bool] = deque(maxlen=100)
@@ -94,7 +90,7 @@ class EmulatedArm:
 
     @property
     def success_rate(self) -> float:
-        """Share of the last 100 commands that arrived; 0 without a motion."""
+        """Fraction of the last 100 commands that arrived; 0 without a motion."""
         return sum(self._arrived) / len(self._arrived) if self._arrived else 0.0
 
     def flags(self, errors: Iterable[str]) -> bytes:
@@ -103,10 +99,8 @@ class EmulatedArm:
             errors = frozenset()
         return bytes(name in errors for name in ERRORS) if errors else bytes(len(ERRORS))
 
-    # what a program asks
-
     def begin_motion(self, generator: int = JOINT_VELOCITY) -> MoveStatus:
-        """Begin to follow joint velocities or positions."""
+        """Begin a motion by joint velocities or positions."""
         if self.mode is not Mode.IDLE or self.needs_recovery:
             return MoveStatus.NOT_POSSIBLE
         self.mode, self.last_errors, self._generator = Mode.MOVE, frozenset(), generator
@@ -116,20 +110,18 @@ class EmulatedArm:
         return MoveStatus.STARTED
 
     def stop_motion(self) -> None:
-        """End a motion, whatever its speed; the arm brakes by itself."""
+        """End a motion at any speed; the arm decelerates by itself."""
         if self.mode is Mode.MOVE:
             self._end(MoveStatus.PREEMPTED, Mode.IDLE)
 
     def recover(self) -> bool:
-        """Begin to clear the errors; False if a person must do that, or must do something first."""
+        """Begin to clear the errors; False if the user has to act."""
         self.recoveries += 1
         if self.mode not in (Mode.IDLE, Mode.REFLEX) or self.errors & NEEDS_A_PERSON:
             return False
         is_slow = "slow-recovery" in self._reported
         self.mode, self._recovery = Mode.RECOVERING, _LONG_RECOVERY if is_slow else _RECOVERY
         return True
-
-    # what happens to it
 
     def reflex(self, error: str) -> None:
         """Stop because of an error."""
@@ -142,23 +134,23 @@ class EmulatedArm:
         self._end(MoveStatus.REFLEX_ABORTED, Mode.REFLEX)
 
     def switch(self, mode: Mode) -> None:
-        """A person presses the stop, locks the joints, takes the arm by the hand, or lets go."""
+        """Change the mode, as the user does by buttons or in Desk."""
         self.needs_recovery |= mode is Mode.USER_STOPPED and "stop-needs-recovery" in self._reported
         self._end(MoveStatus.EMERGENCY_ABORTED, mode)
         if mode is Mode.IDLE and self.errors:
             self.mode = Mode.REFLEX
 
     def commander_left(self) -> None:
-        """The connection is gone."""
+        """Handle the end of the connection."""
         if self.mode is Mode.MOVE:
             self._end(MoveStatus.ABORTED, Mode.IDLE)
         self.ended = None
 
     def tick(self, command: MotionCommand | None, *, excused: bool = False) -> None:
-        """One millisecond, with the command that arrived in it or none.
+        """Advance by one millisecond.
 
         Args:
-            command: that arrived.
+            command: that arrived in it.
             excused: whether none could arrive because the emulator itself was late.
         """
         self.number += 1
@@ -211,7 +203,7 @@ class EmulatedArm:
             self._accept(tuple([(w - p) / PERIOD for w, p in rows]))
 
     def _go_on(self, excused: bool) -> None:
-        """No command: keep the acceleration, and count; if excused, keep the velocity."""
+        """Without a command: keep the acceleration, and count; if excused, keep the velocity."""
         if self._waited < _PATIENCE:
             self._waited += 1
             return
@@ -280,7 +272,7 @@ class EmulatedArm:
         self.mode = mode
 
     def _brake(self) -> None:
-        """The arm's own stop, as hard as its accelerations allow."""
+        """Decelerate as hard as the limits allow."""
         if not any(self.qd_d):
             self.qdd_d = _Z7
             return

@@ -1,4 +1,4 @@
-"""One port of the robot: requests and answers over TCP with one client, states to it over UDP."""
+"""One port of the emulated robot: requests over TCP from one client, states to it over UDP."""
 
 from __future__ import annotations
 
@@ -41,15 +41,15 @@ class Connection:
         self._buffer = b""
         self._peer = ""
         self.is_blocked = False
-        """Whether a firewall keeps states away from the client."""
+        """Whether a firewall blocks states."""
 
     @property
     def has_client(self) -> bool:
-        """Whether somebody is connected."""
+        """Whether a client is connected."""
         return self._client is not None
 
     def requests(self) -> Iterator[Request]:
-        """What has arrived; accepts a client if there is none."""
+        """Requests that have arrived; accepts a client if there is none."""
         if self._client is None:
             with suppress(BlockingIOError):
                 self._client, (self._peer, *_) = self._listener.accept()
@@ -88,22 +88,22 @@ class Connection:
                 )
 
     def send_states_to(self, port: int) -> None:
-        """From now on, states go to a port of the client."""
+        """Send states to a port of the client from now on."""
         self._states_to = (self._peer, port)
 
     @property
     def is_listened_to(self) -> bool:
-        """Whether anybody wants states."""
+        """Whether states are sent."""
         return self._states_to is not None
 
     def send_state(self, packet: bytes) -> None:
-        """Send a state, if anybody wants it."""
+        """Send a state, if requested."""
         if self._states_to is not None and not self.is_blocked:
             with suppress(OSError):
                 self._udp.sendto(packet, self._states_to)
 
     def packets(self) -> Iterator[bytes]:
-        """The packets that have arrived."""
+        """Packets that have arrived."""
         while True:
             try:
                 yield self._udp.recv(512)
@@ -111,13 +111,13 @@ class Connection:
                 return
 
     def drop(self) -> None:
-        """Let the client go."""
+        """Disconnect the client."""
         if self._client is not None:
             self._client.close()
         self._client, self._states_to, self._buffer = None, None, b""
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Close the port."""
         self.drop()
         self._listener.close()
         self._udp.close()

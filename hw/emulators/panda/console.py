@@ -1,19 +1,25 @@
-"""What a person or a test may do to the emulated robot while it runs: one line of words each."""
+"""Console of the emulated Panda: commands as lines of text, state as lines of JSON."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import queue
+import threading
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
 from config import suggest
 from hw.clock import stopwatch
+from hw.emulators.common import PortTakenError, be_prompt
 from hw.emulators.panda.arm import Seen
-from hw.emulators.panda.parts import PERIOD, FreeFingers
+from hw.emulators.panda.parts import PERIOD, Fingers, FreeFingers, Joints, LaggedJoints
 from hw.emulators.panda.server import PandaServer
-from hw.emulators.panda.wire import ERRORS
+from hw.emulators.panda.wire import ERRORS, VERSION
 from hw.panda import Mode
+
+_PRIORITY = 10
+"""Real-time priority."""
 
 
 def _reflex(server: PandaServer, name: str = "cartesian_reflex") -> None:
@@ -89,11 +95,11 @@ ACTIONS: dict[str, tuple[Callable[..., None], str]] = {
     "forget": (_forget, "what was seen so far"),
     "tell": (lambda server: None, "what was seen so far"),
 }
-"""By name: what it does, and what to say of it."""
+"""By name: function and description."""
 
 
 def act(server: PandaServer, line: str) -> dict[str, Any]:
-    """Do one line of words; what is to be told, as JSON."""
+    """Do one command; the state after it."""
     name, *words = line.split() or [""]
     if name not in ACTIONS:
         return {"error": f"no such thing as `{name}`; {suggest(name, ACTIONS)}"}
@@ -125,6 +131,60 @@ def act(server: PandaServer, line: str) -> dict[str, Any]:
     }
 
 
-def dumps(told: dict[str, Any]) -> str:
-    """One line of JSON."""
-    return json.dumps(told)
+def serve(
+    host: str,
+    *,
+    joints: Joints | None = None,
+    fingers: Fingers | None = None,
+    version: int = VERSION,
+    as_reported: Sequence[str] = (),
+    lines: Iterable[str] = (),
+    say: Callable[[str], None] = lambda _: None,
+) -> None:
+    """Run a Panda at an address of this computer until the input ends.
+
+    Args:
+        host: its address; every address 127.x.y.z can be a robot of its own.
+        joints: of the arm; None: in free air.
+        fingers: of the hand; None: with nothing between them.
+        version: reported version of the research interface.
+        as_reported: names of `AS_REPORTED`.
+        lines: commands, see `ACTIONS`.
+        say: called with lines of JSON.
+
+    Raises:
+        PortTakenError: another program listens there.
+        NotReportedError: a name is unknown.
+    """
+    try:
+        body: Joints = LaggedJoints() if joints is None else joints
+        hand: Fingers = FreeFingers() if fingers is None else fingers
+        server = PandaServer(host, body, hand, version, as_reported)
+    except OSError as error:
+        raise PortTakenError(f"no robot can be emulated at {host}: {error.strerror}") from None
+    asked: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+
+    def listen() -> None:
+        for line in lines:
+            asked.put(line)
+        asked.put(None)
+
+    over = False
+
+    def answer() -> None:
+        nonlocal over
+        if asked.empty():
+            return
+        line = asked.get()
+        if line is None:
+            over = True
+        else:
+            say(json.dumps(act(server, line)))
+
+    threading.Thread(target=listen, daemon=True).start()
+    be_prompt(_PRIORITY)
+    say(json.dumps({"did": "begin"}))
+    try:
+        server.run(lambda: over, answer)
+    finally:
+        server.close()

@@ -1,4 +1,4 @@
-"""The hand as it behaves at its interface: one motion of the fingers at a time."""
+"""Emulated hand: one motion of the fingers at a time."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from hw.emulators.panda.wire import HandCommand, HandStatus
 _HOMING_SPEED = 0.05
 """[m/s]"""
 _MOVING_FORCE = 20.0
-"""Of a motion that is no grasp [N]."""
+"""Of a motion without a grasp [N]."""
 _TOLERANCE = 1e-3
-"""Distance from its goal at which a move has failed [m]."""
+"""Of the goal of a move [m]."""
 _LONG_HOMING, _LONG_GRASP = 12_000, 4_000
 """Milliseconds, as reported."""
 _WIDE = 0.9 * OPENING
@@ -33,8 +33,8 @@ class EmulatedHand:
     """One hand; `tick` is one millisecond of it.
 
     Args:
-        fingers: that it moves.
-        reported: how it behaves, of `AS_REPORTED`.
+        fingers: of the hand.
+        reported: names of `AS_REPORTED`.
     """
 
     def __init__(self, fingers: Fingers, reported: frozenset[str] = frozenset()) -> None:
@@ -43,21 +43,15 @@ class EmulatedHand:
         self.is_grasped = False
         self.number = 0
         self.homings = self.stops = 0
-        """How often it was told to."""
         self._motion: _Motion | None = None
         self._not_before = 0
-        """The number at which the motion ends at the earliest."""
-
-    @property
-    def moving(self) -> bool:
-        """Whether a motion is under way."""
-        return self._motion is not None
+        """Earliest end of the motion."""
 
     def begin(self, command: HandCommand, arguments: tuple[float, ...]) -> HandStatus | None:
-        """Begin a motion; an answer if it ends at once.
+        """Begin a motion; the status if it ends at once.
 
         Args:
-            command: which.
+            command: HOMING, GRASP or MOVE.
             arguments: of a grasp width, inner, outer [m], speed [m/s], force [N]; of a move width
                 [m] and speed [m/s].
         """
@@ -86,7 +80,7 @@ class EmulatedHand:
         return None
 
     def stop(self) -> bool:
-        """End a motion where the fingers are; whether it listens."""
+        """Stop a motion; whether that is obeyed."""
         self.stops += 1
         if self._motion is not None and "stop-unheeded" in self._reported:
             return False
@@ -95,12 +89,12 @@ class EmulatedHand:
         return True
 
     def black_out(self) -> None:
-        """It has no power for a moment, and forgets what it has found and what it holds."""
+        """Lose power for a moment, and forget homing and grasp."""
         self.is_homed = self.is_grasped = False
         self._motion = None
 
     def tick(self) -> HandStatus | None:
-        """One millisecond; how a motion has ended, if it has."""
+        """Advance by one millisecond; the status of a motion that has ended."""
         self.number += 1
         motion = self._motion
         if motion is None:
@@ -117,7 +111,7 @@ class EmulatedHand:
         return self._end(motion, self.fingers.width)
 
     def _end(self, motion: _Motion, width: float) -> HandStatus | None:
-        """The fingers rest: how the motion ends; None if it goes on nevertheless."""
+        """Status of a motion whose fingers rest; None if it goes on nevertheless."""
         reported = self._reported
         if motion.command is HandCommand.GRASP:
             done = motion.width - motion.inner <= width <= motion.width + motion.outer

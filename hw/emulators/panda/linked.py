@@ -1,9 +1,7 @@
-"""Joints and fingers that are those of a simulated robot in another process.
+"""Joints and fingers of a simulated robot in another process, over shared memory.
 
-The arm's clock ticks 1000 times a second in a process of its own; the world behind it is slower and
-has other things to do. They share memory: the arm tells how far its joints and fingers are wanted,
-the world where they are. `LinkedJoints` and `LinkedFingers` are the arm's end of it, `ArmLink` is
-the world's.
+The emulated arm runs at 1 kHz in a process of its own; the simulated world is slower. `LinkedBody`
+is the arm's end, which writes commands and reads the state of the world; `ArmLink` the world's.
 """
 
 from __future__ import annotations
@@ -17,21 +15,19 @@ from hw.emulators.panda.parts import OPENING, PERIOD, READY
 from hw.processes.mailbox import Mailbox, open_memory, share_memory
 
 _WANTED = struct.Struct("<d7dQQdd?")
-"""When [s], way of each joint [rad], releases, grips, width [m], force [N], whether it stops."""
+"""Stamp [s], commanded travel of each joint [rad], releases, grips, width [m], force [N], stop."""
 _THERE = struct.Struct("<d7d7d?QQd")
-"""When [s], positions [rad], velocities [rad/s], whether it is stopped by a contact, releases that
-are done, the last grip that has ended, width [m]."""
+"""Stamp [s], positions [rad], velocities [rad/s], whether a contact stops it, releases that are
+done, number of the last grip that has ended, width [m]."""
 _AHEAD = 0.02
-"""The newest positions are carried on with their velocities for so long at most [s]."""
-MET = "cartesian_reflex"
-"""The error with which the arm stops on a contact."""
+"""Longest extrapolation of positions [s]."""
 
 
 class LinkedBody:
-    """What joints and fingers of one arm share: a memory.
+    """Joints and fingers over one shared memory.
 
     Args:
-        memory: a descriptor of it.
+        memory: its descriptor.
     """
 
     def __init__(self, memory: int) -> None:
@@ -43,21 +39,17 @@ class LinkedBody:
         self._gripping = False
         self.joints, self.fingers = LinkedJoints(self), LinkedFingers(self)
 
-    def tell(self) -> None:
-        """What is wanted now."""
+    def move(self, qd: tuple[float, ...]) -> None:
+        """Command joint velocities (7,) for one period [rad/s]."""
+        self._way = [way + PERIOD * v for way, v in zip(self._way, qd, strict=True)]
         self._wanted.put(stopwatch(), *self._way, self._releases, self._grips, *self._grip)
 
-    def move(self, qd: tuple[float, ...]) -> None:
-        """The joints are to go on for one period."""
-        self._way = [way + PERIOD * v for way, v in zip(self._way, qd, strict=True)]
-        self.tell()
-
     def release(self) -> None:
-        """What was met is forgotten."""
+        """Forget a contact."""
         self._releases += 1
 
     def grip(self, width: float, force: float, *, stops: bool = False) -> bool:
-        """Have the fingers moved, if that is not asked for already; whether they have ended."""
+        """Command the fingers, unless that is commanded already; whether they have ended."""
         wanted = (width, force, stops)
         if not self._gripping or wanted != self._grip:
             self._grips, self._grip, self._gripping = self._grips + 1, wanted, True
@@ -67,7 +59,7 @@ class LinkedBody:
         return ended
 
     def there(self) -> tuple[float, tuple[float, ...], tuple[float, ...], bool, float]:
-        """Where it is: when, positions, velocities, whether it has met something, and width."""
+        """State of the world: stamp, positions, velocities, whether in contact, width."""
         values = self._there.get()
         if values is None:
             return (stopwatch(), READY, (0.0,) * 7, False, OPENING)
@@ -85,16 +77,16 @@ class LinkedJoints:
         _, self.q, self.qd, _, _ = body.there()
 
     def follow(self, qd: tuple[float, ...]) -> str:
-        """One period; the world tells whether they have met something."""
+        """Advance by one period; the error of a contact."""
         self._body.move(qd)
         at, q, speeds, is_stopped, _ = self._body.there()
         ahead = min(max(0.0, stopwatch() - at), _AHEAD)
         self.q = tuple([p + ahead * v for p, v in zip(q, speeds, strict=True)])
         self.qd = speeds
-        return MET if is_stopped else ""
+        return "cartesian_reflex" if is_stopped else ""
 
     def release(self) -> None:
-        """The arm has been recovered."""
+        """Forget a contact."""
         self._body.release()
 
 
@@ -110,45 +102,45 @@ class LinkedFingers:
         return self._body.there()[4]
 
     def close_to(self, width: float, step: float, force: float) -> bool:
-        """Whether they have come to rest on their way; their speed is that of the world."""
+        """Whether they have come to rest; their speed is that of the world."""
         return self._body.grip(width, force)
 
     def stop(self) -> None:
-        """Where they are."""
+        """Stop where they are."""
         self._body.grip(self.width, 0.0, stops=True)
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What the arm wants of the world."""
+    """Commands of the arm to the world."""
 
     at: float
     """[s of `stopwatch`]"""
     way: tuple[float, ...]
-    """(7,) that the joints were commanded so far [rad]."""
+    """(7,) commanded travel of the joints so far [rad]."""
     releases: int
-    """How often the arm was recovered."""
+    """Number of recoveries."""
     grips: int
-    """How often the fingers were told something; the last time:"""
+    """Number of finger commands; the last one is:"""
     width: float
     """[m]"""
     force: float
     """[N]"""
     stops: bool
-    """Whether they are to stop where they are."""
+    """Whether the fingers are to stop."""
 
 
 class ArmLink:
-    """The world's end: what is wanted of arm and hand, and where they are."""
+    """The world's end: commands of arm and hand, and their state."""
 
     def __init__(self) -> None:
         self.memory = share_memory(2)
-        """A descriptor, for the arm's process to inherit."""
+        """Descriptor, for the arm's process to inherit."""
         shared = open_memory(self.memory)
         self._wanted, self._there = Mailbox(shared, 0, _WANTED), Mailbox(shared, 1, _THERE)
 
     def wanted(self) -> Wanted | None:
-        """The newest; None before the first."""
+        """The newest commands; None before the first."""
         values = self._wanted.get()
         return None if values is None else Wanted(values[0], values[1:8], *values[8:])
 
@@ -162,14 +154,14 @@ class ArmLink:
         releases: int,
         grips: int,
     ) -> None:
-        """Where joints (7,) [rad, rad/s] and fingers [m] are now.
+        """Publish the state.
 
         Args:
-            q: positions.
-            qd: velocities.
-            width: between the pads.
+            q: (7,) positions [rad].
+            qd: (7,) velocities [rad/s].
+            width: between the pads [m].
             is_stopped: whether a contact keeps the arm from moving.
             releases: that are done.
-            grips: number of the last one that has ended.
+            grips: number of the last grip that has ended.
         """
         self._there.put(stopwatch(), *q, *qd, is_stopped, releases, grips, width)

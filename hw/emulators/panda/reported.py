@@ -1,4 +1,4 @@
-"""What real arms and hands were reported to do, for drivers that have met kind ones only."""
+"""Reported behaviours of real arms and hands."""
 
 from __future__ import annotations
 

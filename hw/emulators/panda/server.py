@@ -1,4 +1,4 @@
-"""The emulated robot in the network: both ports, its clock, and what can go wrong with the line."""
+"""Server of the emulated Panda: both ports, the 1 kHz clock, and faults of the line."""
 
 from __future__ import annotations
 
@@ -27,30 +27,30 @@ from hw.panda import LIMITS, Mode
 _GENERATORS = (wire.JOINT_POSITION, wire.JOINT_VELOCITY)
 _CONTROLLERS = (wire.JOINT_IMPEDANCE, wire.CARTESIAN_IMPEDANCE)
 _HAND_EVERY, _SELDOM = 20, 100
-"""States of the arm for one of the hand, and the same as reported."""
+"""Arm states per hand state, and the same as reported."""
 _BURST_EVERY, _BURST = 2000, 30
-"""Milliseconds between the packets that are lost together, and of them, as reported."""
+"""Interval and length of bursts of lost packets [ms], as reported."""
 _SLOW, _OTHER_VERSION = 0.001, 10
-"""What a slow line takes [s], and the version of an FR3, as reported."""
+"""Delay of a slow line [s], and version of an FR3, as reported."""
 _TEMPERATURE = 30
 _LEAST = 0.9 * PERIOD
-"""A commander that had less time to answer, because this computer was busy, is excused [s]."""
+"""A commander that had less time to answer, on a busy computer, is excused [s]."""
 _MOST_MISSED = 200
-"""A clock that stood still for more milliseconds than this has lost them."""
+"""Longest time that the clock makes up for [ms]."""
 
 
 @dataclass
 class Line:
-    """What can go wrong between the robot and its commander."""
+    """Faults of the line, in both directions."""
 
     dropped: float = 0.0
-    """Share of the packets that do not arrive, in both directions."""
+    """Fraction of the packets that are lost."""
     delayed: float = 0.0
-    """Share of the packets that arrive late, in both directions."""
+    """Fraction of the packets that are late."""
     delay: float = 0.005
-    """How late [s]."""
+    """Of late packets [s]."""
     unplugged_until: float = 0.0
-    """Nothing arrives at all until then, while the robot goes on [s of `stopwatch`]."""
+    """Nothing arrives until then [s of `stopwatch`]."""
     random: random.Random = field(default_factory=lambda: random.Random(0))
 
 
@@ -59,13 +59,13 @@ class PandaServer:
 
     Args:
         host: its address.
-        joints: behind the arm.
-        fingers: behind the hand.
-        version: of the research interface that it claims to speak.
-        reported: how it behaves, of `AS_REPORTED`.
+        joints: of the arm.
+        fingers: of the hand.
+        version: reported version of the research interface.
+        reported: names of `AS_REPORTED`.
 
     Raises:
-        NotReportedError: nobody has reported one of them.
+        NotReportedError: a name is unknown.
     """
 
     def __init__(
@@ -81,10 +81,10 @@ class PandaServer:
         self.line = Line(delayed=1.0, delay=_SLOW) if "slow-line" in names else Line()
         self._hand_every = _SELDOM if "slow-hand" in names else _HAND_EVERY
         self.frozen_at = self.frozen_until = 0.0
-        """The whole robot stands still until then [s of `stopwatch`]."""
+        """The whole robot is frozen until then [s of `stopwatch`]."""
         self.missed = 0
-        """Milliseconds that this computer was too busy for; they are made up for, and lost packets
-        are not counted in them."""
+        """Milliseconds that the computer was too busy for; they are made up for, without counting
+        lost packets."""
         self._version = _OTHER_VERSION if "wrong-version" in names else version
         self._arm_port = Connection(host, wire.PORT, wire.HEADER)
         self._hand_port = Connection(host, wire.HAND_PORT, wire.HAND_HEADER)
@@ -102,17 +102,17 @@ class PandaServer:
 
     @property
     def still(self) -> float:
-        """For how long the joints were commanded to rest; a robot that is frozen stands [s]."""
+        """How long the joints were commanded to rest; a frozen robot is at rest [s]."""
         now = stopwatch()
         return now - self.frozen_at if now < self.frozen_until else self.arm.still * PERIOD
 
     @property
     def has_commander(self) -> bool:
-        """Whether somebody is connected to the arm."""
+        """Whether a client is connected to the arm."""
         return self._arm_port.has_client
 
     def run(self, is_over: Callable[[], bool], each: Callable[[], None] = lambda: None) -> None:
-        """Be there until `is_over`; `each` is called once a millisecond."""
+        """Run until `is_over`; `each` is called once a millisecond."""
         due = stopwatch()
         while not is_over():
             each()
@@ -129,12 +129,12 @@ class PandaServer:
             time.sleep(max(0.0, due - stopwatch()))
 
     def close(self) -> None:
-        """Let go of the ports."""
+        """Close the ports."""
         self._arm_port.close()
         self._hand_port.close()
 
     def tick(self, now: float, *, excused: bool = False) -> None:
-        """One millisecond of the robot."""
+        """Advance by one millisecond."""
         line_works = now >= self.line.unplugged_until
         if line_works:
             self._serve()
@@ -145,7 +145,7 @@ class PandaServer:
             self._send(self._state())
             self._sent = stopwatch()
         if self._move is not None and self.arm.ended is not None:
-            # The state that tells of it goes before the answer.
+            # after the state that shows it
             self._arm_port.answer(self._move, bytes([self.arm.ended]))
             self._move = self.arm.ended = None
         if self._recovery is not None and self.arm.recovered:
@@ -154,13 +154,11 @@ class PandaServer:
         self.arm.recovered = False
         self._tick_hand(line_works)
 
-    # the arm
-
     def _serve(self) -> None:
         for request in self._arm_port.requests():
             try:
                 self._do(request)
-            except struct.error:  # it is not of the length that it must have
+            except struct.error:  # of a wrong length
                 self._arm_port.drop()
         if not self._arm_port.has_client:
             self._move = self._recovery = None
@@ -199,7 +197,7 @@ class PandaServer:
             port.answer(request, bytes([wire.NOT_POSSIBLE if is_busy else wire.SUCCESS]))
 
     def _command(self, line_works: bool) -> MotionCommand | None:
-        """The answer to the newest state, if it has arrived; what answers an older one is late."""
+        """The answer to the newest state, if it has arrived."""
         line, number, self._line_took = self.line, self.arm.number, False
         arrived = []
         for packet in self._arm_port.packets():
@@ -247,8 +245,6 @@ class PandaServer:
             heapq.heappush(self._late_states, (due, number, state))
         else:
             self._arm_port.send_state(state)
-
-    # the hand
 
     def _tick_hand(self, line_works: bool) -> None:
         hand, port = self.hand, self._hand_port

@@ -57,11 +57,11 @@ ERRORS = (
     "base_acceleration_initialization_timeout",
     "base_acceleration_invalid_reading",
 )
-"""What can keep the arm from moving, in the order of the flags in its state."""
+"""Errors in the order of the flags of a state."""
 
 
 class Command(IntEnum):
-    """What the arm is asked over TCP."""
+    """Requests to the arm over TCP."""
 
     CONNECT = 0
     MOVE = 1
@@ -80,7 +80,7 @@ class Command(IntEnum):
 
 
 class MoveStatus(IntEnum):
-    """How a motion begins or ends."""
+    """Status of a motion."""
 
     SUCCESS = 0
     STARTED = 1
@@ -94,11 +94,11 @@ class MoveStatus(IntEnum):
 
 
 SUCCESS, NOT_POSSIBLE, MANUAL_RECOVERY = 0, 1, 2
-"""Answers to commands that are no motion."""
+"""Answers to other requests."""
 JOINT_POSITION, JOINT_VELOCITY = 0, 1
-"""The motion generators that are emulated, as a Move request names them."""
+"""Emulated motion generators."""
 JOINT_IMPEDANCE, CARTESIAN_IMPEDANCE, NO_CONTROLLER = 0, 1, 3
-"""The controllers that are emulated, and none, as requests and states name them."""
+"""Emulated controllers, and none."""
 
 HEADER = struct.Struct("<III")
 """Of a request or answer of the arm: command, its number, size of the whole message."""
@@ -112,17 +112,17 @@ CONNECTED = struct.Struct("<BH")
 STATE = struct.Struct("<Q96d13d13d4d56d26d25d9d28d14d2B41B41BBd")
 """2373 bytes, 1000 times a second."""
 MOTION = struct.Struct("<Q7d7d16d6d2d2B7d")
-"""370 bytes: the command to a motion, once for each state."""
+"""370 bytes: the motion command, once for each state."""
 
 HAND_HEADER = struct.Struct("<HII")
 HAND_STATUS = struct.Struct("<H")
 HAND_CONNECTED = struct.Struct("<HH")
 HAND_STATE = struct.Struct("<IddBH")
-"""Number, width and largest width [m], whether something is held, temperature [degrees C]."""
+"""Number, width and largest width [m], whether grasped, temperature [degrees C]."""
 
 
 class HandCommand(IntEnum):
-    """What the hand is asked over TCP."""
+    """Requests to the hand over TCP."""
 
     CONNECT = 0
     HOMING = 1
@@ -132,7 +132,7 @@ class HandCommand(IntEnum):
 
 
 class HandStatus(IntEnum):
-    """How a motion of the fingers ends."""
+    """Status of a motion of the fingers."""
 
     SUCCESS = 0
     FAIL = 1
@@ -141,19 +141,19 @@ class HandStatus(IntEnum):
 
 
 class MotionCommand(NamedTuple):
-    """What is emulated of a command to a motion."""
+    """Motion command, as far as emulated."""
 
     number: int
     """Of the state that it answers."""
     q: tuple[float, ...]
-    """(7,) [rad]; counts in a motion by positions."""
+    """(7,) [rad], for motions by positions."""
     qd: tuple[float, ...]
-    """(7,) [rad/s]; counts in a motion by velocities."""
+    """(7,) [rad/s], for motions by velocities."""
     finished: bool
 
 
 def read_motion(packet: bytes) -> MotionCommand | None:
-    """A command to a motion; None if these are no such bytes."""
+    """Decode a motion command; None if it is malformed."""
     if len(packet) != MOTION.size:
         return None
     values = MOTION.unpack(packet)
@@ -188,19 +188,19 @@ def pack_state(
     """A state of the arm.
 
     Args:
-        number: of milliseconds since the arm was switched on.
-        pose: (16,) of the end effector at the foot of the arm, by columns [m].
+        number: milliseconds since power-on.
+        pose: (16,) of the end effector in the arm's base frame, column-major [m].
         q: (7,) measured positions [rad].
         qd: (7,) measured velocities [rad/s].
         q_d: (7,) commanded positions [rad].
         qd_d: (7,) commanded velocities [rad/s].
         qdd_d: (7,) commanded accelerations [rad/s^2].
-        errors: (41,) flags of `ERRORS` that are so now.
-        last_errors: (41,) those that ended the last motion.
+        errors: (41,) flags of the current `ERRORS`.
+        last_errors: (41,) flags of those that ended the last motion.
         mode: one of `Mode`.
-        success_rate: share of the last 100 commands that arrived.
-        generator: of motions, if it is in one.
-        controller: of the joints, if it is in a motion.
+        success_rate: fraction of the last 100 commands that arrived.
+        generator: of a motion.
+        controller: of a motion.
     """
     moving = mode == Mode.MOVE
     elbow = (q[2], -1.0)

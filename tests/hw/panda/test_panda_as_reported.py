@@ -42,6 +42,11 @@ ARMS = [
 ]
 
 
+def some(reported, quick):
+    """One quick representative; the others run with the slow tests."""
+    return [pytest.param(one, marks=() if one == quick else pytest.mark.slow) for one in reported]
+
+
 def width_of(hand) -> float:
     now = hand._clock.now()
     until(lambda: hand.read().stamp > now)
@@ -63,7 +68,7 @@ def test_what_nobody_has_reported_is_an_error_with_all_names():
 
 
 @needs_library
-@pytest.mark.parametrize("reported", HANDS)
+@pytest.mark.parametrize("reported", some(HANDS, "move-fails"))
 def test_a_hand_grips_holds_and_opens(reported):
     with (
         emulated(reported) as emulator,
@@ -169,7 +174,7 @@ os._exit(1)
 
 
 @needs_library
-@pytest.mark.parametrize("reported", ARMS)
+@pytest.mark.parametrize("reported", some(ARMS, "stop-needs-recovery"))
 def test_an_arm_moves_again_after_one_recovery(reported):
     with emulated(reported) as emulator, connected(PandaArm(emulator.address, WallClock())) as arm:
         if reported == "needs-recovery":
@@ -224,7 +229,7 @@ def test_what_comes_back_is_named_and_not_recovered_in_a_loop(reported):
 
 
 @needs_library
-@pytest.mark.parametrize("reported", REFUSED)
+@pytest.mark.parametrize("reported", some(REFUSED, "locked"))
 def test_why_it_cannot_be_commanded_is_said(reported):
     with emulated(reported) as emulator:
         arm = PandaArm(emulator.address, WallClock(), ArmSettings(connecting=4.0))

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import os
+import re
+import signal
+import subprocess
+import sys
 import threading
 import time
 
 import numpy as np
 import pytest
-from emulated_panda import IN_TIME, needs_library, until
+from emulated_panda import IN_TIME, drive, needs_library, until
 
 from hw import FaultKind, HardwareError, WallClock
 from hw.panda import ArmSettings, PandaArm
@@ -85,19 +90,16 @@ def test_without_commands_the_arm_rests_within_a_quarter_of_a_second(arm, emulat
     assert told["violations"] == []
 
 
-def test_stop_is_quicker_than_no_command(arm, emulator):
+@pytest.mark.parametrize("how", ["stop", float("nan"), float("inf")])
+def test_a_stop_is_quicker_and_what_is_no_number_is_one(arm, emulator, how):
     moving(arm, emulator)
-    arm.stop()
     last = time.monotonic()
+    if how == "stop":
+        arm.stop()
+    else:
+        assert not arm.send(joint(0, how)).any()
     told = emulator.wait(lambda told: told["still"] > 0.0)
     assert told["now"] - told["still"] - last < 0.15
-
-
-@pytest.mark.parametrize("value", [float("nan"), float("inf")])
-def test_what_is_no_number_is_a_stop(arm, emulator, value):
-    moving(arm, emulator)
-    assert not arm.send(joint(0, value)).any()
-    emulator.wait(lambda told: told["still"] > 0.0)
     assert arm.read().faults == ()
 
 
@@ -217,3 +219,57 @@ def test_a_second_commander_is_refused(arm, emulator):
     with pytest.raises(HardwareError, match=r"another program .* \(process \d+\)"):
         second.connect()
     assert arm.read().faults == ()
+
+
+def test_a_joint_that_is_faster_than_commanded_is_stopped(arm, emulator):
+    emulator.do("rush 0.2")  # less than the margin
+    moving(arm, emulator)
+    emulator.do("rush 0.5")
+    faults = drive(arm, 1.0)
+    emulator.do("rush")
+    assert faults == list(arm.read().faults)
+    (fault,) = faults
+    assert re.search(r"joint 1 moved at 0.\d+ rad/s and was told -?0.00 rad/s", fault.text)
+    assert emulator.wait(lambda told: told["resting"] > 0.0)["mode"] == "IDLE"
+    arm.recover()
+    moving(arm, emulator)
+
+
+def test_a_way_that_takes_too_long_is_ended(arm, emulator, monkeypatch):
+    monkeypatch.setattr("hw.panda.arm._WAY", 0.5)
+    with pytest.raises(HardwareError, match="no answer"):
+        arm.move_to(arm.read().q + np.eye(7)[6], speed=0.2)
+    emulator.wait(lambda told: told["resting"] > 0.0, 2.0)
+
+
+def test_a_driver_that_gets_no_time_is_no_cable_and_it_stays_in_memory(arm):
+    process = arm._process.process
+    with open(f"/proc/{process.pid}/status") as status:
+        assert int(re.search(r"VmLck:\s+(\d+)", status.read())[1]) > 0
+    reading = arm.reading()
+    assert (reading.hand_mass, reading.load) == (pytest.approx(0.73), 0.0)
+    process.send_signal(signal.SIGSTOP)
+    until(lambda: arm.read().faults)
+    texts = {fault.text for _ in range(10) for fault in drive(arm, 0.05)}
+    process.send_signal(signal.SIGCONT)
+    (text,) = texts
+    assert "this computer is too busy" in text
+
+
+def test_waiting_for_a_processor_is_measured():
+    processor = min(os.sched_getaffinity(0))
+    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]
+    measure = (
+        "import time; from hw.panda.arm_process import _waited; before, until = _waited(), "
+        "time.monotonic() + 0.4\nwhile time.monotonic() < until: pass\nprint(_waited() - before)"
+    )
+    try:
+        for other in others:
+            os.sched_setaffinity(other.pid, {processor})
+        command = ["taskset", "-c", str(processor), sys.executable, "-c", measure]
+        told = subprocess.run(command, check=True, capture_output=True, text=True)
+    finally:
+        for other in others:
+            other.kill()
+            other.wait()
+    assert float(told.stdout) > 0.08

@@ -48,36 +48,7 @@ def test_without_the_library_it_says_what_to_install(monkeypatch):
 @needs_library
 def test_where_nobody_listens_fci_is_not_active():
     assert "activate FCI" in refusal(free_address())
-
-
-@needs_library
-def test_a_name_that_no_host_has():
     assert "no such host" in refusal("no-such-panda.invalid")
-
-
-@needs_library
-def test_another_version_of_the_interface():
-    emulator = Emulator(version=10)
-    try:
-        text = refusal(emulator.address)
-    finally:
-        emulator.close()
-    assert "version 10" in text
-    assert "version 5" in text
-    assert "FR3" in text
-
-
-@needs_library
-@pytest.mark.parametrize(
-    ("done", "hint"), [("lock", "unlock"), ("guide", "by hand"), ("stop", "stop button")]
-)
-def test_a_robot_that_a_person_keeps_from_moving(emulator, done, hint):
-    emulator.do(done)
-    try:
-        assert hint in refusal(emulator.address)
-    finally:
-        emulator.do("release")
-    emulator.wait(lambda told: not told["has_commander"])
 
 
 @needs_library

@@ -37,38 +37,19 @@ def width_of(hand) -> float:
     return hand.read().width
 
 
-def test_the_fingers_go_to_a_width(hand):
-    hand.grip(0.04, 20.0)
-    assert width_of(hand) == pytest.approx(0.04, abs=1e-3)
+@pytest.mark.parametrize(
+    ("block", "width", "reached"),
+    [("", 0.04, 0.04), ("", 0.0, 0.0), ("0.031", 0.0, 0.031), ("0.05", 0.03, 0.05)],
+)
+def test_the_fingers_go_to_a_width_or_hold_an_object(hand, emulator, block, width, reached):
+    emulator.do(f"block {block}")
+    hand.grip(width, 20.0)
+    assert width_of(hand) == pytest.approx(reached, abs=1e-3)
+    if width == 0.0:
+        assert hand.reading().is_grasped  # also of an empty hand: that is why nobody asks it
     hand.grip(OPENING, 20.0)
     assert width_of(hand) == pytest.approx(OPENING, abs=1e-3)
     assert hand.read().faults == ()
-
-
-def test_an_empty_hand_tells_the_truth_by_its_width(hand):
-    hand.grip(0.0, 20.0)
-    assert width_of(hand) == pytest.approx(0.0, abs=1e-3)
-    assert hand.reading().is_grasped  # that is why nobody asks it
-
-
-def test_a_held_block_is_seen_by_the_width(hand, emulator):
-    emulator.do("block 0.031")
-    hand.grip(0.0, 20.0)
-    assert width_of(hand) == pytest.approx(0.031, abs=1e-3)
-
-
-def test_what_is_in_the_way_of_a_width_is_held(hand, emulator):
-    emulator.do("block 0.05")
-    hand.grip(0.03, 20.0)
-    assert width_of(hand) == pytest.approx(0.05, abs=1e-3)
-
-
-def test_a_grip_tells_that_it_is_under_way(hand):
-    grip = threading.Thread(target=hand.grip, args=(0.0, 20.0))
-    grip.start()
-    until(lambda: hand.read().moving)
-    grip.join(5.0)
-    assert not hand.read().moving
 
 
 def test_a_stop_leaves_the_fingers_where_they_are(hand):
@@ -82,10 +63,12 @@ def test_a_stop_leaves_the_fingers_where_they_are(hand):
 
     thread = threading.Thread(target=grip)
     thread.start()
+    until(lambda: hand.read().moving)
     until(lambda: hand.reading().width < 0.06)
     hand.stop()
     thread.join(5.0)
     assert len(failures) == 1
+    assert not hand.read().moving
     assert 0.0 < width_of(hand) < 0.06
 
 

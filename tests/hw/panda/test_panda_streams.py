@@ -153,8 +153,8 @@ def check(seeds: range) -> None:
     assert sum(drive(seed, mailbox) for seed in seeds) > 0.99 * TICKS * len(seeds)
 
 
-def test_two_hundred_wild_streams_leave_no_limit():
-    check(range(200))
+def test_wild_streams_leave_no_limit():
+    check(range(60))
 
 
 @pytest.mark.slow
