@@ -1,13 +1,12 @@
-"""A real robot, made of its drivers as its file says: who may command it, how fast, and with what.
+"""A real robot from its file: drivers, lock, arming, emulators, and diagnostics.
 
-`drivers` makes the parts, `lock` lets one program command it, `arming` says who may move it and how
-fast, `emulation` starts the emulators of a robot that is not there, `opening` puts all together.
-`doctor` looks at `computer`, file, `parts` and `teleop` without moving anything; `first_metre` is a
-person's first drive; `unsettled` is what is left.
+`opening` composes it: `drivers` makes the parts, `lock` admits one commander, `arming` says whether
+and how fast it may move, `emulation` starts the emulators of an emulated robot. `doctor` checks
+`computer`, file, `parts` and `teleop` without motion; `first_metre` is a first drive with the user.
 """
 
 from hw.hardware.arming import NotArmedError, check_armed
-from hw.hardware.doctor import examine
+from hw.hardware.doctor import UNSETTLED, examine
 from hw.hardware.drivers import arm_of, base_of, camera_of
 from hw.hardware.emulation import emulating
 from hw.hardware.findings import Finding, Verdict
@@ -15,7 +14,6 @@ from hw.hardware.first_metre import first_metre
 from hw.hardware.lock import CommandedError, RobotLock, commander_of
 from hw.hardware.opening import open_hardware
 from hw.hardware.teleop import write_full_scale
-from hw.hardware.unsettled import UNSETTLED
 
 __all__ = [
     "UNSETTLED",

@@ -1,8 +1,7 @@
-"""Who may move a real robot, and how fast.
+"""Whether a real robot may move, and how fast.
 
-A robot file goes at a tenth of its speeds until a run with it has ended without a hardware fault.
-From then on the speeds are those that the file asks for. One that says something else of the robot,
-its calibration included, begins anew.
+A robot moves at a tenth of its speeds until a run with its file has ended without a hardware fault;
+from then on at the speed that the file says. A change of the file or calibration begins anew.
 """
 
 from __future__ import annotations
@@ -21,23 +20,22 @@ from hw.hardware.drivers import site_of
 from hw.omron import Velocity
 from robots import RealRobot, load_robot
 
-FIRST_START = 10.0
-"""Of the speeds of a robot file that was never driven [%]."""
+FIRST_START = 10.0  # speed of a robot file that was never driven [%]
 
 
 class NotArmedError(UserError):
-    """Nobody has said that the robot may move."""
+    """The user has not armed the robot."""
 
 
 class TooSlowError(UserError):
-    """The base cannot go so slowly."""
+    """The base cannot move at the speed of the next run."""
 
 
 def check_armed(real: RealRobot, armed: bool) -> None:
-    """See that a person wants a real robot to move.
+    """Check that the user has armed a real robot.
 
     Raises:
-        NotArmedError: nobody has said so.
+        NotArmedError: it is not armed.
     """
     if real.hardware.emulated is None and not armed:
         raise NotArmedError(
@@ -47,7 +45,7 @@ def check_armed(real: RealRobot, armed: bool) -> None:
 
 
 def speed_percent(real: RealRobot) -> float:
-    """Of the speeds of the description, for the next run [%]."""
+    """Speed of the next run, of that of the description [%]."""
     asked = real.hardware.speed_percent
     if real.hardware.emulated is not None or is_proven(real):
         return asked
@@ -55,7 +53,7 @@ def speed_percent(real: RealRobot) -> float:
 
 
 def least_percent(real: RealRobot) -> float:
-    """Of the speeds of the description: below this its base would go faster than they are [%]."""
+    """Lowest speed at which the base leaves its dead zones, of that of the description [%]."""
     site, limits = site_of(real.hardware.base.scale), load_robot(real.path).limits
     if site.throttle:
         return 0.0
@@ -66,17 +64,17 @@ def least_percent(real: RealRobot) -> float:
 
 
 def check_speed(real: RealRobot) -> None:
-    """See that the base can go as slowly as it is to go.
+    """Check that the base can move at the speed of the next run.
 
     Raises:
-        TooSlowError: it cannot; nothing has moved.
+        TooSlowError: it cannot.
     """
     if problem := too_slow(real):
         raise TooSlowError(problem)
 
 
 def too_slow(real: RealRobot) -> str:
-    """Why the base cannot go as slowly as it is to go; empty if it can."""
+    """Why the base cannot move at the speed of the next run; empty if it can."""
     percent, least = speed_percent(real), least_percent(real)
     if percent >= least:
         return ""
@@ -88,7 +86,7 @@ def too_slow(real: RealRobot) -> str:
 
 
 def speed_note(real: RealRobot) -> str:
-    """What a person should know of the speed of the next run; empty where there is nothing."""
+    """A note on the speed of the next run; empty for an emulated robot."""
     asked, percent = real.hardware.speed_percent, speed_percent(real)
     if real.hardware.emulated is not None:
         return ""
@@ -97,7 +95,7 @@ def speed_note(real: RealRobot) -> str:
 
 
 def slowness(real: RealRobot) -> str:
-    """What becomes of commands inside the dead zones of the base; empty where there are none."""
+    """A note on commands inside the dead zones of the base; empty where there are none."""
     site = site_of(real.hardware.base.scale)
     least = site.least(Velocity(1.0, 1.0))
     if site.throttle or not any(least):
@@ -118,14 +116,14 @@ def _pace(name: str, asked: float, percent: float) -> str:
 
 
 def is_proven(real: RealRobot) -> bool:
-    """Whether the robot was driven with this file as it is now."""
+    """Whether the robot was driven with this file in its current state."""
     with suppress(OSError):
         return _mark(real).is_file()
     return False
 
 
 def prove(real: RealRobot) -> None:
-    """Note that a run with this file has ended without a hardware fault."""
+    """Record that a run with this file has ended without a hardware fault."""
     with suppress(OSError):  # the next run is slow again
         mark = _mark(real)
         mark.parent.mkdir(parents=True, exist_ok=True)
@@ -138,7 +136,7 @@ def _mark(real: RealRobot) -> Path:
 
 
 def _digest(real: RealRobot) -> str:
-    """Of all that decides how the robot moves, wherever it stands, but for `speed_percent`."""
+    """Hash of everything that decides how the robot moves, except `speed_percent`."""
     robot = load_robot(real.path)
     limits = [getattr(robot.limits, one.name) for one in fields(robot.limits)]
     mounts = [robot.bTa.homogeneous, robot.camera.eTc.homogeneous]

@@ -1,4 +1,4 @@
-"""What a computer has for drivers: libraries, and time."""
+"""Diagnostics of the computer: libraries, and real-time behaviour."""
 
 from __future__ import annotations
 
@@ -15,14 +15,12 @@ import numpy as np
 from hw.clock import stopwatch
 from hw.hardware.findings import Finding, Verdict
 
-_NAPS, _NAP = 1000, 0.001
-"""Of the loop that measures the computer [s]."""
-_LATE = 20.0
-"""The arm stops when commands are late for so long [ms]."""
+_NAPS, _NAP = 1000, 0.001  # number and time of the sleeps that measure the computer [s]
+_LATE = 20.0  # the arm stops when commands are this late [ms]
 
 
 def installed() -> Iterator[Finding]:
-    """The libraries of the vendors."""
+    """Whether the vendors' libraries are installed."""
     for package, what in (("panda-python", "arm and hand"), ("pyrealsense2", "camera")):
         try:
             yield Finding("installed", Verdict.GOOD, f"{package} {version(package)} ({what})")
@@ -32,8 +30,8 @@ def installed() -> Iterator[Finding]:
 
 
 def computer() -> Iterator[Finding]:
-    """Whether a loop of 1 kHz gets its time."""
-    allowed = _may_hurry()
+    """Whether a 1 kHz loop is on time."""
+    allowed, median, worst = _measure()
     hint = "" if allowed else ": `@realtime - rtprio 99` in /etc/security/limits.conf"
     text = f"real-time priority is {'granted' if allowed else 'refused'}{hint}"
     yield Finding("computer", Verdict.GOOD if allowed else Verdict.BAD, text)
@@ -49,45 +47,30 @@ def computer() -> Iterator[Finding]:
         text = f"clock governor: {', '.join(sorted(governors))}"
         hint = "" if good else "; `cpupower frequency-set -g performance`"
         yield Finding("computer", Verdict.GOOD if good else Verdict.BAD, text + hint)
-    late = _lateness()
-    text = f"a loop of 1 ms is late by {late[0]:.2f} ms in the middle, {late[1]:.1f} ms at worst"
-    yield Finding("computer", Verdict.GOOD if late[1] < _LATE else Verdict.BAD, text)
+    text = f"a loop of 1 ms is late by {median:.2f} ms in the middle, {worst:.1f} ms at worst"
+    yield Finding("computer", Verdict.GOOD if worst < _LATE else Verdict.BAD, text)
 
 
 def is_realtime_kernel(flag: Path = Path("/sys/kernel/realtime")) -> bool:
-    """Whether the kernel is PREEMPT_RT: patched ones have a flag, mainline ones say so."""
+    """Whether the kernel is PREEMPT_RT: by its flag (patched) or version (mainline)."""
     is_patched = flag.is_file() and flag.read_text().strip() == "1"
     return is_patched or "PREEMPT_RT" in os.uname().version.replace(" ", "_")
 
 
-def _may_hurry() -> bool:
-    """Whether a thread gets real-time priority; tried in one of its own."""
-    granted: list[bool] = []
+def _measure() -> tuple[bool, float, float]:
+    """Whether a thread gets real-time priority, and how late it wakes: median and worst [ms]."""
+    granted, late = [False], []
 
-    def ask() -> None:
+    def measure() -> None:
         with suppress(OSError):
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
-            granted.append(True)
-
-    thread = threading.Thread(target=ask)
-    thread.start()
-    thread.join()
-    return bool(granted)
-
-
-def _lateness() -> tuple[float, float]:
-    """How late a loop wakes, as the processes of the drivers do: median and worst [ms]."""
-    late = []
-
-    def nap() -> None:
-        with suppress(OSError):
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+            granted[0] = True
         for _ in range(_NAPS):
             due = stopwatch() + _NAP
             time.sleep(_NAP)
             late.append(1000.0 * (stopwatch() - due))
 
-    thread = threading.Thread(target=nap)
+    thread = threading.Thread(target=measure)
     thread.start()
     thread.join()
-    return float(np.median(late)), max(late)
+    return granted[0], float(np.median(late)), max(late)

@@ -1,4 +1,4 @@
-"""The drivers of one robot, as its file says."""
+"""The drivers of one robot from its file."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ def base_of(
     """The driver of the base, not yet connected.
 
     Args:
-        hardware: as the robot file says.
+        hardware: of the robot file.
         limits: of the robot.
         clock: session time.
-        throttle: whether to use the throttle, to find out whether it is heeded; None: as the file
-            says.
+        throttle: whether to use the throttle; None: as the file says.
     """
     file = hardware.base
     site = site_of(file.scale)
@@ -67,10 +66,10 @@ def camera_of(
     """The driver of the camera, not yet connected.
 
     Args:
-        hardware: as the robot file says.
+        hardware: of the robot file.
         description: of the camera.
         clock: session time.
-        for_calibration: whether it takes infrared images, too, with its projector off.
+        for_calibration: whether it delivers infrared images, with its projector off.
     """
     file = hardware.camera
     emulator = ""
@@ -89,7 +88,7 @@ def camera_of(
 
 
 def site_of(file: FullScaleFile) -> Site:
-    """What `full_scale` of a robot file says of the base."""
+    """Full-scale values of a robot file."""
 
     def turn(degrees: float | None) -> float | None:
         return None if degrees is None else radians(degrees)

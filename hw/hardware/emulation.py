@@ -1,4 +1,4 @@
-"""A robot that is not there: its emulators, started when they are not running."""
+"""The emulators of an emulated robot, started when they are not running."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from hw.robot import HardwareError
 from hw.sim import load_scene
 from robots import RealRobot
 
-_PATIENCE = 30.0
-"""For emulators to begin [s]."""
+_PATIENCE = 30.0  # timeout of starting emulators [s]
 
 
 class Emulation:
@@ -22,9 +21,9 @@ class Emulation:
 
     Args:
         real: the robot.
-        world: what is to move it, if the emulators are started here.
-        scene: the same; None for theirs, if they run, or the usual one.
-        seed: the same.
+        world: for emulators that are started here.
+        scene: likewise.
+        seed: likewise.
     """
 
     def __init__(self, real: RealRobot, world: str, scene: str, seed: int) -> None:
@@ -38,7 +37,7 @@ class Emulation:
         self.truth = RemoteTruth(self.link)
 
     def close(self) -> None:
-        """End what was started here."""
+        """End emulators that were started here."""
         self.truth.close()
         self.link.close()
         if self._process is not None:
@@ -52,7 +51,7 @@ class Emulation:
 
     def _start(self) -> None:
         _, scene, seed = self._wanted
-        load_scene(scene, int(seed))  # a mistake in it is told here
+        load_scene(scene, int(seed))  # reports errors of the scene
         self._process = process = subprocess.Popen(
             [sys.executable, "-m", "hw.emulators.frankie", str(self._real.path), *self._wanted],
             stdin=subprocess.PIPE,
@@ -60,7 +59,7 @@ class Emulation:
             stderr=subprocess.PIPE,
             text=True,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-            start_new_session=True,  # Ctrl-C is for the program that commands
+            start_new_session=True,  # not ended by Ctrl-C
         )
         assert process.stdout is not None
         assert process.stderr is not None
@@ -73,7 +72,7 @@ class Emulation:
 
 @contextmanager
 def emulating(real: RealRobot | None) -> Iterator[None]:
-    """Have the emulators of a robot run, if it is emulated."""
+    """Run the emulators of a robot, if it is emulated."""
     if real is None or real.hardware.emulated is None:
         yield
         return

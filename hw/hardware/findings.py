@@ -1,4 +1,4 @@
-"""What is found of a robot or a computer."""
+"""Findings of the diagnostics."""
 
 from __future__ import annotations
 
@@ -7,17 +7,16 @@ from enum import Enum
 
 
 class Verdict(Enum):
-    """What a finding means."""
+    """Meaning of a finding."""
 
     GOOD = "good"
     BAD = "bad"
-    OPEN = "open"
-    """Nobody can tell, or a person has to decide."""
+    OPEN = "open"  # not known, or to be decided by the user
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at."""
+    """One finding."""
 
     about: str
     verdict: Verdict

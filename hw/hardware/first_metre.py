@@ -1,7 +1,7 @@
-"""The first metre of a base: told against measured, and whether it heeds the throttle.
+"""First drive of a base: commanded against measured speed, and whether it obeys the throttle.
 
-A person confirms each step. The base goes at little more than the slowest velocity outside its dead
-zone, whether or not it heeds the throttle: the ratios that the driver sends are the same.
+The user confirms each step. The base moves little faster than the slowest velocity outside its dead
+zone, whether or not it obeys the throttle: the ratios are the same.
 """
 
 from __future__ import annotations
@@ -21,27 +21,20 @@ from hw.omron import OmronBase, Velocity
 from hw.robot import HardwareError
 from robots import RealRobot, load_robot
 
-_FAST, _SLOW = 1.2, 0.5
-"""Told in two steps, of the slowest velocity that needs no smaller throttle."""
-_WITHOUT = 0.1
-"""Told where there is no dead zone [m/s]."""
-_MOST = 0.3
-"""No step is faster [m/s]."""
+_FAST, _SLOW = 1.2, 0.5  # speeds of two steps, relative to the slowest one outside the dead zone
+_WITHOUT = 0.1  # speed where there is no dead zone [m/s]
+_MOST = 0.3  # highest speed of a step [m/s]
 _SECONDS, _SETTLED, _PERIOD = 3.0, 1.0, 0.02
-"""Of a step, until it counts, and between two commands [s]."""
-_SPAN = 10
-"""A speed is told from poses so many commands apart; the one in the middle counts."""
-_REST, _STANDS = 4.0, 0.005
-"""Longest time to come to rest [s], and a speed that is rest [m/s]."""
-_FITS = 0.1
-"""Measured is as told within this share."""
+"""Duration of a step, settling time, and period of commands [s]."""
+_SPAN = 10  # speeds are differences of poses this many commands apart; their median counts
+_REST, _STANDS = 4.0, 0.005  # longest time to come to rest [s], and speed at rest [m/s]
+_FITS = 0.1  # relative tolerance of the measured speed
 
 
 class Step(NamedTuple):
-    """What a base did when it was told to drive."""
+    """Result of one step."""
 
-    speed: float
-    """Along its heading, by its poses [m/s]."""
+    speed: float  # measured along its heading, by poses [m/s]
     faults: tuple[str, ...]
 
 
@@ -51,12 +44,12 @@ def first_metre(
     """Drive a base a short way, slowly.
 
     Args:
-        real: what its file says.
-        armed: whether a person has said that it may move.
-        confirm: asks that person before each step.
+        real: the robot.
+        armed: whether the user has armed it.
+        confirm: asks the user before each step.
 
     Raises:
-        NotArmedError: nobody has said so.
+        NotArmedError: it is not armed.
         CommandedError: another program commands it.
         HardwareError: the base cannot be reached.
     """
@@ -124,7 +117,6 @@ def _fits(measured: float, told: float) -> bool:
 
 
 def _ask_and_drive(base: OmronBase, told: float, confirm: Callable[[str], bool]) -> Step | None:
-    """One step, if the person wants it."""
     question = (
         f"The base drives ahead for {_SECONDS:g} s at {told:.3f} m/s, {_SECONDS * told:.1f} m. "
         "Are 1.5 m before it free, and is the emergency stop in your hand?"
@@ -133,7 +125,7 @@ def _ask_and_drive(base: OmronBase, told: float, confirm: Callable[[str], bool])
 
 
 def _drive(base: OmronBase, told: float) -> Step:
-    """Tell a base to drive ahead, and wait until it stands again."""
+    """Drive ahead, and wait until the base is at rest."""
     twist, begun = np.array([told, 0.0, 0.0]), stopwatch()
     places: list[tuple[float, float]] = []
     faults: tuple[str, ...] = ()

@@ -1,9 +1,8 @@
-"""One program commands a robot; a second one is told which.
+"""Lock of a robot: one program commands it, and others are told which.
 
-The lock is a claim on this computer, of whichever user, that the system takes back when its holder
-ends, however it ends. Its holder tells who asks who it is, and when it commanded last: its
-heartbeat. The arm itself refuses a commander of another computer; the base does not
-(docs/hardware.md).
+The lock is a claim on this computer, for all users, that the system releases when its holder ends.
+Its holder answers requests with its identity and the time of its last command. The arm itself
+refuses a commander on another computer; the base does not (docs/hardware.md).
 """
 
 from __future__ import annotations
@@ -21,8 +20,7 @@ from config import UserError
 from hw.processes.claims import Claim, Holder, holder_of
 from robots import HardwareFile
 
-_SILENT = 2.0
-"""A commander that has commanded nothing for so long is told to be silent [s]."""
+_SILENT = 2.0  # a commander without a command for this long is reported as silent [s]
 
 
 class CommandedError(UserError):
@@ -31,16 +29,13 @@ class CommandedError(UserError):
 
 @dataclass(kw_only=True)
 class Commander:
-    """Who commands a robot."""
+    """The program that commands a robot."""
 
     pid: int
     user: str
-    program: str
-    """Empty, as the rest, if it does not answer."""
-    since: float
-    """[s since 1970]"""
-    beat: float
-    """When it commanded last [s since 1970]."""
+    program: str  # empty, like the rest, if it does not answer
+    since: float  # [s since 1970]
+    beat: float  # time of its last command [s since 1970]
 
     def __str__(self) -> str:
         if not self.program:
@@ -78,11 +73,11 @@ class RobotLock:
         return self
 
     def beat(self) -> None:
-        """Tell that a command was given."""
+        """Record a command."""
         self._who.beat = time.time()
 
     def release(self) -> None:
-        """Let go of it."""
+        """Release it."""
         self._claim.release()
 
     def _introduce(self) -> str:
@@ -90,7 +85,7 @@ class RobotLock:
 
 
 def commander_of(hardware: HardwareFile) -> Commander | None:
-    """Who commands a robot from this computer; None if nobody does."""
+    """The commander of a robot on this computer; None if there is none."""
     return _commander(holder_of(_name(hardware)))
 
 
@@ -99,7 +94,6 @@ def _name(hardware: HardwareFile) -> str:
 
 
 def _commander(holder: Holder | None) -> Commander | None:
-    """Who that is, as far as it tells."""
     if holder is None:
         return None
     try:

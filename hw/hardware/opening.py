@@ -1,4 +1,4 @@
-"""A real robot from its file: drivers, lock, speeds, and emulators where it is not there."""
+"""Opens a real robot from its file: drivers, lock, speed limits, and emulators if emulated."""
 
 from __future__ import annotations
 
@@ -22,23 +22,22 @@ from hw.state import RobotState
 from hw.truth import Truth
 from robots import RealRobot, at_pace, load_robot
 
-_PRIORITY = 2
-"""Below that of the arm's own process."""
+_PRIORITY = 2  # below that of the arm's own process
 
 
 class OtherWorldError(UserError):
-    """The emulators that run are not those that a person wants."""
+    """The running emulators have another world."""
 
 
 class CommandedRobot(RobotWrapper):
-    """A robot that one program commands.
+    """A robot with its lock.
 
     Args:
-        robot: the parts together.
-        real: what its file says.
-        lock: the right to command it.
-        after: done when it is closed.
-        prepare: done when it is connected.
+        robot: the composed robot.
+        real: the robot file.
+        lock: of the robot.
+        after: called when it is closed.
+        prepare: called when it is connected.
     """
 
     def __init__(
@@ -54,19 +53,19 @@ class CommandedRobot(RobotWrapper):
         self._has_moved = self._is_sound = False
 
     def connect(self) -> None:
-        """Take the right to command it, connect every part, and home a hand if that is wanted."""
+        """Take the lock, connect every part, and prepare."""
         self._lock.take()
-        _hurry(os.SCHED_FIFO)  # this thread, and those of the drivers, which are started now
+        _hurry(os.SCHED_FIFO)  # of this thread, and of the drivers' threads that start now
         super().connect()
         try:
             self._prepare()
         except BaseException:
             super().close()
             raise
-        _hurry(os.SCHED_FIFO | os.SCHED_RESET_ON_FORK)  # but nothing that comes later
+        _hurry(os.SCHED_FIFO | os.SCHED_RESET_ON_FORK)  # but not of later threads
 
     def send(self, command: Command) -> Command:
-        """Hand a command on, and tell that somebody commands."""
+        """Send a command, and record it in the lock."""
         self._lock.beat()
         applied = super().send(command)
         self._has_moved |= bool(applied.base_twist.any() or applied.qd.any())
@@ -80,7 +79,7 @@ class CommandedRobot(RobotWrapper):
         return state
 
     def close(self) -> None:
-        """Stop, let go of every part, and of the right to command it."""
+        """Stop, close every part, and release the lock."""
         try:
             super().close()
             is_real = self._real.hardware.emulated is None
@@ -97,8 +96,7 @@ class OpenedHardware(NamedTuple):
 
     robot: CommandedRobot
     clock: WallClock
-    truth: Truth | None
-    """Of the world of an emulated robot."""
+    truth: Truth | None  # ground truth of an emulated robot
 
 
 def open_hardware(
@@ -110,24 +108,23 @@ def open_hardware(
     armed: bool,
     announce: Callable[[str], None] | None = None,
 ) -> OpenedHardware:
-    """A real robot; the emulators of one that is not there are started where they do not run.
+    """Open a real robot; start the emulators of an emulated one where they do not run.
 
     Args:
-        real: what its file says.
-        world: what moves an emulated robot.
-        scene: what is around it.
-        seed: of that.
-        armed: whether a person has said that it may move.
-        announce: told how fast it moves, and before the hand is homed: that is done when the robot
-            is connected, if it was not done since the hand was switched on. Without it nothing
-            moves then.
+        real: the robot file.
+        world: of an emulated robot.
+        scene: likewise.
+        seed: likewise.
+        armed: whether the user has armed it.
+        announce: called with notes on speed and homing. With it a hand that was not homed since
+            power-on is homed on connecting; without it nothing moves then.
 
     Raises:
-        NotArmedError: nobody has.
-        TooSlowError: the base cannot go as slowly as it is to go.
+        NotArmedError: it is not armed.
+        TooSlowError: the base cannot move at the speed of this run.
         CommandedError: another program commands it.
         OtherWorldError: emulators run with another world.
-        HardwareError: the emulators do not begin.
+        HardwareError: the emulators do not start.
     """
     check_armed(real, armed)
     check_speed(real)
@@ -164,7 +161,6 @@ def open_hardware(
 
 
 def _home(hand: PandaHand, announce: Callable[[str], None]) -> None:
-    """Home a hand that needs it."""
     if not hand.reading().is_homed:
         announce("the hand was not homed since it was switched on: now its fingers close and open")
         hand.home()
@@ -181,7 +177,7 @@ def _check_world(emulation: Emulation, wanted: tuple[str, str, int]) -> None:
 
 
 def _hurry(policy: int) -> None:
-    """Have the system run this thread before what is in no hurry, if it lets us, or no more."""
+    """Set the scheduling policy of this thread, if permitted."""
     with suppress(OSError):
         priority = 0 if policy == os.SCHED_OTHER else _PRIORITY
         os.sched_setscheduler(0, policy, os.sched_param(priority))

@@ -1,4 +1,4 @@
-"""What the parts of a robot tell: each is connected, read and let go of; nothing moves."""
+"""Diagnostics of the parts of a robot: each is connected, read and closed; nothing moves."""
 
 from __future__ import annotations
 
@@ -21,13 +21,10 @@ from hw.realsense import RealSenseCamera
 from hw.robot import HardwareError
 from robots import RealRobot, load_robot
 
-_LOOKS, _PERIOD = 200, 0.01
-"""How often a part is read, and how often a second [s]."""
+_LOOKS, _PERIOD = 200, 0.01  # number of readings of a part, and their period [s]
 _ARM_PORT, _HAND_PORT = 1337, 1338
-_TRIES, _PAUSE = 5, 0.05
-"""Connections that are made to measure a line, and the time between them [s]."""
-_OLD_POSE, _OLD_STATE, _OLD_IMAGE = 150.0, 50.0, 100.0
-"""Older than this, what a part tells comes too late [ms]."""
+_TRIES, _PAUSE = 5, 0.05  # number of connections that measure a line, and the time between them [s]
+_OLD_POSE, _OLD_STATE, _OLD_IMAGE = 150.0, 50.0, 100.0  # largest ages of readings [ms]
 
 
 def base(real: RealRobot) -> Iterator[Finding]:
@@ -83,7 +80,9 @@ def arm(real: RealRobot) -> Iterator[Finding]:
         )
         yield Finding("arm", Verdict.OPEN, text)
         yield from _states(driver)
-    yield _line("arm", hardware.arm.address, _ARM_PORT)  # one that connects says little alone
+    yield _line(
+        "arm", hardware.arm.address, _ARM_PORT
+    )  # also where it connects, as that says little alone
 
 
 def _states(arm: PandaArm) -> Iterator[Finding]:
@@ -117,7 +116,7 @@ def hand(real: RealRobot) -> Iterator[Finding]:
 
 
 def camera(real: RealRobot) -> Iterator[Finding]:
-    """Which it is, images, their age."""
+    """Model, firmware, frame rate, age of images."""
     description = load_robot(real.path).camera
     eye = camera_of(real.hardware, description, WallClock())
     with _connected("camera", eye) as error:
@@ -148,11 +147,8 @@ def _version(text: str) -> tuple[int, ...]:
     return tuple(int(part) for part in text.split(".") if part.isdigit())
 
 
-# the lines
-
-
 def _line(what: str, address: str, port: int) -> Finding:
-    """How quickly connections are made, which takes one way there and one back."""
+    """Round-trip time of connections."""
     took, failed = [], ""
     for _ in range(_TRIES):
         time.sleep(_PAUSE)
@@ -177,7 +173,7 @@ Part = TypeVar("Part", OmronBase, PandaArm, PandaHand, RealSenseCamera)
 
 @contextmanager
 def _connected(what: str, part: Part) -> Iterator[Finding | None]:
-    """Connect a part and let go of it; why it cannot be connected, if so."""
+    """Connect and close a part; a finding if that fails."""
     try:
         part.connect()
     except HardwareError as error:

@@ -1,4 +1,4 @@
-"""The "Teleop settings" that the base keeps: against its file, and written for it."""
+"""The "Teleop settings" of the base: compared with the robot file, and written for it."""
 
 from __future__ import annotations
 
@@ -13,10 +13,9 @@ from hw.omron import TIMEOUT, OmronBase, Values
 from hw.robot import HardwareError
 from robots import RealRobot, load_robot
 
-_SAME = 1e-3
-"""Values that differ by less than this share of them are the same."""
+_SAME = 1e-3  # relative tolerance of values
 _TIMEOUTS = 0.1, 0.35
-"""Of the base: it looks every 0.1 s, and over WLAN commands come up to 0.3 s late [s]."""
+"""Good timeouts: the base checks every 0.1 s; over WLAN commands are up to 0.3 s late [s]."""
 _SET = f"set `{TIMEOUT}` to 0.14 s in its Teleop settings (over WLAN 0.3 s)"
 
 
@@ -50,7 +49,7 @@ def _full_scale(base: OmronBase, values: Values, real: RealRobot) -> Finding:
 
 
 def _timeout(value: float | str | None, speed: float) -> Finding:
-    """The base's own `Timeout` [s], at the top speed of the robot [m/s]."""
+    """Check the base's own `Timeout` [s] at the top speed of the robot [m/s]."""
     if not isinstance(value, float):
         return Finding("base", Verdict.OPEN, f"it does not tell its own `{TIMEOUT}`: {_SET}")
     least, most = _TIMEOUTS
@@ -66,10 +65,10 @@ def _timeout(value: float | str | None, speed: float) -> Finding:
 
 
 def full_scale_of(base: OmronBase) -> dict[str, float]:
-    """What a connected base says of itself, by the keys of `full_scale` in a robot file.
+    """Full-scale values of a connected base, by the keys of `full_scale` in a robot file.
 
     Raises:
-        HardwareError: it does not tell.
+        HardwareError: they cannot be read.
     """
     site = base.read_site()
     forward, reverse = site.turn_at_forward, site.turn_at_reverse
@@ -85,15 +84,15 @@ def full_scale_of(base: OmronBase) -> dict[str, float]:
 
 
 def write_full_scale(real: RealRobot, path: Path, *, throttle: bool) -> None:
-    """Read the full-scale values of a base, and write them for `full_scale: FILE`.
+    """Write the full-scale values of a base to a file, for `full_scale: FILE`.
 
     Args:
-        real: what its file says.
-        path: of what is written.
-        throttle: whether the base was seen to heed it.
+        real: the robot.
+        path: of the file.
+        throttle: whether the base obeys the throttle.
 
     Raises:
-        HardwareError: the base cannot be reached, or does not tell.
+        HardwareError: the values cannot be read.
         OSError: the file cannot be written.
     """
     base = base_of(real.hardware, load_robot(real.path).limits, WallClock())

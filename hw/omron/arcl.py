@@ -19,8 +19,7 @@ from hw.robot import HardwareError
 
 _POLLS = ("queryMotors", "status", "faultsGet")
 _LONGEST_LINE = 65536
-_PATIENCE = 3.0
-"""For an answer [s]."""
+_PATIENCE = 3.0  # for an answer [s]
 
 
 class Motors(Enum):
@@ -38,10 +37,8 @@ class ArclState:
 
     motors: Motors | None = None
     faults: tuple[str, ...] = ()
-    score: float | None = None
-    """Localisation score, 0 to 1."""
-    lost: str = ""
-    """Why the connection is lost; empty while connected."""
+    score: float | None = None  # localisation score, 0 to 1
+    lost: str = ""  # why the connection is lost; empty while connected
 
 
 class Arcl:

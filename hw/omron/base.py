@@ -45,10 +45,8 @@ class OmronBase:
         self._link: Link | None = None
         self._recoveries, self._recovered_at = 0, -_FORGOTTEN
         self._closing = threading.Event()
-        self.catalogue = Catalogue()
-        """Requests that the base offers to this account."""
-        self.protocol = ""
-        """Protocol version of the base; empty before it is connected."""
+        self.catalogue = Catalogue()  # requests that the base offers to this account
+        self.protocol = ""  # protocol version of the base; empty before it is connected
 
     @property
     def guardian_pid(self) -> int:

@@ -8,19 +8,13 @@ from typing import Literal
 from hw.omron.settings import OmronSettings
 from hw.omron.site import REST, Ratios, Site, Velocity, is_at_rest
 
-ZERO_AFTER = 0.1
-"""A command older than this counts as a velocity of zero [s]."""
-STOP_AFTER = 0.2
-"""A command older than this is a stop, repeated until the base is at rest [s]."""
-_STOP_EVERY = 0.1
-"""A stop is repeated after this time until the base is at rest [s]."""
-_ON_ITS_WAY = 0.03
-"""A velocity that arrives sooner after a stop may be from before it [s]."""
-_LONGEST_STEP = 0.05
-"""Velocities grow for this long at most between two cycles [s]."""
+ZERO_AFTER = 0.1  # a command older than this counts as a velocity of zero [s]
+STOP_AFTER = 0.2  # a command older than this is a stop, repeated until the base is at rest [s]
+_STOP_EVERY = 0.1  # a stop is repeated after this time until the base is at rest [s]
+_ON_ITS_WAY = 0.03  # a velocity that arrives sooner after a stop may be from before it [s]
+_LONGEST_STEP = 0.05  # velocities grow for this long at most between two cycles [s]
 _HALT = Ratios(0.0, 0.0, 100.0)
-_PULSE = 0.2
-"""Two cycles of a base that takes a velocity every 0.1 s [s]."""
+_PULSE = 0.2  # two cycles of a base that takes a velocity every 0.1 s [s]
 
 Order = Ratios | Literal["stop"] | None
 
@@ -42,8 +36,7 @@ class Commander:
         self._ramp = _Ramp(settings.acceleration, settings.turn_acceleration)
         self._pulses = _Pulses(settings.site)
         self._target = REST
-        self._given: float | None = None
-        """When the newest command came; None after a stop."""
+        self._given: float | None = None  # when the newest command came; None after a stop
         self._stopping = False
         self._stopped_at: float | None = None
         self._stopping_since = 0.0

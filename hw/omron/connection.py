@@ -24,8 +24,7 @@ from hw.omron.telemetry import POSE, Telemetry
 from hw.robot import HardwareError
 
 _NEEDED = ("ratioDrive", "stop", "updateNumbers")
-_POSES_AGREE = 0.1, 0.1
-"""Largest difference of fine and coarse pose of a base at rest [m, rad]."""
+_POSES_AGREE = 0.1, 0.1  # largest difference of fine and coarse pose of a base at rest [m, rad]
 _LEAVES, _GOES_BACK = 1.0, 0.4
 """A stopped base leaves its mode within the first time [s]; if another program commands it, it is
 back in it within the second."""
@@ -40,8 +39,7 @@ class Connection:
     catalogue: Catalogue = field(default_factory=Catalogue)
     pending: list[Packet] = field(default_factory=list)
     """Packets that have arrived and were not processed."""
-    protocol: str = ""
-    """Protocol version of the server."""
+    protocol: str = ""  # protocol version of the server
 
     def packets(self, until: float) -> Iterator[Packet]:
         """Packets that arrive until a time of `stopwatch` [s].

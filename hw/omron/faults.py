@@ -15,8 +15,7 @@ _STANDS, _OWED = 0.6, Velocity(0.04, 0.06)
 """A base at rest for this long [s] that should have gone this far [m, rad] does not follow."""
 _SURPLUS, _SHARE = Velocity(0.04, 0.1), 0.1
 """A base that is faster than commanded by more than this [m/s, rad/s] plus this share of it ..."""
-_TOO_FAST = 0.2
-"""... for this long [s] is stopped."""
+_TOO_FAST = 0.2  # ... for this long [s] is stopped
 _DECELERATION = Velocity(0.3, 0.8)
 """Assumed of the base: earlier commands are allowed for with this decay [m/s^2, rad/s^2]."""
 
@@ -124,8 +123,7 @@ def _text(velocity: Velocity) -> str:
     return f"{velocity.v:.2f} m/s and {degrees(velocity.w):.0f} deg/s"
 
 
-_BUMPED = ("Bumped", "Stalled")
-"""Status of a base that has hit something [read in the source]."""
+_BUMPED = ("Bumped", "Stalled")  # status of a base that has hit something [read in the source]
 
 
 def connection_lost(cause: str) -> Fault:

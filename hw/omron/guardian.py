@@ -15,8 +15,7 @@ from pathlib import Path
 from socket import socket
 
 _BEAT, _LEAVE = b".", b"q"
-_TIMES, _EVERY = 10, 0.05
-"""Number of stops that are sent, and the time between two of them [s]."""
+_TIMES, _EVERY = 10, 0.05  # number of stops that are sent, and the time between two of them [s]
 
 
 class Guardian:

@@ -55,10 +55,8 @@ _REASONS = {
 class Greeting(NamedTuple):
     """First message of the server."""
 
-    password_key: str
-    """The password is hashed with it; another one in each connection."""
-    protocol: str
-    """Protocol version."""
+    password_key: str  # the password is hashed with it; another one in each connection
+    protocol: str  # protocol version
 
 
 def read_greeting(packet: Packet) -> Greeting:
@@ -106,8 +104,7 @@ class Catalogue:
     numbers: dict[str, int] = field(default_factory=dict)
     arguments: dict[int, tuple[str, str]] = field(default_factory=dict)
     """By number: arguments and reply of the request, in words."""
-    is_complete: bool = False
-    """Whether the last list, that of the access groups, has come."""
+    is_complete: bool = False  # whether the last list, that of the access groups, has come
 
     def take(self, packet: Packet) -> bool:
         """Learn from a packet; whether it was one of a list.

@@ -28,12 +28,9 @@ from hw.omron.telemetry import Telemetry, drive_payload
 from hw.robot import HardwareError
 from hw.state import Fault
 
-_CYCLE = 0.025
-"""Interval at which the velocity is sent [s]."""
-_RECONNECTING = 0.5
-"""Timeout of each step of a new connection to stop the base [s]."""
-_CLOSING = 2.0
-"""Longest time that closing waits for the base to come to rest [s]."""
+_CYCLE = 0.025  # interval at which the velocity is sent [s]
+_RECONNECTING = 0.5  # timeout of each step of a new connection to stop the base [s]
+_CLOSING = 2.0  # longest time that closing waits for the base to come to rest [s]
 
 
 class Link:
@@ -53,13 +50,11 @@ class Link:
         settings: OmronSettings,
         arcl: Arcl | None,
     ) -> None:
-        self.lock = threading.Lock()
-        """Protects all attributes."""
+        self.lock = threading.Lock()  # protects all attributes
         self.telemetry = telemetry
         self.commander = Commander(settings)
         self.monitor = MotionMonitor(settings.site)
-        self.lost = ""
-        """Why the connection is lost; empty while connected."""
+        self.lost = ""  # why the connection is lost; empty while connected
         self._settings = settings
         self._arcl = arcl
         self._stream, self._pending = connection.stream, connection.pending

@@ -59,8 +59,7 @@ class PacketStream:
 
     def __init__(self) -> None:
         self._buffer = bytearray()
-        self.skipped = 0
-        """Bytes outside of valid frames."""
+        self.skipped = 0  # bytes outside of valid frames
 
     def feed(self, data: bytes) -> list[Packet]:
         """The messages that are complete with these bytes."""

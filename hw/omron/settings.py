@@ -13,10 +13,8 @@ class ArclSettings:
 
     password: str
     port: int = 7171
-    poll: float = 0.25
-    """Polling interval of motors, faults and localisation score [s]."""
-    patience: float = 1.5
-    """Without any answer for this long the connection is lost [s]."""
+    poll: float = 0.25  # polling interval of motors, faults and localisation score [s]
+    patience: float = 1.5  # without any answer for this long the connection is lost [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,16 +31,11 @@ class OmronSettings:
     acceleration: float = 1.5
     """Commanded velocities grow no faster than this, whoever commands them [m/s^2]. The limits of
     the robot file hold before, those of the base itself after."""
-    turn_acceleration: float = 3.0
-    """The same for turning [rad/s^2]."""
-    pose_delay: float = 0.0
-    """Age of a pose on arrival [s]."""
-    silence: float = 1.0
-    """Without a byte for this long the connection is lost [s]."""
-    connect_patience: float = 3.0
-    """Timeout of each step of connecting [s]."""
-    lists_patience: float = 5.0
-    """Timeout of the list of requests [s]."""
+    turn_acceleration: float = 3.0  # the same for turning [rad/s^2]
+    pose_delay: float = 0.0  # age of a pose on arrival [s]
+    silence: float = 1.0  # without a byte for this long the connection is lost [s]
+    connect_patience: float = 3.0  # timeout of each step of connecting [s]
+    lists_patience: float = 5.0  # timeout of the list of requests [s]
     least_score: float | None = None
     """A localisation score below this is a fault, 0 to 1; None: only a lost localisation is."""
     score_scale: float | None = None

@@ -16,19 +16,14 @@ from typing import NamedTuple
 class Velocity(NamedTuple):
     """Twist of a base that cannot move sideways."""
 
-    v: float
-    """Forwards [m/s]."""
-    w: float
-    """Counter-clockwise [rad/s]."""
+    v: float  # forwards [m/s]
+    w: float  # counter-clockwise [rad/s]
 
 
 REST = Velocity(0.0, 0.0)
-_BEYOND = 1.05
-"""Ratios leave a dead zone by this factor."""
-_MOST_BEYOND = 3.0, 10.0
-"""Largest factors of translation and rotation, where both share a throttle."""
-_AT_REST = 0.01
-"""A slower base is at rest [m/s, rad/s]."""
+_BEYOND = 1.05  # ratios leave a dead zone by this factor
+_MOST_BEYOND = 3.0, 10.0  # largest factors of translation and rotation, where both share a throttle
+_AT_REST = 0.01  # a slower base is at rest [m/s, rad/s]
 
 
 class Ratios(NamedTuple):
@@ -43,20 +38,15 @@ class Ratios(NamedTuple):
 class Site:
     """The values of "Teleop settings" at one site."""
 
-    forward: float = 1.0
-    """FullThrottleForwards [m/s]."""
-    reverse: float = 0.25
-    """FullThrottleBackwards [m/s]."""
-    turn: float = radians(50.0)
-    """RotAtStopped [rad/s]."""
+    forward: float = 1.0  # FullThrottleForwards [m/s]
+    reverse: float = 0.25  # FullThrottleBackwards [m/s]
+    turn: float = radians(50.0)  # RotAtStopped [rad/s]
     turn_at_forward: float | None = None
     """RotAtFullForwards [rad/s]; None: as at rest. ARIA's own default is 25 deg/s."""
-    turn_at_reverse: float | None = None
-    """RotAtFullBackwards [rad/s]; None: as at rest."""
+    turn_at_reverse: float | None = None  # RotAtFullBackwards [rad/s]; None: as at rest
     dead_translation: float = 10.0
     """TransDeadZone [%]: a ratio up to this one does not move the base."""
-    dead_rotation: float = 5.0
-    """RotDeadZone [%]: a ratio below this one does not turn the base."""
+    dead_rotation: float = 5.0  # RotDeadZone [%]: a ratio below this one does not turn the base
     throttle: bool = False
     """Whether the base obeys the third argument of `ratioDrive`: then velocities inside the dead
     zones are reached by larger ratios and a smaller throttle. Ratios grow no further than out of

@@ -25,10 +25,8 @@ POSE = tuple(f"DataStore_RobotPoseInterpolated_{axis}" for axis in ("X", "Y", "T
 """Fine poses; `updateNumbers` has whole millimetres and degrees."""
 OLDEST_POSE = 0.25
 """Up to this age a pose is extrapolated with the measured velocity; then it is stale [s]."""
-_INTERVAL = 0.03
-"""Of poses [s]; real bases are said to send at most 37 a second."""
-_TOGETHER = 0.02
-"""The three values of one pose arrive within this time [s]."""
+_INTERVAL = 0.03  # of poses [s]; real bases are said to send at most 37 a second
+_TOGETHER = 0.02  # the three values of one pose arrive within this time [s]
 _ACCEPT_SKEWED = 0.1
 """Without a pose for this long, values that did not arrive together are accepted [s]."""
 
@@ -58,8 +56,7 @@ class Pose:
     x: float
     y: float
     theta: float
-    at: float
-    """Time of arrival, of `stopwatch` [s]."""
+    at: float  # time of arrival, of `stopwatch` [s]
 
 
 def extrapolate(pose: Pose, velocity: Velocity, seconds: float) -> SE3:
@@ -114,24 +111,19 @@ class Telemetry:
     """
 
     def __init__(self, catalogue: Catalogue, score_scale: float | None = None) -> None:
-        self.pose: Pose | None = None
-        """Fine where the robot offers it."""
-        self.coarse: Pose | None = None
-        """Of `updateNumbers`."""
+        self.pose: Pose | None = None  # fine where the robot offers it
+        self.coarse: Pose | None = None  # of `updateNumbers`
         self.velocity = REST
         self.battery: float | None = None
         """Charge, 0 to 1; None where the robot sends a voltage, or nothing."""
         self.status = self.mode = ""
-        self.locked = False
-        """Whether the mode is locked."""
+        self.locked = False  # whether the mode is locked
         self.localisation: Localisation | None = None
         self.score: float | None = None
         """Of the localisation, 0 to 1; None where its scale is unknown."""
         self.docking: Docking | None = None
-        self.sections: dict[str, Values] = {}
-        """Of the configuration, where requested."""
-        self.damaged = 0
-        """Number of replies with an unexpected layout."""
+        self.sections: dict[str, Values] = {}  # of the configuration, where requested
+        self.damaged = 0  # number of replies with an unexpected layout
         self._has_charge = False
         self._score_scale = score_scale
         self._assembly = PoseAssembly()

@@ -14,8 +14,7 @@ from hw.omron.site import Site
 
 SECTIONS = "getConfigBySectionsV4"
 """The request; its argument is the priority up to which parameters are sent, 9 for all."""
-TELEOP = "Teleop settings"
-"""The section with the full-scale values of `ratioDrive`."""
+TELEOP = "Teleop settings"  # the section with the full-scale values of `ratioDrive`
 TIMEOUT = "Timeout"
 """In that section: without a `ratioDrive` for this long the base stops by itself [s]; 0: never."""
 Values = dict[str, float | str]

@@ -19,15 +19,11 @@ from hw.processes.process import DriverProcess, NoAnswerError
 from hw.robot import HardwareError
 from hw.state import ArmState, Array, Fault, FaultKind
 
-_SILENT = 0.15
-"""Without a state for this long the arm does not answer [s]."""
+_SILENT = 0.15  # without a state for this long the arm does not answer [s]
 _ZERO = (0.0,) * 7
-_RECOVERY, _WAY = 20.0, 60.0
-"""Timeouts of a recovery and of `move_to` [s]."""
-_APART = 2.0
-"""Shortest time between two recoveries [s]."""
-_SHORTEST = 0.01
-"""Shortest time between two commands for their slope [s]: a shorter one is noise."""
+_RECOVERY, _WAY = 20.0, 60.0  # timeouts of a recovery and of `move_to` [s]
+_APART = 2.0  # shortest time between two recoveries [s]
+_SHORTEST = 0.01  # shortest time between two commands for their slope [s]: a shorter one is noise
 _MODES = {
     Mode.OTHER: "its joints are locked: unlock them on its Desk page and activate FCI",
     Mode.GUIDING: "it is being guided by hand: let go of the buttons at its wrist",
@@ -43,10 +39,8 @@ class ArmSettings:
     """(7,) contact torques at which the arm stops [Nm]."""
     forces: tuple[float, ...] = (20.0, 20.0, 20.0, 25.0, 25.0, 25.0)
     """(6,) forces and torques at the hand at which the arm stops [N, Nm]."""
-    lead: float = 0.0
-    """Lag of the joints that is compensated [s]."""
-    connecting: float = 6.0
-    """Timeout of connecting [s]."""
+    lead: float = 0.0  # lag of the joints that is compensated [s]
+    connecting: float = 6.0  # timeout of connecting [s]
 
 
 class Lead:

@@ -24,22 +24,16 @@ from hw.panda.streaming import FRESH, SpeedError, SpeedMonitor, Streaming
 from hw.processes.child import Parent, Request, claim, hurry, leave, still_alive
 from hw.processes.mailbox import Mailbox, open_memory
 
-_NAP = 0.004
-"""Between two readings while the arm is not in a motion [s]."""
-_CONNECTING, _RECOVERING = 20.0, 60.0
-"""Timeouts [s]."""
-_UNDER_WAY = 18.0
-"""Timeout of a recovery that is under way already [s]."""
-_NO_FILTER = 1000.0
-"""Cutoff frequency at which the library's own filter is off [Hz]."""
+_NAP = 0.004  # between two readings while the arm is not in a motion [s]
+_CONNECTING, _RECOVERING = 20.0, 60.0  # timeouts [s]
+_UNDER_WAY = 18.0  # timeout of a recovery that is under way already [s]
+_NO_FILTER = 1000.0  # cutoff frequency at which the library's own filter is off [Hz]
 _STIFFNESS = [3000.0, 3000.0, 3000.0, 2500.0, 2500.0, 2000.0, 2000.0]
 """(7,) of the arm's own joint controller, as the vendor's examples have it [Nm/rad]."""
 _STARVED, _SAMPLE = 0.01, 100
 """A process that waits for a processor longer than this [s] in this many periods is starved."""
-_LOCK_PRESENT = 1
-"""MCL_CURRENT of `mlockall`."""
-MEMORY = 2
-"""Mailboxes: commands come in, readings go out."""
+_LOCK_PRESENT = 1  # MCL_CURRENT of `mlockall`
+MEMORY = 2  # mailboxes: commands come in, readings go out
 
 
 class ArmProcess:

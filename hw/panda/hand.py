@@ -13,12 +13,9 @@ from hw.processes.process import DriverProcess, NoAnswerError
 from hw.robot import HardwareError
 from hw.state import Fault, FaultKind, GripperState
 
-_SILENT = 0.5
-"""Without a state for this long the hand does not answer [s]."""
-_CONNECTING = 6.0
-"""Timeout of connecting [s]."""
-_MARGIN = 5.0
-"""Added to the timeouts of its process [s]."""
+_SILENT = 0.5  # without a state for this long the hand does not answer [s]
+_CONNECTING = 6.0  # timeout of connecting [s]
+_MARGIN = 5.0  # added to the timeouts of its process [s]
 _HELD = (
     "it was not homed and may hold something, which homing would drop: take that out, and home it "
     "on its Desk page"

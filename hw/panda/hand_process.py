@@ -24,24 +24,16 @@ from hw.panda.records import CLOSED, HAND_READING, HOMED, REACHED, HandReading
 from hw.processes.child import Parent, Request, claim, leave, still_alive
 from hw.processes.mailbox import Mailbox, open_memory
 
-_NAP = 0.02
-"""Between two readings [s]."""
-_CONNECTING = 20.0
-"""Timeout of connecting [s]."""
-HOMING = 30.0
-"""Timeout of homing; 6 to 15 s are usual [s]."""
-_WIDEST = 0.1
-"""No hand opens wider [m]."""
-_MOVING, _GRASPING = 3.0, 9.0
-"""Timeouts of a move and a grasp, in addition to the travel time [s]."""
+_NAP = 0.02  # between two readings [s]
+_CONNECTING = 20.0  # timeout of connecting [s]
+HOMING = 30.0  # timeout of homing; 6 to 15 s are usual [s]
+_WIDEST = 0.1  # no hand opens wider [m]
+_MOVING, _GRASPING = 3.0, 9.0  # timeouts of a move and a grasp, in addition to the travel time [s]
 _BLOCKED, _STILL = 1.5, 5e-4
 """Fingers that rest for this long [s] (within [m]) during a move are blocked."""
-_STOPPING = 2.0
-"""Timeout of a stop [s]."""
-_ANY = 0.1
-"""Tolerance of a grasp that allows every width [m]."""
-_SAME = 1e-3
-"""Tolerance of the width of a held object [m]."""
+_STOPPING = 2.0  # timeout of a stop [s]
+_ANY = 0.1  # tolerance of a grasp that allows every width [m]
+_SAME = 1e-3  # tolerance of the width of a held object [m]
 NOT_HOMED = (
     "it was not homed since it was switched on: `run` or a recovery homes it, it closes and opens"
 )
@@ -61,17 +53,13 @@ def patience(speed: float) -> float:
 class _Motion:
     """A current motion of the fingers."""
 
-    limit: float
-    """Timeout [s]."""
-    rest: float
-    """Longest time at rest [s]."""
-    width: float
-    """When they last moved [m]."""
+    limit: float  # timeout [s]
+    rest: float  # longest time at rest [s]
+    width: float  # when they last moved [m]
     began: float = field(default_factory=stopwatch)
     moved: float = field(default_factory=stopwatch)
     stopped: float = inf
-    why: str = ""
-    """Why it was stopped."""
+    why: str = ""  # why it was stopped
 
 
 class HandProcess:

@@ -10,8 +10,7 @@ from types import ModuleType
 
 from hw.processes.light import light_package
 
-Joints = tuple[float, ...]
-"""One value for each of the seven joints."""
+Joints = tuple[float, ...]  # one value for each of the seven joints
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,8 +24,7 @@ class JointLimits:
     qddd: Joints
 
 
-INTERFACE_VERSION = 5
-"""Of the Franka research interface."""
+INTERFACE_VERSION = 5  # of the Franka research interface
 LIMITS = JointLimits(
     q_min=(-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973),
     q_max=(2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973),

@@ -11,20 +11,13 @@ from math import sqrt
 
 from hw.panda.library import JointLimits
 
-PERIOD = 0.001
-"""Of the control loop [s]."""
-_LOST = 4
-"""Number of packets in a row that may be lost at the highest speed."""
-_EPSILON = 1e-3
-"""Margin to velocity limits [rad/s], as in the vendor's library."""
-_MARGIN = 0.01
-"""Margin to position limits [rad]."""
-_ACCELERATION, _JERK = 0.95, 0.25
-"""Shares of the limits that are used."""
-_HARD = 0.98
-"""Share of the jerk for a joint that lost packets accelerate beyond its speed."""
-_GAIN = 20.0
-"""Slope of the speed over the distance close to a limit or a goal [1/s]."""
+PERIOD = 0.001  # of the control loop [s]
+_LOST = 4  # number of packets in a row that may be lost at the highest speed
+_EPSILON = 1e-3  # margin to velocity limits [rad/s], as in the vendor's library
+_MARGIN = 0.01  # margin to position limits [rad]
+_ACCELERATION, _JERK = 0.95, 0.25  # shares of the limits that are used
+_HARD = 0.98  # share of the jerk for a joint that lost packets accelerate beyond its speed
+_GAIN = 20.0  # slope of the speed over the distance close to a limit or a goal [1/s]
 
 
 class VelocityLimiter:

@@ -24,40 +24,28 @@ class Mode(IntEnum):
 
 
 ARM_READING = struct.Struct("<dQB7d7dQdd480s")
-ARM_COMMAND = struct.Struct("<Qd7d")
-"""Number, stamp (0: a stop) [s], velocities [rad/s]."""
+ARM_COMMAND = struct.Struct("<Qd7d")  # number, stamp (0: a stop) [s], velocities [rad/s]
 HAND_READING = struct.Struct("<ddd?B")
-HOMED = 0.05
-"""A hand that was not homed since power-on reports a smaller opening than this [m]."""
-CLOSED = 2e-3
-"""A width below this means: closed, with nothing in between [m]."""
+HOMED = 0.05  # a hand that was not homed since power-on reports a smaller opening than this [m]
+CLOSED = 2e-3  # a width below this means: closed, with nothing in between [m]
 OPEN = 0.075
 """A width above this means: open, with nothing in between, unless it reports a grasp [m]."""
-REACHED = 2e-3
-"""Tolerance of a width [m]."""
+REACHED = 2e-3  # tolerance of a width [m]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ArmReading:
     """State of the arm."""
 
-    stamp: float
-    """Time of arrival [s]."""
-    time: int
-    """The arm's own clock [ms]."""
+    stamp: float  # time of arrival [s]
+    time: int  # the arm's own clock [ms]
     mode: Mode
-    q: Joints
-    """(7,) [rad]"""
-    qd: Joints
-    """(7,) [rad/s]"""
-    lost: int
-    """States that did not arrive in time, in all motions [ms]."""
-    hand_mass: float
-    """Mass of the end effector, as set in Desk [kg]."""
-    load: float
-    """Mass of the load, as set in Desk [kg]."""
-    trouble: str
-    """Why it has stopped and waits for a recovery."""
+    q: Joints  # (7,) [rad]
+    qd: Joints  # (7,) [rad/s]
+    lost: int  # states that did not arrive in time, in all motions [ms]
+    hand_mass: float  # mass of the end effector, as set in Desk [kg]
+    load: float  # mass of the load, as set in Desk [kg]
+    trouble: str  # why it has stopped and waits for a recovery
 
     def put(self, mailbox: Mailbox) -> None:
         """Publish it."""
@@ -96,16 +84,12 @@ class ArmReading:
 class HandReading:
     """State of the hand."""
 
-    stamp: float
-    """Time of arrival [s]."""
-    width: float
-    """Between the pads [m]."""
-    opening: float
-    """Largest width, as found by homing; 0 before [m]."""
+    stamp: float  # time of arrival [s]
+    width: float  # between the pads [m]
+    opening: float  # largest width, as found by homing; 0 before [m]
     is_grasped: bool
     """As the hand reports; also of an empty hand after a grasp that allows every width."""
-    temperature: int
-    """[degrees C]"""
+    temperature: int  # [degrees C]
 
     @property
     def is_homed(self) -> bool:

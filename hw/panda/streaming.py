@@ -11,17 +11,12 @@ from hw.panda.limiter import PERIOD, VelocityLimiter, speed_at
 from hw.processes.child import still_alive
 from hw.processes.mailbox import Mailbox
 
-FRESH = 0.06
-"""A velocity command is valid for this long; then the arm comes to rest [s]."""
-_IDLE = 0.5
-"""At rest without a command for this long the motion ends [s]."""
-_RESTS = 1e-5
-"""Slower joints are at rest [rad/s]."""
+FRESH = 0.06  # a velocity command is valid for this long; then the arm comes to rest [s]
+_IDLE = 0.5  # at rest without a command for this long the motion ends [s]
+_RESTS = 1e-5  # slower joints are at rest [rad/s]
 _ZERO = (0.0,) * 7
-_SOFT = 1.5
-"""Acceleration on the way to a goal [rad/s^2]."""
-_ARRIVED = 2e-3
-"""Tolerance of a goal [rad]."""
+_SOFT = 1.5  # acceleration on the way to a goal [rad/s^2]
+_ARRIVED = 2e-3  # tolerance of a goal [rad]
 _MARGIN, _TOO_FAST = 0.25, 0.2
 """A joint that is faster than commanded by more than this [rad/s] for this long [s] is stopped."""
 _DECAY = 0.99
@@ -64,10 +59,8 @@ class Streaming:
         self._asked = now()
         self._ticks = 0
         self._ramp = 0.0
-        self.lost = 0
-        """Milliseconds of the arm's clock without a state."""
-        self.arrived = False
-        """Whether the goal is reached."""
+        self.lost = 0  # milliseconds of the arm's clock without a state
+        self.arrived = False  # whether the goal is reached
 
     def __call__(self, state: Any, period: Any) -> Any:
         """The velocities for the next millisecond."""

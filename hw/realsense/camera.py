@@ -15,22 +15,17 @@ from hw.robot import HardwareError
 from hw.state import DepthImage, Fault, FaultKind
 from robots import CameraDescription
 
-_CONNECTING = 10.0
-"""Longest time to the first image [s]."""
-_RECOVERING = 5.0
-"""How long a recovery waits for an image [s]."""
-_POLL = 0.02
-"""Polling interval of a recovery [s]."""
+_CONNECTING = 10.0  # longest time to the first image [s]
+_RECOVERING = 5.0  # how long a recovery waits for an image [s]
+_POLL = 0.02  # polling interval of a recovery [s]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GreyImage:
     """One image of the left imager; the same object is the same image."""
 
-    grey: Grey
-    """(H, W) brightness."""
-    stamp: float
-    """Capture time on the session's clock [s]."""
+    grey: Grey  # (H, W) brightness
+    stamp: float  # capture time on the session's clock [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,12 +33,9 @@ class CameraReport:
     """Diagnostics of a connected camera."""
 
     status: Status
-    images: int
-    """Received by the driver."""
-    lost: int
-    """Frames in between that the driver did not receive."""
-    age: float
-    """Age of the newest image on arrival [s]."""
+    images: int  # received by the driver
+    lost: int  # frames in between that the driver did not receive
+    age: float  # age of the newest image on arrival [s]
 
 
 class RealSenseCamera:

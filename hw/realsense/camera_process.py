@@ -24,19 +24,14 @@ from hw.realsense.settings import STATUS, RealSenseSettings, Status
 from hw.realsense.stream import HangsError, Stream, open_stream
 from hw.realsense.timestamps import CameraClock
 
-_STARTING = 30.0
-"""Longest time that the library may take to start or stop a camera [s]."""
-_HUNG = 5.0
-"""Longest time that the library may block while the camera streams [s]."""
-_REOPEN = 0.2
-"""Pause before a lost camera is opened again [s]."""
+_STARTING = 30.0  # longest time that the library may take to start or stop a camera [s]
+_HUNG = 5.0  # longest time that the library may block while the camera streams [s]
+_REOPEN = 0.2  # pause before a lost camera is opened again [s]
 _REOPEN_HUNG = (0.1, 0.5, 1.0, 2.0)
 """The same for a camera that hung once, twice, ... [s]; from the second time on it is reset first.
 After all of them the user has to act."""
-_AT_FIRST = 2
-"""How often a camera may hang before its first image."""
-_RESETTING = 6.0
-"""A reset camera is back within this time [s]."""
+_AT_FIRST = 2  # how often a camera may hang before its first image
+_RESETTING = 6.0  # a reset camera is back within this time [s]
 
 
 class CameraProcess:
@@ -66,8 +61,7 @@ class CameraProcess:
         self._has_begun = False
         self._frames = 0
         self._hung, self._reset = 0, -inf
-        self._last = -inf
-        """Camera stamp of the last image [ms]."""
+        self._last = -inf  # camera stamp of the last image [ms]
 
     def run(self) -> None:
         """Deliver images until the parent ends.

@@ -29,18 +29,12 @@ Grey = npt.NDArray[np.uint8]
 class BufferedImage:
     """One image; times are those of `stopwatch`, which all processes of a computer share."""
 
-    number: int
-    """Counted by the driver, from 1."""
-    frames: int
-    """Counted by the camera, from 1; the difference to `number` was lost."""
-    stamp: float
-    """Capture time [s]."""
-    arrived: float
-    """When the driver received it [s]."""
-    depth: Depth
-    """(H, W) depth along the optical axis [m]; NaN where missing."""
-    infrared: Grey | None
-    """(H, W) image of the left imager; None if it is switched off."""
+    number: int  # counted by the driver, from 1
+    frames: int  # counted by the camera, from 1; the difference to `number` was lost
+    stamp: float  # capture time [s]
+    arrived: float  # when the driver received it [s]
+    depth: Depth  # (H, W) depth along the optical axis [m]; NaN where missing
+    infrared: Grey | None  # (H, W) image of the left imager; None if it is switched off
 
 
 class ImageBuffer:

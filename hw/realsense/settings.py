@@ -11,10 +11,8 @@ from typing import Self
 
 from hw.processes.mailbox import Mailbox
 
-WIDTH, HEIGHT = 640, 480
-"""Of the images that the camera delivers, before they are rectified [px]."""
-SILENCE = 0.5
-"""Without an image for this long the camera is lost [s]."""
+WIDTH, HEIGHT = 640, 480  # of the images that the camera delivers, before they are rectified [px]
+SILENCE = 0.5  # without an image for this long the camera is lost [s]
 STATUS = struct.Struct("<900s")
 _USB = "libusb-1.0.so.0"
 
@@ -24,33 +22,26 @@ class RealSenseSettings:
     """One camera of the D400 series; without serial number and emulator the only one plugged in."""
 
     serial: str = ""
-    emulator: str = ""
-    """HOST:PORT of an emulated camera, used instead of a real one."""
-    rate: int = 30
-    """Frame rate [Hz]."""
+    emulator: str = ""  # HOST:PORT of an emulated camera, used instead of a real one
+    rate: int = 30  # frame rate [Hz]
     infrared: bool = False
     """Whether the left infrared image is delivered as well; calibration needs it."""
-    emitter: bool = True
-    """Whether the projector is on; its dots disturb infrared images."""
+    emitter: bool = True  # whether the projector is on; its dots disturb infrared images
     preset: str = "High Density"
     """Stereo preset, by the camera's name for it; empty: leave as it is."""
-    delay: float = 0.0
-    """Age of an image at the time stamp that the camera gives it [s]."""
+    delay: float = 0.0  # age of an image at the time stamp that the camera gives it [s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Status:
     """Which camera is connected, or why there are no images."""
 
-    trouble: str = ""
-    """Why there are no images; empty while there are."""
+    trouble: str = ""  # why there are no images; empty while there are
     name: str = ""
     serial: str = ""
     firmware: str = ""
-    recommended: str = ""
-    """Firmware that the library recommends; empty if it does not say."""
-    usb: str = ""
-    """USB version; empty without a cable."""
+    recommended: str = ""  # firmware that the library recommends; empty if it does not say
+    usb: str = ""  # USB version; empty without a cable
     intrinsics: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     """fx, fy, cx, cy of the camera itself [px]."""
 

@@ -18,13 +18,11 @@ from typing import Any
 
 import numpy as np
 
-_PATIENCE = 3.0
-"""For the connection and the introduction [s]."""
+_PATIENCE = 3.0  # for the connection and the introduction [s]
 HEAD = struct.Struct("<QdII")
 """Number of the image, calendar time of its capture [s], bytes of depth, bytes of infrared."""
 RESET = b"R"
-_LONGEST = 4096
-"""Longest introduction [bytes]."""
+_LONGEST = 4096  # longest introduction [bytes]
 
 
 class GoneError(Exception):
@@ -44,15 +42,11 @@ class Introduction:
     fy: float
     cx: float
     cy: float
-    depth_units: float
-    """One unit of a depth image [m]."""
-    baseline: float
-    """Between the imagers [m]."""
-    infrared: bool
-    """Whether there are infrared images."""
+    depth_units: float  # one unit of a depth image [m]
+    baseline: float  # between the imagers [m]
+    infrared: bool  # whether there are infrared images
     firmware: str = ""
-    recommended: str = ""
-    """Firmware that the library recommends."""
+    recommended: str = ""  # firmware that the library recommends
 
     def line(self) -> bytes:
         """The line of JSON."""
@@ -85,8 +79,7 @@ class SoftwareCamera:
         except BaseException:
             self._socket.close()
             raise
-        self.lost = ""
-        """Why no more images come; empty while connected."""
+        self.lost = ""  # why no more images come; empty while connected
 
     def start(self) -> None:
         """Begin to feed frames."""

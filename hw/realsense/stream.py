@@ -12,8 +12,7 @@ from hw.realsense.software_device import GoneError, SoftwareCamera
 
 _PATIENCE = 0.8 * SILENCE
 """The reason why no image comes is looked for in time before the camera counts as lost [s]."""
-_FIRST = 2.0
-"""Longest time to the first image of an opened camera [s]."""
+_FIRST = 2.0  # longest time to the first image of an opened camera [s]
 
 
 class LostError(RuntimeError):

@@ -1,7 +1,6 @@
-"""`python -m hw.emulators.frankie ROBOT WORLD SCENE SEED [WAY ...]`: an emulated robot of a file.
+"""`python -m hw.emulators.frankie ROBOT WORLD SCENE SEED [NAME ...]`: emulators of a robot file.
 
-Its parts behave in the reported ways of these names. Words come in, lines of JSON go out; it ends
-with its input.
+NAMEs are those of `AS_REPORTED`. Commands on standard input, JSON on standard output.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Base, arm, hand and camera of one emulated Frankie."""
+"""Emulated base, arm, hand and camera over one simulated world."""
 
 from __future__ import annotations
 
@@ -23,15 +23,14 @@ from hw.emulators.realsense import Options as CameraOptions
 from hw.emulators.realsense import RealSenseEmulator, Shot
 from robots import FullScaleFile, load_real_robot
 
-_TIMEOUT = 0.14
-"""Of the base, without a new command; it looks every 0.1 s [s]."""
+_TIMEOUT = 0.14  # timeout of the base without commands [s]
 _TABLES: dict[str, Mapping[str, Reported]] = {
-    part.__name__: getattr(part, "AS_REPORTED", {}) for part in (omron, panda, realsense)
+    part.__name__: part.AS_REPORTED for part in (omron, panda, realsense)
 }
 AS_REPORTED: Mapping[str, Reported] = {
     name: one for table in _TABLES.values() for name, one in table.items()
 }
-"""Ways of all parts by name."""
+"""Reported behaviours of all parts."""
 
 
 class NotEmulatedError(UserError):
@@ -44,7 +43,7 @@ class ArmTakenError(UserError):
 
 @dataclass(frozen=True, kw_only=True)
 class EmulatedPlaces:
-    """Where the parts of one emulated robot listen."""
+    """Addresses and accounts of the parts of one emulated robot."""
 
     base: str = "127.0.0.1"
     port: int = 7272
@@ -53,27 +52,24 @@ class EmulatedPlaces:
     password: str = ""
     arcl_password: str = "adept"
     arm: str = "127.0.0.1"
-    teleop: Teleop = field(default_factory=Teleop)
-    """How the base is set up."""
-    steering: int = 7270
-    """Of the base's address: where all is steered; the camera is at the next one."""
-    rate: int = 30
-    """Of the camera [Hz]."""
+    teleop: Teleop = field(default_factory=Teleop)  # setup of the base
+    steering: int = 7270  # port of the console at the base's address; the camera is at the next one
+    rate: int = 30  # of the camera [Hz]
 
 
 class FrankieEmulator:
     """All parts over one world; use it in a `with` statement.
 
     Args:
-        places: where they listen.
+        places: their addresses.
         robot: its description, by name or file.
-        world: what moves it: `kinematic` or `physics`.
-        scene: what is around it.
+        world: `kinematic` or `physics`.
+        scene: of the world.
         seed: of objects and camera noise.
-        as_reported: names of `AS_REPORTED`: how real parts were reported to behave.
+        as_reported: names of `AS_REPORTED`.
 
     Raises:
-        UserError: there is no such way.
+        UserError: a name is unknown.
     """
 
     def __init__(
@@ -91,7 +87,6 @@ class FrankieEmulator:
             sorted(ways & table.keys()) for table in _TABLES.values()
         )
         link = ArmLink()
-        camera_ways: dict[str, Any] = {"as_reported": of_camera} if of_camera else {}
         self.robot, self.places = robot, places
         self.world = EmulatedWorld(robot, world, scene, seed, link)
         users = {places.user: (places.password, Options().users["frankie"][1])}
@@ -117,7 +112,7 @@ class FrankieEmulator:
                 baseline=camera.baseline,
                 seed=seed,
             ),
-            **camera_ways,
+            as_reported=of_camera,
         )
         self._arm_at, self._link = places.arm, link
         self._arm: subprocess.Popen[str] | None = None
@@ -131,7 +126,7 @@ class FrankieEmulator:
         """The emulator of a robot file.
 
         Raises:
-            UserError: the file is not that of an emulated robot, or a scene or way is not there.
+            UserError: the file is not that of an emulated robot, or a name is unknown.
         """
         real = load_real_robot(robot)
         if real is None or real.hardware.emulated is None:
@@ -154,10 +149,10 @@ class FrankieEmulator:
         )
 
     def __enter__(self) -> Self:
-        """Begin.
+        """Start all parts.
 
         Raises:
-            UserError: somebody else listens there.
+            UserError: another program listens at one of the ports.
         """
         arguments = [self._arm_at, "5", str(self._link.memory), ",".join(self._of_arm)]
         self._arm = subprocess.Popen(
@@ -168,7 +163,7 @@ class FrankieEmulator:
             text=True,
             pass_fds=(self._link.memory,),
             env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-            start_new_session=True,  # Ctrl-C is for the program that emulates
+            start_new_session=True,  # not ended by Ctrl-C
         )
         assert self._arm.stdout is not None
         if not self._arm.stdout.readline():
@@ -187,7 +182,7 @@ class FrankieEmulator:
         self._undo.close()
 
     def do_to_arm(self, words: str) -> dict[str, Any]:
-        """Do something to the arm; what it tells then."""
+        """Do one command of the arm's console; its answer."""
         with self._asking:
             if self._arm is None or self._arm.poll() is not None:
                 return {"error": "the emulated arm has ended"}
@@ -199,7 +194,7 @@ class FrankieEmulator:
             return told
 
     def blind(self, seconds: float) -> None:
-        """Pull the cable of the camera, and put it back later."""
+        """Unplug the camera for a time [s]."""
         self.camera.unplug()
         timer = threading.Timer(seconds, self.camera.plug_in)
         timer.daemon = True
@@ -224,7 +219,7 @@ class FrankieEmulator:
 
 
 def _teleop(file: FullScaleFile) -> Teleop:
-    """An emulated base is set up as its file says."""
+    """Setup of the emulated base as its file says."""
     forward, reverse = file.turn_at_forward_deg, file.turn_at_reverse_deg
     return Teleop(
         timeout=_TIMEOUT,

@@ -1,4 +1,4 @@
-"""The other end of an emulated Frankie: what is done to it, and what is true of its world."""
+"""Client of an emulated Frankie: commands to it, and the ground truth of its world."""
 
 from __future__ import annotations
 
@@ -19,14 +19,12 @@ from hw.sim import SimObject, load_scene
 from hw.truth import Touch
 from robots import Geom
 
-_PATIENCE = 3.0
-"""[s]"""
-_LOOK = 0.1
-"""How often the world is looked at [s]."""
+_PATIENCE = 3.0  # timeout [s]
+_LOOK = 0.1  # polling interval of the world [s]
 
 
 class SilentEmulatorError(HardwareError):
-    """The emulator is not there, or does not answer."""
+    """The emulator does not run, or does not answer."""
 
 
 class EmulatorLink:
@@ -34,10 +32,10 @@ class EmulatorLink:
 
     Args:
         address: of the emulated base.
-        port: at which all is steered.
+        port: of the console.
 
     Raises:
-        SilentEmulatorError: nobody listens there.
+        SilentEmulatorError: it does not run.
     """
 
     def __init__(self, address: str, port: int) -> None:
@@ -50,11 +48,11 @@ class EmulatorLink:
         self._file = self._socket.makefile("rwb")
 
     def do(self, words: str) -> dict[str, Any]:
-        """Do something to it; what it tells then.
+        """Do one command; its answer.
 
         Raises:
             SilentEmulatorError: it does not answer.
-            ValueError: it does not know the words.
+            ValueError: the command is wrong.
         """
         with self._lock:
             told = self._ask(words)
@@ -63,7 +61,7 @@ class EmulatorLink:
         return told
 
     def close(self) -> None:
-        """Leave."""
+        """Disconnect."""
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
         self._socket.close()
@@ -82,10 +80,10 @@ class EmulatorLink:
 
 
 class RemoteTruth:
-    """The world behind an emulated Frankie, for scoring and drawing.
+    """Ground truth of an emulated Frankie, for scoring and drawing.
 
     Args:
-        link: to it.
+        link: to its console.
     """
 
     def __init__(self, link: EmulatorLink) -> None:
@@ -101,49 +99,49 @@ class RemoteTruth:
 
     @property
     def fixtures(self) -> Sequence[Geom]:
-        """What never moves."""
+        """Static geometry."""
         return self._world.fixtures
 
     @property
     def mapped(self) -> Sequence[Geom]:
-        """What of it is on the map."""
+        """Static geometry that is on the map."""
         return self._world.mapped
 
     @property
     def objects(self) -> Sequence[SimObject]:
-        """What can be picked up, where it was a moment ago."""
+        """Objects, with their latest known poses."""
         return self._world.objects
 
     @property
     def walkers(self) -> Sequence[Any]:
-        """What moves by itself."""
+        """Moving obstacles."""
         return self._world.walkers
 
     @property
     def touches(self) -> Sequence[Touch]:
-        """What the robot has hit so far."""
+        """Contacts of the robot so far."""
         self._look()
         return self._touches
 
     def moving(self) -> Sequence[Obstacle]:
-        """The walkers, as a tracker would tell of them now."""
+        """The walkers as tracked obstacles."""
         now = self._now + stopwatch() - self._at
         for walker in self._world.walkers:
             walker.move_to(now)
         return self._world.moving()
 
     def supports(self) -> Mapping[str, str]:
-        """What carries each object."""
+        """Name of the support of each object."""
         self._look()
         return self._supports
 
     def put(self, name: str, wTo: SE3) -> None:
-        """Put an object somewhere; it falls onto what is below."""
+        """Put an object at a pose; it falls onto its support."""
         x, y, z = wTo.translation
         self._link.do(f"put {name} {x} {y} {z}")
 
     def close(self) -> None:
-        """Look no more."""
+        """Stop polling."""
         self._over.set()
         self._thread.join()
 

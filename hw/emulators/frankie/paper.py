@@ -1,4 +1,4 @@
-"""A printed picture in the emulated world, as an infrared imager sees it: to calibrate by."""
+"""A printed picture in infrared images of the emulated camera, for calibration."""
 
 from __future__ import annotations
 
@@ -11,25 +11,20 @@ from pinocchio import SE3
 from hw.sim import Grey, photograph
 from robots import Intrinsics
 
-_PIXELS = 480
-"""To which the width of a picture is brought."""
-_MARGIN = 1.0 / 14.0
-"""White paper around the picture, of its width."""
-_AWAY, _TURN = 0.42, 0.4
-"""Where it is put before the camera [m], and how it is turned there [rad]."""
-_BLACK, _WHITE, _GROUND = 40.0, 190.0, 100.0
-"""Brightness of ink, of paper and of what is around, of 255."""
-_BLUR, _NOISE = 0.7, 4.0
-"""Standard deviations of the lens' blur [px] and of the noise, of 255."""
+_PIXELS = 480  # width to which pictures are scaled
+_MARGIN = 1.0 / 14.0  # white margin, as a fraction of the width
+_AWAY, _TURN = 0.42, 0.4  # distance from the camera [m] and rotation about its axis [rad]
+_BLACK, _WHITE, _GROUND = 40.0, 190.0, 100.0  # brightness of ink, paper and background, of 255
+_BLUR, _NOISE = 0.7, 4.0  # standard deviations of the lens' blur [px] and of the noise, of 255
 
 
 class Paper:
-    """A picture on something flat that stays where it is.
+    """A flat picture at a fixed pose, facing the camera.
 
     Args:
         path: of the picture.
-        width: of the picture on the paper [m].
-        wTc: camera that it is put before: straight, 0.42 m away.
+        width: of the printed picture [m].
+        wTc: camera pose in front of which it is put.
 
     Raises:
         ValueError: there is no such picture.
@@ -54,13 +49,7 @@ class Paper:
         self._wTp = wTm * SE3(np.eye(3), np.array([edge, edge, 0.0]))
 
     def seen(self, wTc: SE3, camera: Intrinsics, rng: np.random.Generator) -> Grey:
-        """(H, W) brightness of an image of it.
-
-        Args:
-            wTc: where the camera is.
-            camera: its pinhole model.
-            rng: of the noise.
-        """
+        """(H, W) brightness, from a camera pose."""
         cTp = wTc.actInv(self._wTp)
         return photograph(
             self._bright, self._pixel, cTp, camera, rng, ground=_GROUND, blur=_BLUR, noise=_NOISE

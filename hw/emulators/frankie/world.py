@@ -1,4 +1,4 @@
-"""One simulated robot, moved by what emulated wheels, joints and fingers are commanded."""
+"""A simulated robot that the emulated base, arm and hand move."""
 
 from __future__ import annotations
 
@@ -16,26 +16,19 @@ from hw.sim import D435Noise, DepthRenderer, Dynamics, Grey, KinematicBody, SimB
 from hw.state import DepthArray
 from robots import Array, load_robot
 
-STEP = 0.005
-"""Of the world [s]."""
-_LATE = 0.05
-"""Commands hold while the world is late by less than this [s]."""
+STEP = 0.005  # period of the world [s]
+_LATE = 0.05  # commands are valid for this long [s]
 _CATCH_UP, _MOST_LACKING = 8.0, 0.02
-"""Joints make up for the way that they lack at this rate [1/s], but for no more than this [rad]:
-what a busy computer has cost is lost."""
-_RELEASED = 0.1
-"""A bumper is released when the base was told to rest for so long [s]."""
+"""Joints make up for a position error at this rate [1/s], up to this error [rad]."""
+_RELEASED = 0.1  # a bumper is released when the base was commanded to rest for this long [s]
 
 
 class Image(NamedTuple):
-    """What the camera saw."""
+    """An image of the camera."""
 
-    depth: DepthArray
-    """(height, width) [m]."""
-    stamp: float
-    """[s of `stopwatch`]"""
-    infrared: Grey | None
-    """(height, width) brightness; None without a picture to be seen."""
+    depth: DepthArray  # (H, W) [m]
+    stamp: float  # [s of `stopwatch`]
+    infrared: Grey | None  # (H, W) brightness; None without a picture
 
 
 class EmulatedWorld:
@@ -43,8 +36,8 @@ class EmulatedWorld:
 
     Args:
         robot: its description, by name or file.
-        world: what moves it: `kinematic` or `physics`.
-        scene: what is around it.
+        world: `kinematic` or `physics`.
+        scene: of the world.
         seed: of objects and camera noise.
         link: to the emulated arm.
     """
@@ -60,12 +53,9 @@ class EmulatedWorld:
 
             make = PhysicalBody
         self.body = make(description, self.truth, self.clock, Dynamics(period=_LATE))
-        self.lock = threading.RLock()
-        """Of all that moves."""
-        self.bumped = ""
-        """What the base has run into; empty while it may move."""
-        self.on_bump: Callable[[], None] = lambda: None
-        """Called when it does."""
+        self.lock = threading.RLock()  # protects the simulated robot
+        self.bumped = ""  # what the base has hit; empty while it may move
+        self.on_bump: Callable[[], None] = lambda: None  # called on a bump
         self._link = link
         self._twist = (0.0, 0.0)
         self._rests_since = 0.0
@@ -78,18 +68,16 @@ class EmulatedWorld:
         self._paper: Paper | None = None
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name="emulated world", daemon=True)
-        self._tell()
+        self._publish()
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     def close(self) -> None:
-        """End."""
+        """End the thread."""
         self._over.set()
         self._thread.join()
-
-    # the drive of the base
 
     def command(self, v: float, w: float) -> None:
         """Move at these velocities from now on [m/s, rad/s]."""
@@ -106,10 +94,8 @@ class EmulatedWorld:
         vx, _, w = self.body.base_twist
         return (float(vx), float(w))
 
-    # the camera
-
     def capture(self, number: int) -> Image:
-        """An image of this moment; its number decides its noise."""
+        """An image of this moment, with noise seeded by its number."""
         camera = self.body.description.camera
         with self.lock:
             shapes, wTc, stamp = self.body.shapes(), self.body.wTe * camera.eTc, stopwatch()
@@ -120,7 +106,7 @@ class EmulatedWorld:
         return Image(depth, stamp, grey)
 
     def show(self, path: str, width: float) -> None:
-        """Put a printed picture straight before the camera; only infrared images show it.
+        """Put a printed picture in front of the camera; only infrared images show it.
 
         Raises:
             ValueError: there is no such picture.
@@ -128,8 +114,6 @@ class EmulatedWorld:
         with self.lock:
             wTc = self.body.wTe * self.body.description.camera.eTc
         self._paper = Paper(path, width, wTc)
-
-    # its own time
 
     def _run(self) -> None:
         due = stopwatch()
@@ -145,14 +129,14 @@ class EmulatedWorld:
         body.advance()
         self._lacks -= self._qd * (body.now - before)
         if wanted is not None:
-            self._heed(wanted)
+            self._follow(wanted)
         v, w = self._twist
         body.follow(base_twist=np.array([v, 0.0, w]), qd=self._qd)
-        self._feel_bumper()
-        self._tell()
+        self._check_bumper()
+        self._publish()
 
-    def _heed(self, wanted: Wanted) -> None:
-        """Turn the joints and fingers as the arm wants them."""
+    def _follow(self, wanted: Wanted) -> None:
+        """Move joints and fingers as commanded."""
         body, before = self.body, self._before
         self._before = wanted
         if wanted.releases != self._releases:
@@ -175,7 +159,7 @@ class EmulatedWorld:
         if not body.fingers_move:
             self._ended = self._grips
 
-    def _feel_bumper(self) -> None:
+    def _check_bumper(self) -> None:
         bumper = self.body.bumper
         if self._twist != (0.0, 0.0):
             self._rests_since = stopwatch()
@@ -185,7 +169,7 @@ class EmulatedWorld:
             self.on_bump()
         self.bumped = bumper.reason or ""
 
-    def _tell(self) -> None:
+    def _publish(self) -> None:
         body = self.body
         self._link.tell(
             body.q.tolist(),

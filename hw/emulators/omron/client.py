@@ -14,8 +14,7 @@ from hw.emulators.omron.options import Options
 from hw.emulators.omron.requests import Entry, Requests
 from hw.emulators.omron.wire import Splitter, Taker, Writer, seal, spoiled
 
-_CHUNK = 12
-"""Entries of one list packet."""
+_CHUNK = 12  # entries of one list packet
 
 
 class GoneError(Exception):
@@ -27,8 +26,7 @@ class Subscription:
     """A request that is answered repeatedly."""
 
     entry: Entry
-    interval: float
-    """[s]; negative: on change."""
+    interval: float  # [s]; negative: on change
     arguments: bytes
     due: float
     last: bytes | None = None
@@ -63,11 +61,9 @@ class Client:
         self._key = f"{self._random.getrandbits(48):012x}"
         self._is_full = is_full
         self._is_leaving = False
-        self._out: list[tuple[float, bytes]] = []
-        """Frames on their way, and when they may leave."""
+        self._out: list[tuple[float, bytes]] = []  # frames on their way, and when they may leave
         self._leaves_at = 0.0
-        self.is_welcome = False
-        """Whether the handshake is done."""
+        self.is_welcome = False  # whether the handshake is done
         body = Writer().string("alpha").integer(0, 2)
         body.integer(self._random.getrandbits(32), 4).integer(self._random.getrandbits(32), 4)
         self._send(seal(2, body.string(self._key).string(options.protocol).body), 0.0)

@@ -13,16 +13,14 @@ from typing import Protocol
 
 from hw.clock import stopwatch
 
-BUMPED = "Bumped"
-"""Status of a base that has hit something."""
+BUMPED = "Bumped"  # status of a base that has hit something
 
 
 @dataclass
 class Teleop:
     """The section "Teleop settings" of the configuration."""
 
-    timeout: float = 2.0
-    """Without a new ratio for this long the base stops; 0: never [s]."""
+    timeout: float = 2.0  # without a new ratio for this long the base stops; 0: never [s]
     forwards: float = 1.0
     backwards: float = 0.25
     turn_at_rest: float = radians(50.0)
@@ -30,8 +28,7 @@ class Teleop:
     turn_backwards: float = radians(25.0)
     dead_translation: float = 10.0
     dead_rotation: float = 5.0
-    tells_forwards: float | None = None
-    """Reported value of `forwards`, if different."""
+    tells_forwards: float | None = None  # reported value of `forwards`, if different
 
 
 @dataclass
@@ -43,8 +40,7 @@ class Motion:
     turn_acceleration: float = radians(150.0)
     turn_deceleration: float = radians(200.0)
     latch: float = 0.1
-    docking: float = 1.0
-    """Time to dock and to undock [s]."""
+    docking: float = 1.0  # time to dock and to undock [s]
 
 
 class Drive(Protocol):
@@ -109,22 +105,16 @@ class Controller:
     mode: str = "Stop"
     status: str = "Stopped"
     locked: bool = False
-    pressed: bool = False
-    """The emergency stop."""
+    pressed: bool = False  # the emergency stop
     motors_on: bool = True
-    docking: int = 0
-    """0 undocked, 1 docking, 2 docked, 3 undocking."""
-    clearance: Callable[[], float] = lambda: inf
-    """Free way in front, for safe driving [m]."""
+    docking: int = 0  # 0 undocked, 1 docking, 2 docked, 3 undocking
+    clearance: Callable[[], float] = lambda: inf  # free way in front, for safe driving [m]
     heeds_throttle: bool = True
-    direction: float = 1.0
-    """-1: forwards is backwards."""
+    direction: float = 1.0  # -1: forwards is backwards
     needs_button: bool = False
     """Whether only `push_button` switches the motors on after an emergency stop."""
-    wanted: tuple[float, float] = (0.0, 0.0)
-    """Current set-point [m/s, rad/s]."""
-    moved_at: float = -inf
-    """When the set-point was last not zero [s]."""
+    wanted: tuple[float, float] = (0.0, 0.0)  # current set-point [m/s, rad/s]
+    moved_at: float = -inf  # when the set-point was last not zero [s]
     v: float = 0.0
     w: float = 0.0
     ratios: tuple[float, float, float] = (0.0, 0.0, 100.0)

@@ -20,19 +20,16 @@ from hw.emulators.omron.controller import Controller, Drive, Unicycle
 from hw.emulators.omron.options import Options, configure
 from hw.emulators.omron.requests import Requests
 
-_CYCLE = 0.01
-"""Of the controller and of replies [s]."""
+_CYCLE = 0.01  # of the controller and of replies [s]
 
 
 @dataclass(frozen=True)
 class Heard:
     """A received motion command."""
 
-    at: float
-    """Of `stopwatch` [s]."""
+    at: float  # of `stopwatch` [s]
     name: str
-    values: tuple[float, ...]
-    """Of `ratioDrive`: translation, rotation, throttle [%]."""
+    values: tuple[float, ...]  # of `ratioDrive`: translation, rotation, throttle [%]
 
     @property
     def is_zero(self) -> bool:
@@ -44,8 +41,7 @@ class Heard:
 class Moved:
     """Motion of the base in one cycle [m/s, rad/s]."""
 
-    at: float
-    """Of `stopwatch` [s]."""
+    at: float  # of `stopwatch` [s]
     v: float
     w: float
 
@@ -87,12 +83,9 @@ class OmronEmulator:
             self.controller.mode = self.controller.status = "Dock"
         if "emergency stop" in faults:
             self.controller.press()
-        self.heard: deque[Heard] = deque(maxlen=100_000)
-        """Motion commands, oldest first."""
-        self.moved: deque[Moved] = deque(maxlen=100_000)
-        """Motion of the base, oldest first."""
-        self.text_faults: list[str] = []
-        """Names of faults on the text interface."""
+        self.heard: deque[Heard] = deque(maxlen=100_000)  # motion commands, oldest first
+        self.moved: deque[Moved] = deque(maxlen=100_000)  # motion of the base, oldest first
+        self.text_faults: list[str] = []  # names of faults on the text interface
         self._requests = Requests(self.controller, self.options, self._note)
         self._clients: list[Client] = []
         self._arcl_clients: list[ArclClient] = []

@@ -18,63 +18,40 @@ class Options:
     """Of one emulated base; fault options may be changed while it runs."""
 
     host: str = "127.0.0.1"
-    port: int = 0
-    """Of ArNetworking; 0: any free one. The robot's is 7272."""
-    arcl_port: int = 0
-    """Of the text interface; 0: any free one. The robot's is 7171."""
+    port: int = 0  # of ArNetworking; 0: any free one. The robot's is 7272
+    arcl_port: int = 0  # of the text interface; 0: any free one. The robot's is 7171
     users: dict[str, tuple[str, frozenset[str]]] = field(
         default_factory=lambda: {"frankie": ("", EVERYTHING)}
     )
     """Passwords and access groups by user."""
-    arcl_password: str = "adept"
-    """Of the text interface; empty: there is none."""
+    arcl_password: str = "adept"  # of the text interface; empty: there is none
     protocol: str = "5MTX"
-    seed: int = 0
-    """Of the numbers of requests, of jitter and of pieces."""
+    seed: int = 0  # of the numbers of requests, of jitter and of pieces
     teleop: Teleop = field(default_factory=Teleop)
     motion: Motion = field(default_factory=Motion)
-    omit: frozenset[str] = frozenset()
-    """Requests that this base does not offer."""
-    data_store_kind: bytes = b"d"
-    """The byte before a value of the data store."""
-    score_scale: float = 1000.0
-    """A full localisation score on the wire."""
-    score: float = 0.87
-    """Localisation score, 0 to 1."""
-    lost: bool = False
-    """Whether localisation is lost."""
+    omit: frozenset[str] = frozenset()  # requests that this base does not offer
+    data_store_kind: bytes = b"d"  # the byte before a value of the data store
+    score_scale: float = 1000.0  # a full localisation score on the wire
+    score: float = 0.87  # localisation score, 0 to 1
+    lost: bool = False  # whether localisation is lost
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Of the reported pose from the true one [m, m, rad]."""
-    charge: float = 0.87
-    """Of the battery, 0 to 1."""
-    pieces: bool = False
-    """Whether it writes a few bytes at a time."""
-    jitter: float = 0.0
-    """Largest additional delay of replies [s]."""
-    delay: float = 0.0
-    """Of replies [s]."""
-    garbage: bool = False
-    """Whether there are stray bytes and damaged frames between replies."""
-    frozen: bool = False
-    """Whether the server does nothing, as if the cable were pulled."""
-    clients: int = 8
-    """Largest number; more are rejected."""
-    least_interval: float = 0.0
-    """Between two replies to one request [s]."""
-    jumps: float = 0.0
-    """Interval of jumps of its pose on the map [s]; 0: none."""
-    heeds_throttle: bool = True
-    """Whether the throttle of `ratioDrive` is obeyed."""
-    direction: float = 1.0
-    """-1: forwards is backwards."""
-    clearance: float = inf
-    """Free way in front, for safe driving [m]."""
+    charge: float = 0.87  # of the battery, 0 to 1
+    pieces: bool = False  # whether it writes a few bytes at a time
+    jitter: float = 0.0  # largest additional delay of replies [s]
+    delay: float = 0.0  # of replies [s]
+    garbage: bool = False  # whether there are stray bytes and damaged frames between replies
+    frozen: bool = False  # whether the server does nothing, as if the cable were pulled
+    clients: int = 8  # largest number; more are rejected
+    least_interval: float = 0.0  # between two replies to one request [s]
+    jumps: float = 0.0  # interval of jumps of its pose on the map [s]; 0: none
+    heeds_throttle: bool = True  # whether the throttle of `ratioDrive` is obeyed
+    direction: float = 1.0  # -1: forwards is backwards
+    clearance: float = inf  # free way in front, for safe driving [m]
     needs_button: bool = False
     """Whether only `push_button` switches the motors on after an emergency stop."""
-    arcl_clients: int = 8
-    """Largest number on the text interface; more are closed."""
-    arcl_lasts: float = inf
-    """Connections of the text interface are closed after this time [s]."""
+    arcl_clients: int = 8  # largest number on the text interface; more are closed
+    arcl_lasts: float = inf  # connections of the text interface are closed after this time [s]
 
 
 _FINE_POSE = frozenset(f"DataStore_RobotPoseInterpolated_{axis}" for axis in ("X", "Y", "Th"))

@@ -12,8 +12,7 @@ from hw.emulators.omron.controller import Controller, Teleop
 from hw.emulators.omron.options import Options
 from hw.emulators.omron.wire import Taker, Writer
 
-Answer = Callable[[Taker], "bytes | None"]
-"""From the arguments to the reply, if there is one."""
+Answer = Callable[[Taker], "bytes | None"]  # from the arguments to the reply, if there is one
 
 
 @dataclass(frozen=True)

@@ -11,24 +11,17 @@ from hw.emulators.panda.parts import PERIOD, Joints
 from hw.emulators.panda.wire import ERRORS, JOINT_VELOCITY, MotionCommand, MoveStatus
 from hw.panda import JointLimits, Mode
 
-_MOST_LOST = 20
-"""Lost packets in a row that end a motion, as of the real arm."""
-_PATIENCE = 500
-"""Periods that a new motion waits for its first command."""
-_RECOVERY = 100
-"""Periods that a recovery takes."""
-_LONG_RECOVERY, _LATE_REFLEX = 12_000, 1_500
-"""The same, and delay of a reflex [ms], as reported."""
-_LOW_SPEED = 0.05
-"""Speed of a reported velocity violation [rad/s]."""
+_MOST_LOST = 20  # lost packets in a row that end a motion, as of the real arm
+_PATIENCE = 500  # periods that a new motion waits for its first command
+_RECOVERY = 100  # periods that a recovery takes
+_LONG_RECOVERY, _LATE_REFLEX = 12_000, 1_500  # the same, and delay of a reflex [ms], as reported
+_LOW_SPEED = 0.05  # speed of a reported velocity violation [rad/s]
 _BEGINS = {"locked": Mode.OTHER, "guided": Mode.GUIDING, "user-stopped": Mode.USER_STOPPED}
 """Initial modes, as reported."""
-_ROUNDING = 1e-6
-"""Relative tolerance of limits."""
+_ROUNDING = 1e-6  # relative tolerance of limits
 _ENDS = 1e-3
 """Commanded slower than this, a joint counts as commanded to rest, and a motion may end [rad/s]."""
-_RESTS = 0.01
-"""A slower joint is at rest [rad/s]."""
+_RESTS = 0.01  # a slower joint is at rest [rad/s]
 _Z7: tuple[float, ...] = (0.0,) * 7
 NEEDS_A_PERSON = frozenset(
     {"joint_position_limits_violation", "self_collision_avoidance_violation"}
@@ -46,8 +39,7 @@ class Seen:
     commands: int = 0
     lost: int = 0
     lost_in_a_row: int = 0
-    violations: list[str] = field(default_factory=list)
-    """Reflexes because of commands."""
+    violations: list[str] = field(default_factory=list)  # reflexes because of commands
 
 
 class EmulatedArm:
@@ -67,17 +59,13 @@ class EmulatedArm:
         self.needs_recovery = "needs-recovery" in reported
         """Whether it refuses everything else in any mode."""
         self.recoveries = 0
-        self.rush = 0.0
-        """Added to the speed of the first joint in a motion [rad/s]."""
+        self.rush = 0.0  # added to the speed of the first joint in a motion [rad/s]
         self.errors: frozenset[str] = frozenset()
         self.last_errors: frozenset[str] = frozenset()
         self.q_d, self.qd_d, self.qdd_d = joints.q, _Z7, _Z7
-        self.number = 0
-        """Milliseconds since power-on."""
-        self.ended: MoveStatus | None = None
-        """How the motion has ended; the server takes it."""
-        self.recovered = False
-        """Whether a recovery has just ended; the server takes it."""
+        self.number = 0  # milliseconds since power-on
+        self.ended: MoveStatus | None = None  # how the motion has ended; the server takes it
+        self.recovered = False  # whether a recovery has just ended; the server takes it
         self.resting = self.still = 0
         """Milliseconds that the joints are, and are commanded, at rest."""
         self.most_lost = _MOST_LOST

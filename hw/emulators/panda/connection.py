@@ -40,8 +40,7 @@ class Connection:
         self._states_to: tuple[str, int] | None = None
         self._buffer = b""
         self._peer = ""
-        self.is_blocked = False
-        """Whether a firewall blocks states."""
+        self.is_blocked = False  # whether a firewall blocks states
 
     @property
     def has_client(self) -> bool:

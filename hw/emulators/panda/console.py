@@ -18,8 +18,7 @@ from hw.emulators.panda.server import PandaServer
 from hw.emulators.panda.wire import ERRORS, VERSION
 from hw.panda import Mode
 
-_PRIORITY = 10
-"""Real-time priority."""
+_PRIORITY = 10  # real-time priority
 
 
 def _reflex(server: PandaServer, name: str = "cartesian_reflex") -> None:

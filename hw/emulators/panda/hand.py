@@ -7,16 +7,11 @@ from dataclasses import dataclass, replace
 from hw.emulators.panda.parts import OPENING, PERIOD, Fingers
 from hw.emulators.panda.wire import HandCommand, HandStatus
 
-_HOMING_SPEED = 0.05
-"""[m/s]"""
-_MOVING_FORCE = 20.0
-"""Of a motion without a grasp [N]."""
-_TOLERANCE = 1e-3
-"""Of the goal of a move [m]."""
-_LONG_HOMING, _LONG_GRASP = 12_000, 4_000
-"""Milliseconds, as reported."""
-_WIDE = 0.9 * OPENING
-"""[m]"""
+_HOMING_SPEED = 0.05  # [m/s]
+_MOVING_FORCE = 20.0  # of a motion without a grasp [N]
+_TOLERANCE = 1e-3  # of the goal of a move [m]
+_LONG_HOMING, _LONG_GRASP = 12_000, 4_000  # milliseconds, as reported
+_WIDE = 0.9 * OPENING  # [m]
 
 
 @dataclass(frozen=True)
@@ -44,8 +39,7 @@ class EmulatedHand:
         self.number = 0
         self.homings = self.stops = 0
         self._motion: _Motion | None = None
-        self._not_before = 0
-        """Earliest end of the motion."""
+        self._not_before = 0  # earliest end of the motion
 
     def begin(self, command: HandCommand, arguments: tuple[float, ...]) -> HandStatus | None:
         """Begin a motion; the status if it ends at once.

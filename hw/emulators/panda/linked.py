@@ -19,8 +19,7 @@ _WANTED = struct.Struct("<d7dQQdd?")
 _THERE = struct.Struct("<d7d7d?QQd")
 """Stamp [s], positions [rad], velocities [rad/s], whether a contact stops it, releases that are
 done, number of the last grip that has ended, width [m]."""
-_AHEAD = 0.02
-"""Longest extrapolation of positions [s]."""
+_AHEAD = 0.02  # longest extrapolation of positions [s]
 
 
 class LinkedBody:
@@ -114,28 +113,20 @@ class LinkedFingers:
 class Wanted:
     """Commands of the arm to the world."""
 
-    at: float
-    """[s of `stopwatch`]"""
-    way: tuple[float, ...]
-    """(7,) commanded travel of the joints so far [rad]."""
-    releases: int
-    """Number of recoveries."""
-    grips: int
-    """Number of finger commands; the last one is:"""
-    width: float
-    """[m]"""
-    force: float
-    """[N]"""
-    stops: bool
-    """Whether the fingers are to stop."""
+    at: float  # [s of `stopwatch`]
+    way: tuple[float, ...]  # (7,) commanded travel of the joints so far [rad]
+    releases: int  # number of recoveries
+    grips: int  # number of finger commands; the last one is:
+    width: float  # [m]
+    force: float  # [N]
+    stops: bool  # whether the fingers are to stop
 
 
 class ArmLink:
     """The world's end: commands of arm and hand, and their state."""
 
     def __init__(self) -> None:
-        self.memory = share_memory(2)
-        """Descriptor, for the arm's process to inherit."""
+        self.memory = share_memory(2)  # descriptor, for the arm's process to inherit
         shared = open_memory(self.memory)
         self._wanted, self._there = Mailbox(shared, 0, _WANTED), Mailbox(shared, 1, _THERE)
 

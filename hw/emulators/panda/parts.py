@@ -5,23 +5,17 @@ from __future__ import annotations
 from math import copysign, exp
 from typing import Protocol
 
-PERIOD = 0.001
-"""Of the control loop [s]."""
-READY = (0.0, -0.3, 0.0, -2.2, 0.0, 2.0, 0.7853981633974483)
-"""Initial positions [rad]."""
-_LAG = 0.025
-"""Time constant of the joints [s]."""
-OPENING = 0.08
-"""Between the fingers when fully open [m]."""
+PERIOD = 0.001  # of the control loop [s]
+READY = (0.0, -0.3, 0.0, -2.2, 0.0, 2.0, 0.7853981633974483)  # initial positions [rad]
+_LAG = 0.025  # time constant of the joints [s]
+OPENING = 0.08  # between the fingers when fully open [m]
 
 
 class Joints(Protocol):
     """Seven joints that follow velocities."""
 
-    q: tuple[float, ...]
-    """(7,) positions [rad]."""
-    qd: tuple[float, ...]
-    """(7,) velocities [rad/s]."""
+    q: tuple[float, ...]  # (7,) positions [rad]
+    qd: tuple[float, ...]  # (7,) velocities [rad/s]
 
     def follow(self, qd: tuple[float, ...]) -> str:
         """Advance by one period with commanded velocities (7,) [rad/s].

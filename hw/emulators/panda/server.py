@@ -26,31 +26,23 @@ from hw.panda import LIMITS, Mode
 
 _GENERATORS = (wire.JOINT_POSITION, wire.JOINT_VELOCITY)
 _CONTROLLERS = (wire.JOINT_IMPEDANCE, wire.CARTESIAN_IMPEDANCE)
-_HAND_EVERY, _SELDOM = 20, 100
-"""Arm states per hand state, and the same as reported."""
-_BURST_EVERY, _BURST = 2000, 30
-"""Interval and length of bursts of lost packets [ms], as reported."""
-_SLOW, _OTHER_VERSION = 0.001, 10
-"""Delay of a slow line [s], and version of an FR3, as reported."""
+_HAND_EVERY, _SELDOM = 20, 100  # arm states per hand state, and the same as reported
+_BURST_EVERY, _BURST = 2000, 30  # interval and length of bursts of lost packets [ms], as reported
+_SLOW, _OTHER_VERSION = 0.001, 10  # delay of a slow line [s], and version of an FR3, as reported
 _TEMPERATURE = 30
 _LEAST = 0.9 * PERIOD
 """A commander that had less time to answer, on a busy computer, is excused [s]."""
-_MOST_MISSED = 200
-"""Longest time that the clock makes up for [ms]."""
+_MOST_MISSED = 200  # longest time that the clock makes up for [ms]
 
 
 @dataclass
 class Line:
     """Faults of the line, in both directions."""
 
-    dropped: float = 0.0
-    """Fraction of the packets that are lost."""
-    delayed: float = 0.0
-    """Fraction of the packets that are late."""
-    delay: float = 0.005
-    """Of late packets [s]."""
-    unplugged_until: float = 0.0
-    """Nothing arrives until then [s of `stopwatch`]."""
+    dropped: float = 0.0  # fraction of the packets that are lost
+    delayed: float = 0.0  # fraction of the packets that are late
+    delay: float = 0.005  # of late packets [s]
+    unplugged_until: float = 0.0  # nothing arrives until then [s of `stopwatch`]
     random: random.Random = field(default_factory=lambda: random.Random(0))
 
 

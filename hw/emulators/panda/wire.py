@@ -93,26 +93,19 @@ class MoveStatus(IntEnum):
     ABORTED = 9
 
 
-SUCCESS, NOT_POSSIBLE, MANUAL_RECOVERY = 0, 1, 2
-"""Answers to other requests."""
-JOINT_POSITION, JOINT_VELOCITY = 0, 1
-"""Emulated motion generators."""
-JOINT_IMPEDANCE, CARTESIAN_IMPEDANCE, NO_CONTROLLER = 0, 1, 3
-"""Emulated controllers, and none."""
+SUCCESS, NOT_POSSIBLE, MANUAL_RECOVERY = 0, 1, 2  # answers to other requests
+JOINT_POSITION, JOINT_VELOCITY = 0, 1  # emulated motion generators
+JOINT_IMPEDANCE, CARTESIAN_IMPEDANCE, NO_CONTROLLER = 0, 1, 3  # emulated controllers, and none
 
 HEADER = struct.Struct("<III")
 """Of a request or answer of the arm: command, its number, size of the whole message."""
 CONNECT = struct.Struct("<HH")
 """Version, and the port to which states are sent; the same for the hand."""
-MOVE = struct.Struct("<II6d")
-"""Controller, motion generator, permitted deviations."""
-CONNECTED = struct.Struct("<BH")
-"""Status and version of the server."""
+MOVE = struct.Struct("<II6d")  # controller, motion generator, permitted deviations
+CONNECTED = struct.Struct("<BH")  # status and version of the server
 
-STATE = struct.Struct("<Q96d13d13d4d56d26d25d9d28d14d2B41B41BBd")
-"""2373 bytes, 1000 times a second."""
-MOTION = struct.Struct("<Q7d7d16d6d2d2B7d")
-"""370 bytes: the motion command, once for each state."""
+STATE = struct.Struct("<Q96d13d13d4d56d26d25d9d28d14d2B41B41BBd")  # 2373 bytes, 1000 times a second
+MOTION = struct.Struct("<Q7d7d16d6d2d2B7d")  # 370 bytes: the motion command, once for each state
 
 HAND_HEADER = struct.Struct("<HII")
 HAND_STATUS = struct.Struct("<H")
@@ -143,12 +136,9 @@ class HandStatus(IntEnum):
 class MotionCommand(NamedTuple):
     """Motion command, as far as emulated."""
 
-    number: int
-    """Of the state that it answers."""
-    q: tuple[float, ...]
-    """(7,) [rad], for motions by positions."""
-    qd: tuple[float, ...]
-    """(7,) [rad/s], for motions by velocities."""
+    number: int  # of the state that it answers
+    q: tuple[float, ...]  # (7,) [rad], for motions by positions
+    qd: tuple[float, ...]  # (7,) [rad/s], for motions by velocities
     finished: bool
 
 

@@ -19,16 +19,11 @@ from hw.emulators.realsense.options import AS_REPORTED, Options, add_fault
 from hw.emulators.realsense.sources import Shot, Source
 from hw.realsense import HEAD, RESET, Introduction
 
-_PATIENCE = 0.5
-"""Timeout of sending an image [s]."""
-_NAP = 0.005
-"""Longest pause of the sending loop [s]."""
-_RESETTING = 0.3
-"""Time that a reset takes [s]."""
-_BEGINS = 3
-"""When a reported behaviour begins that needs a while [s]."""
-_ON_ITS_WAY = 0.035
-"""Latency of images whose stamps may be those of their arrival [s]."""
+_PATIENCE = 0.5  # timeout of sending an image [s]
+_NAP = 0.005  # longest pause of the sending loop [s]
+_RESETTING = 0.3  # time that a reset takes [s]
+_BEGINS = 3  # when a reported behaviour begins that needs a while [s]
+_ON_ITS_WAY = 0.035  # latency of images whose stamps may be those of their arrival [s]
 _FIFTY_YEARS = 50 * 365.25 * 86400.0
 
 Pixels: TypeAlias = npt.NDArray[np.uint16]
@@ -65,16 +60,14 @@ class RealSenseEmulator:
         options.delay += _ON_ITS_WAY if "metadata-lost" in ways else 0.0
         self._hangs, self._away_until = False, 0.0
         self._last: Message | None = None
-        self._first = 0
-        """Number of the first image with a client."""
+        self._first = 0  # number of the first image with a client
         self._source = source
         self._rng = np.random.default_rng(self.options.seed)
         self._clients: list[socket.socket] = []
         self._lock = threading.Lock()
         self._over = threading.Event()
         self._threads: list[threading.Thread] = []
-        self.taken = self.resets = 0
-        """Numbers of images and resets."""
+        self.taken = self.resets = 0  # numbers of images and resets
 
     def __enter__(self) -> Self:
         """Listen.

@@ -18,35 +18,22 @@ class Options:
     """Of one emulated camera; fault options may be changed while it runs."""
 
     host: str = "127.0.0.1"
-    port: int = 0
-    """0: any free one."""
+    port: int = 0  # 0: any free one
     name: str = "Emulated RealSense D435"
     serial: str = "000000000001"
-    rate: int = 30
-    """Frame rate [Hz]."""
-    intrinsics: Intrinsics = field(default_factory=_d435)
-    """Of the images that its source gives."""
-    infrared: bool = False
-    """Whether its source gives infrared images, too."""
-    depth_units: float = 1e-3
-    """One unit of a depth image [m]."""
-    baseline: float = 0.05
-    """Between the imagers [m]."""
-    seed: int = 0
-    """Of lost images and jitter."""
-    drop: float = 0.0
-    """Probability that an image is lost."""
-    delay: float = 0.0
-    """From the capture of an image until it is sent [s]."""
-    jitter: float = 0.0
-    """Largest additional delay [s]."""
-    frozen: bool = False
-    """Whether no images come over an open connection."""
-    unplugged: bool = False
-    """Whether connections are closed and refused."""
+    rate: int = 30  # frame rate [Hz]
+    intrinsics: Intrinsics = field(default_factory=_d435)  # of the images that its source gives
+    infrared: bool = False  # whether its source gives infrared images, too
+    depth_units: float = 1e-3  # one unit of a depth image [m]
+    baseline: float = 0.05  # between the imagers [m]
+    seed: int = 0  # of lost images and jitter
+    drop: float = 0.0  # probability that an image is lost
+    delay: float = 0.0  # from the capture of an image until it is sent [s]
+    jitter: float = 0.0  # largest additional delay [s]
+    frozen: bool = False  # whether no images come over an open connection
+    unplugged: bool = False  # whether connections are closed and refused
     firmware: str = "05.16.00.01"
-    as_reported: frozenset[str] = frozenset()
-    """Names of `AS_REPORTED`."""
+    as_reported: frozenset[str] = frozenset()  # names of `AS_REPORTED`
 
 
 FAULTS: Mapping[str, str] = {

@@ -21,12 +21,9 @@ from robots import load_robot
 class Shot:
     """One image of a source."""
 
-    depth: npt.NDArray[np.float32]
-    """(H, W) depth along the optical axis [m]; NaN where missing."""
-    stamp: float
-    """Capture time, of `stopwatch` [s]."""
-    infrared: npt.NDArray[np.uint8] | None = None
-    """(H, W) brightness; None without infrared."""
+    depth: npt.NDArray[np.float32]  # (H, W) depth along the optical axis [m]; NaN where missing
+    stamp: float  # capture time, of `stopwatch` [s]
+    infrared: npt.NDArray[np.uint8] | None = None  # (H, W) brightness; None without infrared
 
 
 Source: TypeAlias = Callable[[], Shot | None]
